@@ -1,7 +1,7 @@
 //! Fits: the values that closed forms give, what data cannot tell, and what is refused.
 
 use nalgebra::DVector;
-use snaprod::study::{Data, Fit, FitRecord, Silent, Vary};
+use snaprod::study::{Data, Fit, FitRecord, Silent, Sweep, Vary};
 
 /// A cantilever with a heavy end: across it swings at omega^2 = 3 EI/(m L^3).
 const SWING: &str = r#"
@@ -175,6 +175,76 @@ fn a_trajectory_gives_back_what_made_it() {
         found.columns[0].data.iter().filter(|x| x.is_nan()).count(),
         4
     );
+    // Ends of searches that differ by rounding alone are one.
+    assert_eq!(found.effort[..2], [3, 3]);
+}
+
+/// A sweep over a list as data, without the number of a point and why it has no run.
+fn measured(scene: &str, vary: &str, columns: &[&str]) -> String {
+    let vary = vec![Vary::parse(vary).unwrap()];
+    let names = [&[&*vary[0].path][..], columns].concat().join(",");
+    let columns = columns.iter().map(|name| (*name).to_owned()).collect();
+    let sweep = Sweep::new(scene.to_owned(), Vec::new(), vary, None, columns).unwrap();
+    let rows = sweep.rows(0..sweep.points(), &mut Silent).unwrap();
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        cells[1..cells.len() - 1].join(",") + "\n"
+    };
+    names + "\n" + &rows.lines().map(row).collect::<String>()
+}
+
+/// Catches an empty cell that is asked of the model: where the mass does not snap there is no time of it, for the fit as for the measurement.
+#[test]
+fn what_was_not_measured_is_not_asked() {
+    let snap = include_str!("../../scenes/snap.toml");
+    let text = snap.replace("duration = 3.0", "duration = 0.2");
+    let thrown = "start.velocity.1=[-0.5, -0.3, 0.5, 3.0]";
+    let data = measured(&text, thrown, &["events.0.t", "end.x"]);
+    let empty = data.lines().filter(|line| line.contains(",,"));
+    assert_eq!(empty.count(), 1, "{data}");
+    let data = data.replace("velocity[1]", "velocity.1");
+    let found = fit(
+        &text,
+        &data,
+        &["body.mass=0.7:1.4"],
+        &["start.velocity.1"],
+        &[],
+    );
+    let mass = &found.parameters[0];
+    assert!((mass.value - 1.0).abs() < 1e-6, "{mass:?}");
+}
+
+/// Catches a field that rounding moves to an end of its range: a force in the plane of 2 and 3 says nothing of bending out of it.
+#[test]
+fn a_field_on_which_nothing_depends_is_told() {
+    let beam = r#"
+[rod]
+model = "cosserat"
+length = 1.0
+[rod.section]
+bending = [1.0, 1.5]
+torsion = 0.7
+[end]
+force = [0.0, -0.5, 0.0]
+"#;
+    let data = measured(
+        beam,
+        "end.force.1=[-2.0, -1.5, -1.0, -0.4]",
+        &["position.1", "position.2"],
+    );
+    // Errors, so that there is something to gain.
+    let data = data
+        .replace("force[1]", "force.1")
+        .replacen("0.", "0.001", 1);
+    let free = ["rod.section.bending.0=0.5:2", "rod.section.bending.1=0.5:2"];
+    let found = fit(beam, &data, &free, &["end.force.1"], &[]);
+    let [seen, unseen] = &found.parameters[..] else {
+        panic!("{found:?}")
+    };
+    assert!(seen.standard_error.is_some(), "{seen:?}");
+    assert!(!unseen.at_bound && unseen.interval.is_none(), "{unseen:?}");
+    let told = |remark: &String| remark.contains("do not tell rod.section.bending[1]");
+    assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
 
 /// Catches a message that does not say which line, column or option is meant.
@@ -228,6 +298,33 @@ fn bad_data_are_refused_by_name() {
             "--noise x=-1",
         ),
         (made("t,x\n0,1\n", &one, &[], &[("z", 1.0)]), "--noise z"),
+        (
+            made("t,x\n0,1\n", &one, &[], &[("t", 0.1)]),
+            "--noise t=0.1: the column is not compared",
+        ),
+        (
+            made(
+                "body.mass,x\n1,1\n",
+                &one,
+                &["body.mass"],
+                &[("body.mass", 0.1)],
+            ),
+            "--noise body.mass=0.1: the column is not compared",
+        ),
+        (
+            made(
+                "body.mass,x\n1,1\n",
+                &["body.mass=1:2"],
+                &["body.mass"],
+                &[],
+            ),
+            "--given body.mass: the field is free",
+        ),
+        // A column that is fitted exactly would take all the weight.
+        (
+            made("t,x,y\n0,1,1\n0.1,,1\n", &one, &[], &[]),
+            "--noise x=SIGMA",
+        ),
         (made("t,x\n,1\n", &one, &[], &[]), "has no t"),
         (made("t\n1\n", &one, &[], &[]), "nothing to compare"),
         (made("t,x\n0,\n", &one, &[], &[]), "no number"),

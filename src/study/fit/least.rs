@@ -1,5 +1,6 @@
 //! Least squares in a box: the method of Levenberg and Marquardt, with steps that stay inside.
 
+use super::noise::SEEN;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -63,11 +64,12 @@ impl Least {
     /// One step that gains; false if there is none.
     fn step(&mut self, damping: &mut f64, of: &mut Residuals) -> Result<bool> {
         let gradient = self.slopes.tr_mul(&self.residuals);
-        // A point at a wall that the sum falls behind stays there.
+        let seen = is_seen(&self.slopes);
+        // A point at a wall that the sum falls behind stays there, and so does one on which nothing depends: rounding would move it.
         let free: Vec<usize> = (0..self.at.len())
             .filter(|&i| {
                 let (x, down) = (self.at[i], -gradient[i]);
-                down != 0.0 && !(x <= 0.0 && down < 0.0 || x >= 1.0 && down > 0.0)
+                seen[i] && down != 0.0 && !(x <= 0.0 && down < 0.0 || x >= 1.0 && down > 0.0)
             })
             .collect();
         if free.is_empty() {
@@ -126,6 +128,13 @@ impl Least {
         }
         Ok(false)
     }
+}
+
+/// True for each column of the derivatives that is more than rounding beside the largest.
+pub(super) fn is_seen(slopes: &DMatrix<f64>) -> Vec<bool> {
+    let sizes: Vec<f64> = slopes.column_iter().map(|column| column.norm()).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    sizes.iter().map(|size| *size > SEEN * largest).collect()
 }
 
 /// Derivatives by differences, inside the box.

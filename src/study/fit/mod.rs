@@ -7,6 +7,7 @@
 mod confidence;
 mod data;
 mod least;
+mod noise;
 mod record;
 
 pub use data::Data;
@@ -16,8 +17,9 @@ use super::sweep::{Vary, cell, chance, outcome};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, any, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use least::Least;
+use least::{Least, is_seen};
 use nalgebra::DVector;
+use noise::Linear;
 
 /// The column of data over time.
 const TIME: &str = "t";
@@ -31,8 +33,10 @@ const SETTLED: f64 = 1e-2;
 const NOISE: f64 = 1e-9;
 /// Intervals of the drawn model over time.
 const FINE: usize = 400;
-/// Two ends of a search are one if the sums of squares differ by less than this, relatively.
+/// Two ends of a search are one if the sums of squares differ by less than this, relatively, or by what the least noise makes of them.
 const ALIKE: f64 = 1e-3;
+/// A value is at an end of its range within this part of it.
+const WALL: f64 = 1e-6;
 
 /// A fit that is asked for.
 #[derive(Debug, Clone)]
@@ -73,12 +77,13 @@ impl Fit {
     ///
     /// # Errors
     /// Nothing that is free, or a field twice; data in which a name is missing, with no column to compare or fewer numbers than free fields;
-    /// a noise that is not positive; columns that are given beside `t`.
+    /// a noise that is not positive, or of a column that is not compared; columns that are given beside `t`, or are free; beside other columns one
+    /// of unknown noise with no more numbers than free fields.
     pub fn new(
         scene: String,
         set: Vec<String>,
         free: Vec<Vary>,
-        data: Data,
+        mut data: Data,
         given: &[String],
         noise: &[(String, f64)],
     ) -> Result<Self> {
@@ -113,6 +118,14 @@ impl Fit {
             .map(|name| Ok((place("--given", name)?, Vary::path_of(name))))
             .collect();
         let given = given?;
+        if let Some((_, path)) = given
+            .iter()
+            .find(|(_, path)| free.iter().any(|one| one.path == *path))
+        {
+            return refuse(format!(
+                "--given {path}: the field is free, too: it is either set row by row or searched; leave out --given or --free"
+            ));
+        }
         let mut known_noise = vec![None; data.names.len()];
         for (name, sigma) in noise {
             if !(*sigma > 0.0 && sigma.is_finite()) {
@@ -120,11 +133,17 @@ impl Fit {
                     "--noise {name}={sigma}: a standard deviation is > 0"
                 ));
             }
-            known_noise[place("--noise", name)?] = Some(*sigma);
+            let i = place("--noise", name)?;
+            if Some(i) == time || given.iter().any(|(j, _)| *j == i) {
+                return refuse(format!(
+                    "--noise {name}={sigma}: the column is not compared but taken as exact, as times and columns that are given are; leave it out"
+                ));
+            }
+            known_noise[i] = Some(*sigma);
         }
         let others =
             (0..data.names.len()).filter(|i| Some(*i) != time && given.iter().all(|(j, _)| j != i));
-        let mut compared = Vec::new();
+        let (mut compared, mut numbers) = (Vec::new(), Vec::new());
         for i in others {
             let values: Vec<f64> = data.column(i).filter(|x| x.is_finite()).collect();
             if values.is_empty() {
@@ -133,6 +152,7 @@ impl Fit {
                     data.names[i]
                 ));
             }
+            numbers.push((i, values.len()));
             let count = values.len() as f64;
             let mean = values.iter().sum::<f64>() / count;
             let spread = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
@@ -153,6 +173,14 @@ impl Fit {
                 "the data have nothing to compare: their columns are {known}"
             ));
         }
+        if let Some((i, count)) = numbers.iter().find(|(i, count)| {
+            numbers.len() > 1 && known_noise[*i].is_none() && *count <= free.len()
+        }) {
+            let (name, fields) = (&data.names[*i], free.len());
+            return refuse(format!(
+                "the data have {count} numbers of {name}, and {fields} fields are free: a model that goes through all of these numbers says nothing of                  their noise, without which they cannot be weighed against the other columns; give it as --noise {name}=SIGMA"
+            ));
+        }
         let needed = time.into_iter().chain(given.iter().map(|(i, _)| *i));
         for i in needed {
             if let Some(row) = data.column(i).position(|x| x.is_nan()) {
@@ -162,6 +190,11 @@ impl Fit {
                     data.names[i]
                 ));
             }
+        }
+        // A time at which nothing was measured need not be reached.
+        if time.is_some() {
+            let measured = |row: &Vec<f64>| numbers.iter().any(|(i, _)| !row[*i].is_nan());
+            data.rows.retain(measured);
         }
         let fit = Self {
             scene,
@@ -183,9 +216,7 @@ impl Fit {
 
     /// How many numbers are compared.
     pub fn points(&self) -> usize {
-        let each = self.compared.iter();
-        each.map(|one| self.data.column(one.place).filter(|x| !x.is_nan()).count())
-            .sum()
+        self.compared.iter().map(|one| self.count(one)).sum()
     }
 
     /// What is free.
@@ -257,14 +288,18 @@ impl Fit {
                 "from no start of the search the scene can be run; in the middle of the ranges: {why}"
             )));
         };
+        let each = self.compared.iter().zip(&best.noise);
+        let rounding: f64 = each
+            .map(|(one, sigma)| self.count(one) as f64 * (NOISE * one.spread / sigma).powi(2))
+            .sum();
         let agreeing = found
             .iter()
-            .filter(|one| square(one) <= square(&best) * (1.0 + ALIKE))
+            .filter(|one| square(one) <= square(&best) * (1.0 + ALIKE) + rounding)
             .count();
         let unknown = self.compared.iter().filter(|one| one.noise.is_none());
         if unknown.count() > 0 && self.compared.len() > 1 {
             for _ in 0..ROUNDS {
-                let noise = self.noise_left(&best);
+                let noise = noise::noise(&self.linear(&best), best.noise.clone());
                 let mut changes = noise.iter().zip(&best.noise);
                 if changes.all(|(new, old)| (new / old - 1.0).abs() < SETTLED) {
                     break;
@@ -286,15 +321,33 @@ impl Fit {
         self.record(&best, model, between.as_ref(), effort)
     }
 
-    /// Standard deviations of what is left of each column, or what is known of its noise.
-    fn noise_left(&self, found: &Found) -> Vec<f64> {
-        let mut left = found.least.residuals.iter();
+    /// How many numbers of a column were measured.
+    fn count(&self, one: &Compared) -> usize {
+        let column = self.data.column(one.place);
+        column.filter(|x| !x.is_nan()).count()
+    }
+
+    /// The fields that are free to move at an end of a search. A value at an end of its range is held there, and one on which nothing depends stays
+    /// where it is.
+    fn moving(&self, least: &Least) -> Vec<usize> {
+        let inside = |part: f64| (WALL..=1.0 - WALL).contains(&part);
+        let seen = is_seen(&least.slopes);
+        let all = 0..self.free.len();
+        all.filter(|&i| seen[i] && inside(least.at[i])).collect()
+    }
+
+    /// The columns about an end of a search, with the fields that are free to move.
+    fn linear(&self, found: &Found) -> Vec<Linear> {
+        let least = &found.least;
+        let slopes = least.slopes.select_columns(&self.moving(least));
+        let mut from = 0;
         let each = self.compared.iter().zip(&found.noise);
         each.map(|(one, sigma)| {
-            let count = self.data.column(one.place).filter(|x| !x.is_nan()).count();
-            let square: f64 = left.by_ref().take(count).map(|r| (r * sigma).powi(2)).sum();
-            let rms = (square / count as f64).sqrt();
-            one.noise.unwrap_or(rms.max(NOISE * one.spread))
+            let count = self.count(one);
+            let slopes = slopes.rows(from, count) * *sigma;
+            let left = least.residuals.rows(from, count) * *sigma;
+            from += count;
+            Linear::new(slopes, left, one.noise, NOISE * one.spread)
         })
         .collect()
     }
@@ -406,19 +459,25 @@ impl Fit {
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Vec<Vec<f64>>, Fault> {
         let mut model = vec![Vec::with_capacity(self.data.rows.len()); self.compared.len()];
+        let settings = self.data.rows.iter().map(|row| {
+            let given = self.given.iter();
+            given
+                .map(|(i, path)| format!("{path}={:e}", row[*i]))
+                .collect()
+        });
+        let settings: Vec<Vec<String>> = settings.collect();
         // Rows with the same settings, as those of repeated measurements, are one scene.
-        let mut made: Vec<(Vec<String>, Vec<f64>)> = Vec::new();
-        for row in &self.data.rows {
-            let mut set = free.to_vec();
-            set.extend(
-                self.given
-                    .iter()
-                    .map(|(i, path)| format!("{path}={:e}", row[*i])),
-            );
-            let values = match made.iter().find(|(own, _)| *own == set) {
+        let mut made: Vec<(&[String], Vec<f64>)> = Vec::new();
+        for set in &settings {
+            let values = match made.iter().find(|(own, _)| own == set) {
                 Some((_, values)) => values.clone(),
                 None => {
-                    let values = self.quantities(&self.scene(&set)?, hooks)?;
+                    let rows = || self.data.rows.iter().zip(&settings);
+                    let asked: Vec<bool> = (self.compared.iter())
+                        .map(|one| rows().any(|(row, own)| own == set && !row[one.place].is_nan()))
+                        .collect();
+                    let scene = self.scene(&[free, set].concat())?;
+                    let values = self.quantities(&scene, &asked, hooks)?;
                     made.push((set, values.clone()));
                     values
                 }
@@ -430,30 +489,31 @@ impl Fit {
         Ok(model)
     }
 
-    /// The quantities of a scene that the data name.
+    /// The quantities of a scene that the data name. Those that are asked for must be there; of the others, which were not measured, those are told
+    /// that are there anyway.
     fn quantities(
         &self,
         scene: &Scene,
+        asked: &[bool],
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Vec<f64>, Fault> {
         let names = || {
-            self.compared
-                .iter()
-                .map(|one| self.data.names[one.place].as_str())
+            let each = self.compared.iter().zip(asked);
+            each.map(|(one, asked)| (self.data.names[one.place].as_str(), *asked))
         };
         let no_run = |e: Error| Fault::NoRun(e.to_string());
-        let small = match names().any(|name| name.starts_with(MODES)) {
+        let small = match names().any(|(name, asked)| asked && name.starts_with(MODES)) {
             true => Some(modes(scene).map_err(no_run)?.summary()),
             false => None,
         };
-        let summary = match names().all(|name| name.starts_with(MODES)) {
-            true => None,
-            false => Some(outcome(scene.clone(), &mut Quiet(hooks)).map_err(no_run)?),
+        let summary = match names().any(|(name, asked)| asked && !name.starts_with(MODES)) {
+            true => Some(outcome(scene.clone(), &mut Quiet(hooks)).map_err(no_run)?),
+            false => None,
         };
         if hooks.interrupted() {
             return Err(Fault::interrupted());
         }
-        let each = names().map(|name| {
+        let each = names().map(|(name, asked)| {
             let found = match name.strip_prefix(MODES) {
                 Some(path) => small.as_ref().map(|small| cell(small, path)),
                 None => summary.as_ref().map(|summary| cell(summary, name)),
@@ -461,6 +521,7 @@ impl Fit {
             match found {
                 Some(Cell::Real(x)) => Ok(x),
                 Some(Cell::Integer(n)) => Ok(n as f64),
+                _ if !asked => Ok(f64::NAN),
                 // A run that ended early has no such event, another may have it.
                 _ => Err(Fault::NoRun(format!(
                     "what comes of the scene has no number {name}; names are those of summary.json, `events.` of events.json and `modes.` of \

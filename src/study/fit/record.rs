@@ -1,18 +1,14 @@
 //! What a fit found.
 
-use super::{Fit, Found, TIME};
+use super::least::is_seen;
+use super::{Fit, Found, TIME, noise};
 use crate::error::Result;
 use crate::study::fit::confidence::quantile;
 use crate::study::{Cell, Column, Table, Values};
-use nalgebra::DMatrix;
 use serde_json::{Value, json};
 
 /// The probability of the intervals.
 const CONFIDENCE: f64 = 0.95;
-/// A direction of the parameters whose effect is smaller than this, relative to the largest, is not seen in the data.
-const SEEN: f64 = 1e-8;
-/// A value is at an end of its range within this part of it.
-const WALL: f64 = 1e-6;
 
 /// A field that was free.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,7 +18,7 @@ pub struct Parameter {
     /// Its best value.
     pub value: f64,
     /// The standard error of the value, to first order; None where the data do not tell it, it lies at an end of its range,
-    /// or there are as many free fields as numbers.
+    /// or there are as many free fields as numbers. With noise that was estimated of several columns it has a part for the weights.
     pub standard_error: Option<f64>,
     /// The interval that holds the true value with a probability of 95 %, where the model is right, the noise is normal and the model nearly linear over it.
     pub interval: Option<[f64; 2]>,
@@ -45,7 +41,7 @@ pub struct FitColumn {
     pub curve: Vec<f64>,
     /// Root of the mean square of their differences.
     pub rms: f64,
-    /// Standard deviation of its noise: as it was given, or as it was estimated by what is left.
+    /// Standard deviation of its noise: as it was given, or as it was estimated by what is left and the freedom that the fields leave it.
     pub noise: f64,
     /// True if it was given.
     pub known: bool,
@@ -86,32 +82,28 @@ impl Fit {
         let least = &found.least;
         let freedom = self.points() - self.free.len();
         let known = self.compared.iter().all(|one| one.noise.is_some());
-        // Noise that is known is not estimated once more.
-        let variance = match (known, freedom) {
-            (true, _) => Some(1.0),
-            (false, 0) => None,
-            (false, freedom) => Some(least.square() / freedom as f64),
-        };
-        let width = match known {
-            true => quantile(CONFIDENCE, 1_000_000),
-            false => quantile(CONFIDENCE, freedom.max(1)),
-        };
-        // A value at an end of its range is held there: it has no error of its own, and the others have theirs beside it.
-        let inside = |part: &f64| (WALL..=1.0 - WALL).contains(part);
-        let moving: Vec<usize> = (0..self.free.len())
-            .filter(|&i| inside(&least.at[i]))
-            .collect();
-        let slopes = least.slopes.select_columns(&moving);
-        let covariance = variance.and_then(|variance| Some(covariance(&slopes)? * variance));
+        // A value that is held has no error of its own, and the others have theirs beside it.
+        let moving = self.moving(least);
+        let seen = is_seen(&least.slopes);
+        let linear = self.linear(found);
+        let noise = noise::noise(&linear, found.noise.clone());
+        let errors = noise::errors(&linear, &noise);
+        let covariance = errors.as_ref().map(|errors| &errors.covariance);
         let place = |i: usize| moving.iter().position(|k| *k == i);
         let mut remarks = Vec::new();
         let mut parameters = Vec::new();
         for (i, (one, part)) in self.free.iter().zip(&least.at).enumerate() {
             let [value, by] = one.number(*part).unwrap_or([f64::NAN; 2]);
-            let error = covariance
-                .as_ref()
-                .and_then(|c| place(i).map(|k| c[(k, k)].sqrt()));
-            let at_bound = !inside(part);
+            let error = covariance.and_then(|c| place(i).map(|k| c[(k, k)].sqrt()));
+            let freedom = errors.as_ref().zip(place(i)).map(|(e, k)| e.freedom[k]);
+            let width = freedom.map_or(f64::NAN, |freedom| quantile(CONFIDENCE, freedom));
+            let at_bound = seen[i] && place(i).is_none();
+            if !seen[i] {
+                remarks.push(format!(
+                    "the data do not tell {}: nothing that was measured depends on it, and its value stands where a search began; do not free it",
+                    one.path
+                ));
+            }
             if at_bound {
                 remarks.push(format!(
                     "{} lies at an end of its range: a better value may lie outside; it was held there for the errors of the others",
@@ -145,17 +137,16 @@ impl Fit {
         }
         let count = self.free.len();
         let correlation = |i: usize, j: usize| {
-            let (Some(c), Some(i), Some(j)) = (&covariance, place(i), place(j)) else {
+            let (Some(c), Some(i), Some(j)) = (covariance, place(i), place(j)) else {
                 return 0.0;
             };
             c[(i, j)] / (c[(i, i)] * c[(j, j)]).sqrt()
         };
-        let left = self.noise_left(found);
         let curves = match between {
             Some(table) => self.over_time(table)?,
             None => vec![("", [].as_slice()); self.compared.len()],
         };
-        let columns = self.compared.iter().zip(model).zip(&left).zip(curves);
+        let columns = self.compared.iter().zip(model).zip(&noise).zip(curves);
         let columns = columns.map(|(((one, model), noise), (unit, curve))| {
             let data: Vec<f64> = self.data.column(one.place).collect();
             let pairs = data.iter().zip(&model).filter(|(x, _)| !x.is_nan());
@@ -208,22 +199,6 @@ impl Fit {
             remarks,
         })
     }
-}
-
-/// (J^T J)^-1 by the singular values of J; None if a direction of the parameters is not seen in the residuals.
-fn covariance(slopes: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-    if slopes.ncols() == 0 {
-        return Some(DMatrix::zeros(0, 0));
-    }
-    let svd = slopes.clone().svd(false, true);
-    let v = svd.v_t?.transpose();
-    let values = svd.singular_values;
-    let largest = values.max();
-    if !(values.min() > SEEN * largest) {
-        return None;
-    }
-    let inverse = DMatrix::from_diagonal(&values.map(|s| 1.0 / (s * s)));
-    Some(&v * inverse * v.transpose())
 }
 
 impl FitRecord {

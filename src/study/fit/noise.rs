@@ -1,0 +1,296 @@
+//! The noise of columns, estimated from what is left of them, and the errors of the fields that follow from it.
+//!
+//! The fields follow all columns, so that what is left of a column has less freedom than the column has numbers. A variance is the square of what is
+//! left by that freedom (restricted maximum likelihood; Patterson and Thompson, Biometrika 58, 1971): by the count of numbers alone short columns
+//! would seem too exact, weigh too much, and seem more exact still. Weights that are estimated are uncertain, too: the covariance and
+//! the degrees of freedom of each field are those of Kenward and Roger (Biometrics 53, 1997).
+
+use nalgebra::{DMatrix, DVector};
+
+/// A direction of the fields whose effect is smaller than this, relative to the largest, is not seen in the data.
+pub(super) const SEEN: f64 = 1e-8;
+/// Most rounds of the estimate, in each of which it comes nearer by a factor, and their relative change at its end.
+const ROUNDS: usize = 2000;
+const SETTLED: f64 = 1e-6;
+
+/// A column about the end of a fit, where what is left of it is linear in the fields.
+pub(super) struct Linear {
+    /// How many numbers it has.
+    count: usize,
+    /// Derivatives of the model by the fields, and model less data, in the units of the data.
+    slopes: DMatrix<f64>,
+    left: DVector<f64>,
+    /// Its noise where that is known.
+    known: Option<f64>,
+    /// The least that is taken for it elsewhere.
+    least: f64,
+}
+
+impl Linear {
+    /// A long column is as good as the triangle of its QR factors: sums of products are the same.
+    pub fn new(slopes: DMatrix<f64>, left: DVector<f64>, known: Option<f64>, least: f64) -> Self {
+        let (count, fields) = slopes.shape();
+        let mut both = slopes.insert_column(fields, 0.0);
+        both.set_column(fields, &left);
+        if count > fields + 1 {
+            both = both.qr().unpack_r();
+        }
+        Self {
+            count,
+            left: both.column(fields).into_owned(),
+            slopes: both.remove_column(fields),
+            known,
+            least,
+        }
+    }
+}
+
+/// Errors of the fields.
+pub(super) struct Errors {
+    pub covariance: DMatrix<f64>,
+    /// The degrees of freedom with which each variance is known.
+    pub freedom: Vec<f64>,
+}
+
+/// The same problem with every column divided by its noise.
+struct Weighted {
+    /// U^T U of the rows of each column, U S V^T being the slopes: the parts that the columns have in the fields; their sum is 1.
+    shares: Vec<DMatrix<f64>>,
+    /// What is left beside the fields.
+    left: DVector<f64>,
+    /// V S^-1.
+    back: DMatrix<f64>,
+    /// True if no direction of the fields was left out since it is not seen.
+    is_whole: bool,
+}
+
+/// The noise of the columns, from a guess of it on.
+pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
+    for _ in 0..ROUNDS {
+        let weighted = weighted(columns, &noise);
+        let mut change = 0.0f64;
+        let mut from = 0;
+        for ((column, share), sigma) in columns.iter().zip(&weighted.shares).zip(&mut noise) {
+            let rows = column.left.len();
+            let left = weighted.left.rows(from, rows).norm() * *sigma;
+            from += rows;
+            // As many fields as numbers leave nothing.
+            let freedom = match column.count as f64 - share.trace() {
+                freedom if freedom > SEEN => freedom,
+                _ => column.count as f64,
+            };
+            let estimate = (left / freedom.sqrt()).max(column.least);
+            let new = column.known.unwrap_or(estimate);
+            change = change.max((new / *sigma - 1.0).abs());
+            *sigma = new;
+        }
+        if change < SETTLED {
+            break;
+        }
+    }
+    noise
+}
+
+/// The errors of the fields with this noise; None if the data do not tell the fields apart, or nothing is left to estimate the noise from.
+pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Option<Errors> {
+    let Weighted {
+        shares,
+        back,
+        is_whole,
+        ..
+    } = weighted(columns, noise);
+    let each = columns.iter().zip(&shares);
+    let unknown: Vec<(usize, &DMatrix<f64>)> = each
+        .filter(|(column, _)| column.known.is_none())
+        .map(|(column, share)| (column.count, share))
+        .collect();
+    let size = unknown.len();
+    // Fisher's information of the logarithms of the variances, of which every column has count - fields on its own: no field has
+    // fewer degrees of freedom.
+    let information = DMatrix::from_fn(size, size, |i, j| {
+        let ((count, own), (_, other)) = (unknown[i], unknown[j]);
+        let alone = match i == j {
+            true => count as f64 - 2.0 * own.trace(),
+            false => 0.0,
+        };
+        0.5 * (alone + own.dot(other))
+    });
+    // Zero, but for rounding, where as many fields as numbers are free.
+    let seen = (0..size).all(|i| information[(i, i)] > SEEN);
+    let spread = information.try_inverse().filter(|_| seen && is_whole)?;
+    let fields = back.ncols();
+    let mut more = DMatrix::identity(fields, fields);
+    for (i, (_, own)) in unknown.iter().enumerate() {
+        more += *own * (2.0 * spread[(i, i)]);
+        for (j, (_, other)) in unknown.iter().enumerate() {
+            more -= *own * *other * (2.0 * spread[(i, j)]);
+        }
+    }
+    let parts: Vec<DVector<f64>> = unknown
+        .iter()
+        .map(|(_, share)| (&back * *share * back.transpose()).diagonal())
+        .collect();
+    let freedom = (0..fields).map(|k| {
+        let variance = back.row(k).norm_squared();
+        let parts = DVector::from_iterator(size, parts.iter().map(|part| part[k]));
+        2.0 * variance * variance / parts.dot(&(&spread * &parts))
+    });
+    Some(Errors {
+        freedom: freedom.collect(),
+        covariance: &back * more * back.transpose(),
+    })
+}
+
+fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
+    let fields = columns.first().map_or(0, |column| column.slopes.ncols());
+    let rows: usize = columns.iter().map(|column| column.left.len()).sum();
+    let (mut slopes, mut left) = (DMatrix::zeros(rows, fields), DVector::zeros(rows));
+    let mut from = 0;
+    for (column, sigma) in columns.iter().zip(noise) {
+        let rows = column.left.len();
+        slopes
+            .rows_mut(from, rows)
+            .copy_from(&(&column.slopes / *sigma));
+        left.rows_mut(from, rows)
+            .copy_from(&(&column.left / *sigma));
+        from += rows;
+    }
+    let (u, back) = match fields {
+        0 => (slopes, DMatrix::zeros(0, 0)),
+        _ => seen_parts(slopes),
+    };
+    let mut from = 0;
+    let shares = columns.iter().map(|column| {
+        let own = u.rows(from, column.left.len());
+        from += column.left.len();
+        own.tr_mul(&own)
+    });
+    Weighted {
+        shares: shares.collect(),
+        left: &left - &u * u.tr_mul(&left),
+        is_whole: back.ncols() == fields,
+        back,
+    }
+}
+
+/// U and V S^-1 of the slopes, without what is not seen.
+fn seen_parts(slopes: DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (rows, fields) = slopes.shape();
+    let svd = slopes.svd(true, true);
+    let (Some(u), Some(v)) = (svd.u, svd.v_t.map(|v| v.transpose())) else {
+        return (DMatrix::zeros(rows, 0), DMatrix::zeros(fields, 0));
+    };
+    let values = svd.singular_values;
+    let seen: Vec<usize> = (0..values.len())
+        .filter(|&k| values[k] > SEEN * values.max())
+        .collect();
+    let mut back = v.select_columns(&seen);
+    for (k, mut column) in seen.iter().zip(back.column_iter_mut()) {
+        column /= values[*k];
+    }
+    (u.select_columns(&seen), back)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Linear, errors, noise, weighted};
+    use crate::study::fit::confidence::quantile;
+    use crate::study::sweep::chance;
+    use nalgebra::{DMatrix, DVector, dmatrix};
+
+    /// The derivatives of 3 and 4 numbers by two fields.
+    fn slopes() -> DMatrix<f64> {
+        dmatrix![1.0, -1.0; 1.0, 0.2; 1.0, 1.5; 0.4, 1.0; -0.7, 1.0; 1.1, 0.8; 0.2, -1.3]
+    }
+
+    /// Normal noise of theirs, of 0.3 and 0.5.
+    fn drawn(seed: u64) -> DVector<f64> {
+        DVector::from_fn(7, |k, _| {
+            let [u, v] = [0, 1].map(|i| chance(seed, k as u64, i));
+            let sigma = if k < 3 { 0.3 } else { 0.5 };
+            sigma * (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+        })
+    }
+
+    fn columns(left: &DVector<f64>) -> [Linear; 2] {
+        [(0, 3), (3, 4)].map(|(from, count)| {
+            let slopes = slopes().rows(from, count).into_owned();
+            Linear::new(slopes, left.rows(from, count).into_owned(), None, 1e-9)
+        })
+    }
+
+    /// The restricted likelihood has its maximum at the noise, and the errors are those of the general formulas of Kenward and Roger, in which the variances
+    /// are parameters of a dense covariance of all numbers. Catches a wrong freedom of a column, information of another parameter, a lost term of the
+    /// covariance.
+    #[test]
+    fn errors_are_those_of_the_general_formulas() {
+        let (x, y) = (&slopes(), &drawn(5));
+        let columns = columns(y);
+        let noise = noise(&columns, vec![1.0, 1.0]);
+        let parts = [0..3, 3..7].map(|own| {
+            DMatrix::from_fn(7, 7, |i, j| f64::from(u8::from(i == j && own.contains(&i))))
+        });
+        let inverse = |matrix: DMatrix<f64>| matrix.try_inverse().unwrap();
+        let weight =
+            |noise: &[f64]| inverse(&parts[0] * noise[0].powi(2) + &parts[1] * noise[1].powi(2));
+        let likelihood = |noise: &[f64]| {
+            let w = weight(noise);
+            let information = x.transpose() * &w * x;
+            let beta = inverse(information.clone()) * x.transpose() * &w * y;
+            let left = y - x * beta;
+            0.5 * (w.determinant() / information.determinant()).ln() - 0.5 * left.dot(&(&w * &left))
+        };
+        let most = likelihood(&noise);
+        for (a, b) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+            let near = [noise[0] * (1.0 + 1e-3 * a), noise[1] * (1.0 + 1e-3 * b)];
+            assert!(likelihood(&near) < most, "{a} {b}");
+        }
+
+        let w = weight(&noise);
+        let phi = inverse(x.transpose() * &w * x);
+        let r = &w - &w * x * &phi * x.transpose() * &w;
+        let information =
+            DMatrix::from_fn(2, 2, |i, j| 0.5 * (&r * &parts[i] * &r * &parts[j]).trace());
+        let spread = inverse(information);
+        let p = |i: usize| -(x.transpose() * &w * &parts[i] * &w * x);
+        let mut inner = DMatrix::zeros(2, 2);
+        for i in 0..2 {
+            for j in 0..2 {
+                let q = x.transpose() * &w * &parts[i] * &w * &parts[j] * &w * x;
+                inner += (q - p(i) * &phi * p(j)) * spread[(i, j)];
+            }
+        }
+        let covariance = &phi + &phi * inner * &phi * 2.0;
+        let errors = errors(&columns, &noise).unwrap();
+        assert!((&errors.covariance - &covariance).norm() < 1e-9 * covariance.norm());
+        for k in 0..2 {
+            let g = DVector::from_fn(2, |i, _| -(&phi * p(i) * &phi)[(k, k)]);
+            let freedom = 2.0 * phi[(k, k)].powi(2) / g.dot(&(&spread * &g));
+            assert!((errors.freedom[k] / freedom - 1.0).abs() < 1e-9);
+            assert!(freedom >= 1.0);
+        }
+    }
+
+    /// Catches short columns that seem too exact: with weights by what is left over the count, and all degrees of freedom, intervals of 95 % held
+    /// the truth in 76 % of such draws.
+    #[test]
+    fn intervals_of_short_columns_hold_the_truth() {
+        let (mut held, draws) = (0, 400);
+        for seed in 0..draws {
+            let columns = columns(&drawn(seed));
+            let noise = noise(&columns, vec![1.0, 1.0]);
+            let errors = errors(&columns, &noise).unwrap();
+            // The best fields of what is left.
+            let back = weighted(&columns, &noise).back;
+            let each = columns.iter().zip(&noise);
+            let right = each.map(|(one, sigma)| one.slopes.tr_mul(&one.left) / sigma.powi(2));
+            let value = &back * back.transpose() * right.sum::<DVector<f64>>();
+            for k in 0..2 {
+                let half = quantile(0.95, errors.freedom[k]) * errors.covariance[(k, k)].sqrt();
+                held += usize::from(value[k].abs() <= half);
+            }
+        }
+        let part = held as f64 / (2 * draws) as f64;
+        assert!((0.9..0.975).contains(&part), "{part}");
+    }
+}
