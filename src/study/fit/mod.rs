@@ -78,7 +78,7 @@ impl Fit {
     /// # Errors
     /// Nothing that is free, or a field twice; data in which a name is missing, with no column to compare or fewer numbers than free fields;
     /// a noise that is not positive, or of a column that is not compared; columns that are given beside `t`, or are free; beside other columns one
-    /// of unknown noise with no more numbers than free fields.
+    /// of unknown noise with a single number.
     pub fn new(
         scene: String,
         set: Vec<String>,
@@ -173,13 +173,11 @@ impl Fit {
                 "the data have nothing to compare: their columns are {known}"
             ));
         }
-        if let Some((i, count)) = numbers.iter().find(|(i, count)| {
-            numbers.len() > 1 && known_noise[*i].is_none() && *count <= free.len()
-        }) {
-            let (name, fields) = (&data.names[*i], free.len());
-            return refuse(format!(
-                "the data have {count} numbers of {name}, and {fields} fields are free: a model that goes through all of these numbers says nothing of                  their noise, without which they cannot be weighed against the other columns; give it as --noise {name}=SIGMA"
-            ));
+        let alone = |(i, count): &&(usize, usize)| *count == 1 && known_noise[*i].is_none();
+        if let Some((i, count)) = numbers.iter().find(alone)
+            && numbers.len() > 1
+        {
+            return Err(untold(&data.names[*i], *count));
         }
         let needed = time.into_iter().chain(given.iter().map(|(i, _)| *i));
         for i in needed {
@@ -268,7 +266,7 @@ impl Fit {
     /// The best of what was found. Where the noise of several columns is not known, each is weighted by what is left of it, and the search goes on from there.
     ///
     /// # Errors
-    /// Nothing was found: then it says why the scene cannot be run in the middle of the ranges; an interrupt.
+    /// Nothing was found: then it says why the scene cannot be run in the middle of the ranges; a column whose noise cannot be estimated; an interrupt.
     pub fn best(
         &self,
         found: Vec<Found>,
@@ -531,6 +529,15 @@ impl Fit {
         });
         each.collect()
     }
+}
+
+/// A column beside others whose noise is neither given nor to be estimated.
+fn untold(name: &str, count: usize) -> Error {
+    let numbers = if count == 1 { "number" } else { "numbers" };
+    Error::domain(format!(
+        "the noise of {name} cannot be estimated from {count} {numbers}, to which the free fields can go, and without it the column cannot be weighed \
+         against the others; give it as --noise {name}=SIGMA"
+    ))
 }
 
 /// Why there is no model at a point.

@@ -45,6 +45,18 @@ impl Linear {
     }
 }
 
+/// Fewer degrees of freedom than one, but for rounding: intervals are then as good as endless.
+const FREE: f64 = 0.99;
+
+/// What the data do not tell.
+#[derive(Debug, PartialEq)]
+pub(super) enum Untold {
+    /// The fields apart: a direction of them is not seen.
+    Fields,
+    /// The noise of this column, which the fields can follow.
+    Noise(usize),
+}
+
 /// Errors of the fields.
 pub(super) struct Errors {
     pub covariance: DMatrix<f64>,
@@ -91,22 +103,27 @@ pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
     noise
 }
 
-/// The errors of the fields with this noise; None if the data do not tell the fields apart, or nothing is left to estimate the noise from.
-pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Option<Errors> {
+/// The errors of the fields with this noise.
+///
+/// # Errors
+/// What the data do not tell.
+pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold> {
     let Weighted {
         shares,
         back,
         is_whole,
         ..
     } = weighted(columns, noise);
-    let each = columns.iter().zip(&shares);
-    let unknown: Vec<(usize, &DMatrix<f64>)> = each
-        .filter(|(column, _)| column.known.is_none())
-        .map(|(column, share)| (column.count, share))
-        .collect();
+    if !is_whole {
+        return Err(Untold::Fields);
+    }
+    let all = 0..columns.len();
+    let places: Vec<usize> = all.filter(|&c| columns[c].known.is_none()).collect();
+    let of = |c: &usize| (columns[*c].count, &shares[*c]);
+    let unknown: Vec<(usize, &DMatrix<f64>)> = places.iter().map(of).collect();
     let size = unknown.len();
     // Fisher's information of the logarithms of the variances, of which every column has count - fields on its own: no field has
-    // fewer degrees of freedom.
+    // fewer degrees of freedom than the least of these.
     let information = DMatrix::from_fn(size, size, |i, j| {
         let ((count, own), (_, other)) = (unknown[i], unknown[j]);
         let alone = match i == j {
@@ -115,9 +132,16 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Option<Errors> {
         };
         0.5 * (alone + own.dot(other))
     });
-    // Zero, but for rounding, where as many fields as numbers are free.
-    let seen = (0..size).all(|i| information[(i, i)] > SEEN);
-    let spread = information.try_inverse().filter(|_| seen && is_whole)?;
+    let by_information = |i: &usize, j: &usize| {
+        let [i, j] = [*i, *j].map(|i| information[(i, i)]);
+        i.total_cmp(&j)
+    };
+    let worst = (0..size).min_by(by_information);
+    let untold = || Untold::Noise(worst.map_or(0, |i| places[i]));
+    // Zero, but for rounding, where the fields follow all numbers of a column.
+    let is_told = worst.is_none_or(|i| information[(i, i)] > SEEN);
+    let spread = information.clone().try_inverse().filter(|_| is_told);
+    let spread = spread.ok_or_else(untold)?;
     let fields = back.ncols();
     let mut more = DMatrix::identity(fields, fields);
     for (i, (_, own)) in unknown.iter().enumerate() {
@@ -135,8 +159,12 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Option<Errors> {
         let parts = DVector::from_iterator(size, parts.iter().map(|part| part[k]));
         2.0 * variance * variance / parts.dot(&(&spread * &parts))
     });
-    Some(Errors {
-        freedom: freedom.collect(),
+    let freedom: Vec<f64> = freedom.collect();
+    if freedom.iter().any(|freedom| !(*freedom >= FREE)) {
+        return Err(untold());
+    }
+    Ok(Errors {
+        freedom,
         covariance: &back * more * back.transpose(),
     })
 }
@@ -193,7 +221,7 @@ fn seen_parts(slopes: DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Linear, errors, noise, weighted};
+    use super::{Linear, Untold, errors, noise, weighted};
     use crate::study::fit::confidence::quantile;
     use crate::study::sweep::chance;
     use nalgebra::{DMatrix, DVector, dmatrix};
@@ -292,5 +320,18 @@ mod tests {
         }
         let part = held as f64 / (2 * draws) as f64;
         assert!((0.9..0.975).contains(&part), "{part}");
+    }
+
+    /// Catches a column that takes all the weight: two numbers to which two fields go by the others nearly leave nothing to estimate their noise from.
+    #[test]
+    fn a_column_that_is_followed_does_not_tell_its_noise() {
+        let (slopes, left) = (slopes(), drawn(3));
+        let part = |from: usize, count: usize, size: f64| {
+            let left = left.rows(from, count) * size;
+            Linear::new(slopes.rows(from, count).into_owned(), left, None, 1e-9)
+        };
+        let columns = [part(0, 2, 1e-3), part(2, 5, 1.0)];
+        let noise = noise(&columns, vec![1.0, 1.0]);
+        assert_eq!(errors(&columns, &noise).err(), Some(Untold::Noise(0)));
     }
 }

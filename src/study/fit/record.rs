@@ -1,7 +1,8 @@
 //! What a fit found.
 
 use super::least::is_seen;
-use super::{Fit, Found, TIME, noise};
+use super::noise::{self, Untold};
+use super::{Fit, Found, TIME, untold};
 use crate::error::Result;
 use crate::study::fit::confidence::quantile;
 use crate::study::{Cell, Column, Table, Values};
@@ -87,7 +88,13 @@ impl Fit {
         let seen = is_seen(&least.slopes);
         let linear = self.linear(found);
         let noise = noise::noise(&linear, found.noise.clone());
-        let errors = noise::errors(&linear, &noise);
+        let errors = match noise::errors(&linear, &noise) {
+            Err(Untold::Noise(c)) if linear.len() > 1 => {
+                let one = &self.compared[c];
+                return Err(untold(&self.data.names[one.place], self.count(one)));
+            }
+            errors => errors.ok(),
+        };
         let covariance = errors.as_ref().map(|errors| &errors.covariance);
         let place = |i: usize| moving.iter().position(|k| *k == i);
         let mut remarks = Vec::new();
