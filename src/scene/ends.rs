@@ -146,12 +146,6 @@ impl End {
         all_free(&self.position) && self.orientation.is_none()
     }
 
-    /// The position, if every component is held.
-    pub fn held_position(&self) -> Option<[f64; 3]> {
-        let [x, y, z] = self.position.map(Component::held);
-        Some([x?, y?, z?])
-    }
-
     /// Force times [`End::load`].
     pub fn applied_force(&self) -> [f64; 3] {
         self.force.map(|x| self.load * x)

@@ -20,8 +20,6 @@ pub enum FaultKind {
     Value,
     /// Fields that exclude each other.
     Conflict,
-    /// A planned field or value, not available yet.
-    Planned,
 }
 
 /// One fault of a scene: where it is, what was found, what is allowed, what to do.
@@ -80,7 +78,6 @@ impl fmt::Display for Said<'_> {
             FaultKind::Syntax => ": not TOML: ",
             FaultKind::Missing => ": missing; must be ",
             FaultKind::Unknown => ": unknown; must be ",
-            FaultKind::Planned => ": not available yet; must be ",
             FaultKind::Type | FaultKind::Value | FaultKind::Conflict => ": must be ",
         };
         write!(f, "{verdict}{}", fault.allowed)?;

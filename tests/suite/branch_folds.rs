@@ -1,5 +1,6 @@
 //! How rods of known mass leave the folds of branches: against closed forms, small motions of rods with all of their mass, and folds nearby.
 
+use crate::support::near;
 use nalgebra::Vector2;
 use serde_json::Value;
 use snaprod::elastica::folds::fold_at;
@@ -9,11 +10,6 @@ use snaprod::elastica::{
 };
 use snaprod::scene::Scene;
 use snaprod::study::{self, BranchRecord, Silent, branch, mass::FoldAtRest};
-
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let error = (found / expected - 1.0).abs();
-    assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
-}
 
 /// A rod that is stiff out of the plane in which it is bent.
 const FLAT: &str = r#"

@@ -1,6 +1,7 @@
 //! How assemblies and taut rods leave the folds of their branches: against single rods, closed forms, small motions, and another chart.
 
 use crate::assembly_branches::arch;
+use crate::support::near;
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use snaprod::rod::{BothEnds, Chart, EndConditions, Problem, Rod, RodFamily};
 use snaprod::scene::Scene;
@@ -9,11 +10,6 @@ use snaprod::solve::arclength::{Continuation, Options};
 use snaprod::solve::special::SpecialKind;
 use snaprod::study::{self, BranchRecord, Silent, branch, mass::FoldAtRest};
 use std::f64::consts::FRAC_PI_2;
-
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let error = (found / expected - 1.0).abs();
-    assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
-}
 
 fn followed(text: &str) -> BranchRecord {
     branch(&Scene::parse(text).expect(text), &mut Silent).expect(text)

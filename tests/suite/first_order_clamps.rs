@@ -1,6 +1,7 @@
 //! The mass of single rods to first order on clamps that move (theory 2.9, 3.9).
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
+use crate::support::laid;
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
 use snaprod::assembly::{self, Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
 use snaprod::body::{Body, Frame, History, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium, LightRod};
@@ -91,12 +92,6 @@ fn uniform_motion_of_the_clamp_is_not_felt() {
     assert!((b[1] - a[1] - drift).norm() < 1e-10, "{a:?} {b:?}");
     assert!(open(&standing).abs() < 1e-10);
     assert!(ledgers[1].work.abs() > 0.05 && open(&ledgers).abs() < 1e-10);
-}
-
-/// d3 along +x, d1 across the plane.
-fn laid() -> UnitQuaternion<f64> {
-    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
-    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
 fn lifted(v: &Vector2<f64>) -> Vector3<f64> {

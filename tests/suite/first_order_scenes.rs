@@ -1,5 +1,6 @@
 //! The mass of elastic rods in space to first order, in scenes: when it is followed, what is said of it, how well it is right.
 
+use crate::support::number_at;
 use nalgebra::Vector3;
 use serde_json::Value;
 use snaprod::scene::{Inertia, Scene};
@@ -72,11 +73,6 @@ fn summary(text: &str, set: &[&str]) -> Value {
     let prepared = run::Prepared::new(&scene).unwrap();
     let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
     record.summary()
-}
-
-fn number(value: &Value, path: &str) -> f64 {
-    let found = value.pointer(path).and_then(Value::as_f64);
-    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
 }
 
 /// Catches a default that is silent, or that follows a mass where it cannot be followed.
@@ -156,7 +152,7 @@ tolerance = 1e-9
     let errors = full.map(|(mass, expected)| {
         let mass = format!("rod.mass={mass}");
         let ran = summary(text, &[&mass, "rod.inertia=\"first-order\""]);
-        let [x, y] = ["/end/x", "/end/y"].map(|path| number(&ran, path));
+        let [x, y] = ["/end/x", "/end/y"].map(|path| number_at(&ran, path));
         (x - expected[0]).hypot(y - expected[1])
     });
     let order = (errors[0] / errors[1]).ln() / (0.1_f64 / 0.03).ln();
@@ -228,8 +224,8 @@ tolerance = 1e-9
     for (set, bound) in cases {
         let ran = summary(text, &[set, &["run.max_steps=20000"]].concat());
         assert_eq!(ran["outcome"], "end_of_time", "{set:?}: {}", ran["reason"]);
-        let off = number(&ran, "/energy_error/relative");
-        let lost = number(&ran, "/end/dissipated");
+        let off = number_at(&ran, "/energy_error/relative");
+        let lost = number_at(&ran, "/end/dissipated");
         assert!(
             off < 1e-8 && lost.abs() < bound,
             "{set:?}: {off:e} {lost:e}"
@@ -242,19 +238,19 @@ tolerance = 1e-9
 fn rods_of_assemblies_are_followed_too() {
     let found = summary(CHAIN, &[]);
     assert_eq!(found["outcome"], "end_of_time");
-    assert!(number(&found, "/energy_error/relative") < 1e-9);
-    assert!(number(&found, "/end/rod_kinetic") > 1e-4);
+    assert!(number_at(&found, "/energy_error/relative") < 1e-9);
+    assert!(number_at(&found, "/end/rod_kinetic") > 1e-4);
     let notes = found["rod_masses"].as_array().unwrap();
-    let eps: Vec<f64> = notes.iter().map(|note| number(note, "/eps")).collect();
+    let eps: Vec<f64> = notes.iter().map(|note| number_at(note, "/eps")).collect();
     assert_eq!(eps, [0.04, 0.0625]);
     // Only what moves differs: at the start the rods bear their weight in either case.
     let none = ["rod[0].inertia=\"none\"", "rod[1].inertia=\"none\""];
     let without = summary(CHAIN, &none);
     for path in ["/start/potential", "/start/elastic", "/start/kinetic"] {
-        assert_eq!(number(&found, path), number(&without, path));
+        assert_eq!(number_at(&found, path), number_at(&without, path));
     }
-    let moved =
-        number(&found, "/end/bodies/q/position/1") - number(&without, "/end/bodies/q/position/1");
+    let moved = number_at(&found, "/end/bodies/q/position/1")
+        - number_at(&without, "/end/bodies/q/position/1");
     assert!((1e-5..1e-2).contains(&moved.abs()), "{moved}");
     assert!(without["end"].get("rod_kinetic").is_none());
     for (set, said) in [
@@ -341,7 +337,7 @@ tolerance = 1e-9
     ];
     let errors = full.map(|(mass, expected)| {
         let ran = summary(text, &[&format!("rod.mass={mass}")]);
-        let [x, y] = ["/end/x", "/end/y"].map(|path| number(&ran, path));
+        let [x, y] = ["/end/x", "/end/y"].map(|path| number_at(&ran, path));
         println!(
             "PASS {mass} {} dx {:e} dy {:e}",
             ran["work"]["steps"],
@@ -374,7 +370,7 @@ tolerance = 1e-10
 "#;
     let ran = summary(text, &[]);
     let rate = (3.0 / (1.0 + 33.0 / 140.0 * 0.08_f64)).sqrt();
-    let [y, expected] = [number(&ran, "/end/y"), 1e-4 / rate * (40.0 * rate).sin()];
+    let [y, expected] = [number_at(&ran, "/end/y"), 1e-4 / rate * (40.0 * rate).sin()];
     assert!((y - expected).abs() < 1e-6 * 1e-4, "{y:e} {expected:e}");
-    assert!(number(&ran, "/end/dissipated").abs() < 1e-12);
+    assert!(number_at(&ran, "/end/dissipated").abs() < 1e-12);
 }

@@ -1,5 +1,6 @@
 //! Folds that the rods of assemblies pass with friction and mass: against a single rod, the light assembly, and the statics of the rod.
 
+use crate::support::number_at;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 use snaprod::math::se3::joined;
@@ -9,11 +10,6 @@ use snaprod::section::Linear;
 use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, run, samples};
 use snaprod::study::run as single;
 use snaprod::study::{Silent, Table};
-
-fn number(value: &Value, path: &str) -> f64 {
-    let found = value.pointer(path).and_then(Value::as_f64);
-    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
-}
 
 fn vector(value: &Value) -> Vector3<f64> {
     Vector3::from_fn(|i, _| value[i].as_f64().unwrap())
@@ -99,7 +95,12 @@ fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
             ("/mass/friction_over_inertia", 1e-5),
             ("/energy/elastic", 1e-3),
         ] {
-            near(number(&fold, path), number(&alone, path), tolerance, path);
+            near(
+                number_at(&fold, path),
+                number_at(&alone, path),
+                tolerance,
+                path,
+            );
         }
         assert_eq!(fold["mass"]["verdict"], alone["mass"]["verdict"]);
     }
@@ -136,8 +137,8 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
         let fold = event(ran(&scene).events(), "fold");
         assert_eq!((&fold["rod"], &snap["rod"]), (&"right".into(), &"right".into()));
         held_by(&scene, &fold);
-        near(number(&fold, "/released"), number(&snap, "/released"), 5e-3, "released");
-        number(&fold, "/t") - number(&snap, "/t")
+        near(number_at(&fold, "/released"), number_at(&snap, "/released"), 5e-3, "released");
+        number_at(&fold, "/t") - number_at(&snap, "/t")
     });
     let order = (late[0] / late[1]).log2();
     assert!((0.9..1.3).contains(&order), "{late:?}");
@@ -145,7 +146,7 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
 
 /// The arch on the right is at its fold under the wrench of the event, and its end is where the body and the ground hold it; so is where it lands.
 fn held_by(scene: &Scene, fold: &Value) {
-    let t = number(fold, "/t");
+    let t = number_at(fold, "/t");
     let prepared = AssemblyPrepared::new(scene).unwrap();
     let table = samples(&prepared, &[t], &mut Silent).unwrap();
     let csv = table.csv();
@@ -191,7 +192,7 @@ fn a_light_rod_that_is_lost_is_told_once() {
         .filter(|e| e["kind"] == "light_rod_lost")
         .collect();
     assert_eq!(lost.len(), 2, "{events:#?}");
-    let t = number(lost[0], "/t");
+    let t = number_at(lost[0], "/t");
     assert!(
         (0.08..0.12).contains(&t) && lost[0]["until"].is_null(),
         "{t}"

@@ -1,14 +1,10 @@
 //! Folds of the light rod that rods with friction or mass pass in space: against the plane, and against light rods in space.
 
+use crate::support::number_at;
 use serde_json::Value;
 use snaprod::elastica::Equilibrium;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
-
-fn number(value: &Value, path: &str) -> f64 {
-    let found = value.pointer(path).and_then(Value::as_f64);
-    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
-}
 
 /// The events of one kind of a run.
 fn events(scene: &Scene, kind: &str) -> Vec<Value> {
@@ -144,7 +140,7 @@ fn a_planar_rod_passes_the_same_fold_in_space() {
         let plane = event(&flat(&[set, &[&plane]].concat()), "fold");
         let space = event(&lifted(&[set, &[&space]].concat()), "fold");
         let same = |path: &str, tolerance: f64| {
-            let [a, b] = [&space, &plane].map(|event| number(event, path));
+            let [a, b] = [&space, &plane].map(|event| number_at(event, path));
             near(a, b, tolerance, path);
         };
         for path in ["t", "x", "y", "released", "from/elastic", "to/elastic"] {
@@ -174,11 +170,11 @@ fn folds_in_space_come_to_the_snaps_of_light_rods() {
             event(&scene(&[&damping]), "fold")
         });
         let [more, less] =
-            [&folds[0], &folds[1]].map(|fold| number(fold, "/t") - number(&snap, "/t"));
+            [&folds[0], &folds[1]].map(|fold| number_at(fold, "/t") - number_at(&snap, "/t"));
         let ratio = more / less;
         assert!((7.5..10.5).contains(&ratio), "{ratio}: {more} {less}");
         for path in ["/released", "/from/elastic", "/to/elastic"] {
-            let [found, expected] = [&folds[1], &snap].map(|event| number(event, path));
+            let [found, expected] = [&folds[1], &snap].map(|event| number_at(event, path));
             near(found, expected, 1e-4, path);
         }
         for (path, most) in [
@@ -187,13 +183,13 @@ fn folds_in_space_come_to_the_snaps_of_light_rods() {
             ("/z", 1e-4),
             ("/to/force/2", 0.02),
         ] {
-            let [found, expected] = [&folds[1], &snap].map(|event| number(event, path));
+            let [found, expected] = [&folds[1], &snap].map(|event| number_at(event, path));
             assert!((found - expected).abs() < most, "{path}: {found}");
         }
-        let delay = number(&folds[1], "/mass/inertial_delay");
+        let delay = number_at(&folds[1], "/mass/inertial_delay");
         near(
             delay,
-            number(&snap, "/mass/inertial_delay"),
+            number_at(&snap, "/mass/inertial_delay"),
             1e-3,
             "inertial delay",
         );
@@ -223,11 +219,11 @@ fn folds_in_space_come_to_those_of_rods_without_mass() {
             "potential",
             "dissipated",
         ];
-        let gained = energies.map(|name| number(&fold, &format!("/energy/{name}")));
+        let gained = energies.map(|name| number_at(&fold, &format!("/energy/{name}")));
         let sum: f64 = gained.iter().sum();
         assert!(sum.abs() < 1e-5 && gained[4] > 0.0, "{gained:?}");
         assert_eq!(fold["mass"]["verdict"], "followed with its mass");
-        number(&fold, "/t") - number(&creeping, "/t")
+        number_at(&fold, "/t") - number_at(&creeping, "/t")
     });
     let order = (late[0] / late[2]).log10();
     assert!((0.9..1.3).contains(&order), "{late:?}");
@@ -241,8 +237,8 @@ fn rods_with_friction_leave_their_fold_when_the_normal_form_says() {
         let damping = format!("rod.damping={{ proportional = {eta} }}");
         let scene = lifted(&[&OUT[..], &[&damping, "run.duration=0.06"]].concat());
         let (fold, layers) = (event(&scene, "fold"), events(&scene, "layer"));
-        let peak = number(&layers[0], "/peak");
-        (peak - number(&fold, "/t")) / number(&fold, "/mass/viscous_delay")
+        let peak = number_at(&layers[0], "/peak");
+        (peak - number_at(&fold, "/t")) / number_at(&fold, "/mass/viscous_delay")
     });
     // The parabola in x = eta^(1/3) through the three, at 0.
     let x = [1e-3_f64, 1e-4, 1e-5].map(f64::cbrt);

@@ -1,5 +1,6 @@
 //! Bodies of single rods with mass in grooves: against closed forms of beams, the rod as an assembly, the light rod, and the energy.
 
+use crate::support::replaced;
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
@@ -40,13 +41,6 @@ fn ran(text: &str) -> (RunRecord, Vec<Table>) {
     let prepared = Prepared::new(&scene).unwrap();
     let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
     (record, tables)
-}
-
-fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
-    changes.iter().fold(text.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replace(from, to)
-    })
 }
 
 /// The rows of columns of a table.

@@ -1,6 +1,7 @@
 //! Rods with mass and Maxwell branches: against the closed form of a beam, the light rod with the same branches, a rod that is stiffer or
 //! rubs more, the same rod written otherwise, and the energy.
 
+use crate::support::replaced;
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
@@ -61,13 +62,6 @@ fn ran(text: &str) -> (RunRecord, Table) {
     let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
     assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
     (record, tables.swap_remove(0))
-}
-
-fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
-    changes.iter().fold(text.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replace(from, to)
-    })
 }
 
 /// What a column holds at the end.

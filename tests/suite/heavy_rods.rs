@@ -1,7 +1,7 @@
 //! Rods under their own weight, or another load along them, at rest (tests/data/mass/selfweight_given.json).
 
 use crate::support::{assert_close, json, list, number, rows};
-use nalgebra::{DVector, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{
     Chart, Charted, Distributed, EndConditions, Equilibrium, Path, Problem, Rod, RodFamily,
     Spatial, Statical,
@@ -16,10 +16,8 @@ const GREENHILL: f64 = 7.83734743894348;
 /// A straight rod of length and in-plane stiffness 1 along +x, d1 along z: it bends in the plane (x, y) about d1.
 fn laid(out_of_plane: f64) -> Rod {
     let law = Linear::diagonal([1.0, out_of_plane], 0.8).expect("a law");
-    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
-    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
     let rod = Rod::new(1.0, law).expect("a rod");
-    rod.with_clamp(Vector3::zeros(), turn)
+    rod.with_clamp(Vector3::zeros(), crate::support::laid())
 }
 
 fn along(load: Vector3<f64>) -> Distributed {

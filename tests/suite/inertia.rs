@@ -1,5 +1,6 @@
 //! Rods with mass against independent solutions (tests/data/mass): frequencies and whole motions.
 
+use crate::support::{decimal, mass_data};
 use nalgebra::{DVector, Matrix3, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody};
@@ -12,27 +13,10 @@ use snaprod::rod::Distributed;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
 use snaprod::solve::integrator::{Integrator, Method};
-use std::fs;
-use std::path::Path;
 use std::sync::Arc;
 
-fn data(name: &str) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/mass")
-        .join(format!("{name}_given.json"));
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
-
-/// A number, which may be written as a word.
-fn number(value: &Value) -> f64 {
-    match value {
-        Value::String(word) => word.parse().unwrap(),
-        value => value.as_f64().unwrap(),
-    }
-}
-
 fn numbers(value: &Value) -> Vec<f64> {
-    value.as_array().unwrap().iter().map(number).collect()
+    value.as_array().unwrap().iter().map(decimal).collect()
 }
 
 /// A planar rod of unit length, stiffness and body mass.
@@ -57,7 +41,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
 
 /// The body of a case of the file, with its offset along the tangent and a load at its centre.
 fn body(case: &Value, gravity: Vector3<f64>, force: Vector3<f64>) -> Mass {
-    let [offset, inertia] = ["offset", "rotary_inertia"].map(|name| number(&case[name]));
+    let [offset, inertia] = ["offset", "rotary_inertia"].map(|name| decimal(&case[name]));
     if offset == 0.0 && inertia == 0.0 {
         let point = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
         return Mass::Point(point.with_dead_force(force).unwrap());
@@ -76,9 +60,14 @@ fn frequencies(rod: &HeavyRod, q: &[f64]) -> Vec<f64> {
 /// Catches a wrong mass matrix, a body that lacks its offset or its rotary inertia: closed forms of the beam.
 #[test]
 fn straight_frequencies() {
-    for case in data("frequencies")["straight"].as_array().unwrap() {
+    for case in mass_data("frequencies")["straight"].as_array().unwrap() {
         let none = Vector3::zeros();
-        let given = planar(number(&case["rod_mass"]), 0.0, none, body(case, none, none));
+        let given = planar(
+            decimal(&case["rod_mass"]),
+            0.0,
+            none,
+            body(case, none, none),
+        );
         let rod = HeavyRod::new(given, Grid::uniform(20)).unwrap();
         let found = frequencies(&rod, &vec![0.0; rod.size()]);
         for (found, wanted) in found.iter().zip(numbers(&case["omega"])) {
@@ -90,13 +79,13 @@ fn straight_frequencies() {
 /// Catches a stiffness that lacks the load, a weight that misses the rod: frequencies about bent equilibria.
 #[test]
 fn bent_frequencies() {
-    for case in data("frequencies")["bent"].as_array().unwrap() {
+    for case in mass_data("frequencies")["bent"].as_array().unwrap() {
         let vector = |name: &str| {
             let v = numbers(&case[name]);
             Vector3::new(v[0], v[1], 0.0)
         };
         let (gravity, force) = (vector("gravity"), vector("dead_force_at_centroid"));
-        let mass = number(&case["rod_mass"]);
+        let mass = decimal(&case["rod_mass"]);
         let given = planar(mass, 0.0, gravity, body(case, gravity, force));
         let rod = HeavyRod::new(given, Grid::uniform(28)).unwrap();
         // From the side to which the load bends it.
@@ -105,7 +94,7 @@ fn bent_frequencies() {
         let weights = rod.sections.grid.weights();
         let turned: f64 = q.iter().zip(weights).map(|(u, w)| u * w).sum();
         assert!(
-            (turned - number(&case["theta_tip"])).abs() < 1e-10,
+            (turned - decimal(&case["theta_tip"])).abs() < 1e-10,
             "{turned}"
         );
         for (found, wanted) in frequencies(&rod, &q).iter().zip(numbers(&case["omega"])) {

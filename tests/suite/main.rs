@@ -15,6 +15,7 @@ mod bar_waves;
 mod bounces_space;
 #[cfg(feature = "scene")]
 mod branch_folds;
+#[cfg(feature = "scene")]
 mod branch_folds_assemblies;
 mod breaks;
 #[cfg(feature = "scene")]

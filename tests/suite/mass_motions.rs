@@ -1,25 +1,10 @@
 //! Motions of rods with mass, from scenes, against the full runs of tests/data/mass.
 
+use crate::support::{decimal, mass_data};
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
-use std::fs;
-use std::path::Path;
-
-fn data(name: &str) -> Value {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data/mass")
-        .join(format!("{name}_given.json"));
-    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
-}
-
-fn number(value: &Value) -> f64 {
-    match value {
-        Value::String(word) => word.parse().unwrap(),
-        value => value.as_f64().unwrap(),
-    }
-}
 
 fn ran(text: &str) -> (RunRecord, Vec<Table>) {
     let scene = Scene::parse(text).unwrap();
@@ -33,14 +18,14 @@ fn ran(text: &str) -> (RunRecord, Vec<Table>) {
 /// The scene of a file, in units in which nothing is 1, with these samples.
 fn scene(file: &Value, start: &str, run: &str) -> String {
     let vector = |name: &str, unit: f64| {
-        let both = [0, 1].map(|i| number(&file[name][i]) * unit);
+        let both = [0, 1].map(|i| decimal(&file[name][i]) * unit);
         format!("{both:?}")
     };
     format!(
         "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = {}\ninertia = \"full\"\n\
          damping = {{ proportional = {} }}\n[body]\nmass = 1.0\n[loads]\ngravity = {}\ndead = {}\n[start]\n{start}\n[run]\n{run}\n",
-        number(&file["eps"]),
-        number(&file["eta"]),
+        decimal(&file["eps"]),
+        decimal(&file["eta"]),
         vector("gravity", 1.0),
         vector("dead_force_on_body", 1.0),
     )
@@ -50,7 +35,7 @@ fn scene(file: &Value, start: &str, run: &str) -> String {
 fn compare(file: &Value, table: &Table, every: f64, until: f64, [r, v, energy]: [f64; 3]) {
     let mut compared = 0;
     for state in file["states"].as_array().unwrap() {
-        let t = number(&state["t"]);
+        let t = decimal(&state["t"]);
         if t > until + 1e-9 {
             continue;
         }
@@ -65,12 +50,12 @@ fn compare(file: &Value, table: &Table, every: f64, until: f64, [r, v, energy]: 
         };
         near("t", t, 1e-12);
         for (i, [place, velocity]) in [["x", "vx"], ["y", "vy"]].into_iter().enumerate() {
-            near(place, number(&state["r"][i]), r);
-            near(velocity, number(&state["v"][i]), v);
+            near(place, decimal(&state["r"][i]), r);
+            near(velocity, decimal(&state["v"][i]), v);
         }
-        near("elastic", number(&state["bending_energy"]), energy);
-        near("rod_kinetic", number(&state["rod_kinetic"]), energy);
-        near("dissipated", number(&state["dissipated"]), energy);
+        near("elastic", decimal(&state["bending_energy"]), energy);
+        near("rod_kinetic", decimal(&state["rod_kinetic"]), energy);
+        near("dissipated", decimal(&state["dissipated"]), energy);
         compared += 1;
     }
     assert!(compared >= 3);
@@ -83,7 +68,7 @@ fn smooth_motions() {
         ("run_smooth", "[1.5, -1.5]"),
         ("run_gravity", "[-0.5, 0.5]"),
     ] {
-        let file = data(name);
+        let file = mass_data(name);
         let text = scene(
             &file,
             &format!("curvature = {curvature}\ncurvature_rate = [0.0]"),
@@ -99,7 +84,7 @@ fn smooth_motions() {
 /// Catches a start that is not tangent to the equilibria of the end, and a snap that the rod does not live through.
 #[test]
 fn a_snap_with_mass() {
-    let file = data("run_snap1");
+    let file = mass_data("run_snap1");
     let start = "lambda = 6.4292\np = 0.855\nvelocity = [-0.799, -0.033]";
     let text = scene(&file, start, "duration = 0.12\nsamples = 13");
     let (record, tables) = ran(&text);
@@ -111,7 +96,7 @@ fn a_snap_with_mass() {
 /// SI units.
 #[test]
 fn vibrations_of_a_scene() {
-    let file = data("frequencies");
+    let file = mass_data("frequencies");
     let case = &file["straight"][0];
     // A rod of 0.1 kg and 2 m with EI = 5 and a body of 1 kg: time scale sqrt(m L^3/EI).
     let density = 0.1 / (2.0 * 0.01 * 0.002);
@@ -127,7 +112,7 @@ fn vibrations_of_a_scene() {
     for (mode, wanted) in modes.iter().zip(case["omega"].as_array().unwrap()) {
         let found = mode.angular_frequency * time;
         assert!(
-            (found / number(wanted) - 1.0).abs() < 1e-9,
+            (found / decimal(wanted) - 1.0).abs() < 1e-9,
             "{found} {wanted}"
         );
     }
@@ -207,7 +192,7 @@ fn what_is_not_covered_is_said() {
 /// and two tolerances; and a resolved scene that is not one again.
 #[test]
 fn resolutions_and_tolerances() {
-    let file = data("run_gravity");
+    let file = mass_data("run_gravity");
     let start = "curvature = [-0.5, 0.5]\ncurvature_rate = [0.0]";
     let at = |more: &str, tolerance: f64| {
         let run = format!("duration = 1.0\nsamples = 5\ntolerance = {tolerance:e}");

@@ -1,5 +1,6 @@
 //! What the mass of rods in space changes: numbers of light rods, against the plane, closed forms and rods with all of their mass.
 
+use crate::support::{near, number_at};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
@@ -14,11 +15,6 @@ use snaprod::section::Linear;
 use snaprod::study::{self, Silent, Table, run};
 
 const EPS: f64 = 1e-3;
-
-fn near(found: f64, expected: f64, tolerance: f64) {
-    let error = (found / expected - 1.0).abs();
-    assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
-}
 
 fn massive(rod: &Rod) -> Massive {
     let sections = SectionMass {
@@ -137,11 +133,6 @@ fn folds_have_the_normal_form_of_the_plane() {
     }
 }
 
-fn number(value: &Value, path: &str) -> f64 {
-    let found = value.pointer(path).and_then(Value::as_f64);
-    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
-}
-
 /// Summary and events of a run.
 fn ran(text: &str, set: &[&str]) -> (Value, Vec<Value>) {
     let scene = Scene::parse_with(text, set).unwrap();
@@ -192,12 +183,16 @@ fn a_run_in_space_tells_what_it_tells_in_the_plane() {
         ("folds/0/inertial_delay", 1e-5),
     ] {
         let path = format!("/validity/{field}");
-        near(number(&space, &path), number(&plane, &path), tolerance);
+        near(
+            number_at(&space, &path),
+            number_at(&plane, &path),
+            tolerance,
+        );
     }
     let ratio = |of: &Value| {
-        let folds = |field| number(of, &format!("/validity/folds/0/{field}"));
+        let folds = |field| number_at(of, &format!("/validity/folds/0/{field}"));
         // A rate over a Kelvin-Voigt time.
-        folds("D0") / folds("M0") / number(of, "/scales/time").powi(2)
+        folds("D0") / folds("M0") / number_at(of, "/scales/time").powi(2)
     };
     near(ratio(&space), ratio(&plane), 1e-5);
     assert_eq!(space["validity"]["verdict"], plane["validity"]["verdict"]);
@@ -297,7 +292,7 @@ duration = 0.01
 fn rods_of_an_assembly_have_the_numbers_of_beams() {
     let clamped = 4.730_040_744_862_704_f64.powi(2);
     let (found, _) = ran(BRIDGE, &[]);
-    let field = |path: &str| number(&found, &format!("/validity/{path}"));
+    let field = |path: &str| number_at(&found, &format!("/validity/{path}"));
     near(
         field("frequency_shift"),
         -0.5 * (0.04 / 2.0) * 13.0 / 35.0,
@@ -387,9 +382,9 @@ to = 1.0
     };
     let found = told(COLUMN);
     for (k, load) in [0.0_f64, 1.0].into_iter().enumerate() {
-        assert_eq!(number(&found, &format!("/{k}/parameter")), load);
+        assert_eq!(number_at(&found, &format!("/{k}/parameter")), load);
         assert!(found[k]["eps"].is_null() && found[k]["frequency_shift"].is_null());
-        let omega = number(&found, &format!("/{k}/rod_frequency"));
+        let omega = number_at(&found, &format!("/{k}/rod_frequency"));
         // Units of the length, the smaller stiffness and the mass.
         let (push, square) = (load * 4.0 / 3.0, omega * omega * 0.7 * 8.0 / 3.0);
         let root = (0.25 * push * push + square).sqrt();
@@ -406,6 +401,6 @@ to = 1.0
     );
     let found = told(&bridge);
     let shift = -0.5 * (0.04 / 2.0) * 13.0 / 35.0;
-    near(number(&found, "/0/frequency_shift"), shift, 1e-3);
-    near(number(&found, "/0/rods/1/eps"), 0.015, 1e-12);
+    near(number_at(&found, "/0/frequency_shift"), shift, 1e-3);
+    near(number_at(&found, "/0/rods/1/eps"), 0.015, 1e-12);
 }

@@ -1,12 +1,12 @@
 //! Natural frequencies and mode shapes of scenes.
 
 use crate::program::Place;
+use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Vector2};
 use snaprod::body::Body;
 use snaprod::elastica::{Elastica, EndStiffness, fold_at, settled};
 use snaprod::motion::{Event, Options, Run};
-use snaprod::scene::Scene;
-use snaprod::study::{ModesRecord, modes};
+use snaprod::study::ModesRecord;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 fn close(got: f64, want: f64, tolerance: f64) {
@@ -30,16 +30,6 @@ fn spatial(more: &str) -> String {
     )
 }
 
-fn of(text: &str) -> ModesRecord {
-    let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-    modes(&scene).unwrap_or_else(|why| panic!("{why}\n{text}"))
-}
-
-fn frequencies(record: &ModesRecord) -> Vec<f64> {
-    let modes = record.motions.modes.iter();
-    modes.map(|mode| mode.angular_frequency).collect()
-}
-
 /// A uniform rod of mass 1 with this body alone, and as an assembly of one rod; `loads` act on the body.
 fn with_mass(body: &str, loads: &str) -> [ModesRecord; 2] {
     let rod = "model = \"cosserat\"\nlength = 1.0\nmass = 1.0\ninertia = \"full\"\n\
@@ -51,7 +41,7 @@ fn with_mass(body: &str, loads: &str) -> [ModesRecord; 2] {
         "[[rod]]\nname = \"r\"\n{rod}from = {{ position = [0.0, 0.0, 0.0] }}\nto = {{ body = \"m\" }}\n\
          [[body]]\nname = \"m\"\n{body}{loads}\n{rest}"
     );
-    [alone, chain].map(|text| of(&text))
+    [alone, chain].map(|text| modes_of(&text))
 }
 
 fn are_among(found: &ModesRecord, exact: &[[f64; 2]], tolerance: f64) {
@@ -136,7 +126,7 @@ fn a_mass_on_a_straight_rod() {
         let force = b * b * 5.0 / 4.0 * if pulled { 1.0 } else { -1.0 };
         let want = square.signum() * (unit * square.abs()).sqrt();
         let loads = format!("rest = \"straight\"\n[loads]\ndead = [{force:?}, 0.0]");
-        let record = of(&planar(&loads));
+        let record = modes_of(&planar(&loads));
         assert!(record.of_start && record.remarks.is_empty());
         let motions = &record.motions;
         assert_eq!((frequencies(&record).len(), motions.rigid), (1, 1));
@@ -149,7 +139,7 @@ fn a_mass_on_a_straight_rod() {
         assert_eq!(motions.modes[0].period().is_some(), want > 0.0);
         if want > 0.0 {
             let loads = format!("settled = true\n[loads]\ndead = [{force:?}, 0.0, 0.0]");
-            let record = of(&spatial(&loads));
+            let record = modes_of(&spatial(&loads));
             assert_eq!((frequencies(&record).len(), record.motions.rigid), (2, 1));
             frequencies(&record)
                 .into_iter()
@@ -175,10 +165,10 @@ fn bent_rods_in_the_plane_and_in_space() {
         [-40.0, -30.0],
     ] {
         let [x, y] = load;
-        let flat = of(&planar(&format!(
+        let flat = modes_of(&planar(&format!(
             "settled = true\n[loads]\ndead = [{x:?}, {y:?}]"
         )));
-        let space = of(&spatial(&format!(
+        let space = modes_of(&spatial(&format!(
             "settled = true\n[loads]\ndead = [{x:?}, {y:?}, 0.0]"
         )));
         assert!(flat.of_start && flat.motions.stable && space.motions.stable);
@@ -206,7 +196,7 @@ fn next_to_the_straight_rod() {
         for along in [2.5, 0.0, -1.25] {
             let [straight, bent] = [0.0, across].map(|y| {
                 let loads = format!("settled = true\n[loads]\ndead = [{along:?}, {y:?}]");
-                let record = of(&planar(&loads));
+                let record = modes_of(&planar(&loads));
                 assert!(record.motions.stable && record.of_start);
                 frequencies(&record)[0]
             });
@@ -226,7 +216,7 @@ fn next_to_the_straight_rod() {
 fn small_oscillations_of_a_run() {
     let text = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[start]\nsettled = true\n\
                 [loads]\ngravity = [-1.0, -2.0]\n[run]\nduration = 1.0\n";
-    let record = of(text);
+    let record = modes_of(text);
     let load = Vector2::new(-1.0, -2.0);
     let at = settled(&load).unwrap().unwrap();
     let body = Body::new(1.0).unwrap().with_gravity(load).unwrap();
@@ -271,7 +261,7 @@ fn small_oscillations_of_a_run() {
 #[test]
 fn drag_and_rotors() {
     let drag = 0.3;
-    let record = of(&planar(&format!(
+    let record = modes_of(&planar(&format!(
         "settled = true\n[loads]\ndead = [0.5, -2.5]\ndrag = {drag:?}"
     )));
     let eigenvalues = record.motions.eigenvalues.as_ref().unwrap();
@@ -286,9 +276,9 @@ fn drag_and_rotors() {
         )
     };
     for stretch in ["", ", axial = 80.0"] {
-        let slow = of(&body(0.0, stretch));
+        let slow = modes_of(&body(0.0, stretch));
         assert!(slow.motions.eigenvalues.is_none());
-        let fast = of(&body(0.4, stretch));
+        let fast = modes_of(&body(0.4, stretch));
         let whirls = fast.motions.eigenvalues.as_ref().unwrap();
         assert_eq!(whirls.len(), frequencies(&slow).len());
         assert!(whirls.iter().all(|s| s.re.abs() < 1e-10));
@@ -302,9 +292,9 @@ fn drag_and_rotors() {
 #[test]
 fn which_equilibrium() {
     let load = "[loads]\ngravity = [0.0, -3.0]";
-    let bent = of(&planar(&format!("settled = true\n{load}")));
+    let bent = modes_of(&planar(&format!("settled = true\n{load}")));
     // Held up, and moving.
-    let begun = of(&planar(&format!(
+    let begun = modes_of(&planar(&format!(
         "position = [1.6, 0.5]\nsheet = \"lowest\"\nvelocity = [0.0, 1.0]\n{load}"
     )));
     assert!(bent.of_start && !begun.of_start);
@@ -314,7 +304,7 @@ fn which_equilibrium() {
         begun.remarks
     );
     assert_eq!(begun.motions, bent.motions);
-    let turned = of(&planar(&format!(
+    let turned = modes_of(&planar(&format!(
         "settled = true\n[clamp]\nangle = {FRAC_PI_2:?}\n[loads]\ngravity = [3.0, 0.0]"
     )));
     for (a, b) in bent.motions.modes.iter().zip(&turned.motions.modes) {
@@ -324,9 +314,9 @@ fn which_equilibrium() {
     }
     // An unstable equilibrium by its name, its load typed in: grows.
     let column = "rest = \"straight\"\n[loads]\ndead = [-4.0, 0.0]";
-    assert_eq!(of(&planar(column)).motions.index, 1);
+    assert_eq!(modes_of(&planar(column)).motions.index, 1);
     // Buckled to the side of its imperfection.
-    let column = of(&planar(
+    let column = modes_of(&planar(
         "rest = \"straight\"\nimperfection = -0.01\n[loads]\ndead = [-4.0, 0.0]",
     ));
     let rod = &column.motions.rods[0];

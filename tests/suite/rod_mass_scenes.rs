@@ -1,5 +1,6 @@
 //! The mass of the rod in scenes of motion: inertia = "first-order", and what a run says of it.
 
+use crate::support::number_at;
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, Values, modes, run};
@@ -37,11 +38,6 @@ fn recorded(text: &str, set: &[&str]) -> (run::RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-fn number(value: &Value, path: &str) -> f64 {
-    let found = value.pointer(path).and_then(Value::as_f64);
-    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
-}
-
 /// Catches numbers in other units or of another place: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3)
 /// (theory 2.8), the straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
 /// length, mass and stiffness all are the same.
@@ -62,7 +58,7 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         let record = record(SNAP, set);
         let (found, events) = (record.summary(), record.events());
         let near = |path: &str, expected: f64, tolerance: f64| {
-            let found = number(&found, path);
+            let found = number_at(&found, path);
             assert!(
                 (found / expected - 1.0).abs() < tolerance,
                 "{path}: {found}, not {expected}"
@@ -82,16 +78,16 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         // Each snap has its own, and the time to the next one or to the end.
         let folds = found["validity"]["folds"].as_array().unwrap();
         assert_eq!(folds.len(), events.len());
-        let ends = events[1..].iter().map(|next| number(next, "/t"));
-        let ends: Vec<f64> = ends.chain([number(&found, "/end/t")]).collect();
+        let ends = events[1..].iter().map(|next| number_at(next, "/t"));
+        let ends: Vec<f64> = ends.chain([number_at(&found, "/end/t")]).collect();
         for ((fold, event), end) in folds.iter().zip(&events).zip(ends) {
             let mass = &event["mass"];
             assert_eq!(mass["inertial_delay"], fold["inertial_delay"]);
-            let left = end - number(event, "/t");
-            assert!((number(mass, "/until_next") - left).abs() < 1e-12 * time);
-            assert_eq!(number(mass, "/ringing_decays"), 0.0);
+            let left = end - number_at(event, "/t");
+            assert!((number_at(mass, "/until_next") - left).abs() < 1e-12 * time);
+            assert_eq!(number_at(mass, "/ringing_decays"), 0.0);
             let verdict = mass["verdict"].as_str().unwrap();
-            let late = number(mass, "/inertial_delay") > 0.2 * left;
+            let late = number_at(mass, "/inertial_delay") > 0.2 * left;
             assert_eq!(verdict.starts_with("late"), late, "{verdict}");
         }
         assert!(found["end"].get("rod_kinetic").is_none());
@@ -160,12 +156,12 @@ fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
         panic!("rod_kinetic is no column of numbers");
     };
     let without = kinetic.iter().filter(|energy| **energy == 0.0).count();
-    let (unfelt, every) = (number(&found, "/rod_unfelt"), 0.5 / 2000.0);
+    let (unfelt, every) = (number_at(&found, "/rod_unfelt"), 0.5 / 2000.0);
     assert!(without > 10 && (unfelt / every - without as f64).abs() < 3.0);
     assert_eq!(found["outcome"], "end_of_time");
-    assert!(number(&found, "/energy_error/relative") < 1e-8);
-    assert!(number(&found, "/end/rod_kinetic") > 0.0);
-    assert!(number(&found, "/snaps") >= 1.0);
+    assert!(number_at(&found, "/energy_error/relative") < 1e-8);
+    assert!(number_at(&found, "/end/rod_kinetic") > 0.0);
+    assert!(number_at(&found, "/snaps") >= 1.0);
     let verdict = found["validity"]["verdict"].as_str().unwrap();
     assert!(
         verdict.starts_with("the rod's mass is followed to first order"),
@@ -173,7 +169,8 @@ fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     );
     // Weight of the rod: the first state has it in its potential.
     let without = summary(SNAP, &["loads.gravity=[0.0, -1.0]"]);
-    let difference = number(&found, "/start/potential") - number(&without, "/start/potential");
+    let difference =
+        number_at(&found, "/start/potential") - number_at(&without, "/start/potential");
     assert!(
         difference.abs() > 1e-4 && difference.abs() < 0.01,
         "{difference}"
@@ -277,21 +274,21 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
         folds.remove(0)
     };
     let snap = record(SNAP, &["run.duration=0.05"]).events().remove(0);
-    let late = |fold: &Value| number(fold, "/t") - number(&snap, "/t");
+    let late = |fold: &Value| number_at(fold, "/t") - number_at(&snap, "/t");
     let [strong, weak, least] = ["rod.damping=1e-3", "rod.damping=1e-4", "rod.damping=1e-5"]
         .map(|damping| folds(&[damping, "run.duration=0.05", "run.tolerance=1e-8"]));
     let ratio = late(&weak) / late(&least);
     assert!((8.5..10.5).contains(&ratio), "{ratio}");
     for path in ["/from/p", "/from/w", "/to/p", "/to/w", "/released"] {
-        let (found, expected) = (number(&weak, path), number(&snap, path));
+        let (found, expected) = (number_at(&weak, path), number_at(&snap, path));
         assert!((found / expected - 1.0).abs() < 1e-4, "{path}: {found}");
     }
-    let (a, d0) = (number(&weak, "/form/A"), number(&weak, "/form/D0"));
+    let (a, d0) = (number_at(&weak, "/form/A"), number_at(&weak, "/form/D0"));
     assert!((a / 22.281 - 1.0).abs() < 5e-3 && (d0 / 9.3137 - 1.0).abs() < 1e-4);
-    let delay = number(&weak, "/mass/viscous_delay");
+    let delay = number_at(&weak, "/mass/viscous_delay");
     assert!((delay / (2.2579 * 1e-4_f64.powf(2.0 / 3.0)) - 1.0).abs() < 5e-3);
     // eta D0 T_i/(eps M0), T_i from the escape 0.2581 eps^(2/5).
-    let ratio = number(&strong, "/mass/friction_over_inertia");
+    let ratio = number_at(&strong, "/mass/friction_over_inertia");
     let expected = 9.3137 / 0.015452 * (0.2581 / 3.411684) * 1e-3 * 1e-4_f64.powf(-0.6);
     assert!((ratio / expected - 1.0).abs() < 1e-2, "{ratio}");
     let verdict = strong["mass"]["verdict"].as_str().unwrap();
@@ -306,7 +303,7 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
         "run.tolerance=1e-7",
     ]);
     assert!(late(&heavy) > 0.0 && late(&heavy) < 2e-3, "{heavy:#}");
-    let of = |name: &str| number(&heavy, &format!("/energy/{name}"));
+    let of = |name: &str| number_at(&heavy, &format!("/energy/{name}"));
     let sum = [
         "kinetic",
         "rod_kinetic",

@@ -158,13 +158,7 @@ fn every_field_and_default() {
         scene.end().unwrap().position,
         [Component::Held(0.5), Component::Free, Component::Held(1.0)]
     );
-    assert_eq!(
-        (
-            scene.end().unwrap().held_position(),
-            scene.end().unwrap().orientation
-        ),
-        (None, None)
-    );
+    assert_eq!(scene.end().unwrap().orientation, None);
     assert_eq!(scene.end().unwrap().applied_force(), [0.0, 1.5, 0.0]);
     let quarter = std::f64::consts::FRAC_PI_2;
     let turned = Rotation {
@@ -287,8 +281,8 @@ fn ends_in_all_forms() {
     let of = |lines: &str| parse(&end(lines)).end.unwrap();
     let ball = of("position = [0.5, 0.1, 0.5]\ncouple = [0, 0, 1]");
     assert_eq!(
-        (ball.held_position(), ball.orientation),
-        (Some([0.5, 0.1, 0.5]), None)
+        (ball.position, ball.orientation),
+        ([0.5, 0.1, 0.5].map(Component::Held), None)
     );
     let q = "quaternion = [0.6, 0, 0.8, 0]";
     let clamped = of(&format!("position = [0.5, 0.1, 0.5]\n{q}"));

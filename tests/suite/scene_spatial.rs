@@ -1,11 +1,11 @@
 //! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
 
+use crate::support::{one_fault, text_of};
 use snaprod::scene::{
-    BarrierTerm, Damping, EndLoad, EndPose, Fault, FaultKind, FrictionLaw, History, Joint, Load,
-    Method, Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix,
-    StrainName, Units,
+    BarrierTerm, Damping, EndLoad, EndPose, FaultKind, FrictionLaw, History, Joint, Load, Method,
+    Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
+    Units,
 };
-use std::path::Path;
 
 /// Every table and nearly every field; the lines are counted below.
 const FULL: &str = r#"units = "si"
@@ -67,11 +67,6 @@ fn parse(text: &str) -> Scene {
 fn edit(base: &str, from: &str, to: &str) -> String {
     assert!(base.contains(from), "{from}");
     base.replacen(from, to, 1)
-}
-
-fn text_of(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
 }
 
 fn damping(text: &str) -> String {
@@ -380,19 +375,6 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (format!("{BALL}[solve]"), 15, "solve", Conflict, "keep one of the two"),
         (format!("{BALL}[contineu]"), 15, "contineu", Unknown, "one of units"),
     ]
-}
-
-fn one_fault(
-    found: &[Fault],
-    text: &str,
-    (line, field, kind, words): (usize, &str, FaultKind, &str),
-) {
-    let [found] = found else {
-        panic!("{found:#?}\n{text}")
-    };
-    let seen = (found.line, found.field.as_str(), found.kind);
-    assert_eq!(seen, (line, field, kind), "{found}\n{text}");
-    assert!(found.to_string().contains(words), "{found}: {words}");
 }
 
 /// Catches a scene that cannot be run and is accepted, and faults that send the user elsewhere.

@@ -1,10 +1,10 @@
 //! Viscoelastic scenes: what is accepted, what is refused and where, and what it is in the library's units.
 
+use crate::support::{one_fault, text_of};
 use snaprod::scene::{
-    Damping, Dimensionless, Fault, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place,
-    PowerLaw, Relaxed, Scene, Setup, StrainMatrix,
+    Damping, Dimensionless, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place, PowerLaw,
+    Relaxed, Scene, Setup, StrainMatrix,
 };
-use std::path::Path;
 
 const PLANAR: &str = r#"[rod]
 model = "elastica"
@@ -23,11 +23,6 @@ velocity = [0.0, -1.0]
 duration = 3.0
 method = "implicit"
 "#;
-
-fn text_of(name: &str) -> String {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
-}
 
 /// `base` with `from` (which must occur) replaced by `to`.
 fn edit(base: &str, from: &str, to: &str) -> String {
@@ -206,19 +201,6 @@ fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (elastic("[run]", "nodes = 4"), 19, "run.nodes", Unknown, "belongs in [rod]"),
         (edit(&elastic("[start]", "curvature = [1]"), "lambda = 6.3", "").replace("kappa = 0.6", ""), 14, "start.curvature", Conflict, "in equilibrium at every instant"),
     ]
-}
-
-fn one_fault(
-    found: &[Fault],
-    text: &str,
-    (line, field, kind, words): (usize, &str, FaultKind, &str),
-) {
-    let [found] = found else {
-        panic!("{found:#?}\n{text}")
-    };
-    let seen = (found.line, found.field.as_str(), found.kind);
-    assert_eq!(seen, (line, field, kind), "{found}\n{text}");
-    assert!(found.to_string().contains(words), "{found}: {words}");
 }
 
 /// Catches a scene that cannot be run and is accepted, and faults that send the user elsewhere.

@@ -1,25 +1,15 @@
 //! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against the ring-down of runs.
 
+use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Matrix3, Vector3};
 use snaprod::scene::Scene;
-use snaprod::study::modes::modes;
 use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{ModesRecord, Silent, Table};
 
 type Eigenvalue = Complex<f64>;
 
-fn of(text: &str) -> ModesRecord {
-    let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-    modes(&scene).unwrap_or_else(|why| panic!("{why}\n{text}"))
-}
-
 fn eigenvalues(record: &ModesRecord) -> Vec<Eigenvalue> {
     record.motions.eigenvalues.clone().expect("eigenvalues")
-}
-
-fn frequencies(record: &ModesRecord) -> Vec<f64> {
-    let modes = record.motions.modes.iter();
-    modes.map(|mode| mode.angular_frequency).collect()
 }
 
 /// Asserts that a list has each of some numbers with Im >= 0, as often, and no others.
@@ -74,19 +64,19 @@ fn space(section: &str, rod: &str, more: &str) -> String {
 fn proportional_friction_of_a_straight_rod() {
     for time in [1e-3, 0.3, 2.0, 50.0] {
         let damping = format!("damping = {{ proportional = {time:?} }}");
-        let found = of(&plane(&damping, ""));
+        let found = modes_of(&plane(&damping, ""));
         let square = 3.0 * 5.0 / (0.5 * 8.0);
         let what = format!("in the plane, tau = {time}");
         assert_same(&eigenvalues(&found), &roots(square, time), 1e-9, &what);
         let also = format!("damping = {:?}", 5.0 * time);
         assert_same(
-            &eigenvalues(&of(&plane(&also, ""))),
+            &eigenvalues(&modes_of(&plane(&also, ""))),
             &roots(square, time),
             1e-9,
             &what,
         );
         for (section, count) in [("", 5), (", shear = [40.0, 60.0], axial = 300.0", 6)] {
-            let found = of(&space(section, &damping, ""));
+            let found = modes_of(&space(section, &damping, ""));
             let squares = frequencies(&found);
             assert_eq!(squares.len(), count);
             let want: Vec<Eigenvalue> = squares.iter().flat_map(|w| roots(w * w, time)).collect();
@@ -104,7 +94,7 @@ fn memory_and_friction_at_rest() {
     let square = 3.0 * 5.0 / (0.5 * 8.0);
     let branch =
         "damping = { proportional = 0.05 }\n[[rod.relaxation]]\nstiffness = 2.5\ntime = 0.4\n";
-    let found = eigenvalues(&of(&plane(branch, "")));
+    let found = eigenvalues(&modes_of(&plane(branch, "")));
     let oscillates: Vec<_> = found.iter().filter(|s| s.im > 0.0).collect();
     assert_eq!(oscillates.len(), 1, "{found:?}");
     for s in oscillates {
@@ -112,8 +102,8 @@ fn memory_and_friction_at_rest() {
         let left = s * s + (s * 0.05 + memory + 1.0) * square;
         assert!(left.norm() <= 1e-9 * square, "{s} leaves {left}");
     }
-    let plain = of(&plane("damping = 0.7", ""));
-    let carreau = of(&plane(
+    let plain = modes_of(&plane("damping = 0.7", ""));
+    let carreau = modes_of(&plane(
         "damping = { viscosity = 0.7, exponent = 0.5, rate = 2.0 }",
         "",
     ));
@@ -162,7 +152,7 @@ fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) 
 #[test]
 fn a_bent_rod_rings_down_at_its_eigenvalue() {
     let slowest = |text: &str| {
-        let mut all = eigenvalues(&of(text));
+        let mut all = eigenvalues(&modes_of(text));
         all.retain(|s| s.im > 0.0);
         all.sort_by(|a, b| b.re.total_cmp(&a.re));
         all[0]
@@ -190,7 +180,7 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
             (found.re / want.re - 1.0).abs(),
             (found.im / want.im - 1.0).abs(),
         ];
-        let motions = of(text).motions;
+        let motions = modes_of(text).motions;
         let (creep, all) = (
             motions.creep.expect("friction"),
             motions.eigenvalues.expect("eigenvalues"),

@@ -2,12 +2,19 @@
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{
-    DefaultAllocator, Dim, Matrix6, OMatrix, Quaternion, UnitQuaternion, Vector3, Vector6,
+    DefaultAllocator, Dim, Matrix3, Matrix6, OMatrix, Quaternion, Rotation3, UnitQuaternion,
+    Vector3, Vector6,
 };
 use serde_json::Value;
 use snaprod::motion::{Motion, Snap};
 use snaprod::rod::{Fallen, Rod};
+#[cfg(feature = "scene")]
+use snaprod::scene::{Fault, FaultKind};
 use snaprod::section::{Linear, Varying};
+#[cfg(feature = "cli")]
+use snaprod::study::{ModesRecord, modes};
+#[cfg(feature = "scene")]
+use std::path::Path;
 
 /// Reads a JSON file of tests/data; missing or broken data fail.
 pub fn json(name: &str) -> Value {
@@ -161,6 +168,87 @@ pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
         }
     }
     shapes
+}
+
+/// The number at a path into a JSON value, `/end/x`.
+#[cfg(feature = "scene")]
+pub fn number_at(value: &Value, path: &str) -> f64 {
+    let found = value.pointer(path).and_then(Value::as_f64);
+    found.unwrap_or_else(|| panic!("{path} of {value:#}"))
+}
+
+/// Asserts that a number is off by less than this part of what is expected.
+#[cfg(feature = "scene")]
+#[track_caller]
+pub fn near(found: f64, expected: f64, tolerance: f64) {
+    let error = (found / expected - 1.0).abs();
+    assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
+}
+
+/// What tools/ref_mass*.py gave of rods with mass.
+pub fn mass_data(name: &str) -> Value {
+    json(&format!("mass/{name}_given.json"))
+}
+
+/// A number, which may be written as a word.
+pub fn decimal(value: &Value) -> f64 {
+    match value {
+        Value::String(word) => word.parse().unwrap(),
+        value => value.as_f64().unwrap(),
+    }
+}
+
+/// d1 across the plane, d3 along +x.
+pub fn laid() -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+/// A scene of the directory scenes, as text.
+#[cfg(feature = "scene")]
+pub fn text_of(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
+}
+
+/// The text with changes, each of something that is there.
+#[cfg(feature = "scene")]
+pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
+/// Asserts that this fault was found in a scene and no other, with these words.
+#[cfg(feature = "scene")]
+#[track_caller]
+pub fn one_fault(
+    found: &[Fault],
+    text: &str,
+    (line, field, kind, words): (usize, &str, FaultKind, &str),
+) {
+    let [found] = found else {
+        panic!("{found:#?}\n{text}")
+    };
+    let seen = (found.line, found.field.as_str(), found.kind);
+    assert_eq!(seen, (line, field, kind), "{found}\n{text}");
+    assert!(found.to_string().contains(words), "{found}: {words}");
+}
+
+/// The small motions of a scene.
+#[cfg(feature = "cli")]
+pub fn modes_of(text: &str) -> ModesRecord {
+    let scene = snaprod::scene::Scene::parse(text);
+    let scene = scene.unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    modes(&scene).unwrap_or_else(|why| panic!("{why}\n{text}"))
+}
+
+/// The angular frequencies of its modes.
+#[cfg(feature = "cli")]
+pub fn frequencies(record: &ModesRecord) -> Vec<f64> {
+    let modes = record.motions.modes.iter();
+    modes.map(|mode| mode.angular_frequency).collect()
 }
 
 /// The scene of the reference, word by word.

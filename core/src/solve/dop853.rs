@@ -256,6 +256,15 @@ fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -
     y
 }
 
+/// The state in a step of length `h` from a state, where the integrals of the polynomials of the slopes are these.
+pub(super) fn collocated<S: State>(from: &S, h: f64, integrals: &[f64], slopes: &[S]) -> S {
+    let mut state = from.clone();
+    for (integral, slope) in integrals.iter().zip(slopes) {
+        state.axpy(h * integral, slope);
+    }
+    state
+}
+
 /// sum_j a_j k_j.
 #[inline]
 fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {

@@ -11,7 +11,7 @@
 //! with a smooth Q that is the same for both directions ([`Reversible`]).
 
 use super::cost::Cost;
-use super::dop853::{State, StepTooSmall};
+use super::dop853::{State, StepTooSmall, collocated};
 
 /// A state whose motion may be reversible.
 pub trait Reversible: State {
@@ -438,11 +438,7 @@ impl<Y: Reversible> GaussStep<Y> {
 
     /// The state at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 8.
     pub fn at(&self, x: f64) -> Y {
-        let mut state = self.from.clone();
-        for (weight, slope) in integrals(x).iter().zip(&self.slopes) {
-            state.axpy(self.h * weight, slope);
-        }
-        state
+        collocated(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
     /// The same step with another length, at full order.

@@ -16,7 +16,7 @@
 mod rule;
 
 use super::cost::Cost;
-use super::dop853::State;
+use super::dop853::{State, collocated};
 use crate::math::Row;
 use crate::math::eight::wide;
 use pulp::{Simd, WithSimd};
@@ -425,11 +425,7 @@ impl<Y: State> LobattoStep<Y> {
 
     /// The state at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 9.
     pub fn at(&self, x: f64) -> Y {
-        let mut state = self.from.clone();
-        for (weight, slope) in integrals(x).iter().zip(&self.slopes) {
-            state.axpy(self.h * weight, slope);
-        }
-        state
+        collocated(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
     /// A part of the step from its start, of length `h`, at full order. None where it is not solved.

@@ -73,11 +73,6 @@ pub struct Special {
 }
 
 impl Special {
-    /// How far the index jumps: 2 at a double crossing. None without indices.
-    pub fn multiplicity(&self) -> Option<usize> {
-        Some(self.index.0?.abs_diff(self.index.1?))
-    }
-
     /// In coordinates (x, weight p).
     pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place, Place) {
         let at = &self.point;

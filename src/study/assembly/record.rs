@@ -11,8 +11,7 @@ use crate::study::beside;
 use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
-use crate::study::run::record::unresolved;
-use crate::study::run::recorder::untrusted;
+use crate::study::run::recorder::{doubts, outcome_key, spent};
 use crate::study::run::summary::{elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
@@ -158,10 +157,7 @@ impl AssemblyRunRecord {
     /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
     /// end_of_time.
     pub fn outcome(&self) -> &'static str {
-        if self.cut > 0 {
-            return "branch_limit";
-        }
-        self.short().map_or("end_of_time", |b| b.outcome.key())
+        outcome_key(self.cut, self.branches.iter().map(|b| &b.outcome))
     }
 
     /// Why the run fell short of what was asked, in the scene's units; None if it did not.
@@ -193,11 +189,9 @@ impl AssemblyRunRecord {
 
     /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
-        let closings = || self.branches.iter().map(|branch| &branch.closing);
-        let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
-        unresolved(rates)
-            .or_else(|| untrusted(closings(), self.scales.energy, self.bounds.tolerance))
-            .or_else(|| self.unstable())
+        let branches = self.branches.iter();
+        let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
+        doubts(told, self.scales.energy, self.bounds.tolerance).or_else(|| self.unstable())
     }
 
     fn unstable(&self) -> Option<String> {
@@ -216,8 +210,7 @@ impl AssemblyRunRecord {
 
     /// For how long a light rod whose mass is followed was without it, in all branches; None if none ever was.
     pub fn unfelt(&self) -> Option<f64> {
-        let time: f64 = self.branches.iter().map(|branch| branch.unfelt).sum();
-        (time > 0.0).then_some(time)
+        spent(self.branches.iter().map(|branch| branch.unfelt))
     }
 
     /// What came of the run.

@@ -2,7 +2,7 @@
 
 use super::ModelKind;
 use super::bounces::Bounces;
-use super::recorder::untrusted;
+use super::recorder::{doubts, outcome_key, spent};
 use super::spring::Spring;
 use crate::motion::creep::Layer;
 use crate::motion::inertia::SPILL;
@@ -276,7 +276,7 @@ pub struct Frame {
 const RELEASED: f64 = 1e-9;
 
 /// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them.
-pub(in crate::study) fn unresolved(rate_tails: impl Iterator<Item = f64>) -> Option<String> {
+pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
     (worst > SPILL).then(|| {
         format!(
@@ -296,10 +296,7 @@ impl RunRecord {
     /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
     /// end_of_time.
     pub fn outcome(&self) -> &'static str {
-        if self.cut > 0 {
-            return "branch_limit";
-        }
-        self.short().map_or("end_of_time", |b| b.outcome.key())
+        outcome_key(self.cut, self.branches.iter().map(|b| &b.outcome))
     }
 
     /// Why the run fell short of what was asked, in the scene's units; None if it did not.
@@ -342,11 +339,9 @@ impl RunRecord {
 
     /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
     pub fn warning(&self) -> Option<String> {
-        let closings = || self.branches.iter().map(|branch| &branch.closing);
-        let rates = self.branches.iter().filter_map(|b| b.resolution?.rate_tail);
-        unresolved(rates)
-            .or_else(|| untrusted(closings(), self.scales.energy, self.bounds.tolerance))
-            .or_else(|| self.unstable())
+        let branches = self.branches.iter();
+        let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
+        doubts(told, self.scales.energy, self.bounds.tolerance).or_else(|| self.unstable())
     }
 
     /// When and why folds that the light rod passes are not told; None where all are, or there is none.
@@ -357,8 +352,7 @@ impl RunRecord {
 
     /// For how long a light rod whose mass is followed was without it, in all branches; None if it never was.
     pub fn unfelt(&self) -> Option<f64> {
-        let time: f64 = self.branches.iter().map(|branch| branch.unfelt).sum();
-        (time > 0.0).then_some(time)
+        spent(self.branches.iter().map(|branch| branch.unfelt))
     }
 
     fn unstable(&self) -> Option<String> {

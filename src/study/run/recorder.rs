@@ -3,7 +3,7 @@
 use super::ModelKind;
 use super::bounces::Bounces;
 use super::prepared::{Prepared, Rest};
-use super::record::{Frame, Moment, RunBranch};
+use super::record::{Frame, Moment, RunBranch, unresolved};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
@@ -97,8 +97,38 @@ pub(in crate::study) fn audited(
 /// A motion is resolved if its speeds, in units of the rod, are so many tolerances.
 const RESOLVED: f64 = 1e3;
 
+/// A stable key of how a run ended: that of the first outcome that fell short, branch_limit where branches were cut, or end_of_time.
+pub(in crate::study) fn outcome_key<'a>(
+    cut: usize,
+    mut outcomes: impl Iterator<Item = &'a Outcome>,
+) -> &'static str {
+    let short = outcomes.find(|outcome| !outcome.is_complete());
+    match cut {
+        0 => short.map_or("end_of_time", Outcome::key),
+        _ => "branch_limit",
+    }
+}
+
+/// All of these times together; None if there is nothing of them.
+pub(in crate::study) fn spent(times: impl Iterator<Item = f64>) -> Option<f64> {
+    let time: f64 = times.sum();
+    (time > 0.0).then_some(time)
+}
+
+/// What is to be said of strain rates that the nodes do not hold, or of energies that the tolerance does not hold, from what each branch's ledger and the last
+/// coefficients of its strain rates tell.
+pub(in crate::study) fn doubts<'a>(
+    told: impl Iterator<Item = (&'a Closing, Option<f64>)> + Clone,
+    energy: f64,
+    tolerance: f64,
+) -> Option<String> {
+    let rate_tails = told.clone().filter_map(|(_, rate_tail)| rate_tail);
+    unresolved(rate_tails)
+        .or_else(|| untrusted(told.map(|(closing, _)| closing), energy, tolerance))
+}
+
 /// What is to be said of motions whose energies nobody can trust at the `tolerance`; one unit of energy is `energy`.
-pub(in crate::study) fn untrusted<'a>(
+fn untrusted<'a>(
     closings: impl Iterator<Item = &'a Closing>,
     energy: f64,
     tolerance: f64,
