@@ -182,7 +182,7 @@ fn error_figure([none, first]: &[Vec<f64>; 2]) -> Lines {
     };
     Lines {
         x_label: X_LABEL.into(),
-        y_label: "largest error of the end's place, t ≤ 0.5 (ℓ)".into(),
+        y_label: "largest error of the end's place, t ≤ 0.5 √(μℓ³/EI) (ℓ)".into(),
         x_log: true,
         y_log: true,
         series: vec![
@@ -198,7 +198,7 @@ fn error_figure([none, first]: &[Vec<f64>; 2]) -> Lines {
 fn cost_figure([none, first, full]: &[Vec<f64>; 3]) -> Lines {
     Lines {
         x_label: X_LABEL.into(),
-        y_label: "time on one core, t ≤ 0.5 (ms)".into(),
+        y_label: "time on one core, t ≤ 0.5 √(μℓ³/EI) (ms)".into(),
         x_log: true,
         y_log: true,
         series: vec![

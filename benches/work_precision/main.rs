@@ -54,7 +54,12 @@ fn models() {
     let mut first = 0;
     for (name, count) in names.into_iter().zip(ends) {
         let shown = first..first + count;
-        let drawn = figure(curves.iter().filter(|curve| shown.contains(&curve.problem)));
+        let error = match name {
+            "statics" => "error of the end: place (ℓ) or directors",
+            _ => "error at the end (ℓ, or ℓ per unit of time)",
+        };
+        let curves = curves.iter();
+        let drawn = figure(curves.filter(|curve| shown.contains(&curve.problem)), error);
         let path = format!(
             "{}/figures/work_precision_{name}.svg",
             env!("CARGO_MANIFEST_DIR")
@@ -201,8 +206,8 @@ fn digits(x: f64) -> String {
     format!("{x:.*}", (2 - x.log10().floor() as i32).max(0) as usize)
 }
 
-/// Errors against time, peers dashed.
-fn figure<'a>(curves: impl Iterator<Item = &'a Curve>) -> Lines {
+/// Errors, by this name, against time, peers dashed.
+fn figure<'a>(curves: impl Iterator<Item = &'a Curve>, error: &str) -> Lines {
     let series = curves.map(|curve| Series {
         name: curve.title.clone(),
         x: curve.points.iter().map(|p| p.ms).collect(),
@@ -216,7 +221,7 @@ fn figure<'a>(curves: impl Iterator<Item = &'a Curve>) -> Lines {
     });
     Lines {
         x_label: "time on one core (ms)".into(),
-        y_label: "error at the end (ℓ, or ℓ per unit of time)".into(),
+        y_label: error.into(),
         x_log: true,
         y_log: true,
         series: series.collect(),

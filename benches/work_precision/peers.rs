@@ -1,6 +1,7 @@
 //! What people would use in the place of a model: programs of tools/peers, run on the same problems.
 //!
-//! A peer is told the reference, `KEY=number,number,...` for each problem that there is, and prints lines `KEY method setting error right-hand-sides milliseconds`; 0 right-hand sides are ones not counted.
+//! A peer is told the reference, `KEY=number,number,...` for each problem that there is, and prints lines `KEY method setting error right-hand-sides milliseconds`; 0 right-hand sides are ones not counted. In the name of a method
+//! ~ stands for a blank.
 
 use crate::problems::Problem;
 use std::path::{Path, PathBuf};
@@ -80,7 +81,7 @@ impl Peer {
             let (Some(i), &[error, work, ms]) = (problem, &numbers[..]) else {
                 return Err(format!("it printed {line:?}"));
             };
-            let title = format!("{key} by {}", method.replace('_', " "));
+            let title = format!("{key} by {}", method.replace('~', " "));
             let point = Point {
                 setting: (*setting).to_owned(),
                 error,

@@ -98,7 +98,7 @@ int main(int argc, char **argv)
                 }
                 const Point o = point(z[0], z[1]);
                 const double error = std::fmax(std::hypot(o.x - end[0], o.y - end[1]), std::hypot(z[2] - end[3], z[3] - end[4]));
-                std::printf("%s C++,_Boost,_RKF78 1e-%d %.3e %ld %.4f\n", motion.key, digits, error, count, best);
+                std::printf("%s C++,~Boost,~RKF78 1e-%d %.3e %ld %.4f\n", motion.key, digits, error, count, best);
                 std::fflush(stdout);
             }
         }

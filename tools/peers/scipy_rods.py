@@ -67,7 +67,7 @@ def motion(end):
         p, w, vx, vy = found.y[:, -1]
         (x, y), *_ = point(p, w)
         error = max(hypot(x - end[0], y - end[1]), hypot(vx - end[3], vy - end[4]))
-        print(f"W scipy,_DOP853 1e-{digits} {error:.3e} {found.nfev} {ms:.3f}", flush=True)
+        print(f"W scipy,~DOP853 1e-{digits} {error:.3e} {found.nfev} {ms:.3f}", flush=True)
 
 
 def directors(q):
@@ -146,7 +146,7 @@ def rest(end):
             clock = time.perf_counter()
             y, work = solve(10.0**-digits)
             ms = 1e3 * (time.perf_counter() - clock)
-            print(f"rest scipy,_{name} 1e-{digits} {end_error(y, end):.3e} {work} {ms:.3f}", flush=True)
+            print(f"rest scipy,~{name} 1e-{digits} {end_error(y, end):.3e} {work} {ms:.3f}", flush=True)
 
 
 for argument in sys.argv[1:]:
