@@ -1,11 +1,11 @@
 //! The schemes of the thesis beside finite volumes: a bar under a sine load, 60 cells, after the wave has broken. Draws the
-//! stress along the bar to the SVG file named, if any.
+//! stress along the bar to the SVG file named, if any, each scheme in a panel of its own with that of finer cells over it.
 //!
 //!     cargo run --release --example bar_schemes -- figures/bar_schemes.svg
 
 use snaprod::bar::{Bar, End, Material, Scheme, Snapshot, Stress, motion};
 use snaprod::body::History;
-use snaprod::plot::{Lines, Paper, Series, lines};
+use snaprod::plot::{Lines, Paper, Series, small_multiples};
 use std::f64::consts::TAU;
 
 const LENGTH: f64 = 3.0;
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Ok(motion.snapshot())
     };
     let fine = state(Scheme::FiniteVolume, 1920, None)?;
-    let mut series = vec![drawn("finite-volume, 1920 cells", &fine)];
+    let mut panels = Vec::new();
     for scheme in Scheme::ALL {
         if scheme == Scheme::Spectral {
             continue;
@@ -36,26 +36,31 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Scheme::StretchSequential => assert!(off < 4.0),
             _ => assert!(off > 5.0),
         }
-        series.push(drawn(&format!("{} ({off:.1})", scheme.name()), &coarse));
-    }
-    if let Some(path) = std::env::args().nth(1) {
-        let data = Lines {
-            title: "Stress at 3 ms, 60 elements, dt = 2e-6 s (mean error, psi)".to_owned(),
+        panels.push(Lines {
+            title: format!("{} ({off:.1})", scheme.name()),
             x_label: "X (in)".to_owned(),
             y_label: "stress (psi)".to_owned(),
-            series,
+            // The reference is drawn last, on top.
+            series: vec![
+                drawn("60 elements", &coarse, 4),
+                drawn("finite-volume, 1920 cells", &fine, 0),
+            ],
             ..Lines::default()
-        };
-        std::fs::write(path, lines(&data, &Paper::SCREEN)?)?;
+        });
+    }
+    if let Some(path) = std::env::args().nth(1) {
+        let title = "Stress at 3 ms, dt = 2e-6 s (mean error, psi)";
+        std::fs::write(path, small_multiples(title, &panels, &Paper::SCREEN)?)?;
     }
     Ok(())
 }
 
-fn drawn(name: &str, state: &Snapshot) -> Series {
+fn drawn(name: &str, state: &Snapshot, colour: usize) -> Series {
     Series {
         name: name.to_owned(),
         x: state.x.clone(),
         y: state.stress.clone(),
+        colour: Some(colour),
         ..Series::default()
     }
 }

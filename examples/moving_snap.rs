@@ -161,6 +161,17 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
         CLAMP[0] - 2.0,
         CLAMP[1] - 24.0
     )?;
+    // The radius of the circle is the scale of the picture.
+    for (x, y, colour, name) in [
+        (190, 293, "#C8102E", "fold"),
+        (302, 316, "#777777", "full reach, ℓ"),
+        (164, 168, "#777777", "path of the mass"),
+    ] {
+        writeln!(
+            svg,
+            "<text x=\"{x}\" y=\"{y}\" font-size=\"12\" fill=\"{colour}\">{name}</text>"
+        )?;
+    }
     writeln!(
         svg,
         "<polyline points=\"{}\" fill=\"none\" stroke=\"#0072B2\" stroke-width=\"4\" stroke-linecap=\"round\" stroke-linejoin=\"round\">{}{}</polyline>",

@@ -158,8 +158,6 @@ pub enum Trace {
     Line,
     /// A dashed line.
     Dashed,
-    /// Marks alone.
-    Marks,
     /// A line with marks.
     LineMarks,
     /// A dashed line with marks.
@@ -191,7 +189,6 @@ impl Series {
         let key = match self.trace {
             Trace::Line => Key::Line(pen),
             Trace::Dashed => Key::Line(pen.dashed(6.0, 4.0)),
-            Trace::Marks => Key::Mark(mark(look), pen.colour),
             Trace::Dots => Key::Mark(Mark::Dot, pen.colour),
             Trace::LineMarks => Key::LineMark(pen, mark(look)),
             Trace::DashedMarks => Key::LineMark(pen.dashed(6.0, 4.0), mark(look)),
@@ -276,7 +273,7 @@ pub struct Patch {
     pub columns: usize,
     /// The points, row by row: point (i, j) is `points[i * columns + j]`.
     pub points: Vec<[f64; 3]>,
-    /// For each point true if the equilibrium there is unstable; a face with such a corner is grey. Empty: nothing is said of it.
+    /// For each point true if the equilibrium there is unstable; a face with such a corner is nearly grey. Empty: nothing is said of it.
     pub unstable: Vec<bool>,
 }
 

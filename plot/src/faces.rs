@@ -7,12 +7,12 @@ use super::geometry::{
     Pixel, Point, area, between, contains, cross, cut, cut_segment, dot, heading, length, minus,
     norm, thin,
 };
-use super::palette::{Colour, UNSTABLE, category};
+use super::palette::{Colour, category};
 use super::stage::Stage;
 use std::collections::HashMap;
 
 /// How far a back face's colour is towards white.
-const BACK_TINT: f64 = 0.5;
+const BACK_TINT: f64 = 0.3;
 /// How far behind a face a line may lie and still count as lying on it (the box has size 1).
 const ON_FACE: f64 = 0.02;
 /// Sheets closer than this are painted in the order they were given.
@@ -125,11 +125,7 @@ impl Faces {
                 let places = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
                 let unstable = |(i, j): (usize, usize)| patch.unstable.get(i * patch.columns + j);
                 let greyed = places.into_iter().any(|at| unstable(at) == Some(&true));
-                let own = if greyed {
-                    base.mix(UNSTABLE, 0.6)
-                } else {
-                    base
-                };
+                let own = if greyed { base.unstable() } else { base };
                 let colour = self.shaded(corners, own);
                 // Sides in the order of the corners, each with the grid line it belongs to.
                 let sides = [(i, j, 1), (i + 1, j, 0), (i, j + 1, 1), (i, j, 0)];

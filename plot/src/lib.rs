@@ -16,6 +16,7 @@
 //! | [`fold_map`] | fold curves, cusps, numbers of stable equilibria |
 //! | [`energy_landscape`] | the elastic energy over the disc |
 //! | [`lines`] | any curves, linear or logarithmic; orders of convergence with reference slopes |
+//! | [`small_multiples`] | the same in panels beside each other, over the same axes |
 //! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
 //! | [`rod_shapes`] | rods in space, in perspective |
 //! | [`strain_map`] | strain and dissipation of a viscous rod over time and arclength |
@@ -85,7 +86,7 @@ pub use formats::png;
 pub use heat::{StrainMap, strain_map};
 pub use kernel::{KernelCurve, KernelFigure, kernel};
 pub use layer::{LayerFigure, LayerRun, layer};
-pub use lines::{Lines, lines};
+pub use lines::{Lines, lines, small_multiples};
 pub use losses::{
     LossGroup, LossesOverTime, SnapLosses, dissipated_against_released, losses_over_time,
 };

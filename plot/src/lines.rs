@@ -3,7 +3,7 @@
 use super::axes::Axis;
 use super::data::{Series, as_many};
 use super::geometry::Pixel;
-use super::legend::{Drawn, named};
+use super::legend::{Drawn, Entry, named};
 use super::page::{Block, Height, Page, Width};
 use super::paper::Paper;
 use super::slopes::{self, Slope};
@@ -31,43 +31,22 @@ pub struct Lines {
 }
 
 const FIGURE: &str = "figure of lines";
+/// Small multiples beside each other.
+const ACROSS: usize = 3;
 
 /// Draws curves over linear or logarithmic axes as SVG.
 ///
 /// Errs if a series has not as many ordinates as abscissae, if a slope is not finite, names no series or stands over an
 /// axis that is not logarithmic, or if no point can be shown.
 pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
-    for (i, series) in data.series.iter().enumerate() {
-        let (field, count) = (format!("series[{i}].y"), series.x.len());
-        as_many(FIGURE, &field, series.y.len(), count, "abscissae")?;
-    }
-    let count = data.series.len();
-    for (i, slope) in data.slopes.iter().enumerate() {
-        let there = slope.series.is_none_or(|s| s < count) && data.x_log && data.y_log;
-        if !(slope.order.abs() <= 100.0 && there) {
-            return Err(Error::domain(format!(
-                "{FIGURE}: slopes[{i}] has order {} at series {:?}; it needs a number within ±100, one of {count} series \
-                 and logarithmic axes",
-                slope.order, slope.series,
-            )));
-        }
-    }
-    // Logarithms of what lies outside these have no margin left.
-    let shown = |log: bool, v: f64| v.is_finite() && (!log || (1e-290..1e290).contains(&v));
-    let points = data.series.iter().flat_map(|s| s.x.iter().zip(&s.y));
-    let points = points.filter(|(x, y)| shown(data.x_log, **x) && shown(data.y_log, **y));
-    let (xs, ys): (Vec<f64>, Vec<f64>) = points.unzip();
-    let nothing = || Error::domain(format!("{FIGURE}: no point to show"));
-    let ticks = |log: bool| if log { 12 } else { 6 };
-    let x = Axis::fit(&xs, data.x_log, &data.x_label, ticks(data.x_log)).ok_or_else(nothing)?;
-    let y = Axis::fit(&ys, data.y_log, &data.y_label, ticks(data.y_log)).ok_or_else(nothing)?;
+    data.check()?;
+    let [x, y] = axes(std::slice::from_ref(data), 6)?;
     let height = match data.equal && !data.x_log && !data.y_log {
         true => Height::Equal(80.0, 1100.0),
         false => Height::Pixels(360.0),
     };
-    let series = data.series.iter().enumerate();
-    let curves: Vec<Drawn> = series.map(|(i, s)| s.drawn(i, 1.5)).collect();
-    let legend = vec![named(&curves)];
+    let curves = data.curves();
+    let page = Page::new("Curves", &data.title, vec![named(&curves)]);
     let block = Block::plane(x, y, height, curves).under(|canvas, panel| {
         let curves = data.series.iter().map(|s| panel.pixels(&s.x, &s.y));
         slopes::draw(
@@ -77,6 +56,74 @@ pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
             &curves.collect::<Vec<Vec<Pixel>>>(),
         );
     });
-    let page = Page::new("Curves", &data.title, legend);
     page.column(Width::Whole(600.0), vec![block]).draw(paper)
+}
+
+/// Draws small multiples as SVG: panels in rows of three, each under its title, over the axes of the first, which hold the points of all. Curves of the same
+/// name have one entry in the legend. Slopes and `equal` are not looked at.
+///
+/// Errs as [`lines`] does, and if there is no panel.
+pub fn small_multiples(title: &str, panels: &[Lines], paper: &Paper) -> Result<String> {
+    panels.iter().try_for_each(Lines::check)?;
+    let [x, y] = axes(panels, 4)?;
+    let mut legend: Vec<Entry> = Vec::new();
+    for entry in panels.iter().flat_map(|panel| named(&panel.curves())) {
+        if !legend.iter().any(|other| other.text() == entry.text()) {
+            legend.push(entry);
+        }
+    }
+    let mut page = Page::new("Curves", title, vec![legend]);
+    for column in 0..panels.len().min(ACROSS) {
+        let panels = panels.iter().skip(column).step_by(ACROSS);
+        let blocks = panels.map(|panel| {
+            let curves = panel.curves();
+            let mut block = Block::plane(x.clone(), y.clone(), Height::Pixels(170.0), curves);
+            block.title = &panel.title;
+            block
+        });
+        page = page.column(Width::Panels(225.0), blocks.collect());
+    }
+    page.draw(paper)
+}
+
+impl Lines {
+    fn check(&self) -> Result<()> {
+        for (i, series) in self.series.iter().enumerate() {
+            let (field, count) = (format!("series[{i}].y"), series.x.len());
+            as_many(FIGURE, &field, series.y.len(), count, "abscissae")?;
+        }
+        let count = self.series.len();
+        for (i, slope) in self.slopes.iter().enumerate() {
+            let there = slope.series.is_none_or(|s| s < count) && self.x_log && self.y_log;
+            if !(slope.order.abs() <= 100.0 && there) {
+                return Err(Error::domain(format!(
+                    "{FIGURE}: slopes[{i}] has order {} at series {:?}; it needs a number within ±100, one of {count} series \
+                     and logarithmic axes",
+                    slope.order, slope.series,
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn curves(&self) -> Vec<Drawn> {
+        let series = self.series.iter().enumerate();
+        series.map(|(i, s)| s.drawn(i, 1.5)).collect()
+    }
+}
+
+/// The axes of the first panel, which hold what all of them show, with about so many numbers where they are linear.
+fn axes(panels: &[Lines], numbers: usize) -> Result<[Axis; 2]> {
+    let nothing = || Error::domain(format!("{FIGURE}: no point to show"));
+    let first = panels.first().ok_or_else(nothing)?;
+    // Logarithms of what lies outside these have no margin left.
+    let shown = |log: bool, v: f64| v.is_finite() && (!log || (1e-290..1e290).contains(&v));
+    let series = panels.iter().flat_map(|panel| &panel.series);
+    let points = series.flat_map(|s| s.x.iter().zip(&s.y));
+    let points = points.filter(|(x, y)| shown(first.x_log, **x) && shown(first.y_log, **y));
+    let (xs, ys): (Vec<f64>, Vec<f64>) = points.unzip();
+    let ticks = |log: bool| if log { 12 } else { numbers };
+    let x = Axis::fit(&xs, first.x_log, &first.x_label, ticks(first.x_log));
+    let y = Axis::fit(&ys, first.y_log, &first.y_label, ticks(first.y_log));
+    x.zip(y).map(|(x, y)| [x, y]).ok_or_else(nothing)
 }

@@ -6,8 +6,6 @@ pub(crate) struct Colour(pub u8, pub u8, pub u8);
 
 pub(crate) const BLACK: Colour = Colour(0, 0, 0);
 pub(crate) const WHITE: Colour = Colour(255, 255, 255);
-/// What is not stable.
-pub(crate) const UNSTABLE: Colour = Colour(165, 165, 165);
 /// Text and frames.
 pub(crate) const INK: Colour = Colour(38, 38, 38);
 /// Lines that only help the eye.
@@ -17,8 +15,8 @@ pub(crate) const FAINT: Colour = Colour(225, 225, 225);
 /// What must be seen first: snaps, the motion's path on a surface.
 pub(crate) const ALARM: Colour = Colour(200, 30, 60);
 
-/// Okabe and Ito's palette without its yellow, which is lost on white paper.
-const CATEGORIES: [Colour; 8] = [
+/// Okabe and Ito's palette without its yellow, which is lost on white paper; after it dark and dull colours that differ from these in lightness.
+const CATEGORIES: [Colour; 10] = [
     Colour(0, 114, 178),
     Colour(213, 94, 0),
     Colour(0, 158, 115),
@@ -27,9 +25,11 @@ const CATEGORIES: [Colour; 8] = [
     Colour(86, 180, 233),
     Colour(90, 90, 90),
     Colour(120, 70, 40),
+    Colour(80, 45, 140),
+    Colour(150, 150, 30),
 ];
 
-/// The i-th colour for things without an order; repeats after eight.
+/// The i-th colour for things without an order; repeats after ten.
 pub(crate) fn category(i: usize) -> Colour {
     CATEGORIES[i % CATEGORIES.len()]
 }
@@ -88,6 +88,11 @@ impl Colour {
             part(self.1, other.1),
             part(self.2, other.2),
         )
+    }
+
+    /// The colour of what is not stable, of a thing whose colour this is: nearly grey, and duller than the pale back of what is stable.
+    pub(crate) fn unstable(self) -> Colour {
+        self.mix(Colour(125, 125, 125), 0.78)
     }
 
     /// A paler version; 0 leaves it, 1 is white.

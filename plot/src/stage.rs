@@ -82,6 +82,21 @@ impl Word {
     }
 }
 
+impl Edge {
+    /// Leaves out the numbers that stand so close to a word of another axis, as they do where both end in one corner, that they read as one.
+    fn yield_to(&mut self, others: &[Word]) {
+        let areas: Vec<[f64; 4]> = others.iter().map(Word::area).collect();
+        let close = |word: &Word| {
+            areas
+                .iter()
+                .any(|area| meet(&word.area(), area, (10.0, -4.0)))
+        };
+        // Numbers are in small letters, the name of the axis is not.
+        self.words
+            .retain(|word| word.font.size != SMALL || !close(word));
+    }
+}
+
 impl Stage {
     /// A box around `content` (with some room) seen from `view`, as large as it fits into the pixels
     /// [left, top, width, height] with its numbers and names.
@@ -268,6 +283,12 @@ impl Stage {
         });
         if let Some((_, edges)) = picked.min_by(|a, b| a.0.total_cmp(&b.0)) {
             self.edges = edges.map(Edge::clone);
+            for [one, other] in [[0, 1], [0, 2], [1, 2]] {
+                let fewer = self.edges[one].ticks.len() < self.edges[other].ticks.len();
+                let (from, beside) = if fewer { (other, one) } else { (one, other) };
+                let beside = self.edges[beside].words.clone();
+                self.edges[from].yield_to(&beside);
+            }
         }
     }
 
@@ -296,7 +317,10 @@ impl Stage {
         let ticks = if label.ends_with("(rad)") {
             ticks::angles(lo, hi)
         } else if length > 26.0 {
-            ticks::linear(lo, hi, (length / needed).clamp(1.0, 6.0) as usize)
+            // One number tells no scale: two may stand closer than more do.
+            let close = (60.0 * dx.abs() + 28.0 * dy.abs()) / length;
+            let least = if length > close { 2.0 } else { 1.0 };
+            ticks::linear(lo, hi, (length / needed).clamp(least, 6.0) as usize)
         } else {
             Vec::new()
         };

@@ -9,7 +9,7 @@ use super::geometry::{Point, finite};
 use super::legend::{Entry, Key, Mark, draw_mark};
 use super::motion::circle;
 use super::page::{Block, Page, WIDTH, Width};
-use super::palette::{ALARM, BLACK, Colour, GREY, UNSTABLE, WHITE, category};
+use super::palette::{ALARM, BLACK, Colour, GREY, WHITE, category};
 use super::paper::Paper;
 use super::stage::Stage;
 use snaprod_core::error::{Error, Result};
@@ -251,13 +251,18 @@ fn draw_motion(canvas: &mut Canvas, scene: &Faces, motion: &PathOnSurface) {
 
 fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     let pale = if motion.is_some() { 0.35 } else { 0.12 };
-    let fill = |patch: &Patch| Key::Fill(category(patch.colour).tint(pale));
     let all = || panels.iter().flat_map(|sheets| &sheets.patches);
-    let unstable = all().find(|patch| patch.unstable.contains(&true));
-    let unstable = unstable.map(|_| ("unstable", Key::Fill(UNSTABLE.tint(0.12))));
-    let patches = all().map(|patch| (patch.name.as_str(), fill(patch)));
+    let patches = all().map(|patch| {
+        let fill = Key::Fill(category(patch.colour).tint(pale));
+        (patch.name.clone(), fill)
+    });
+    let unstable = all().filter(|patch| patch.unstable.contains(&true));
+    let unstable = unstable.map(|patch| {
+        let fill = Key::Fill(category(patch.colour).unstable().tint(pale));
+        (format!("{} unstable", patch.name), fill)
+    });
     let curves = panels.iter().flat_map(|sheets| &sheets.curves);
-    let curves = curves.map(|curve| (curve.name.as_str(), Key::Line(curve.pen())));
+    let curves = curves.map(|curve| (curve.name.clone(), Key::Line(curve.pen())));
     let moving = [
         ("motion", Key::Line(PATH)),
         ("start", Key::Mark(Mark::Ring, BLACK)),
@@ -269,11 +274,10 @@ fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
         Some(motion) if motion.jumps.is_empty() => 3,
         Some(_) => 4,
     });
-    let mut names: Vec<&str> = vec![""];
-    let mut entries = Vec::new();
+    let moving = moving.map(|(name, key)| (name.to_owned(), key));
+    let mut entries: Vec<Entry> = Vec::new();
     for (name, key) in patches.chain(unstable).chain(curves).chain(moving) {
-        if !names.contains(&name) {
-            names.push(name);
+        if !(name.is_empty() || entries.iter().any(|entry| entry.text() == name)) {
             entries.push(Entry::new(key, name));
         }
     }

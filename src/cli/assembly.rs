@@ -11,8 +11,10 @@ use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
-use snaprod::plot::{self, Energies, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way};
-use snaprod::scene::{RodMassNote, Scene, Units};
+use snaprod::plot::{
+    self, AxisUnits, Energies, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
+};
+use snaprod::scene::{RodMassNote, Scene};
 use snaprod::study::Solid;
 use snaprod::study::assembly::{
     self, AssemblyEquilibriumRecord, AssemblyMoment, AssemblyPrepared, AssemblyRunBranch,
@@ -75,7 +77,7 @@ fn ledger(record: &AssemblyRunRecord) -> Energies {
         &states,
         driven,
         snap_times(record),
-        rod_figures::units(record.units),
+        rod_figures::scaled(record.units, &record.scales),
     )
 }
 
@@ -88,7 +90,7 @@ fn way(record: &AssemblyRunRecord, body: usize) -> SpaceWay {
         time: last.track.iter().map(|at| at.t).collect(),
         points: last.track.iter().map(centre).collect(),
         snaps: snap_times(record),
-        units: rod_figures::units(record.units),
+        units: rod_figures::scaled(record.units, &record.scales),
         ..SpaceWay::default()
     }
 }
@@ -127,7 +129,10 @@ fn moments(record: &AssemblyRunRecord) -> RodShapes {
         bodies: bodies.collect(),
         paths: record.solids.iter().enumerate().map(way).collect(),
         triads: false,
-        ..figure(rods.collect(), record.units)
+        ..figure(
+            rods.collect(),
+            rod_figures::scaled(record.units, &record.scales),
+        )
     }
 }
 
@@ -149,12 +154,12 @@ fn drawn(name: String, rod: &[Isometry3<f64>], colour: Option<usize>, unstable: 
     }
 }
 
-fn figure(rods: Vec<SpaceRod>, units: Units) -> RodShapes {
+fn figure(rods: Vec<SpaceRod>, units: AxisUnits) -> RodShapes {
     RodShapes {
         rods,
         // Where rods begin is a body as often as the ground.
         clamp: false,
-        units: rod_figures::units(units),
+        units,
         ..RodShapes::default()
     }
 }
@@ -285,7 +290,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
             .map(|(name, rod)| drawn(name, rod, None, unstable));
         out.figure(
             "equilibrium",
-            || Ok(figure(rods.collect(), record.units)),
+            || Ok(figure(rods.collect(), rod_figures::units(record.units))),
             rod_shapes,
         );
         out.finish()?;

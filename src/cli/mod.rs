@@ -27,6 +27,7 @@ mod run_text;
 mod sheets;
 mod signals;
 mod sweep;
+mod sweep_map;
 
 use clap::{Parser, Subcommand};
 use std::io::Write;

@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Vector3};
 use snaprod::motion::Ledger;
 use snaprod::plot::{AxisUnits, Energies, RodState, SpaceBody, SpaceRod};
 use snaprod::rod::RodSection;
-use snaprod::scene::Units;
+use snaprod::scene::{Scales, Units};
 use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
 
 /// The rod as the figures want it.
@@ -72,7 +72,17 @@ pub fn energies(
     }
 }
 
-/// The units of figures.
+/// The units of figures of a motion, whose rod has these scales. Of dimensionless quantities only those of a rod of unit length, stiffness and mass have the
+/// natural ones, the others none.
+pub fn scaled(units: Units, scales: &Scales) -> AxisUnits {
+    match units {
+        Units::Si => AxisUnits::si(scales.length),
+        Units::Dimensionless if scales.are_one() => AxisUnits::default(),
+        Units::Dimensionless => AxisUnits::unnamed(scales.length),
+    }
+}
+
+/// The units of figures of what is at rest.
 pub fn units(units: Units) -> AxisUnits {
     match units {
         Units::Si => AxisUnits::si(1.0),

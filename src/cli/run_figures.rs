@@ -13,7 +13,7 @@ use snaprod::plot::{
     PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, SpaceWay,
     StrainMap, Trace,
 };
-use snaprod::scene::{self, Units};
+use snaprod::scene::Units;
 use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
@@ -139,16 +139,6 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     }
 }
 
-/// Labels for a scene's units and a rod of this length. Of dimensionless quantities only those of a rod of unit length,
-/// stiffness and mass (`natural`) have the natural ones, the others none.
-fn labels(units: scene::Units, length: f64, natural: bool) -> AxisUnits {
-    match units {
-        scene::Units::Si => AxisUnits::si(length),
-        scene::Units::Dimensionless if natural => AxisUnits::default(),
-        scene::Units::Dimensionless => AxisUnits::unnamed(length),
-    }
-}
-
 /// Where an elastic rod can run out of its sheet: the first fold, both halves, for it may swing over.
 ///
 /// # Errors
@@ -171,12 +161,10 @@ struct Drawn<'r> {
 
 impl<'r> Drawn<'r> {
     fn of(record: &'r RunRecord) -> Self {
-        let k = &record.scales;
-        let natural = k.length == 1.0 && k.stiffness() == 1.0 && k.mass == 1.0;
         Self {
             record,
             line: record.line(),
-            units: labels(record.units, k.length, natural),
+            units: rod_figures::scaled(record.units, &record.scales),
         }
     }
 

@@ -7,13 +7,13 @@ use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
 use super::output::{FigureArgs, Output};
 use super::progress::Progress;
-use super::{Ending, Refusal, signals};
+use super::{Ending, Refusal, signals, sweep_map};
 use clap::Args;
 use rayon::prelude::*;
 use serde_json::json;
-use snaprod::plot::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
+use snaprod::plot::outcome_map;
 use snaprod::study::Hooks;
-use snaprod::study::sweep::{Directory, Rows, Sweep, Vary};
+use snaprod::study::sweep::{Directory, Sweep, Vary};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
@@ -129,7 +129,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     if let Some(columns) = mapped {
         out.figure(
             "map",
-            || Ok(map(sweep.sweep(), &rows, &columns)),
+            || Ok(sweep_map::map(sweep.sweep(), &rows, &columns)),
             outcome_map,
         );
     }
@@ -250,51 +250,5 @@ impl Hooks for Worker<'_> {
         if let Ok(mut progress) = self.0.progress.try_lock() {
             progress.progress(done as f64 / self.0.all as f64, done as f64);
         }
-    }
-}
-
-/// The map over the two fields: numbers if one column is shown and holds some that are not whole, or words.
-fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
-    let axis = |k: usize| {
-        let one = &sweep.vary()[k];
-        let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
-        SweptAxis {
-            label: one.path.clone(),
-            values: values.map(|x| x.parse().unwrap_or(f64::NAN)).collect(),
-            log: one.is_logarithmic(),
-        }
-    };
-    let mut words = vec![String::new(); rows.cells.len()];
-    for column in columns {
-        for (word, part) in words.iter_mut().zip(rows.column(column)) {
-            if !(word.is_empty() || part.is_empty()) {
-                word.push(' ');
-            }
-            word.push_str(part);
-        }
-    }
-    let number = |word: &String| word.parse::<f64>().ok();
-    let whole = |word: &String| word.is_empty() || word.parse::<i64>().is_ok();
-    let numbers = columns.len() == 1
-        && words
-            .iter()
-            .all(|word| word.is_empty() || number(word).is_some())
-        && !words.iter().all(whole);
-    let label = columns.join(", ");
-    OutcomeMap {
-        title: label.clone(),
-        x: axis(0),
-        y: axis(1),
-        outcomes: if numbers {
-            Outcomes::Numbers(
-                words
-                    .iter()
-                    .map(|word| number(word).unwrap_or(f64::NAN))
-                    .collect(),
-                label,
-            )
-        } else {
-            Outcomes::Words(words)
-        },
     }
 }

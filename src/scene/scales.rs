@@ -52,6 +52,11 @@ impl Scales {
         }
     }
 
+    /// True if length, bending stiffness and mass are 1 in the units of the scene, whose numbers then are those in the units of the rod.
+    pub fn are_one(&self) -> bool {
+        self.length == 1.0 && self.stiffness() == 1.0 && self.mass == 1.0
+    }
+
     /// Scale of bending stiffness, EI = energy * length.
     pub fn stiffness(&self) -> f64 {
         self.energy * self.length

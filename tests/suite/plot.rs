@@ -153,6 +153,32 @@ fn nothing_to_show_is_an_error() {
         &Paper::SCREEN,
     ));
     refused(lines(&Lines::default(), &Paper::SCREEN));
+    refused(small_multiples("", &[], &Paper::SCREEN));
+}
+
+/// Catches small multiples over axes of their own, and curves of one name that are told twice.
+#[test]
+fn small_multiples_share_axes_and_legend() {
+    let panel = |title: &str, top: f64| Lines {
+        title: title.into(),
+        x_label: "across".into(),
+        y_label: "up".into(),
+        series: vec![Series {
+            name: "both".into(),
+            x: vec![0.0, 1.0],
+            y: vec![0.0, top],
+            ..Series::default()
+        }],
+        ..Lines::default()
+    };
+    let panels = [panel("low", 1.0), panel("high", 40.0)];
+    let svg = small_multiples("two", &panels, &Paper::SCREEN).unwrap();
+    let count = |word: &str| svg.matches(&format!("\n{word}\n")).count();
+    assert_eq!(["two", "low", "high", "both"].map(count), [1; 4]);
+    assert_eq!(["40", "across", "up"].map(count), [2; 3]);
+    let mut bad = panels.clone();
+    bad[1].series[0].y.pop();
+    refused(small_multiples("two", &bad, &Paper::SCREEN));
 }
 
 /// Numbers that must not break anything.

@@ -160,7 +160,7 @@ fn a_sweep_goes_on_where_it_was_ended() {
     let row = fields(table.lines().nth(1).unwrap());
     assert!(row.last().unwrap().contains("body.mass"), "{row:?}");
     assert_eq!(table.lines().count(), 13);
-    assert!(place.read("one/map.svg").contains("body.mass"));
+    assert!(place.read("one/map.svg").contains("body mass\n"));
 
     command("two", "2", "3").json(0);
     assert_eq!(place.read("two/sweep.csv"), table);
@@ -220,7 +220,8 @@ fn a_column_stands_in_the_table_once() {
         names("asked"),
         [&varied[..], &["snaps", "end.mode", "end.sign", "why"]].concat()
     );
-    assert!(place.read("asked/map.svg").contains("end.mode, end.sign"));
+    let map = place.read("asked/map.svg");
+    assert!(map.contains("sheet at the end") && map.contains("S₀⁻"));
 
     run("usual --map end.sign,snaps,body.mass").json(0);
     let usual = names("usual");
@@ -345,4 +346,42 @@ fn fields_that_count_take_whole_numbers() {
     assert_eq!(values("body.mass=1:3:3"), ["1.0", "2.0", "3.0"]);
     let sweep = swept(&["run.samples=3:5:3"], None, &["end.x"]);
     assert!((0..3).all(|point| sweep.scene(point).is_ok()));
+}
+
+/// Catches a map whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
+#[test]
+fn a_map_has_names_and_units() {
+    let place = Place::new("map_names");
+    place.write("scene.toml", SCENE);
+    let si = format!("units = \"si\"\n{SCENE}[loads]\ngravity = [0.0, 0.0]\n");
+    place.write("si.toml", &si);
+    let map = |scene: &str, second: &str, column: &str| {
+        let first = "start.velocity.0=-1:1:2";
+        let words = ["sweep", scene, "--vary", first, "--vary", second];
+        let rest = ["--map", column, "--out", "map", "--json"];
+        place.run(&[&words[..], &rest].concat()).json(0);
+        let svg = place.read("map/map.svg");
+        std::fs::remove_dir_all(place.join("map")).unwrap();
+        svg.replace("\n", "|")
+    };
+    let rod = map("scene.toml", "loads.drag=0:0.1:2", "end.x");
+    for word in [
+        "start velocity x (√(EI/μℓ))",
+        "drag (√(μEI/ℓ³))",
+        "x at the end",
+    ] {
+        assert!(rod.contains(&format!("|{word}|")), "{word}: {rod}");
+    }
+    let si = map("si.toml", "loads.gravity.1=-1:0:2", "end.dissipated");
+    for word in [
+        "start velocity x (m/s)",
+        "gravity y (m/s²)",
+        "dissipated at the end",
+    ] {
+        assert!(si.contains(&format!("|{word}|")), "{word}: {si}");
+    }
+    let masses = map("scene.toml", "body.mass=1:2:2", "snaps");
+    for word in ["start velocity x", "body mass", "snaps"] {
+        assert!(masses.contains(&format!("|{word}|")), "{word}: {masses}");
+    }
 }

@@ -15,20 +15,21 @@ use std::f64::consts::PI;
 const FOLDS: usize = 3;
 
 /// "S₀⁺" and so on.
-fn name(sheet: Sheet) -> String {
-    let digits = ['₀', '₁', '₂', '₃'];
-    let sign = if sheet.sign == Sign::Plus {
-        '⁺'
-    } else {
-        '⁻'
+pub fn sheet_name(sheet: Sheet) -> String {
+    const DIGITS: [char; 10] = ['₀', '₁', '₂', '₃', '₄', '₅', '₆', '₇', '₈', '₉'];
+    let mode = sheet.mode.to_string();
+    let digits = mode.bytes().map(|digit| DIGITS[usize::from(digit - b'0')]);
+    let sign = match sheet.sign {
+        Sign::Plus => '⁺',
+        Sign::Minus => '⁻',
     };
-    format!("S{}{sign}", digits[sheet.mode as usize])
+    format!("S{}{sign}", digits.collect::<String>())
 }
 
 fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
     let sheet = grid.sheet;
     Patch {
-        name: name(sheet),
+        name: sheet_name(sheet),
         colour: 2 * sheet.mode as usize + usize::from(sheet.sign == Sign::Minus),
         rows: grid.rows,
         columns: grid.columns,
@@ -185,7 +186,7 @@ pub fn portrait(modes: &[u32]) -> Portrait {
         verticals: vec![plane.clamp],
         arcs: (plane.arcs.into_iter())
             .map(|arc| Arc {
-                name: format!("{}: {}", arc.path, name(arc.sheet)),
+                name: format!("{}: {}", arc.path, sheet_name(arc.sheet)),
                 curve: curve(arc.points),
             })
             .collect(),

@@ -2,6 +2,7 @@
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
 use super::words::listed;
+use crate::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -150,6 +151,63 @@ pub fn reference() -> String {
         waiting.splice(0..0, deeper);
     }
     text
+}
+
+impl Scene {
+    /// A field by its path, `start.velocity[0]`, in words, `start velocity x`, with its unit in SI, which is empty for a pure number; None if such scenes have no
+    /// such field.
+    pub fn described(&self, path: &str) -> Option<(String, &'static str)> {
+        let kind = self.kind();
+        let mut specs: Vec<&'static Spec> = vec![&TOP];
+        let (mut words, mut unit) = (Vec::new(), "");
+        for part in path.split('.') {
+            let (name, index) = match part.split_once('[') {
+                Some((name, index)) => (name, Some(index.trim_end_matches(']'))),
+                None => (part, None),
+            };
+            let field = specs.iter().find_map(|spec| spec.field(name, kind))?;
+            let word = name.replace('_', " ");
+            match index {
+                Some(k) if is_vector(&field.form) => {
+                    let component = ["x", "y", "z"].get(k.parse::<usize>().ok()?)?;
+                    words.push(format!("{word} {component}"));
+                }
+                Some(k) => words.push(format!("{word}[{k}]")),
+                // Loads are what they are without the name of their table.
+                None if word == "loads" => {}
+                None => words.push(word),
+            }
+            // Columns of a table have a unit each.
+            unit = if field.unit.contains(',') {
+                ""
+            } else {
+                field.unit
+            };
+            let mut tables = Vec::new();
+            collect(&field.form, "", &mut tables);
+            specs = tables.into_iter().map(|(_, spec)| spec).collect();
+        }
+        Some((words.join(" "), unit))
+    }
+
+    fn kind(&self) -> Kinds {
+        match () {
+            () if self.bar.is_some() => BAR,
+            () if self.assembly.is_some() => ASSEMBLY,
+            () if self.is_planar() => PLANE,
+            () if self.is_motion() => SPACE,
+            () => REST,
+        }
+    }
+}
+
+/// True if the value may be a vector, whose components have letters.
+fn is_vector(form: &Form) -> bool {
+    match form {
+        Form::Vector(_) => true,
+        Form::OneOf(forms) => forms.iter().any(is_vector),
+        _ => false,
+    }
 }
 
 /// The tables in a table, each with its path.
