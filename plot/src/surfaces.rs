@@ -259,7 +259,8 @@ fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     let unstable = all().filter(|patch| patch.unstable.contains(&true));
     let unstable = unstable.map(|patch| {
         let fill = Key::Fill(category(patch.colour).unstable().tint(pale));
-        (format!("{} unstable", patch.name), fill)
+        let name = format!("{} unstable", patch.name);
+        (name.trim_start().to_owned(), fill)
     });
     let curves = panels.iter().flat_map(|sheets| &sheets.curves);
     let curves = curves.map(|curve| (curve.name.clone(), Key::Line(curve.pen())));
