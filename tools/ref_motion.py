@@ -6,7 +6,7 @@ Recipe: ref_motion.c (gcc with libquadmath, compiled into a temporary directory)
 extrapolation of order 16. Checks: a second run with a tolerance a thousand times larger; the energy at every row; place, energy and
 direction of the pull at every row from the Taylor series of the pendulum (refcore.py, 128 bits), in which no elliptic integral occurs;
 the files as they were. With --check nothing is written.
-Run: python3 tools/ref_motion.py [--check]        (mpmath; two minutes on one core)
+Run: python3 tools/ref_motion.py [--check]        (mpmath; 5 minutes on one core)
 """
 import os
 os.environ.setdefault('REF_BITS', '128')

@@ -3,7 +3,7 @@
 In the limit of small distances the rod is a beam under the tension N: stiffness k(N) across, 1 - x = c(N) y^2 (docs/theory.md 2.3), so that
     U = y^2 phi(rho),   rho = (1 - x)/y^2,   phi = k/2 - N c,
 and the mass, m = 1, shakes along the rod with the energy E = y^2 e and the action J = y^3 j(e). J stays (adiabatic invariance), and y
-obeys y'' = -dE/dy at constant J. Nothing of the chart, of its steps or of any single turn is used. Ten seconds.
+obeys y'' = -dE/dy at constant J. Nothing of the chart, of its steps or of any single turn is used. Half a minute.
 """
 
 import mpmath as mp

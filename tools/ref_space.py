@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks tests/data/space/*.json: bodies on elastic rods in space.
+"""Checks tests/data/space/*.json but string_limit_given.json, which has a recipe of its own: bodies on elastic rods in space.
 
 The files were given with the project: runs, snaps, networks and supports computed by another program in 80-bit arithmetic; each file's
 `recipe` says how. Here every rod of every state is integrated again from its base wrench, by another integrator (scipy, DOP853, relative
@@ -70,7 +70,7 @@ def check(name, rod, state, end_pose, worst):
 
 def main():
     worst = {}
-    files = sorted(glob.glob(os.path.join(PLACE, '*.json')))
+    files = sorted(set(glob.glob(os.path.join(PLACE, '*.json'))) - {os.path.join(PLACE, 'string_limit_given.json')})
     assert len(files) == 7, files
     for path in files:
         name, data = os.path.basename(path), json.load(open(path))
