@@ -33,6 +33,17 @@ const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     ("gyroscope", &[("duration = 60.0", "duration = 0.1")]),
     ("whirl", &[("duration = 10.0", "duration = 0.1")]),
     ("platform", &[("duration = 3.0", "duration = 0.1")]),
+    (
+        "platform",
+        &[
+            ("duration = 3.0", "duration = 0.1"),
+            (
+                "velocity = [0.3, 0.1, 0.0]",
+                "groove = { line = { point = [0.0, 0.0, 0.0], direction = [0.0, 0.0, 1.0] } }\nvelocity = [0.0, 0.0, 0.3]",
+            ),
+        ],
+    ),
+    ("plunge", &[("duration = 4.0", "duration = 0.1")]),
     ("wire", &[("duration = 0.2", "duration = 0.05")]),
     ("through", &[("duration = 12.0", "duration = 3.0")]),
     ("heavy_arch", &[("duration = 0.5", "duration = 0.001")]),
@@ -140,6 +151,7 @@ fn written() -> Names {
     }
     for (name, kind) in [
         ("cantilever", "one rod"),
+        ("heavy_column", "one rod"),
         ("arch", "several rods and bodies"),
     ] {
         let (summary, table) = any::rest(&scene(name, &[])).unwrap();
@@ -156,8 +168,13 @@ fn written() -> Names {
         "",
         &summary,
     );
-    let table = modes(&scene("pendulum", &[])).unwrap().table().unwrap();
-    columns(&mut names, "modes.csv", &table);
+    let record = modes(&scene("pendulum", &[])).unwrap();
+    columns(&mut names, "modes.csv", &record.table().unwrap());
+    paths(
+        names.entry("summary.json, modes".to_owned()).or_default(),
+        "",
+        &record.summary(),
+    );
     let response = memory::memory(&scene("creep", &[])).unwrap();
     let entries = memory::entries(&response, &[1.0]);
     columns(
