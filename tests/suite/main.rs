@@ -66,6 +66,8 @@ mod free_ends;
 mod fuzzed;
 #[cfg(feature = "scene")]
 mod fuzzed_seeds;
+#[cfg(feature = "scene")]
+mod groove_ends;
 mod grooves;
 #[cfg(feature = "scene")]
 mod heavy_assemblies;

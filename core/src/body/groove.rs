@@ -232,7 +232,19 @@ impl Groove {
         }
     }
 
-    /// The first parameter beyond `from` on the way to `to` at which some derivative jumps, an end included.
+    /// At an end, to rounding, the way out of it: -1 at the first point, 1 at the last.
+    pub fn way_out(&self, phi: f64) -> Option<f64> {
+        let [first, last] = self.ends()?;
+        let rounding = AT_KNOT * (last - first);
+        match phi {
+            _ if (phi - first).abs() <= rounding => Some(-1.0),
+            _ if (phi - last).abs() <= rounding => Some(1.0),
+            _ => None,
+        }
+    }
+
+    /// The first parameter beyond `from` on the way to `to` at which some derivative jumps, an end included: also that at which `from` is,
+    /// where `to` lies outside by more than rounding.
     pub fn first_break(&self, from: f64, to: f64) -> Option<f64> {
         let Curve::Spline(spline) = &self.curve else {
             return None;
@@ -252,6 +264,12 @@ impl Groove {
         });
         // One to rounding is not beyond.
         let rounding = AT_KNOT * (length + from.abs());
+        let outside = (to.min(length - to) < -rounding)
+            .then(|| self.way_out(from))
+            .flatten();
+        if let Some(way) = outside.filter(|way| way * (to - from) > 0.0) {
+            return Some(if way > 0.0 { length } else { 0.0 });
+        }
         match from < to {
             true => all
                 .filter(|knot| from + rounding < *knot && *knot <= to)

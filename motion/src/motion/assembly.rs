@@ -215,12 +215,13 @@ impl AssemblyRun {
                     assembly.rod_name(rod)
                 ))
             })?;
+        let leaves = assembly.leaves_groove(&numbers.0, &slope.0, options.tolerance);
         let near = match assembly.looks_for_contacts() {
             true => assembly.nearness(0.0, start),
             false => Nearness::default(),
         };
         if let Some(contact) = near.contact.filter(|contact| contact.gap < 0.0) {
-            return Err(contact.at_start());
+            return Err(contact.at_start(|rod| assembly.rod_name(rod)));
         }
         let h = first_step(&numbers, &slope, options.tolerance);
         // Implicit steps begin with what the bodies do: charts may be fast.
@@ -251,7 +252,7 @@ impl AssemblyRun {
             released: 0.0,
             snaps: 0,
             folded: Vec::new(),
-            pending: None,
+            pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
             unfit: vec![false; links],
             unfelt: 0.0,
             near,

@@ -1,7 +1,7 @@
 //! Equilibria of an assembly as a parameter moves, for the continuation of [`crate::solve::arclength`].
 
 use super::equations::Frame;
-use super::{Assembly, Configuration, LinkPoint};
+use super::{Assembly, Carrier, Configuration, LinkPoint};
 use crate::error::{Error, Result};
 use crate::solve::family::{Family, Linearised};
 use nalgebra::DVector;
@@ -206,6 +206,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
         self.frame.check(&assembly, x.as_slice(), &now)?;
+        Carrier::within_ends(assembly.carriers(), &now.bodies)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         let residual = self.frame.residual(&assembly, &now.bodies, &points);
         let jacobian = self

@@ -221,10 +221,7 @@ impl Carrier {
             let (beside, leaving) = carrier.beside_groove(place);
             let speed = halves(&place.twist).1.norm();
             if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
-                let body = match carriers {
-                    [Self { name: None, .. }] => "the body".to_owned(),
-                    _ => carrier.called(body),
-                };
+                let body = Self::told(carriers, body);
                 return Err(Error::domain(format!(
                     "{body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
                      groove, with a velocity along it"
@@ -232,6 +229,49 @@ impl Carrier {
             }
         }
         Ok(())
+    }
+
+    /// An error if a body was carried along its groove beyond an end of it, where nothing holds it.
+    ///
+    /// # Errors
+    /// As said.
+    pub fn within_ends(carriers: &[Self], places: &[Place]) -> Result<()> {
+        for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
+            let r = &place.pose.translation.vector;
+            let groove = carrier.groove.as_ref();
+            let Some(way) = groove.and_then(|groove| groove.way_out(groove.nearest(r))) else {
+                continue;
+            };
+            if !(carrier.beside_groove(place).0 <= BESIDE) {
+                let end = if way < 0.0 { "first" } else { "last" };
+                return Err(Error::no_convergence(format!(
+                    "{} is pushed out over the {end} point of its groove, beyond which nothing holds it; make the groove longer, close it, or \
+                     lower the loads along it",
+                    Self::told(carriers, body)
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// How messages call one of these bodies.
+    fn told(carriers: &[Self], body: usize) -> String {
+        match carriers {
+            [Self { name: None, .. }] => "the body".to_owned(),
+            _ => carriers[body].called(body),
+        }
+    }
+
+    /// True of a part of a state and its slope in which the body stands at an end of its groove and leaves it: it moves outward, or rests and is
+    /// pushed outward by more than `least`, what an equilibrium leaves.
+    pub(crate) fn leaves_groove(&self, state: &[f64], slope: &[f64], least: f64) -> bool {
+        let [_, position, _, velocity] = self.slots();
+        let groove = self.groove.as_ref();
+        let way = groove.and_then(|groove| groove.way_out(state[position.start]));
+        way.is_some_and(|way| {
+            let (speed, pushed) = (state[velocity.start], slope[velocity.start]);
+            way * speed > 0.0 || speed == 0.0 && way * pushed > least
+        })
     }
 
     /// The parameter of the groove that a part of a state holds.

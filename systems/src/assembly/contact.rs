@@ -129,12 +129,12 @@ impl Contact {
         self.between([tube(self.rods[0])?, tube(self.rods[1])?])
     }
 
-    /// The error of a start in which rods overlap.
-    pub fn at_start(&self) -> Error {
-        let ([a, b], [s, at]) = (self.rods, self.at);
-        let pair = Message::from(format!("rod {a} at s = "))
+    /// The error of a start in which rods overlap; `name` is how messages call a rod.
+    pub fn at_start(&self, name: impl Fn(usize) -> String) -> Error {
+        let ([a, b], [s, at]) = (self.rods.map(name), self.at);
+        let pair = Message::from(format!("{a} at s = "))
             .number(s, Quantity::Length)
-            .words(format!(" and rod {b} at s = "))
+            .words(format!(" and {b} at s = "))
             .number(at, Quantity::Length);
         Error::domain(pair.words(
             " are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out",

@@ -315,6 +315,25 @@ impl Assembly {
         all.collect()
     }
 
+    /// The body that stands at an end of its groove and leaves it, if there is one, from a state and its slope in time; pushes from rest count from
+    /// `least` on.
+    pub fn leaves_groove(
+        &self,
+        state: &DVector<f64>,
+        slope: &DVector<f64>,
+        least: f64,
+    ) -> Option<usize> {
+        let mut all = self.starts();
+        all.position(|(start, carrier)| {
+            let slots = start..start + carrier.numbers();
+            carrier.leaves_groove(
+                &state.as_slice()[slots.clone()],
+                &slope.as_slice()[slots],
+                least,
+            )
+        })
+    }
+
     /// The forces of the grooves, body by body; None where there is none.
     pub fn groove_forces(&self, at: &Evaluated) -> Vec<Option<Vector3<f64>>> {
         let mut wrenches = self.wrenches(&at.now.bodies, &at.points);

@@ -7,7 +7,7 @@
 //! inextensible ones that hold each other): the bend goes with the residual.
 
 use super::equations::Frame;
-use super::{Assembly, Configuration, Joint, On, Place};
+use super::{Assembly, Carrier, Configuration, Joint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
@@ -207,6 +207,9 @@ impl Assembly {
             }
         }
         best.ok_or_else(|| match farthest {
+            Some(lost) if lost.part >= 1.0 => lost.why.context(
+                "no equilibrium was found at the ends of the paths from the unloaded rods and from slightly bent ones; give a guess",
+            ),
             Some(lost) => lost.why.context(format!(
                 "no equilibrium was found; of the paths from the unloaded rods and from slightly bent ones the farthest came {:.1} % \
                  of its way; give a guess, or lower the loads and follow a branch up to them",
@@ -400,6 +403,8 @@ impl Assembly {
         route: AssemblyRoute,
     ) -> Result<AssemblyEquilibrium> {
         let now = statics.frame.configuration(self, root.x.as_slice());
+        // The search itself may go on along what the last piece of a spline is beyond the end.
+        Carrier::within_ends(self.carriers(), &now.bodies)?;
         let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
         let index = self
             .index(0.0, &now, statics.tolerance.max(1e-11))

@@ -409,10 +409,14 @@ impl AssemblyRun {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let passed = from.iter().zip(&to).filter_map(|((body, a), (_, b))| {
-            let knot = self.assembly.carriers()[*body]
-                .groove()?
-                .first_break(*a, *b)?;
-            Some((*body, knot, (knot - a) / (b - a), (b - a) / step.h()))
+            let groove = self.assembly.carriers()[*body].groove()?;
+            let knot = groove.first_break(*a, *b)?;
+            // From an end a step may first lead inward: that is where it comes back.
+            let part = match groove.way_out(*a) {
+                Some(way) if groove.way_out(knot) == Some(way) => 1.0,
+                _ => (knot - a) / (b - a),
+            };
+            Some((*body, knot, part, (b - a) / step.h()))
         });
         let (body, knot, part, rate) = passed.min_by(|x, y| x.2.total_cmp(&y.2))?;
         let assembly = self.assembly.clone();

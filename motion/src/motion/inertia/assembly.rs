@@ -159,6 +159,10 @@ impl Model for Arc<HeavyAssembly> {
         (!tubes.is_empty()).then(|| Nearness::of(&tubes))
     }
 
+    fn rod_name(&self, rod: usize) -> String {
+        HeavyAssembly::rod_name(self, rod)
+    }
+
     fn contact(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
         near.now(&self.tubes(&self.at(y)?))
     }

@@ -45,6 +45,11 @@ pub(super) trait Model {
     /// How near rods with a contact diameter are to themselves and to each other; None where there is none.
     fn nearness(&self, y: &DVector<f64>) -> Option<Nearness>;
 
+    /// What messages call a rod.
+    fn rod_name(&self, _rod: usize) -> String {
+        "the rod".to_owned()
+    }
+
     /// The contact next to `near` in a state; None if it is lost.
     fn contact(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact>;
 

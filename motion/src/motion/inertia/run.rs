@@ -32,6 +32,8 @@ const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
 /// Rounds of the search for the end of a groove or a contact, and how near in time, relative to the duration, it comes.
 const ROUNDS: usize = 60;
 const CLOSE: f64 = 1e-13;
+/// A body this near to an end of its groove, relative to its length, is on it.
+const ON_END: f64 = 1e-12;
 /// Tolerances below this leave no room for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
 /// What is zero where a run ends.
@@ -138,7 +140,7 @@ impl HeavyRun {
         let near = model.nearness(&y);
         let touching = near.as_ref().and_then(|near| near.contact);
         if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
-            return Err(contact.at_start());
+            return Err(contact.at_start(|rod| model.rod_name(rod)));
         }
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
@@ -275,12 +277,14 @@ impl HeavyRun {
     /// first. None where that cannot be found.
     fn look(&mut self) -> Option<()> {
         let [from, to] = [self.integrator.from(), self.integrator.state()].map(DVector::clone);
-        let beyond = |(body, phi, ends): &(usize, f64, [f64; 2])| {
-            let end = *ends.iter().find(|end| match **end == ends[0] {
-                true => phi <= *end,
-                false => phi >= *end,
-            })?;
-            Some((*body, end))
+        let beyond = |(body, phi, [first, last]): &(usize, f64, [f64; 2])| {
+            // A body may rest on the end itself.
+            let rounding = ON_END * (last - first);
+            match phi {
+                _ if *phi < first - rounding => Some((*body, *first)),
+                _ if *phi > last + rounding => Some((*body, *last)),
+                _ => None,
+            }
         };
         let ended = self.model.along_grooves(&to);
         let ended: Vec<(usize, f64)> = ended.iter().filter_map(beyond).collect();
@@ -324,7 +328,7 @@ impl HeavyRun {
         Some(())
     }
 
-    /// Ends the step at the root of a function, which has not the sign at `part` of it that it has at the start.
+    /// Ends the step where a function first has the sign that it has at `part` of it; at the start it has the other, or is 0.
     fn end_at(
         &mut self,
         from: &DVector<f64>,
@@ -345,7 +349,7 @@ impl HeavyRun {
             let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
             let there = self.integrator.at(self.model.system(), x)?;
             let value = function(&*self.model, &there)?;
-            if value.signum() == at_low.signum() && value != 0.0 {
+            if value * at_high < 0.0 || at_high == 0.0 && value != 0.0 {
                 (low, at_low) = (x, value);
                 at_high *= 0.5;
             } else {

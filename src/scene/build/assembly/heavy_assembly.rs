@@ -75,7 +75,10 @@ pub(super) fn heavy(
     let free = given.free.iter();
     let free = free.map(|rod| link(&rod.name, &rod.rod, None, (&rod.from, None)));
     let links = held.chain(free).collect::<Result<_>>()?;
-    HeavyAssembly::new(carriers.to_vec(), links).map(Some)
+    let held = given.rods.iter().map(|rod| rod.name.clone());
+    let free = given.free.iter().map(|rod| rod.name.clone());
+    let names = held.chain(free).collect();
+    HeavyAssembly::new(carriers.to_vec(), links).map(|made| Some(made.with_names(names)))
 }
 
 impl AssemblySetup {

@@ -60,6 +60,7 @@ pub struct HeavyAssembly {
     pub carriers: Vec<Carrier>,
     /// The rods.
     pub links: Vec<HeavyLink>,
+    names: Vec<String>,
     masses: Vec<Mass>,
     layout: Layout,
 }
@@ -183,7 +184,24 @@ impl HeavyAssembly {
             layout: Layout::new(&carriers, &links),
             carriers,
             links,
+            names: Vec::new(),
         })
+    }
+
+    /// The same with names of the rods, for messages.
+    #[must_use]
+    pub fn with_names(mut self, rods: Vec<String>) -> Self {
+        self.names = rods;
+        self
+    }
+
+    /// What messages call a rod.
+    pub fn rod_name(&self, rod: usize) -> String {
+        match (self.names.get(rod), self.links.len()) {
+            (Some(name), _) => format!("rod {name:?}"),
+            (None, 1) => "the rod".to_owned(),
+            (None, _) => format!("rod {rod}"),
+        }
     }
 
     /// The same with so many nodes on the elements of the rods.
@@ -199,7 +217,8 @@ impl HeavyAssembly {
                 ..link.clone()
             })
         });
-        Self::new(self.carriers.clone(), links.collect::<Result<_>>()?)
+        let next = Self::new(self.carriers.clone(), links.collect::<Result<_>>()?)?;
+        Ok(next.with_names(self.names.clone()))
     }
 
     /// Where time stands in a state; dissipated energy, work and loss to drag follow.

@@ -2,7 +2,7 @@
 
 use super::blocks::{Blocks, Mix, Sides};
 use super::{HeavyAssembly, HeavyState, seat};
-use crate::assembly::{On, Place};
+use crate::assembly::{Carrier, On, Place};
 use crate::error::{Error, Result};
 use crate::inertia::mass::Mass;
 use crate::inertia::statics::TURN;
@@ -267,6 +267,9 @@ impl HeavyAssembly {
                 unknowns[self.unknowns() - held + i] += x * part;
             }
             if step <= SHORT * scale || (step <= NEARLY * scale && step >= 0.5 * last) {
+                let bodies = self.carriers.iter().zip(&self.layout.bodies);
+                let places = bodies.map(|(body, range)| body.read(&y.as_slice()[range.clone()]));
+                Carrier::within_ends(&self.carriers, &places.collect::<Vec<_>>())?;
                 return Ok(y);
             }
             last = step;
@@ -341,7 +344,7 @@ impl HeavyAssembly {
         let scale = self.scale();
         let size = stiffness.nrows();
         let first = size - self.layout.free;
-        let own = |carrier: &crate::assembly::Carrier| carrier.freedoms();
+        let own = |carrier: &Carrier| carrier.freedoms();
         let held: usize = self.carriers.iter().map(own).sum();
         // Rods, then the bases that turn by themselves; the bodies are held.
         let unknown: Vec<usize> = (0..first).chain(first + held..size).collect();

@@ -1,0 +1,79 @@
+//! Grooves end: no equilibrium lies beyond, branches end there, and bodies leave them at once or come back.
+
+use snaprod::scene::Scene;
+use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, equilibrium};
+use snaprod::study::{Silent, Table, assembly, branch};
+
+/// A body on a straight rod along z, begun at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and `body` follow in their tables, `rest` at
+/// the end.
+fn scene(foot: f64, rod: &str, body: &str, rest: &str) -> Scene {
+    let text = format!(
+        "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\n\
+         section = {{ bending = [1.0, 1.0], torsion = 1.0, shear = [80.0, 80.0], axial = 150.0 }}\n\
+         from = {{ position = [{foot:?}, 0.0, 0.0] }}\nto = {{ body = \"p\", joint = \"ball\" }}\n{rod}\n\
+         [[body]]\nname = \"p\"\nmass = 1.0\n\
+         groove = {{ spline = [[-0.3, 0.0, 1.0], [-0.1, 0.0, 1.0], [0.05, 0.0, 1.0]] }}\n{body}\n{rest}\n"
+    );
+    Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
+}
+
+/// Catches equilibria on what a spline would be beyond its end, and branches that go on there.
+#[test]
+fn statics_ends_where_the_groove_does() {
+    let pushed = |by: f64| scene(0.0, "", &format!("force = [{by:?}, 0.0, 0.0]"), "");
+    assert!(equilibrium(&pushed(0.1)).is_ok());
+    let told = equilibrium(&pushed(1.0)).expect_err("none").to_string();
+    let said = "body \"p\" is pushed out over the last point of its groove";
+    assert!(told.contains(said), "{told}");
+    let wanted = "[continue]\nparameter = \"loads.gravity[0]\"\nto = 2.0";
+    let record = branch(&scene(0.0, "", "", wanted), &mut Silent).expect("a branch");
+    let summary = record.summary();
+    assert_eq!(summary["complete"], false);
+    let stop = summary["branches"][0]["ends"].to_string();
+    assert!(stop.contains("over the last point of its groove"), "{stop}");
+    let x = record.branches.points.reals("p.x").last();
+    assert!(
+        x.is_some_and(|x| (x - 0.05).abs() < 1e-3 && *x <= 0.05 + 1e-9),
+        "{x:?}"
+    );
+}
+
+/// Catches bodies that slide out of a groove from its very end, on light and on heavy rods, and such as are not let in.
+#[test]
+fn bodies_leave_the_end_at_once_or_come_back() {
+    let ran = |rod: &str, velocity: f64, push: f64| -> AssemblyRunRecord {
+        let body = format!("velocity = [{velocity:?}, 0.0, 0.0]\nforce = [{push:?}, 0.0, 0.0]");
+        let rest =
+            "[start]\nrest = \"straight\"\n[run]\nduration = 0.3\ntolerance = 1e-8\nsamples = 3";
+        // The straight rod holds the body on the end.
+        let prepared = AssemblyPrepared::new(&scene(0.05, rod, &body, rest)).expect("a scene");
+        let start = prepared.motion().expect("a start");
+        let mut tables: Vec<Table> = Vec::new();
+        assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record")
+    };
+    let heavy = "mass = 0.2\ninertia = \"full\"";
+    for (rod, least) in [("", 0.0), (heavy, 1e-9)] {
+        for (velocity, push) in [(0.2, 0.0), (0.0, 1.0)] {
+            let ended = ran(rod, velocity, push);
+            let t = ended.branches[0].last.t;
+            assert_eq!(ended.outcome(), "groove_end", "{rod} {velocity}");
+            assert!(t <= least, "{rod} {velocity}: {t}");
+        }
+        for velocity in [0.0, -0.2] {
+            let went = ran(rod, velocity, 0.0);
+            assert_eq!(went.outcome(), "end_of_time", "{rod} {velocity}");
+        }
+    }
+    // Thrown in against a push it comes back, by y'' = 1 - k y, 1/k = 1/3 + 1/80.
+    let back = ran("", -0.1, 1.0);
+    assert_eq!(back.outcome(), "groove_end");
+    let last = &back.branches[0].last;
+    let off = last.bodies[0].pose.translation.vector.x - 0.05;
+    let k = 1.0 / (1.0 / 3.0 + 1.0 / 80.0_f64);
+    let t = 2.0 / k.sqrt() * (0.1 * k.sqrt()).atan();
+    assert!(
+        off.abs() < 1e-12 && (last.t - t).abs() < 1e-3,
+        "{off:e} {} {t}",
+        last.t
+    );
+}
