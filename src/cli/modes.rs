@@ -56,7 +56,7 @@ fn text(record: &ModesRecord) -> String {
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<15}{value}");
     };
-    for rod in &motions.rods {
+    for (k, rod) in motions.rods.iter().enumerate() {
         if let Some(end) = rod.last() {
             let p = end.position;
             let parts = if record.planar { 2 } else { 3 };
@@ -66,7 +66,14 @@ fn text(record: &ModesRecord) -> String {
             } else {
                 "under the loads"
             };
-            line("equilibrium", format!("{of}, end at {}", parts.join(", ")));
+            let end = match record.names.get(k) {
+                Some(name) => format!("end of rod {name:?}"),
+                None => "end".to_owned(),
+            };
+            line(
+                "equilibrium",
+                format!("{of}, {end} at {}", parts.join(", ")),
+            );
         }
     }
     let meaning = if motions.stable { "stable" } else { "unstable" };

@@ -4,6 +4,9 @@ use crate::motion::LandingRule;
 use crate::solve::integrator::Method;
 use serde::Serialize;
 
+/// Times nearer to each other, relative to the duration, are one: ways between units round, and steps end within this of where they are to.
+const ONE: f64 = 3e-14;
+
 /// How long, how accurately, and what a snap does.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Run {
@@ -32,4 +35,17 @@ pub struct Run {
     pub max_steps: usize,
     /// The run stops at the next snap after so many, 0..=1_000_000_000; default 100_000.
     pub max_snaps: usize,
+}
+
+impl Run {
+    /// A time of the motion in the scene's units, of which `unit` is one of the motion's; even samples and the end of the run as they were asked for,
+    /// which the way into units of the rod and back misses by rounding.
+    pub(crate) fn told(&self, t: f64, unit: f64) -> f64 {
+        let (told, last) = (t * unit, (self.samples - 1) as f64);
+        let asked = self.duration * ((told / self.duration * last).round() / last);
+        match (told - asked).abs() <= ONE * self.duration {
+            true => asked,
+            false => told,
+        }
+    }
 }

@@ -188,3 +188,48 @@ fn branches_have_strains_of_their_own() {
         );
     }
 }
+
+/// Catches a reason that is not the one, a rod that is told by its number, and an example that the scene cannot have.
+#[test]
+fn refusals_name_what_is_wrong() {
+    use snaprod::study::assembly::AssemblyPrepared;
+    let start = "[start]\nrest = \"straight\"\n[run]\nduration = 0.1\n";
+    let told = |text: &str| {
+        let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let began = AssemblyPrepared::new(&scene).and_then(|scene| scene.motion().map(drop));
+        began.expect_err("no start").to_string()
+    };
+    let weighs = told(&format!(
+        "{}{BODY}{start}[loads]\ngravity = [1.0, 0.0, 0.0]\n",
+        rod("a", false, &format!("mass = 0.2\n{GROUND}"))
+    ));
+    assert!(
+        weighs.contains("rod \"a\"") && weighs.contains("under its weight"),
+        "{weighs}"
+    );
+    for heavy in [false, true] {
+        let near = |name: &str, foot: &str, body: &str| {
+            let ends = format!(
+                "from = {{ position = {foot} }}\nto = {{ body = \"{body}\" }}\ncontact_diameter = 0.05"
+            );
+            rod(name, heavy, &ends)
+        };
+        let rods = near("a", "[0.0, 0.0, 0.0]", "m") + &near("b", "[0.01, 0.0, 0.0]", "n");
+        let touch = told(&format!(
+            "{rods}{BODY}{}{start}",
+            BODY.replace("\"m\"", "\"n\"")
+        ));
+        assert!(
+            touch.contains("rod \"a\" at s = ") && touch.contains("rod \"b\" at s = "),
+            "{touch}"
+        );
+    }
+    let shaken = |model: &str, shake: &str| {
+        format!(
+            "[rod]\nmodel = \"{model}\"\n[clamp]\nmotion = {{ translate = {{ {shake} }} }}\n[body]\nmass = 1.0\n[run]\nduration = 1.0\n"
+        )
+    };
+    let shake = "amplitude = 0.1, frequency = 1.0";
+    refused(&shaken("cosserat", shake), &["direction = [0.0, 1.0, 0.0]"]);
+    refused(&shaken("elastica", shake), &["direction = [0.0, 1.0]"]);
+}

@@ -172,3 +172,23 @@ fn a_tilted_clamp_is_a_turned_world() {
         assert!((v - wanted).abs() < 1e-12, "{}", shaken.velocity);
     }
 }
+
+/// Catches times that the way into units of the rod and back moves by rounding: 0.049999999999999996 in place of 0.05.
+#[test]
+fn times_are_those_that_were_asked_for() {
+    use snaprod::study::{Silent, Table, run};
+    for rod in ["", "damping = 0.01\n"] {
+        for stiffness in [0.3, 0.7, 1.1] {
+            let text = format!(
+                "[rod]\nmodel = \"elastica\"\nlength = 1.3\nbending_stiffness = {stiffness}\n{rod}[body]\nmass = 0.7\n\
+                 [start]\nposition = [0.9, 0.5]\nmode = 0\n[run]\nduration = 0.05\nsamples = 8\n"
+            );
+            let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}"));
+            let prepared = run::Prepared::new(&scene).expect("a scene that runs");
+            let mut tables: Vec<Table> = Vec::new();
+            run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
+            let asked: Vec<f64> = (0..8).map(|k| 0.05 * (f64::from(k) / 7.0)).collect();
+            assert_eq!(tables[0].reals("t"), asked, "{stiffness} {rod}");
+        }
+    }
+}

@@ -262,7 +262,8 @@ pub(super) static CLAMP_MOTION: Spec = spec("clamp.motion", &[
 ]);
 #[rustfmt::skip]
 pub(super) static SHAKE: Spec = spec("clamp.motion.translate", &[
-    field("direction", RUNS, Vector(&VALUE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length."),
+    field("direction", PLANE, Vector(&VALUE), "", Yes("direction = [0.0, 1.0]"), "Direction, not 0, of any length."),
+    field("direction", SPACE | ASSEMBLY, Vector(&VALUE), "", Yes("direction = [0.0, 1.0, 0.0]"), "Direction, not 0, of any length."),
     field("amplitude", RUNS, Number(&FINITE), "m", Yes("amplitude = 0.01"), "Amplitude."),
     field("frequency", RUNS, Number(&NON_NEGATIVE), "Hz", Yes("frequency = 2.0"), "Frequency, cycles per time."),
     field("phase", RUNS, Number(&FINITE), "rad", Or("0.0"), "Phase."),

@@ -80,7 +80,7 @@ impl AssemblyPrepared {
             }
         };
         AssemblyMoment {
-            t: state.time() * k.time,
+            t: self.run.told(state.time(), k.time),
             bodies: state.bodies().iter().map(body).collect(),
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
@@ -380,6 +380,7 @@ pub fn run(
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,
             branches: most,
+            fixed_nodes: prepared.scene.rod.nodes.is_some(),
         },
         branches,
         cut,
@@ -506,7 +507,8 @@ impl Observer for Recorder<'_> {
 
     fn look(&mut self, state: &dyn State) {
         // The first sample is there already.
-        let t = state.time() * self.prepared.setup.scales.time;
+        let unit = self.prepared.setup.scales.time;
+        let t = self.prepared.run.told(state.time(), unit);
         if let [only] = self.track.list.as_slice()
             && only.t == t
         {

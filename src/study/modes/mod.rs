@@ -27,6 +27,8 @@ pub struct ModesRecord {
     /// True if the equilibrium is the start of the scene; false: the forces on the body do not balance there, and it is the one that
     /// the loads at t = 0 lead to.
     pub of_start: bool,
+    /// The names of the rods of an assembly, those with a free end last.
+    pub names: Vec<String>,
     /// The motions.
     pub motions: SmallMotions,
     /// What is left out, and what else is to be said.
@@ -163,8 +165,13 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         (None, false) => assembled::modes(&scene.standing()?, scene),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
+    let given = scene.assembly.iter();
+    let held = given.clone().flat_map(|given| &given.rods);
+    let free = given.flat_map(|given| &given.free);
+    let names = held.map(|rod| &rod.name).chain(free.map(|rod| &rod.name));
     let mut record = ModesRecord {
         units: scene.units,
+        names: names.cloned().collect(),
         planar: scene.is_planar(),
         remarks: Vec::new(),
         of_start,

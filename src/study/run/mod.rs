@@ -127,6 +127,7 @@ pub fn run(
             steps: prepared.run.max_steps,
             snaps: prepared.run.max_snaps,
             branches: prepared.run.branches,
+            fixed_nodes: prepared.fixed_nodes,
         },
         start_index: match prepared.kind() {
             ModelKind::Sheet => branches.first().and_then(RunBranch::index_of_start),

@@ -28,6 +28,7 @@ pub struct Prepared {
     pub scene: serde_json::Value,
     /// What was asked for.
     pub(super) run: Run,
+    pub(super) fixed_nodes: bool,
     viscosity: Option<f64>,
     /// A rod of known mass on a clamp that stands.
     massive: Option<Massive>,
@@ -105,6 +106,7 @@ impl Prepared {
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
+            fixed_nodes: scene.rod.nodes.is_some(),
             viscosity: viscosity(scene)?,
             massive,
             relaxes: !scene.rod.relaxation.is_empty(),
@@ -305,7 +307,7 @@ impl Prepared {
         let action = frame.outward(&state.action());
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
-            t: state.time() * k.time,
+            t: self.run.told(state.time(), k.time),
             clamp: outward(&clamp.pose(), k.length, &Isometry3::identity()),
             pose: outward(&clamp.pose(), k.length, &pose),
             velocity: twist.fixed_rows::<3>(3) * k.velocity,

@@ -71,6 +71,8 @@ pub struct Bounds {
     pub snaps: usize,
     /// Most branches.
     pub branches: usize,
+    /// True if the scene fixes the strain nodes.
+    pub fixed_nodes: bool,
 }
 
 impl Bounds {
@@ -275,13 +277,18 @@ pub struct Frame {
 /// What a passage releases, of the largest energy of the run, at least.
 const RELEASED: f64 = 1e-9;
 
-/// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them.
-pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>) -> Option<String> {
+/// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them; `fixed` if the scene
+/// says how many nodes there are.
+pub(super) fn unresolved(
+    rate_tails: impl Iterator<Item = f64>,
+    fixed: bool,
+) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
+    let first = if fixed { "leave out rod.nodes, " } else { "" };
     (worst > SPILL).then(|| {
         format!(
             "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
-             its nodes; leave out rod.nodes, lower the tolerance, or give the rod damping"
+             its nodes; {first}lower the tolerance, or give the rod damping"
         )
     })
 }
@@ -341,7 +348,7 @@ impl RunRecord {
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
-        doubts(told, self.scales.energy, self.bounds.tolerance).or_else(|| self.unstable())
+        doubts(told, self.scales.energy, &self.bounds).or_else(|| self.unstable())
     }
 
     /// When and why folds that the light rod passes are not told; None where all are, or there is none.

@@ -3,7 +3,7 @@
 use super::ModelKind;
 use super::bounces::Bounces;
 use super::prepared::{Prepared, Rest};
-use super::record::{Frame, Moment, RunBranch, unresolved};
+use super::record::{Bounds, Frame, Moment, RunBranch, unresolved};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
@@ -120,11 +120,11 @@ pub(in crate::study) fn spent(times: impl Iterator<Item = f64>) -> Option<f64> {
 pub(in crate::study) fn doubts<'a>(
     told: impl Iterator<Item = (&'a Closing, Option<f64>)> + Clone,
     energy: f64,
-    tolerance: f64,
+    bounds: &Bounds,
 ) -> Option<String> {
     let rate_tails = told.clone().filter_map(|(_, rate_tail)| rate_tail);
-    unresolved(rate_tails)
-        .or_else(|| untrusted(told.map(|(closing, _)| closing), energy, tolerance))
+    unresolved(rate_tails, bounds.fixed_nodes)
+        .or_else(|| untrusted(told.map(|(closing, _)| closing), energy, bounds.tolerance))
 }
 
 /// What is to be said of motions whose energies nobody can trust at the `tolerance`; one unit of energy is `energy`.
@@ -302,7 +302,10 @@ impl<'r> Recorder<'r> {
         if !self.prepared.kind().in_space() {
             return;
         }
-        let t = last.time() * self.prepared.scales.time;
+        let t = self
+            .prepared
+            .run
+            .told(last.time(), self.prepared.scales.time);
         let axes = &mut self.axes.list;
         if let [.., (before, _), (near, _)] = axes.as_slice()
             && t - near < 0.5 * (near - before)
@@ -411,7 +414,8 @@ impl Observer for Recorder<'_> {
 
     fn look(&mut self, state: &dyn State) {
         // The first sample is there already.
-        let t = state.time() * self.prepared.scales.time;
+        let unit = self.prepared.scales.time;
+        let t = self.prepared.run.told(state.time(), unit);
         if let [only] = self.way.list.as_slice()
             && only.t == t
         {
