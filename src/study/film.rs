@@ -186,17 +186,22 @@ pub fn film<'m>(
             Event::Step { from, to } => {
                 let now = camera.look(&*motion.now())?;
                 // A long step is looked into.
-                let parts = (camera.measure.way(&last, &now) / camera.trace.step).ceil();
+                let parts = (camera.measure.way(&last, &now.0) / camera.trace.step).ceil();
                 let parts = (parts as usize).clamp(1, INNER);
                 for k in 1..parts {
                     let t = from + (to - from) * k as f64 / parts as f64;
                     if let Some(state) = motion.sample(t) {
                         let seen = camera.look(&*state)?;
-                        camera.show(&*state, &seen)?;
+                        if camera.follow(&seen) {
+                            camera.picture(&*state, &seen)?;
+                        }
                     }
                 }
-                camera.show(&*motion.now(), &now)?;
-                last = now;
+                // The state now is made anew at every call.
+                if camera.follow(&now) {
+                    camera.picture(&*motion.now(), &now)?;
+                }
+                last = now.0;
                 hooks.progress((to / duration).min(1.0), to * time);
                 if hooks.interrupted() {
                     return Err(Error::domain("it was interrupted"));
@@ -265,7 +270,7 @@ struct Camera<'f> {
 }
 
 impl Camera<'_> {
-    fn look(&self, state: &dyn State) -> Result<Glimpse> {
+    fn look(&self, state: &dyn State) -> Result<(Glimpse, Traced)> {
         let now = self.of.traced(state);
         let arm = ARM * self.measure.length;
         let seen = |(pose, _): &(Isometry3<f64>, Vector3<f64>)| {
@@ -277,40 +282,42 @@ impl Camera<'_> {
             let rods = self.of.rods(state, 9)?;
             places.extend(rods.iter().flatten().map(|(_, at)| at.translation.vector));
         }
-        Ok(Glimpse { t: now.t, places })
+        Ok((Glimpse { t: now.t, places }, now))
     }
 
-    fn still(&self, state: &dyn State, place: Place) -> Result<Still> {
+    fn still(&self, state: &dyn State, now: Traced, place: Place) -> Result<Still> {
         let rods = self.of.rods(state, SECTIONS)?;
         Ok(Still {
-            now: self.of.traced(state),
+            now,
             rods: rods.into_iter().map(poses).collect(),
             labels: state.equilibrium(),
             place,
         })
     }
 
-    /// Takes a state if it is far enough from the last one that was taken.
-    fn show(&mut self, state: &dyn State, seen: &Glimpse) -> Result<()> {
+    /// Traces a state if it is far enough from the last one that was traced; true if it is far enough for a picture.
+    fn follow(&mut self, (seen, traced): &(Glimpse, Traced)) -> bool {
         if self.trace.wants(&self.measure, seen) {
-            let traced = self.of.traced(state);
             self.trace
-                .keep(&self.measure, (seen.clone(), traced, false));
+                .keep(&self.measure, (seen.clone(), traced.clone(), false));
         }
-        if self.pictures.wants(&self.measure, seen) {
-            let still = self.still(state, Place::Way)?;
-            self.pictures
-                .keep(&self.measure, (seen.clone(), still, false));
-        }
+        self.pictures.wants(&self.measure, seen)
+    }
+
+    /// Takes a picture.
+    fn picture(&mut self, state: &dyn State, (seen, traced): &(Glimpse, Traced)) -> Result<()> {
+        let still = self.still(state, traced.clone(), Place::Way)?;
+        self.pictures
+            .keep(&self.measure, (seen.clone(), still, false));
         Ok(())
     }
 
     /// Takes a state whatever was taken before.
     fn keep(&mut self, state: &dyn State, place: Place) -> Result<Glimpse> {
-        let (seen, still) = (self.look(state)?, self.still(state, place)?);
+        let (seen, traced) = self.look(state)?;
+        let still = self.still(state, traced.clone(), place)?;
         let held = place != Place::Way;
-        self.trace
-            .keep(&self.measure, (seen.clone(), still.now.clone(), held));
+        self.trace.keep(&self.measure, (seen.clone(), traced, held));
         self.pictures
             .keep(&self.measure, (seen.clone(), still, held));
         Ok(seen)
@@ -423,7 +430,8 @@ impl<T> Reel<T> {
     fn new(most: usize) -> Self {
         Self {
             kept: Vec::new(),
-            step: 0.5 / most as f64,
+            // Time alone makes a way of 1.
+            step: 1.0 / most as f64,
             most,
         }
     }

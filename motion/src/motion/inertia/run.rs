@@ -342,14 +342,15 @@ impl HeavyRun {
         let mut at_high = function(&*self.model, &y)?;
         // The secant; halved on the side that stays (Illinois).
         for _ in 0..ROUNDS {
-            if (high - low) * self.integrator.span() <= CLOSE * self.options.duration {
+            let near = (high - low) * self.integrator.span() <= CLOSE * self.options.duration;
+            if near || at_high == 0.0 {
                 break;
             }
             let x = (low * at_high - high * at_low) / (at_high - at_low);
             let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
             let there = self.integrator.at(self.model.system(), x)?;
             let value = function(&*self.model, &there)?;
-            if value * at_high < 0.0 || at_high == 0.0 && value != 0.0 {
+            if value * at_high < 0.0 {
                 (low, at_low) = (x, value);
                 at_high *= 0.5;
             } else {
