@@ -63,6 +63,8 @@ mod folds_in_space;
 #[cfg(feature = "cli")]
 mod free_ends;
 #[cfg(feature = "scene")]
+mod friction_along_rods;
+#[cfg(feature = "scene")]
 mod fuzzed;
 #[cfg(feature = "scene")]
 mod fuzzed_seeds;

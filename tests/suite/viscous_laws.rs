@@ -284,6 +284,35 @@ fn carreau_goes_from_plateau_to_power() {
     }
 }
 
+/// At the rate that a flexure is given for, about the weakest axis of the section there, friction is 2^((p - 1)/2) of its plateau, and this overstress
+/// brings that rate about. Catches the axis of another place, or the stronger one, also where the axes turn along the rod and are far from alike.
+#[test]
+fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
+    let (p, flexure) = (0.4, 0.3);
+    let along = Varying::by(|s| {
+        let turn = nalgebra::Rotation2::new(0.7 + s);
+        let bending = turn * nalgebra::Matrix2::new(2.0 - s, 0.0, 0.0, 1e5) * turn.inverse();
+        let mut matrix = Matrix6::from_diagonal_element(3.0);
+        matrix.fixed_view_mut::<2, 2>(0, 0).copy_from(&bending);
+        Linear::full(matrix)
+    });
+    let viscosity = Viscosity::along(along).unwrap();
+    let law = Carreau::from_flexure(viscosity.clone(), flexure, p).unwrap();
+    let e = Strain::from(STRAIGHT);
+    for s in [0.0_f64, 0.4, 1.0] {
+        let (sin, cos) = (0.7 + s).sin_cos();
+        let rate = Strain::new(cos, sin, 0.0, 0.0, 0.0, 0.0) * flexure;
+        let wanted = viscosity.at(s).unwrap().matrix * rate * 2.0_f64.powf(0.5 * (p - 1.0));
+        let found = law.overstress(s, &e, &rate).unwrap();
+        assert!(
+            (found - wanted).norm() < 1e-9 * wanted.norm(),
+            "{found} {wanted}"
+        );
+        let back = law.rate(s, &e, &found).unwrap().rate;
+        assert!((back - rate).norm() < 1e-9 * flexure, "{back} {rate}");
+    }
+}
+
 /// Catches a friction that does not keep the section from total compression (7.14), also under bending: (Omega c + 1) d_t
 /// = g.H^-1 w with g and c from the cone by hand; and depths that are not between delta and 2 delta.
 #[test]
@@ -455,6 +484,7 @@ fn every_bad_law_has_its_message() {
     refused(slowed.with_axial(1.0), "axial viscosity cannot be", said);
     refused(Carreau::new(full(), 0.0, 0.5), "onset = 0", said);
     refused(Carreau::new(full(), 1.0, -0.5), "exponent = -0.5", said);
+    refused(Carreau::from_flexure(full(), 0.0, 0.5), "rate = 0", said);
     refused(
         FrictionBarrier::new(full(), [0.1, nan], 1.0),
         "half_widths[1] = NaN",

@@ -169,6 +169,10 @@ impl SectionLaw for Measured<dyn SectionLaw> {
         self.law.is_uniform()
     }
 
+    fn has_uniform_stiffness(&self) -> bool {
+        self.law.has_uniform_stiffness()
+    }
+
     fn planar_about(&self) -> [bool; 2] {
         self.law.planar_about()
     }

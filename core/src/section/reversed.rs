@@ -82,6 +82,10 @@ impl SectionLaw for Reversed {
         self.law.is_uniform()
     }
 
+    fn has_uniform_stiffness(&self) -> bool {
+        self.law.has_uniform_stiffness()
+    }
+
     fn planar_about(&self) -> [bool; 2] {
         self.law.planar_about()
     }

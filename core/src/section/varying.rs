@@ -174,7 +174,17 @@ pub struct Varying {
 #[derive(Clone)]
 enum Source {
     Entries(Box<Entries>),
+    Rested(Box<Rested>),
     Function(Law),
+}
+
+/// A law that is the same all along but for its rest strains.
+#[derive(Debug, Clone)]
+struct Rested {
+    law: Linear,
+    rest: Rest,
+    /// Of the rod.
+    length: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -230,11 +240,11 @@ impl Varying {
     /// None for rest strains that are numbers along the whole rod.
     pub fn rested(law: Linear, rest: Rest, length: f64) -> Result<Self> {
         let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
-        let at = move |s| {
-            let (curvature, twist) = rest.at(s, length)?;
-            law.with_rest(curvature, twist)
+        let varying = Self {
+            source: Source::Rested(Box::new(Rested { law, rest, length })),
+            breaks: Vec::new(),
         };
-        Self::by(at).with_breaks(&breaks)
+        varying.with_breaks(&breaks)
     }
 
     /// Any law of s. It is taken to be smooth between breaks ([`Varying::with_breaks`]).
@@ -293,6 +303,10 @@ impl Varying {
     pub fn at(&self, s: f64) -> Result<Linear> {
         match &self.source {
             Source::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
+            Source::Rested(rested) => {
+                let found = rested.rest.at(s, rested.length);
+                found.and_then(|(curvature, twist)| rested.law.with_rest(curvature, twist))
+            }
             Source::Function(law) => law(s),
         }
         .map_err(|e| e.context(format!("the section at s = {s}")))
@@ -304,7 +318,7 @@ impl Varying {
                 edit(entries);
                 entries.law.check()?;
             }
-            Source::Function(_) => {
+            Source::Rested(_) | Source::Function(_) => {
                 return Err(Error::domain(format!(
                     "{what} cannot be set on a law given as a function of s: set it in the function"
                 )));
@@ -332,6 +346,7 @@ impl fmt::Debug for Varying {
         let mut shown = f.debug_struct("Varying");
         match &self.source {
             Source::Entries(entries) => shown.field("entries", entries),
+            Source::Rested(rested) => shown.field("rested", rested),
             Source::Function(_) => shown.field("law", &"a function of s"),
         };
         shown.field("breaks", &self.breaks).finish()
@@ -377,6 +392,17 @@ impl SectionLaw for Varying {
     fn is_uniform(&self) -> bool {
         match &self.source {
             Source::Entries(entries) => entries.all().all(|along| along.constant().is_some()),
+            Source::Rested(_) | Source::Function(_) => false,
+        }
+    }
+
+    fn has_uniform_stiffness(&self) -> bool {
+        match &self.source {
+            Source::Entries(entries) => {
+                let mut entries = entries.law.named();
+                entries.all(|(_, along)| along.constant().is_some())
+            }
+            Source::Rested(_) => true,
             Source::Function(_) => false,
         }
     }

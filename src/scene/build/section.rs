@@ -12,7 +12,7 @@ impl Scene {
     ///
     /// # Errors
     /// A scene without damping; as [`Scene::cosserat_rod`]; matrices that are not positive definite in the strains that the
-    /// section does not hold rigid; Maxwell branches in proportion to a section that varies along the rod.
+    /// section does not hold rigid; Maxwell branches in proportion to a section whose stiffness varies along the rod.
     pub fn viscoelastic(&self) -> Result<Viscoelastic> {
         self.rod.viscoelastic()
     }
@@ -26,28 +26,24 @@ impl Rod {
                 "rod.damping is missing or 0: an elastic rod has no section that creeps or remembers; write damping > 0",
             ));
         };
-        let planar = self.model == Model::Elastica;
-        let (elastic, bending): (Arc<dyn SectionLaw>, f64) = match planar {
-            true => {
-                let bending = self.bending_stiffness()?;
-                let law = Linear::diagonal([bending; 2], bending)?;
-                (Arc::new(law), bending)
-            }
-            false => {
-                let rod = self.unclamped()?;
-                (rod.law().clone(), rod.reference_stiffness())
-            }
+        let bending = match self.model {
+            Model::Elastica => Some(self.bending_stiffness()?),
+            _ => None,
         };
-        let given = |matrix: &StrainMatrix| match planar {
-            true => matrix.in_plane(bending),
-            false => matrix.clone(),
+        let elastic: Arc<dyn SectionLaw> = match bending {
+            Some(bending) => Arc::new(Linear::diagonal([bending; 2], bending)?),
+            None => self.unclamped()?.law().clone(),
+        };
+        let given = |matrix: &StrainMatrix| match bending {
+            Some(bending) => matrix.in_plane(bending),
+            None => matrix.clone(),
         };
         let damping = Damping {
             viscosity: given(&damping.viscosity),
             law: damping.law,
         };
         let rate = damping
-            .law(&elastic, bending)
+            .law(&elastic)
             .map_err(|e| e.context("rod.damping"))?;
         let mut law = Viscoelastic::new(elastic.clone(), rate)?;
         for (i, branch) in self.relaxation.iter().enumerate() {

@@ -225,7 +225,7 @@ pub(super) static DAMPING: Spec = spec("damping", &[
     field("viscosity", PLANE, Number(&PRESENT), "N m² s", No, "Viscosity eta, in place of proportional."),
     field("viscosity", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6)]), "", No, "Six viscosities, or six rows, in place of proportional."),
     field("exponent", MOTION | ASSEMBLY, Number(&EXPONENT), "", No, "Above `rate` friction grows as rate^exponent (Carreau); 1 is linear, less is shear thinning. With `rate`."),
-    field("rate", MOTION | ASSEMBLY, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in. With `exponent`."),
+    field("rate", MOTION | ASSEMBLY, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in; in space of flexure about the weakest axis of the section, wherever along the rod, and other rates count by their energy. With `exponent`."),
     field("barrier", SPACE | ASSEMBLY, Table(&BARRIER), "", No, "Friction that is infinite at total compression (AMV (2.40))."),
 ]);
 #[rustfmt::skip]

@@ -12,7 +12,7 @@
 //! strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
 
 use super::free::{driving, kept, positive};
-use super::{Rate, RateLaw, Viscosity};
+use super::{Rate, RateLaw, Viscosity, ViscosityAt};
 use crate::error::{Error, Result};
 use crate::section::{Resultant, Strain};
 use nalgebra::Matrix6;
@@ -22,8 +22,27 @@ use nalgebra::Matrix6;
 #[derive(Debug, Clone)]
 pub struct Carreau {
     viscosity: Viscosity,
-    onset: f64,
+    onset: Onset,
     exponent: f64,
+}
+
+/// Where the law leaves its plateau.
+#[derive(Debug, Clone, Copy)]
+enum Onset {
+    /// At this dissipation, the same all along the rod.
+    Dissipation(f64),
+    /// At the dissipation of this rate of flexure about the weakest axis of the section there.
+    Flexure(f64),
+}
+
+impl Onset {
+    /// The square root of the dissipation e_t.H e_t at which a section of this viscosity leaves the plateau.
+    fn root(self, viscosity: &ViscosityAt) -> f64 {
+        match self {
+            Self::Dissipation(onset) => onset.sqrt(),
+            Self::Flexure(rate) => rate * viscosity.weakest_flexure().sqrt(),
+        }
+    }
 }
 
 impl Carreau {
@@ -34,6 +53,27 @@ impl Carreau {
     /// An onset or an exponent that is not finite and > 0.
     pub fn new(viscosity: Viscosity, onset: f64, exponent: f64) -> Result<Self> {
         positive("onset", onset)?;
+        Self::with(viscosity, Onset::Dissipation(onset), exponent)
+    }
+
+    /// The law that leaves its plateau at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2, h(s) the smaller
+    /// principal viscosity of flexure of the section at s. So for flexure about that axis alone the law is that of the planar rod
+    /// everywhere along a rod that varies, from whichever end it is written.
+    ///
+    /// # Errors
+    /// A rate or an exponent that is not finite and > 0; a viscosity that holds a flexure rigid.
+    pub fn from_flexure(viscosity: Viscosity, rate: f64, exponent: f64) -> Result<Self> {
+        positive("rate", rate)?;
+        if let [true, ..] | [_, true, ..] = viscosity.rigid() {
+            return Err(Error::domain(
+                "the viscosity holds u1 or u2 rigid, and a rate of flexure says where a power of the rate sets in: give viscosities of \
+                 flexure, or an onset by the dissipation",
+            ));
+        }
+        Self::with(viscosity, Onset::Flexure(rate), exponent)
+    }
+
+    fn with(viscosity: Viscosity, onset: Onset, exponent: f64) -> Result<Self> {
         positive("exponent", exponent)?;
         Ok(Self {
             viscosity,
@@ -86,7 +126,8 @@ impl Carreau {
 impl RateLaw for Carreau {
     fn rate(&self, s: f64, _e: &Strain, overstress: &Resultant) -> Result<Rate> {
         let driving = driving(overstress, self.viscosity.rigid())?;
-        let inverse = self.viscosity.at(s)?.inverse;
+        let viscosity = self.viscosity.at(s)?;
+        let (inverse, onset) = (viscosity.inverse, self.onset.root(&viscosity));
         let newtonian = inverse * driving;
         // Squares of large overstresses do not overflow.
         let size = driving.amax();
@@ -95,10 +136,10 @@ impl RateLaw for Carreau {
         } else {
             0.0
         };
-        let y = self.invert(tau / self.onset.sqrt());
+        let y = self.invert(tau / onset);
         let factor = self.factor(y);
         let rate = newtonian / factor;
-        let bend = rate / self.onset.sqrt() / 1.0_f64.hypot(self.exponent.sqrt() * y);
+        let bend = rate / onset / 1.0_f64.hypot(self.exponent.sqrt() * y);
         let by_overstress =
             inverse / factor + bend * bend.transpose() * ((1.0 - self.exponent) / factor);
         if !rate.iter().chain(&by_overstress).all(|x| x.is_finite()) {
@@ -116,14 +157,15 @@ impl RateLaw for Carreau {
 
     fn overstress(&self, s: f64, _e: &Strain, rate: &Strain) -> Result<Resultant> {
         kept(rate, self.viscosity.rigid())?;
-        let newtonian = self.viscosity.at(s)?.matrix * rate;
+        let viscosity = self.viscosity.at(s)?;
+        let newtonian = viscosity.matrix * rate;
         let size = rate.amax();
         let q = if size > 0.0 {
             size * (rate / size).dot(&(newtonian / size)).max(0.0).sqrt()
         } else {
             0.0
         };
-        Ok(newtonian * self.factor(q / self.onset.sqrt()))
+        Ok(newtonian * self.factor(q / self.onset.root(&viscosity)))
     }
 
     fn is_linear(&self) -> bool {

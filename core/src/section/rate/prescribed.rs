@@ -73,14 +73,14 @@ impl Maxwell<StrainMatrix> {
     /// The branch beside a section of this law.
     ///
     /// # Errors
-    /// As [`Maxwell::new`]; a branch in proportion to a section that varies along the rod.
+    /// As [`Maxwell::new`]; a branch in proportion to a section whose stiffness varies along the rod.
     pub fn beside(&self, law: &dyn SectionLaw) -> Result<Maxwell> {
         match (self.modulus.free(law.rigid()), &self.modulus) {
             (Some(modulus), _) => Maxwell::new(modulus, self.time),
             (None, StrainMatrix::Proportional(share)) if *share != 0.0 => {
-                if !law.is_uniform() {
+                if !law.has_uniform_stiffness() {
                     return Err(Error::domain(
-                        "stiffness = { proportional = .. }: the section varies along the rod, and a branch is the same all along; give six stiffnesses",
+                        "stiffness = { proportional = .. }: the stiffness of the section varies along the rod, and a branch is the same all along; give six stiffnesses",
                     ));
                 }
                 Maxwell::proportional(law, *share, self.time)
@@ -125,25 +125,23 @@ pub struct Damping {
 }
 
 impl Damping {
-    /// The rate law of a section of this elastic law and reference bending stiffness.
+    /// The rate law of a section of this elastic law.
     ///
     /// # Errors
     /// A matrix that is not positive definite in the strains that the law does not hold rigid; a power of the rate, or a
     /// barrier, that does not go with it.
-    pub fn law(&self, elastic: &Arc<dyn SectionLaw>, bending: f64) -> Result<Arc<dyn RateLaw>> {
+    pub fn law(&self, elastic: &Arc<dyn SectionLaw>) -> Result<Arc<dyn RateLaw>> {
         let viscosity = self.viscosity.viscosity(elastic)?;
         Ok(match self.law {
             FrictionLaw::Linear => Arc::new(KelvinVoigt::new(viscosity)),
             FrictionLaw::Power(power) => {
-                let eta = self.viscosity(bending);
-                if eta.is_nan() {
+                if let StrainMatrix::Diagonal(_) | StrainMatrix::Full(_) = self.viscosity {
                     return Err(Error::domain(
                         "a power of the rate needs a viscosity in proportion to the section: write `proportional = 0.05`",
                     ));
                 }
-                // e_t.H e_t/onset = e_t.K e_t/(B rate^2) with H = time K, eta = time B.
-                let onset = eta * power.rate * power.rate;
-                Arc::new(Carreau::new(viscosity, onset, power.exponent)?)
+                let PowerLaw { exponent, rate } = power;
+                Arc::new(Carreau::from_flexure(viscosity, rate, exponent)?)
             }
             FrictionLaw::Barrier(barrier) => Arc::new(FrictionBarrier::new(
                 viscosity,
@@ -168,10 +166,9 @@ impl Damping {
 pub enum FrictionLaw {
     /// Kelvin-Voigt, D = H e_t.
     Linear,
-    /// D = H e_t (1 + e_t.K e_t/(B rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at its
-    /// unloaded strains, and B the reference bending stiffness of the rod
-    /// (a rod's `reference_stiffness`); for flexure alone
-    /// eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
+    /// D = H e_t (1 + e_t.K e_t/(b rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at its unloaded
+    /// strains, and b the smaller principal bending stiffness of the same section ([`Carreau::from_flexure`]); for flexure about its
+    /// weakest axis eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
     Power(PowerLaw),
     /// D = H e_t and friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
     Barrier(BarrierTerm),
@@ -182,7 +179,7 @@ pub enum FrictionLaw {
 pub struct PowerLaw {
     /// In [0.1, 10]; 1 is Kelvin-Voigt, less is shear thinning.
     pub exponent: f64,
-    /// Rate of the curvature > 0 at which the power sets in, 1/(length times time).
+    /// Rate of the curvature about the weakest axis, > 0, at which the power sets in, 1/(length times time).
     pub rate: f64,
 }
 

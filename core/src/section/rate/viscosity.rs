@@ -42,6 +42,16 @@ pub struct ViscosityAt {
     pub inverse: Matrix6<f64>,
 }
 
+impl ViscosityAt {
+    /// The smaller principal viscosity of flexure: the least eigenvalue of the block of u1 and u2.
+    pub fn weakest_flexure(&self) -> f64 {
+        let [a, b, c] = [(0, 0), (1, 1), (0, 1)].map(|at| self.matrix[at]);
+        let largest = 0.5 * (a + b) + (0.5 * (a - b)).hypot(c);
+        // The determinant over the larger one: their difference has no digits of the smaller one where the two are far apart.
+        (a * b - c * c) / largest
+    }
+}
+
 impl Viscosity {
     /// Flexural viscosities about d1 and d2, torsional viscosity; shear and stretch are rigid until
     /// [`Viscosity::with_shear`], [`Viscosity::with_axial`].
