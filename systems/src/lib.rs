@@ -6,6 +6,7 @@ pub mod assembly;
 pub mod bar;
 pub mod creep;
 pub mod inertia;
+mod spectrum;
 
 pub use snaprod_core::{Error, Result};
 pub use snaprod_core::{body, elastica, error, manifold, math, rod, section, solve};

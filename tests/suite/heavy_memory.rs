@@ -242,6 +242,86 @@ fn the_rod_of_an_assembly_remembers_alike() {
     }
 }
 
+/// Straight rods with mass along z, one above the other between ground and ground, bodies between them.
+fn column(rods: usize, own: &str) -> String {
+    let site = |k: usize| match k {
+        k if k == rods => format!("{{ position = [0.0, 0.0, {k}.0] }}"),
+        0 => "{}".to_owned(),
+        k => format!("{{ body = \"b{k}\" }}"),
+    };
+    let each = (0..rods).map(|k| {
+        format!(
+            "[[rod]]\nname = \"r{k}\"\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.15\ninertia = \"full\"\n\
+             section_inertia = [1e-3, 1e-3, 2e-3]\nfrom = {}\nto = {}\n{own}",
+            site(k),
+            site(k + 1)
+        )
+    });
+    let bodies = (1..rods)
+        .map(|k| format!("[[body]]\nname = \"b{k}\"\nmass = 1.0\ninertia = [0.05, 0.07, 0.04]\n"));
+    let all: String = each.chain(bodies).collect();
+    format!("{all}[run]\nduration = 0.1\n")
+}
+
+/// Two straight rods whose friction and memory are in proportion to their stiffness: for every vibration without these s^2 + omega^2 (1 + eta s + E tau
+/// s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another rod, and dashpots where nothing pulls, among whose equal
+/// rates no eigenvalue is found in time.
+#[test]
+fn rods_of_an_assembly_ring_down_with_their_memory() {
+    let (eta, modulus, tau) = (0.02, 0.7, 0.15);
+    let own = format!(
+        "damping = {{ proportional = {eta} }}\nrelaxation = [{{ stiffness = {{ proportional = {modulus} }}, time = {tau} }}]\n\
+         section = {{ bending = [1.0, 1.3], torsion = 0.8, axial = 90.0 }}\n"
+    );
+    let found = modes::modes(&Scene::parse(&column(2, &own)).unwrap()).unwrap();
+    let motions = found.motions;
+    let eigenvalues = motions.eigenvalues.unwrap();
+    // The loop strained against itself relaxes so, and nothing moves.
+    let still = |s: &nalgebra::Complex<f64>| (s * tau + 1.0).norm() < 1e-9;
+    assert!(!eigenvalues.iter().any(still), "{eigenvalues:?}");
+    for mode in &motions.modes[..4] {
+        let square = mode.angular_frequency.powi(2);
+        let cubic = |s: nalgebra::Complex<f64>| {
+            let terms = [
+                s * s * (1.0 + s * tau),
+                (1.0 + s * tau) * (1.0 + s * eta) * square,
+                s * (modulus * tau * square),
+            ];
+            let size = terms.iter().map(|term| term.norm()).fold(0.0, f64::max);
+            terms.iter().sum::<nalgebra::Complex<f64>>().norm() / size
+        };
+        let roots = eigenvalues.iter().filter(|s| cubic(**s) < 1e-8);
+        let turns = roots.map(|s| if s.im > 0.0 { 2 } else { 1 });
+        assert_eq!(turns.sum::<usize>(), 3, "{square}: {eigenvalues:?}");
+    }
+}
+
+/// Three rods of six strains have more coordinates than are refined: the grid is held against a coarser one. Catches a change that is said to be
+/// infinite. Of two bodies twisting on them, alike or against each other, 2 k cot k - J omega^2/GJ = +-k/sin k.
+#[test]
+fn many_rods_are_held_against_a_coarser_grid() {
+    let own =
+        "section = { bending = [1.0, 1.6], torsion = 0.9, shear = [40.0, 50.0], axial = 90.0 }\n";
+    let found = modes::modes(&Scene::parse(&column(3, own)).unwrap()).unwrap();
+    assert!(found.remarks.is_empty(), "{:?}", found.remarks);
+    let motions = found.motions;
+    assert!(motions.change < 1e-6, "{}", motions.change);
+    let (stiffness, body, rod) = (0.9, 0.04, 2e-3_f64);
+    let speed = (stiffness / rod).sqrt();
+    for sign in [1.0, -1.0] {
+        let twist = |omega: f64| {
+            let k = omega / speed;
+            2.0 * k / k.tan() - body * omega * omega / stiffness - sign * k / k.sin()
+        };
+        let wanted = bisected(twist, 1.0, 12.0);
+        let all = motions.modes.iter().map(|mode| mode.angular_frequency);
+        let off = all
+            .map(|omega| (omega / wanted - 1.0).abs())
+            .fold(f64::INFINITY, f64::min);
+        assert!(off < 1e-9, "{wanted}: {off:e}");
+    }
+}
+
 /// Without mass the rod with the same branches moves as the light one, up to the first power of the mass. Catches dashpots that begin
 /// elsewhere, or a resultant of a branch that is not the light rod's.
 #[test]

@@ -16,6 +16,8 @@ pub(super) const COUNT: usize = 8;
 /// Nodes to begin with, and coordinates beyond which no more are taken.
 const FIRST: usize = 16;
 const MOST: usize = 200;
+/// Nodes to begin with where there are too many coordinates for more than the first: the first are one refinement of these, which tells how good they are.
+const COARSE: usize = 11;
 /// Squares of the frequencies that change by less than this with more nodes are those of the rod.
 const CONVERGED: f64 = 1e-9;
 
@@ -215,21 +217,21 @@ pub(super) fn converged<F>(
     at_nodes: impl Fn(usize) -> Result<F>,
     vibrations: impl Fn(&F) -> &[Vibration],
 ) -> Result<(F, f64)> {
-    let mut nodes = FIRST;
-    let mut last: Option<F> = None;
+    let mut nodes = match more(FIRST) * width > most {
+        true => COARSE,
+        false => FIRST,
+    };
+    let mut last = at_nodes(nodes)?;
     loop {
+        nodes = more(nodes);
         let found = at_nodes(nodes)?;
-        let change = last.as_ref().map_or(f64::INFINITY, |last| {
-            let pairs = vibrations(last).iter().zip(vibrations(&found));
-            let changes = pairs.map(|(a, b)| (a.square - b.square).abs() / (1.0 + b.square.abs()));
-            changes.fold(0.0, f64::max)
-        });
-        let next = more(nodes);
-        if change < CONVERGED || next * width > most {
+        let pairs = vibrations(&last).iter().zip(vibrations(&found));
+        let changes = pairs.map(|(a, b)| (a.square - b.square).abs() / (1.0 + b.square.abs()));
+        let change = changes.fold(0.0, f64::max);
+        if change < CONVERGED || more(nodes) * width > most {
             return Ok((found, change));
         }
-        last = Some(found);
-        nodes = next;
+        last = found;
     }
 }
 

@@ -50,8 +50,8 @@ pub struct SmallMotions {
     pub modes: Vec<Mode>,
     /// Directions in which straight inextensible rods do not let the bodies move: they have no mode.
     pub rigid: usize,
-    /// By how much, in units of itself and 1, the last refinement of rods with mass changed the square of a frequency; infinite where there was
-    /// none, 0 where nothing is refined.
+    /// By how much, in units of itself and 1, the last refinement of rods with mass changed the square of a frequency; 0 where nothing is
+    /// refined.
     pub change: f64,
     /// With drag, friction of the rod, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
     pub eigenvalues: Option<Vec<Complex<f64>>>,
@@ -237,6 +237,12 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     remark(
         motions.modes.is_empty() && motions.eigenvalues.is_some(),
         "loads turn with the body, so that no motion is one of fixed shape: the frequencies are those of the eigenvalues",
+    );
+    let mut light = scene.assembly.iter().flat_map(|given| &given.rods);
+    remark(
+        motions.eigenvalues.is_some()
+            && (scene.rod.is_light() || light.any(|given| given.rod.is_light())),
+        "the eigenvalues are those of the bodies and loads on rods without mass: inertia = \"first-order\" is not in them; inertia = \"full\" is",
     );
     remark(
         scene.loads.vary() || loads.any(Force::varies),

@@ -7,6 +7,7 @@
 //! Implicit steps eliminate z at its node: sigma dz - (dq - dz)/tau = b leaves dz = (dq + tau b)/(1 + sigma tau), and the spring answers
 //! E (dq - dz) = E tau (sigma dq - b)/(1 + sigma tau). The matrix of the rod keeps its size.
 
+use super::decaying::Branch;
 use super::law::Law;
 use crate::section::Strain;
 use nalgebra::{ComplexField, DMatrix, DVector};
@@ -87,17 +88,17 @@ impl Memory {
         all.sum::<f64>() / count as f64
     }
 
-    /// Moduli of all nodes, at their weights, and relaxation time of every branch.
-    pub fn moduli(&self) -> Vec<(DMatrix<f64>, f64)> {
+    /// The branches of all nodes, at their weights, of a rod whose coordinates begin at `first`.
+    pub fn branches_from(&self, first: usize) -> impl Iterator<Item = Branch> {
         let (count, size) = (self.active.len(), self.size());
-        let whole = |modulus: &DMatrix<f64>| {
-            DMatrix::from_fn(size, size, |i, j| match i / count == j / count {
-                true => self.weights[i / count] * modulus[(i % count, j % count)],
+        self.branches.iter().map(move |(e, time)| Branch {
+            first,
+            modulus: DMatrix::from_fn(size, size, |i, j| match i / count == j / count {
+                true => self.weights[i / count] * e[(i % count, j % count)],
                 false => 0.0,
-            })
-        };
-        let branches = self.branches.iter();
-        branches.map(|(e, time)| (whole(e), *time)).collect()
+            }),
+            time: *time,
+        })
     }
 
     /// Adds weights E sigma tau/(1 + sigma tau): what the springs answer to a change of the strains.

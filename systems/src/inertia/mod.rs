@@ -10,6 +10,7 @@
 //!
 //! * [`law`]: the section, seen through the strains that can change.
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
+//! * `decaying`: small motions with friction and memory, in the space of the vibrations.
 //! * `memory`: Maxwell branches, which implicit steps eliminate node by node.
 //! * `spins`: how sections in space turn with the strains, exactly as their rotations by collocation do.
 //! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
@@ -21,6 +22,7 @@
 //! The motion is in `motion::inertia`.
 
 pub mod assembly;
+mod decaying;
 mod delays;
 pub mod frames;
 pub mod held;

@@ -1,9 +1,10 @@
 //! A rod with mass at rest: equilibria with its weight, rates tangent to the equilibria of its end, small vibrations.
 
+use super::decaying::{Branch, decaying};
 use super::mass::Mass;
 use super::rod::{Derivatives, HeavyRod, Moving};
 use crate::error::{Error, Result};
-use crate::math::order::{sort_eigenvalues, sort_few};
+use crate::math::order::sort_few;
 use nalgebra::{Complex, DMatrix, DVector, Vector3, Vector6};
 
 /// A small vibration about an equilibrium.
@@ -108,7 +109,7 @@ impl HeavyRod {
     /// rotors and loads that turn with the body.
     ///
     /// # Errors
-    /// As [`HeavyRod::vibrations`].
+    /// As [`HeavyRod::vibrations`]; eigenvalues that are not found.
     pub fn decaying(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Complex<f64>>> {
         let found = self.small(t, q)?;
         let matrices = [&found.by_strain, &found.by_rate];
@@ -117,8 +118,8 @@ impl HeavyRod {
             _ => true,
         };
         let modes = slowest([matrices[0], matrices[1], &found.mass], ALL)?;
-        let branches = self.memory.moduli();
-        Ok(decaying(&modes, (matrices, conservative), &branches, count))
+        let branches: Vec<Branch> = self.memory.branches_from(0).collect();
+        decaying(&modes, (matrices, conservative), &branches, count)
     }
 
     /// The derivatives of the balance about the equilibrium `q` at rest.
@@ -299,112 +300,4 @@ pub(super) fn slowest(
             }
         })
         .collect())
-}
-
-/// Eigenvalues s of the `count` slowest motions exp(s t), Im s >= 0, the smallest ones by Im s, within the space of these vibrations
-/// of mass 1, under this stiffness, symmetric if all loads have a potential, and damping and with Maxwell branches of these moduli and times: the
-/// `count` slowest of those that oscillate, and all that creep in the shapes of the `count` slowest vibrations.
-pub(super) fn decaying(
-    modes: &[Vibration],
-    ([stiffness, damping], conservative): ([&DMatrix<f64>; 2], bool),
-    branches: &[(DMatrix<f64>, f64)],
-    count: usize,
-) -> Vec<Complex<f64>> {
-    let n = modes.len();
-    let inner = |m: &DMatrix<f64>| {
-        let pushed: Vec<DVector<f64>> = modes.iter().map(|mode| m * &mode.shape).collect();
-        DMatrix::from_fn(n, n, |i, j| modes[i].shape.dot(&pushed[j]))
-    };
-    let friction = inner(damping);
-    let push = match conservative {
-        true => DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| modes[i].square)),
-        false => inner(stiffness),
-    };
-    let slow: Vec<f64> = modes
-        .iter()
-        .map(|mode| 1.0 / mode.square.abs().sqrt())
-        .collect();
-    // 1/s, from (Omega x, x')' = [0, Omega; -Omega S, -C] (Omega x, x') turned round, where the stiffness is Omega S Omega: slow motions then keep
-    // their digits beside the fast ones. Motions that nothing holds have no 1/s.
-    let held = match slow.iter().all(|slow| slow.is_finite()) {
-        true => DMatrix::from_fn(n, n, |i, j| push[(i, j)] * slow[i] * slow[j]).try_inverse(),
-        false => None,
-    };
-    let turned = held.is_some();
-    let branches: Vec<_> = branches.iter().map(|(e, time)| (inner(e), *time)).collect();
-    let size = (2 + branches.len()) * n;
-    let mut whole = DMatrix::zeros(size, size);
-    if let Some(given) = held {
-        for j in 0..n {
-            for i in 0..n {
-                whole[(i, j)] = -friction[(i, j)] * slow[i] * slow[j];
-            }
-            whole[(j, n + j)] = -slow[j];
-            whole[(n + j, j)] = slow[j];
-        }
-        // The strains z of dashpots, z' = (x - z)/tau, as Omega z.
-        for (k, (modulus, time)) in branches.iter().enumerate() {
-            let first = (2 + k) * n;
-            for j in 0..n {
-                for i in 0..n {
-                    whole[(i, first + j)] = -time * modulus[(i, j)] * slow[i] * slow[j];
-                }
-            }
-        }
-        let above = given * whole.rows(0, n);
-        whole.rows_mut(0, n).copy_from(&above);
-        for k in 2..2 + branches.len() {
-            whole.rows_mut(k * n, n).copy_from(&above);
-        }
-        for (k, (_, time)) in branches.iter().enumerate() {
-            for i in (2 + k) * n..(3 + k) * n {
-                whole[(i, i)] -= time;
-            }
-        }
-    } else {
-        whole.view_mut((0, n), (n, n)).fill_with_identity();
-        whole.view_mut((n, 0), (n, n)).copy_from(&-&push);
-        whole.view_mut((n, n), (n, n)).copy_from(&-&friction);
-        for (k, (modulus, time)) in branches.iter().enumerate() {
-            let first = (2 + k) * n;
-            let mut held = whole.view_mut((n, 0), (n, n));
-            held -= modulus;
-            whole.view_mut((n, first), (n, n)).copy_from(modulus);
-            for i in 0..n {
-                whole[(first + i, i)] = 1.0 / time;
-                whole[(first + i, first + i)] = -1.0 / time;
-            }
-        }
-    }
-    let found = whole.complex_eigenvalues();
-    let all = found.iter().map(|x| if turned { x.inv() } else { *x });
-    let mut upper: Vec<Complex<f64>> = all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
-    sort_few(&mut upper, |s| s.norm());
-    // What friction and dashpots make of fast vibrations lies densely beside each other, at the rates of the section: what is led by a slow one is told.
-    let led_by = |s: f64| {
-        let s = s * (1.0 + 1e-11);
-        let scale = |i: usize| 1.0 / (modes[i].square.abs().sqrt() + s.abs());
-        let balance = DMatrix::from_fn(n, n, |i, j| {
-            let own = if i == j { s * s } else { 0.0 };
-            let springs = branches
-                .iter()
-                .map(|(e, tau)| e[(i, j)] * s * tau / (1.0 + s * tau));
-            let sum = push[(i, j)] + s * friction[(i, j)] + own + springs.sum::<f64>();
-            sum * scale(i) * scale(j)
-        });
-        // Singular but for rounding and for this little of s: what solves it is the shape of the motion.
-        let even = DVector::from_element(n, 1.0);
-        balance.lu().solve(&even).map_or(0, |shape| shape.iamax())
-    };
-    let mut left = count;
-    upper.retain(|s| match s.im == 0.0 {
-        true => led_by(s.re) < count,
-        false => {
-            let told = left > 0;
-            left = left.saturating_sub(1);
-            told
-        }
-    });
-    sort_eigenvalues(&mut upper);
-    upper
 }

@@ -13,18 +13,13 @@
 
 use super::ViscousLinear;
 use crate::creep::reduced::{Drift, loose};
-use nalgebra::{Complex, DMatrix, DVector, SMatrix, Schur};
+use crate::spectrum::eigenvalues;
+use nalgebra::{Complex, DMatrix, DVector, SMatrix};
 
 /// An imaginary part below this part of the eigenvalue is rounding of a multiple real one.
 const REAL: f64 = 1e-6;
 /// What is new in a field that a wrench brings about, relative, counts from here on.
 const REACHED: f64 = 1e-11;
-/// Iterations of the eigenvalue method for each unknown.
-const ITERATIONS: usize = 100;
-/// Tries of the eigenvalue method: where it ends, in units of rounding, and noise in the matrix, relative.
-const STRICT: [(f64, f64); 4] = [(1.0, 0.0), (8.0, 0.0), (8.0, 1e-15), (64.0, 1e-14)];
-/// Multiples of it are spread evenly modulo 1.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Eigenvalues s of small motions exp(s t).
 #[derive(Debug, Clone, PartialEq)]
@@ -227,23 +222,6 @@ fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
         true => DMatrix::zeros(rate.nrows(), 0),
         false => DMatrix::from_columns(&basis),
     }
-}
-
-fn eigenvalues(matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
-    if matrix.is_empty() {
-        return Some(Vec::new());
-    }
-    let (n, size) = (matrix.nrows(), matrix.norm());
-    // Rates that are many times the same can make the method go in circles, which the transposed matrix, less strict an end, or rounding of another kind, breaks.
-    let noise = |i: usize, j: usize| ((i * n + j) as f64 * GOLDEN).fract() - 0.5;
-    let schur = STRICT.iter().find_map(|(strict, shaken)| {
-        let shaken = matrix.map_with_location(|i, j, x| x + noise(i, j) * shaken * size / n as f64);
-        let each = [shaken.transpose(), shaken];
-        each.into_iter()
-            .rev()
-            .find_map(|matrix| Schur::try_new(matrix, strict * f64::EPSILON, ITERATIONS * n))
-    });
-    Some(schur?.complex_eigenvalues().iter().copied().collect())
 }
 
 /// Those of `all` that are left when each of `some` is paired with one of them, in order, so that the relative distances add up to the

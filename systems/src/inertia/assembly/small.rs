@@ -5,7 +5,8 @@ use super::blocks::Sides;
 use super::statics::{DEPENDENT, rigid};
 use crate::assembly::{Attachment, On};
 use crate::error::{Error, Result};
-use crate::inertia::statics::{ALL, Vibration, decaying, slowest};
+use crate::inertia::decaying::decaying;
+use crate::inertia::statics::{ALL, Vibration, slowest};
 use crate::solve::definite::definite;
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
@@ -67,7 +68,7 @@ impl HeavyAssembly {
     /// friction meets are left out.
     ///
     /// # Errors
-    /// As [`HeavyAssembly::vibrations`].
+    /// As [`HeavyAssembly::vibrations`]; eigenvalues that are not found.
     pub fn decaying(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Complex<f64>>> {
         let (matrices, ends) = self.small(y)?;
         let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
@@ -78,25 +79,14 @@ impl HeavyAssembly {
         let most = slow.map(|mode| (damping * &mode.shape).amax());
         let most = most.fold(0.0, f64::max);
         modes.retain(|mode| mode.square != 0.0 || (damping * &mode.shape).amax() > UNFELT * most);
-        let branches = self.moduli(stiffness.nrows());
-        let matrices = ([stiffness, damping], conservative);
-        Ok(decaying(&modes, matrices, &branches, count))
-    }
-
-    /// Moduli, at the weights of the nodes, and times of the Maxwell branches of all rods, among so many coordinates.
-    fn moduli(&self, size: usize) -> Vec<(DMatrix<f64>, f64)> {
-        let mut all = Vec::new();
+        let mut branches = Vec::new();
         let mut first = 0;
         for link in &self.links {
-            for (modulus, time) in link.rod.memory.moduli() {
-                let mut whole = DMatrix::zeros(size, size);
-                let at = (first, first);
-                whole.view_mut(at, modulus.shape()).copy_from(&modulus);
-                all.push((whole, time));
-            }
+            branches.extend(link.rod.memory.branches_from(first));
             first += link.rod.size();
         }
-        all
+        let matrices = ([stiffness, damping], conservative);
+        decaying(&modes, matrices, &branches, count)
     }
 
     fn within(
