@@ -279,10 +279,7 @@ const RELEASED: f64 = 1e-9;
 
 /// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them; `fixed` if the scene
 /// says how many nodes there are.
-pub(super) fn unresolved(
-    rate_tails: impl Iterator<Item = f64>,
-    fixed: bool,
-) -> Option<String> {
+pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>, fixed: bool) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
     let first = if fixed { "leave out rod.nodes, " } else { "" };
     (worst > SPILL).then(|| {
