@@ -2,8 +2,8 @@
 
 use nalgebra::{Complex, DMatrix, Schur};
 
-/// Iterations of the eigenvalue method for each unknown, of which it takes two or three.
-const ITERATIONS: usize = 30;
+/// Iterations of the eigenvalue method for each unknown.
+const ITERATIONS: usize = 100;
 /// Tries of the eigenvalue method: where it ends, in units of rounding, and noise in the matrix, relative.
 const STRICT: [(f64, f64); 4] = [(1.0, 0.0), (8.0, 0.0), (8.0, 1e-15), (64.0, 1e-14)];
 /// Multiples of it are spread evenly modulo 1.

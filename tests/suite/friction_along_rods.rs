@@ -91,7 +91,8 @@ fn branches_are_in_proportion_to_rods_that_are_bent_at_rest() {
              [rod.rest]\ncurvature = [0.5, {{ polynomial = [0.2, -0.6] }}]\n[body]\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\n\
              [start]\nrest = \"straight\"\n[run]\nduration = 0.1\n"
         );
-        Scene::parse(&text).unwrap().viscoelastic()
+        let scene = Scene::parse(&text).map_err(|faults| faults.to_string())?;
+        scene.viscoelastic().map_err(|why| why.to_string())
     };
     for (section, bending) in [
         (FULL, [1.0, 1.6, 0.1]),
@@ -103,9 +104,5 @@ fn branches_are_in_proportion_to_rods_that_are_bent_at_rest() {
         }
     }
     let why = of("bending = [1.2, { polynomial = [2.0, -1.0] }]\ntorsion = 0.7").unwrap_err();
-    assert!(
-        why.to_string()
-            .contains("the stiffness of the section varies"),
-        "{why}"
-    );
+    assert!(why.contains("the stiffness of the section varies"), "{why}");
 }

@@ -197,11 +197,15 @@ fn refusals_name_what_is_wrong() {
     let told = |text: &str| {
         let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
         let began = AssemblyPrepared::new(&scene).and_then(|scene| scene.motion().map(drop));
-        began.expect_err("no start").to_string()
+        began.expect_err(text).to_string()
     };
     let weighs = told(&format!(
         "{}{BODY}{start}[loads]\ngravity = [1.0, 0.0, 0.0]\n",
-        rod("a", false, &format!("mass = 0.2\n{GROUND}"))
+        rod(
+            "a",
+            false,
+            &format!("mass = 0.2\ninertia = \"none\"\n{GROUND}")
+        )
     ));
     assert!(
         weighs.contains("rod \"a\"") && weighs.contains("under its weight"),

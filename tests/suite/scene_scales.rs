@@ -181,7 +181,7 @@ fn times_are_those_that_were_asked_for() {
         for stiffness in [0.3, 0.7, 1.1] {
             let text = format!(
                 "[rod]\nmodel = \"elastica\"\nlength = 1.3\nbending_stiffness = {stiffness}\n{rod}[body]\nmass = 0.7\n\
-                 [start]\nposition = [0.9, 0.5]\nmode = 0\n[run]\nduration = 0.05\nsamples = 8\n"
+                 [start]\nposition = [0.9, 0.5]\nsheet = 'lowest'\n[run]\nduration = 0.05\nsamples = 8\n"
             );
             let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}"));
             let prepared = run::Prepared::new(&scene).expect("a scene that runs");

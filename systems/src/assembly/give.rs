@@ -2,12 +2,12 @@
 //!
 //! Bent by angles of the size b a rod that cannot stretch is shorter from end to end by some s = b^2, and along itself it gives way as s does: where it
 //! is straight its force along itself is a constraint, and where it is nearly so that force is what rounding makes of the place of its end, and
-//! vibrates as 1/b. Nobody asked for either. As long as s is below a length that the tolerance of the motion does not see the end gives way by
-//! that much more, as if it sat on a slider with a spring, along the rod as it stands:
+//! vibrates as 1/b. Nobody asked for either. As long as s is small the end gives way by a little more, as if it sat on a slider with a spring, along the
+//! rod as it stood when that was set:
 //! ```text
 //! r = r(1) + c (e.n(1)) e,     m = m(1) - (r - r(1)) x n(1),     the spring stores c (e.n(1))^2/2,
 //! ```
-//! with c |n(1)| a small part of the tolerance. What the rod does across itself is left as it is.
+//! with c |e.n(1)| less than KEPT UNSEEN of the tolerance, in lengths of the rod. What the rod does across itself is left as it is.
 
 use super::{Joint, Link, LinkEnd};
 use crate::rod::Wrench;
