@@ -262,27 +262,26 @@ impl AssemblySetup {
         Ok((now, index))
     }
 
-    /// An error unless unloaded rods meet their attachments where they close loops.
+    /// An error unless unloaded rods are at rest, and meet their attachments where they close loops.
     fn fits(&self, start: &Configuration) -> Result<()> {
         let points = self
             .assembly
             .points(0.0, &start.bodies, &start.charts, FINEST)?;
         for (k, (link, point)) in self.assembly.links().iter().zip(&points).enumerate() {
-            let gap = point.gap(link.joint()).amax();
-            if gap <= FITS {
-                continue;
-            }
             let rod = self.assembly.rod_name(k);
-            return Err(Error::domain(match link.distributed() {
-                Some(_) => format!(
+            if link.distributed().is_some() {
+                return Err(Error::domain(format!(
                     "rest = \"straight\" in [start]: {rod} is elastic and does not rest straight under its weight, or another load along it; leave \
                      rest out, and the bodies start at equilibrium; or give the rods inertia = \"full\", or leave out the load or the mass"
-                ),
-                None => format!(
+                )));
+            }
+            let gap = point.gap(link.joint()).amax();
+            if !(gap <= FITS) {
+                return Err(Error::domain(format!(
                     "rest = \"straight\" in [start]: the unloaded rods do not fit together, an end of {rod} is {gap:.1e} (radians or lengths) away \
                      from its attachment; leave rest out, and the bodies start at equilibrium"
-                ),
-            }));
+                )));
+            }
         }
         Ok(())
     }
