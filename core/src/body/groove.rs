@@ -243,8 +243,17 @@ impl Groove {
         }
     }
 
-    /// The first parameter beyond `from` on the way to `to` at which some derivative jumps, an end included: also that at which `from` is,
-    /// where `to` lies outside by more than rounding.
+    /// The end at which `from` is, to rounding, where `to` lies outside by more than that.
+    pub fn end_left(&self, from: f64, to: f64) -> Option<f64> {
+        let [first, last] = self.ends()?;
+        let rounding = AT_KNOT * (last - first);
+        match self.way_out(from)? {
+            way if way > 0.0 => (to > last + rounding).then_some(last),
+            _ => (to < first - rounding).then_some(first),
+        }
+    }
+
+    /// The first parameter beyond `from` on the way to `to` at which some derivative jumps, an end included.
     pub fn first_break(&self, from: f64, to: f64) -> Option<f64> {
         let Curve::Spline(spline) = &self.curve else {
             return None;
@@ -264,12 +273,6 @@ impl Groove {
         });
         // One to rounding is not beyond.
         let rounding = AT_KNOT * (length + from.abs());
-        let outside = (to.min(length - to) < -rounding)
-            .then(|| self.way_out(from))
-            .flatten();
-        if let Some(way) = outside.filter(|way| way * (to - from) > 0.0) {
-            return Some(if way > 0.0 { length } else { 0.0 });
-        }
         match from < to {
             true => all
                 .filter(|knot| from + rounding < *knot && *knot <= to)

@@ -410,7 +410,8 @@ impl AssemblyRun {
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let passed = from.iter().zip(&to).filter_map(|((body, a), (_, b))| {
             let groove = self.assembly.carriers()[*body].groove()?;
-            let knot = groove.first_break(*a, *b)?;
+            let left = groove.end_left(*a, *b);
+            let knot = left.or_else(|| groove.first_break(*a, *b))?;
             // From an end a step may first lead inward: that is where it comes back.
             let part = match groove.way_out(*a) {
                 Some(way) if groove.way_out(knot) == Some(way) => 1.0,
