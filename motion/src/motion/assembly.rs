@@ -174,9 +174,12 @@ impl AssemblyRun {
         let along = (ALONG * local).max(FINEST);
         let start = &assembly.spun(start, along)?;
         let state = assembly.state(start, &Integrals::default());
-        let mut at = assembly.evaluated(&state, along).ok_or_else(|| {
-            Error::domain("the rods cannot be followed under the wrenches of the start")
-        })?;
+        let followed = |assembly: &Assembly, state: &DVector<f64>| {
+            assembly.evaluated(state, along).ok_or_else(|| {
+                Error::domain("the rods cannot be followed under the wrenches of the start")
+            })
+        };
+        let mut at = followed(&assembly, &state)?;
         // From here on a chart changes between steps alone.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
             let better = assembly.links()[k].better_seen(q, &point.held());
@@ -201,9 +204,9 @@ impl AssemblyRun {
         };
         let mut defined = begin(&assembly, &numbers);
         if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
-            let ends = assembly.evaluated(&numbers.0, along).unwrap_or(at);
+            let ends = followed(&assembly, &numbers.0)?;
             numbers = Numbers(assembly.slid(numbers.0, &ends));
-            at = assembly.evaluated(&numbers.0, along).unwrap_or(ends);
+            at = followed(&assembly, &numbers.0)?;
             defined = begin(&assembly, &numbers);
         }
         defined.ok_or_else(|| {

@@ -7,7 +7,7 @@
 //! ```text
 //! r = r(1) + c (e.n(1)) e,     m = m(1) - (r - r(1)) x n(1),     the spring stores c (e.n(1))^2/2,
 //! ```
-//! with c |e.n(1)| less than KEPT UNSEEN of the tolerance, in lengths of the rod. What the rod does across itself is left as it is.
+//! with c |e.n(1)| at most UNSEEN of the tolerance, in lengths of the rod, where the spring is set; after steps that end with KEPT as much it is set anew. What the rod does across itself is left as it is.
 
 use super::{Joint, Link, LinkEnd};
 use crate::rod::Wrench;

@@ -9,13 +9,11 @@ use crate::error::Result;
 use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
 use crate::solve::warm::Warm;
-use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, Unit, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
 use std::sync::Arc;
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
 const NEUTRAL: f64 = 1e-7;
-/// 1 + the cosine of the angle between directions that are opposite.
-const OPPOSITE: f64 = 1e-14;
 /// How far aside the index of a rod is counted that is neutral under its force.
 const ASIDE: f64 = 1e-6;
 
@@ -475,35 +473,7 @@ impl LinkEnd {
     }
 }
 
-/// The rotation that leads the chord of a rod, along the directors of its base, to that between its attachments, from `base` by the least
-/// turn: the rod can spin about it as it likes.
-fn along_chord(
-    base: &Isometry3<f64>,
-    tip: &Isometry3<f64>,
-    chord: &Vector3<f64>,
-) -> UnitQuaternion<f64> {
-    let wanted = tip.translation.vector - base.translation.vector;
-    let now = base.rotation * chord;
-    let ahead = wanted.norm() + now.dot(&wanted);
-    let turn = if ahead > OPPOSITE * wanted.norm() {
-        // Right for small angles, too, which an arc cosine is not.
-        UnitQuaternion::from_quaternion(Quaternion::from_parts(ahead, now.cross(&wanted)))
-    } else {
-        // Half a turn about whatever is across.
-        let across = now.cross(&now.zxy());
-        UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
-    };
-    turn * base.rotation
-}
-
 impl LinkPoint {
-    /// Turns the base of a rod between two ball joints along its chord.
-    pub(super) fn align(&mut self) {
-        if let Some(chord) = self.end.chord {
-            self.base.pose.rotation = along_chord(&self.base.pose, &self.tip.pose, &chord);
-        }
-    }
-
     /// The twist of the end attachment relative to that of the base, along the base's directors.
     pub fn relative_twist(&self) -> Vector6<f64> {
         self.tip.seen_from(&self.base).twist

@@ -9,17 +9,22 @@
 //! spin about it, which nothing but the rod's own mass feels (`spin`). A round straight rod that has buckled can spin in its own curve as well, n' = d3 x n: that
 //! direction is held.
 
-use super::{Joint, Link, LinkEnd};
+use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::rod::{RodSection, Wrench};
 use crate::solve::deflation::{self, further};
 use crate::solve::family::{Family, Linearised};
 use crate::solve::newton;
-use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Matrix6, SMatrix, Vector3, Vector6};
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, Quaternion, SMatrix, Unit, UnitQuaternion,
+    Vector3, Vector6,
+};
 
 /// What a neutral turn may change, relative to what other directions do.
 const NEUTRAL: f64 = 1e-8;
+/// 1 + the cosine of the angle between directions that are opposite.
+const OPPOSITE: f64 = 1e-14;
 /// A force is along d3 that is less than this part of it aside.
 const STRAIGHT: f64 = 1e-12;
 /// Eigenvalues of the stiffness of a base above minus this part of the largest are not negative.
@@ -222,4 +227,34 @@ impl Link {
     pub(super) fn spanning(&self, held: &Isometry3<f64>, tolerance: f64) -> Option<Wrench> {
         self.polished(&Vector6::zeros(), held, tolerance).ok()
     }
+}
+
+impl LinkPoint {
+    /// Turns the base of a rod between two ball joints along its chord.
+    pub(super) fn align(&mut self) {
+        if let Some(chord) = self.end.chord {
+            self.base.pose.rotation = along_chord(&self.base.pose, &self.tip.pose, &chord);
+        }
+    }
+}
+
+/// The rotation that leads the chord of a rod, along the directors of its base, to that between its attachments, from `base` by the least
+/// turn: the rod can spin about it as it likes.
+fn along_chord(
+    base: &Isometry3<f64>,
+    tip: &Isometry3<f64>,
+    chord: &Vector3<f64>,
+) -> UnitQuaternion<f64> {
+    let wanted = tip.translation.vector - base.translation.vector;
+    let now = base.rotation * chord;
+    let ahead = wanted.norm() + now.dot(&wanted);
+    let turn = if ahead > OPPOSITE * wanted.norm() {
+        // Right for small angles, too, which an arc cosine is not.
+        UnitQuaternion::from_quaternion(Quaternion::from_parts(ahead, now.cross(&wanted)))
+    } else {
+        // Half a turn about whatever is across.
+        let across = now.cross(&now.zxy());
+        UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
+    };
+    turn * base.rotation
 }
