@@ -69,6 +69,8 @@ fn main() -> Result<(), Failure> {
             .count()
             > 8
     );
+    // Steps are longer than pictures are apart: those must be taken within steps, too.
+    assert!(stills.len() > PICTURES, "{} pictures", stills.len());
     let svg = animated(stills)?;
     assert!(svg.len() < 150_000, "{} bytes", svg.len());
     if let Some(directory) = std::env::args().nth(1) {

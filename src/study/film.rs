@@ -186,7 +186,8 @@ pub fn film<'m>(
             Event::Step { from, to } => {
                 let now = camera.look(&*motion.now())?;
                 // A long step is looked into.
-                let parts = (camera.measure.way(&last, &now.0) / camera.trace.step).ceil();
+                let near = camera.trace.step.min(camera.pictures.step);
+                let parts = (camera.measure.way(&last, &now.0) / near).ceil();
                 let parts = (parts as usize).clamp(1, INNER);
                 for k in 1..parts {
                     let t = from + (to - from) * k as f64 / parts as f64;
