@@ -268,3 +268,48 @@ fn scenes_stop_at_contact_and_say_where() {
     // From the body: its end is at 0.
     assert!(s.contains(&0.0) && s.iter().any(|s| *s > 1.5), "{s:?}");
 }
+
+/// Would catch ends that are taken for neighbours because other ends of their rods share the ground: two cantilevers whose tips meet, and a ring whose end
+/// comes to its own base.
+#[cfg(feature = "scene")]
+#[test]
+fn ends_that_nothing_holds_together_touch() {
+    use snaprod::scene::Scene;
+    use snaprod::study::assembly::{self, AssemblyPrepared};
+    use snaprod::study::{Silent, Table, run};
+    let rod = "model = \"cosserat\"\nlength = 1.0\ncontact_diameter = 0.05\n\
+               section = { bending = [1.0, 1.1], torsion = 0.8, axial = 300.0, shear = [200.0, 200.0] }\n";
+    let tips = |inertia: &str| {
+        let half = |name: &str, from: &str, v: f64| {
+            format!(
+                "[[rod]]\nname = \"{name}\"\n{rod}{inertia}from = {{ {from} }}\nto = {{ body = \"{name}\" }}\n\
+                 [[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nvelocity = [0.0, 0.0, {v:?}]\n"
+            )
+        };
+        let turned = "position = [0.0, 0.0, 2.06], quaternion = [0.0, 1.0, 0.0, 0.0]";
+        let (one, other) = (half("a", "", 0.15), half("b", turned, -0.15));
+        format!("{one}{other}[start]\nrest = \"straight\"\n[run]\nduration = 0.3\n")
+    };
+    let heavy =
+        "mass = 0.1\nsection_inertia = [1e-4, 1e-4, 2e-4]\ninertia = \"full\"\ndamping = 0.01\n";
+    for inertia in ["", heavy] {
+        let text = tips(inertia);
+        let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let prepared = AssemblyPrepared::new(&scene).expect("a scene that runs");
+        let start = prepared.motion().expect("a start");
+        let mut tables: Vec<Table> = Vec::new();
+        let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+        assert_eq!(record.outcome(), "self_contact", "{:?}", record.reason());
+        let event = record.events().pop().expect("an event");
+        assert_eq!([&event["s"][0], &event["s"][1]], [1.0, 1.0], "{event}");
+    }
+    let ring = format!(
+        "[rod]\n{}rest = {{ curvature = [0.0, 6.2] }}\n[body]\nmass = 1.0\ninertia = [0.01, 0.01, 0.01]\n[start]\nrest = \"straight\"\n\
+         [run]\nduration = 0.05\n",
+        rod.replace("0.05", "0.06")
+    );
+    let scene = Scene::parse(&ring).unwrap_or_else(|faults| panic!("{faults}"));
+    let refused = run::Prepared::new(&scene).and_then(|prepared| prepared.motion().map(drop));
+    let said = refused.expect_err("a start in contact").to_string();
+    assert!(said.contains("nearer to each other"), "{said}");
+}

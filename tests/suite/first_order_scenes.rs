@@ -374,3 +374,71 @@ tolerance = 1e-10
     assert!((y - expected).abs() < 1e-6 * 1e-4, "{y:e} {expected:e}");
     assert!(number_at(&ran, "/end/dissipated").abs() < 1e-12);
 }
+
+/// A mass on an elastica, and one on a line, whose rods have some mass.
+const ELASTICA: &str = r#"
+[rod]
+model = "elastica"
+length = 1.0
+bending_stiffness = 1.0
+mass = 0.05
+[body]
+mass = 1.0
+[start]
+lambda = 2.0
+kappa = 0.5
+velocity = [0.1, 0.2]
+[run]
+duration = 0.5
+"#;
+const LINE: &str = r#"
+[rod]
+model = "cosserat"
+length = 1.0
+mass = 0.05
+section_inertia = [1e-6, 1e-6, 1e-6]
+section = { bending = [1.0, 1.4], torsion = 0.9 }
+rest = { curvature = [0.6, -0.4], twist = 0.5 }
+[body]
+mass = 1.0
+joint = "ball"
+groove = { line = { direction = [1.0, 0.2, 0.3], point = [-0.13938164811131598, -0.3133106253872173, 0.9166094774238054] } }
+[start]
+velocity = [0.1, 0.02, 0.03]
+[run]
+duration = 0.25
+"#;
+
+/// Catches forces of the equilibrium alone, without those of the inertia and the weight of the rod that the motion feels: mass times acceleration, by
+/// differences of velocities, is the force of rod, groove and gravity.
+#[test]
+fn forces_are_those_that_the_body_feels() {
+    let weight = "loads.gravity=[0.3,-0.6]";
+    let cases: [(&str, &[&str], [f64; 3]); 4] = [
+        (ELASTICA, &[], [0.0; 3]),
+        (ELASTICA, &[weight], [0.3, -0.6, 0.0]),
+        (SWING, &[], [0.0, 0.4, -0.6]),
+        (LINE, &[], [0.0; 3]),
+    ];
+    for (text, set, gravity) in cases {
+        let samples = ["run.samples=501", "run.tolerance=1e-11"];
+        let scene = Scene::parse_with(text, &[set, &samples].concat()).unwrap();
+        let prepared = run::Prepared::new(&scene).unwrap();
+        let mut tables: Vec<Table> = Vec::new();
+        run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
+        let of = |name: &str| tables[0].reals(name).to_vec();
+        let (t, mut largest) = (of("t"), 0.0_f64);
+        let h = t[1] - t[0];
+        for (axis, gravity) in ["x", "y", "z"].iter().zip(gravity) {
+            let [v, f, g] = ["v", "f", "g"].map(|letter| of(&format!("{letter}{axis}")));
+            for i in (2..v.len().saturating_sub(2)).step_by(7) {
+                let rise = (v[i - 2] - v[i + 2] + 8.0 * (v[i + 1] - v[i - 1])) / (12.0 * h);
+                let groove = g.get(i).copied().unwrap_or_default();
+                let off = rise - gravity - f[i] - groove;
+                assert!(off.abs() < 1e-6, "{set:?} {axis} at {}: {off:e}", t[i]);
+                largest = largest.max(f[i].abs());
+            }
+        }
+        assert!(largest > 0.1, "{text}");
+    }
+}

@@ -49,6 +49,8 @@ const ALONG: f64 = 0.1;
 const APART: f64 = 1e4;
 /// A step to begin with, over tolerance^(1/8) and the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
+/// Tolerances above this may lead rods to other equilibria: what then ends a run is no fault of theirs.
+const COARSE: f64 = 1e-4;
 /// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
 const FOLDING: f64 = 0.3;
 
@@ -232,7 +234,7 @@ impl AssemblyRun {
         let rate = slope.0.rows(0, bodies).norm() / (bodies as f64).sqrt();
         let slow = FIRST * local.powf(0.125) / rate.max(0.1);
         let indices = indices(&assembly, &at, along)?;
-        let first = AssemblySample::new(assembly.clone(), at, 0.0, &indices);
+        let first = AssemblySample::new(assembly.aside(), at, 0.0, &indices);
         let begun = numbers.clone();
         let symmetric = options.method == Method::Symmetric;
         let solver = Stepper::new(symmetric, numbers, slope, h, local)
@@ -286,8 +288,8 @@ impl AssemblyRun {
 
     /// None where a rod cannot be followed under its wrench.
     fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
+        let assembly = assembly.aside();
         let at = assembly.evaluated(state, self.along())?;
-        let assembly = assembly.clone();
         Some(AssemblySample::new(
             assembly,
             at,
@@ -298,6 +300,9 @@ impl AssemblyRun {
 
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
+        if Arc::ptr_eq(&self.taken_by.0, &self.assembly) {
+            self.taken_by.0 = self.assembly.aside();
+        }
         let state = self.inside(t)?;
         let assembly = &self.taken_by.0;
         let sample = self.describe(assembly, &state)?;
@@ -370,6 +375,11 @@ impl AssemblyRun {
     }
 
     fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let coarse = match self.options.tolerance > COARSE {
+            true => "lower run.tolerance, which is coarse; else ",
+            false => "",
+        };
+        let remedy = format!("{coarse}{remedy}");
         let outcome = Outcome::stuck(self.solver.state().time(), cause, remedy);
         self.stop(outcome)
     }

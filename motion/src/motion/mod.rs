@@ -11,6 +11,7 @@
 
 pub mod assembly;
 mod beside;
+mod carried;
 pub mod creep;
 mod drive;
 mod event;

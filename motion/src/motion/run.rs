@@ -6,7 +6,7 @@ use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
-use super::sheet::{Glide, OnSheet, Phase, Progress, rod_error};
+use super::sheet::{Glide, OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{Seen, State};
@@ -256,8 +256,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(phase.t)) {
             return self.with_energies(phase, of_rod);
         }
-        let of_rod = self.followed.then(|| self.of_rod(&phase));
-        let mut state = self.with_energies(phase, of_rod.unwrap_or_default());
+        let mut state = self.with_mass(phase);
         if let Some(total) = self.straight {
             state.ledger.dissipated += total + self.snapped - state.ledger.total();
         }

@@ -14,11 +14,12 @@ mod glide;
 mod shaking;
 mod turns;
 
+use super::carried::{Carried, rod_error, with_rod};
 use super::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use super::options::Options;
-use crate::body::{Body, EndMotion};
+use crate::body::Body;
 use crate::error::{Error, Result};
-use crate::manifold::{ManifoldPoint, Multivalued, Patch, RodMass, adjugate_times};
+use crate::manifold::{Multivalued, Patch, RodMass, adjugate_times};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::State;
 use crate::solve::gauss::Reversible;
@@ -27,7 +28,7 @@ use crate::solve::roots::chandrupatla;
 use crate::solve::stepper::{Inside, Stepper, Taken};
 use eightfold::{Both, Eight};
 pub use glide::Glide;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 use shaking::Shaking;
 
 /// State of a motion: chart point, velocity, time, and the integrals that the ledger needs.
@@ -538,18 +539,6 @@ fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> 
     }
 }
 
-/// A rod whose mass is followed, and by how much that may be off.
-#[derive(Clone, Copy)]
-struct Carried<'a, const N: usize> {
-    rod: &'a dyn RodMass<N>,
-    error: f64,
-}
-
-/// How well the mass of a rod has to be known: the body feels an error by the part of its own mass that it is.
-pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
-    body.mass() * tolerance
-}
-
 /// The right-hand side of the motion.
 #[inline]
 fn slope<M: Multivalued<N>, const N: usize>(
@@ -575,26 +564,4 @@ fn slope<M: Multivalued<N>, const N: usize>(
         work: action.power * rate,
         drag_loss: action.loss * rate,
     })
-}
-
-/// The motion of a body together with its rod: (mu I + A) v' = mu a + b, a the acceleration without it. A clamp that moves bears the rod's
-/// inertia at its end and along it.
-fn with_rod<const N: usize>(
-    Carried { rod, error }: Carried<N>,
-    body: &Body<N>,
-    (y, point): (&Phase<N>, &ManifoldPoint<N>),
-    action: &mut EndMotion<N>,
-) -> Option<()> {
-    let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());
-    let felt = rod.added(frame.as_ref(), [&y.q, &y.v], point, error)?;
-    let all = (felt.mass + SMatrix::identity() * mass).try_inverse()?;
-    let alone = action.acceleration;
-    action.acceleration = all * (alone * mass + felt.force);
-    if let Some(frame) = frame {
-        let borne = (action.acceleration - alone) * mass;
-        action.power += borne.dot(&frame.carried(&point.pose))
-            + felt.pull.dot(&action.acceleration)
-            + felt.power;
-    }
-    Some(())
 }

@@ -64,7 +64,7 @@ type Jet = [Vector3<f64>; 3];
 pub struct Tube<'a> {
     rod: usize,
     diameter: f64,
-    /// What holds its ends: a body of this number, or the ground.
+    /// What holds its base, and its end if that is held at all: a body of this number, or the ground.
     held: Vec<Option<usize>>,
     curve: Curve,
     /// The centreline exactly at an arclength.
@@ -93,9 +93,11 @@ impl<'a> Tube<'a> {
         })
     }
 
-    /// True if an end of each is held by the same body, or both by the ground, so that ends may be as near as their attachments are.
-    fn shares(&self, other: &Self) -> bool {
-        self.rod == other.rod || self.held.iter().any(|body| other.held.contains(body))
+    /// What holds the place of this number among those of the centreline; None where it is no end, or free.
+    fn holder(&self, place: usize) -> Option<&Option<usize>> {
+        let ends = [0, self.curve.points.len() - 1];
+        let end = ends.iter().position(|end| *end == place)?;
+        self.held.get(end)
     }
 }
 
@@ -371,7 +373,6 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
     let rods = [one.rod, other.rod];
     let thick = 0.5 * (one.diameter + other.diameter);
     let same = rods[0] == rods[1];
-    let shared = one.shares(other);
     let reach = thick + 2.0 * a.spacing().max(b.spacing());
     let (last_a, last_b) = (a.points.len() - 1, b.points.len() - 1);
     let square = |i: usize, j: usize| (a.points[i] - b.points[j]).norm_squared();
@@ -379,8 +380,12 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
     for i in 0..=last_a {
         for j in if same { i + 2 } else { 0 }..=last_b {
             let here = square(i, j);
-            let ends = [0, last_a].contains(&i) && [0, last_b].contains(&j);
-            if !(here < reach * reach) || ends && shared {
+            if !(here < reach * reach) {
+                continue;
+            }
+            // Ends that the same body, or the ground, holds may be as near as they are held.
+            let holder = one.holder(i);
+            if holder.is_some() && holder == other.holder(j) {
                 continue;
             }
             let rows = i.saturating_sub(1)..=(i + 1).min(last_a);

@@ -59,6 +59,8 @@ pub(super) struct Together {
     pub power: f64,
     /// What the spins of rods about their chords change by, by rod.
     pub spins: Vec<(usize, f64)>,
+    /// What base and end ask of their attachments, by rod: wrenches on the rod, at the attachments, along the axes of the world.
+    pub borne: Vec<(usize, SVector<f64, 12>)>,
 }
 
 /// The rod as it moves.
@@ -381,6 +383,42 @@ impl Assembly {
             .sum()
     }
 
+    /// What the inertia of the rods whose mass is felt asks of their attachments: [`Together::borne`]. Nothing where it cannot be followed.
+    fn borne(&self, at: &Evaluated, tolerance: f64) -> Vec<(usize, SVector<f64, 12>)> {
+        if !self.feels_rods() {
+            return Vec::new();
+        }
+        let mut wrenches = self.wrenches(&at.now.bodies, &at.points);
+        let together = self.feel_rods(at, tolerance, &mut wrenches);
+        together.map_or_else(Vec::new, |together| together.borne)
+    }
+
+    /// The wrench of rod `k` on what carries its end, at its attachment, along the directors of its base.
+    pub fn end_action(&self, k: usize, at: &Evaluated, tolerance: f64) -> Vector6<f64> {
+        let point = &at.points[k];
+        let bent = -joined(&point.end.couple, &point.end.tip_force());
+        let borne = self.borne(at, tolerance);
+        let Some((_, borne)) = borne.iter().find(|(rod, _)| *rod == k) else {
+            return bent;
+        };
+        let back = point.base.pose.rotation.inverse();
+        let (couple, force) = halves(&borne.fixed_rows::<6>(6).into_owned());
+        bent - joined(&(back * couple), &(back * force))
+    }
+
+    /// [`Assembly::wrenches`] with those of the inertia of the rods.
+    pub(super) fn felt_wrenches(&self, at: &Evaluated, tolerance: f64) -> Vec<Vector6<f64>> {
+        let bodies = &at.now.bodies;
+        let mut wrenches = self.wrenches(bodies, &at.points);
+        for (k, borne) in self.borne(at, tolerance) {
+            for (i, lever) in self.links[k].levers(bodies).iter().enumerate() {
+                let Some((body, arm)) = lever else { continue };
+                wrenches[*body] -= carried(arm).transpose() * borne.fixed_rows::<6>(6 * i);
+            }
+        }
+        wrenches
+    }
+
     /// Adds to the wrenches on the bodies those of the inertia of the rods; None where one cannot be followed.
     pub(super) fn feel_rods(
         &self,
@@ -456,13 +494,11 @@ impl Assembly {
                     add(&mut matrix, at, &block, [&own[*body], &own[*other]]);
                 }
             }
-            if felt.spin.is_some() || driven.iter().any(Option::is_some) {
-                driving.push((k, felt, driven));
-            }
+            driving.push((k, felt, driven));
         }
         let factors = matrix.cholesky()?;
         let together = factors.solve(&right);
-        let (mut power, mut spins) = (0.0, Vec::new());
+        let (mut power, mut spins, mut borne) = (0.0, Vec::new(), Vec::new());
         for (k, felt, driven) in driving {
             let mut accelerations = SVector::<f64, 12>::zeros();
             for (j, lever) in self.links[k].levers(bodies).iter().enumerate() {
@@ -474,12 +510,12 @@ impl Assembly {
             if let Some((by, alone)) = felt.spin {
                 spins.push((k, alone + by.dot(&accelerations)));
             }
-            // Wrenches of both attachments on the rod.
             let wrench = felt.force + felt.matrix * accelerations;
             for (i, twist) in driven.iter().enumerate() {
                 let twist = twist.unwrap_or_default();
                 power += wrench.fixed_rows::<6>(6 * i).dot(&twist);
             }
+            borne.push((k, wrench));
         }
         for (body, carrier) in self.carriers.iter().enumerate() {
             let rows = together.rows(starts[body], carrier.freedoms());
@@ -490,6 +526,7 @@ impl Assembly {
             shared: factors.solve(&alone),
             power,
             spins,
+            borne,
         })
     }
 }

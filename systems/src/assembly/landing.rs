@@ -229,6 +229,7 @@ impl Link {
         let push = &push / push.amax();
         let start = layer.wrench;
         let mut found: Option<(f64, Vec<DVector<f64>>, Wrench)> = None;
+        let mut lost = None;
         // Where paths cross a rod that does not fall at once follows another path, along which it falls ever more slowly.
         let crossing = self.crossing(end, NEUTRAL).is_some();
         let pushes = if crossing { &PUSHES[..1] } else { &PUSHES[..] };
@@ -240,10 +241,18 @@ impl Link {
                 let Some(strains) = layer.flow(&here, &(&push * side), &mut seen) else {
                     continue;
                 };
-                let q = self.charted(&layer, &strains, tolerance)?;
-                let energy = self.held(&q, &end.pose, tolerance)?.whole_energy();
-                if found.as_ref().is_none_or(|(lowest, ..)| energy < *lowest) {
-                    found = Some((energy, way, q));
+                let landed = self.charted(&layer, &strains, tolerance).and_then(|q| {
+                    let landing = self.held(&q, &end.pose, tolerance)?;
+                    Ok((landing.whole_energy(), q))
+                });
+                match landed {
+                    Ok((energy, q)) => {
+                        if found.as_ref().is_none_or(|(lowest, ..)| energy < *lowest) {
+                            found = Some((energy, way, q));
+                        }
+                    }
+                    // The other side may land.
+                    Err(why) => lost = Some(why),
                 }
             }
             if found.is_some() {
@@ -261,6 +270,9 @@ impl Link {
             (shapes.map(outward).collect(), q)
         });
         found.ok_or_else(|| {
+            if let Some(why) = lost {
+                return why;
+            }
             if crossing {
                 return Error::domain(
                     "a rod between two ball joints can buckle to either side alike here, as a straight column does at Euler's load: a small \

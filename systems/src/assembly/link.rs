@@ -489,7 +489,7 @@ impl LinkPoint {
     }
 
     /// The spin of the base along its own directors.
-    fn base_spin(&self) -> Vector3<f64> {
+    pub(super) fn base_spin(&self) -> Vector3<f64> {
         self.base.pose.rotation.inverse() * halves(&self.base.twist).0
     }
 
@@ -501,20 +501,6 @@ impl LinkPoint {
     /// The end attachment seen from the base.
     pub fn held(&self) -> Isometry3<f64> {
         self.base.pose.inv_mul(&self.tip.pose)
-    }
-
-    /// The twist of the rod's own end, seen from the base; None at a fold, where the chart moves infinitely fast.
-    pub fn end_twist(&self) -> Option<Vector6<f64>> {
-        let twist = self.relative_twist();
-        let q = self.end.jacobian.full_piv_lu().solve(&self.drive())?;
-        let mut spin = halves(&(self.end.tangent * q)).0;
-        if let Some(along) = &self.end.along {
-            spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
-        }
-        if self.end.turned.is_some() {
-            spin = halves(&twist).0;
-        }
-        Some(joined(&spin, &halves(&twist).1))
     }
 
     /// The wrenches of the rod on what carries its base and on what carries its end, each at its attachment, in the world.

@@ -52,6 +52,7 @@ pub use taut::Seen;
 pub use tether::Tether;
 
 use crate::error::{Error, Result};
+use std::sync::Arc;
 
 /// Bodies and the rods between them.
 #[derive(Debug, Clone)]
@@ -151,6 +152,16 @@ impl Assembly {
     /// The rods.
     pub fn links(&self) -> &[Link] {
         &self.links
+    }
+
+    /// The assembly for those who look at a motion: what they find of taut rods is not where the motion begins its next search, which would move it within its
+    /// tolerance.
+    #[must_use]
+    pub fn aside(self: &Arc<Self>) -> Arc<Self> {
+        match self.links.iter().any(|link| link.warm.last().is_some()) {
+            true => Arc::new(Self::clone(self)),
+            false => self.clone(),
+        }
     }
 
     /// Says what the chart of rod `k` stands for ([`Link::seen_as`]).

@@ -336,13 +336,7 @@ impl Assembly {
 
     /// The forces of the grooves, body by body; None where there is none.
     pub fn groove_forces(&self, at: &Evaluated) -> Vec<Option<Vector3<f64>>> {
-        let mut wrenches = self.wrenches(&at.now.bodies, &at.points);
-        if self.feels_rods() {
-            let mut felt = wrenches.clone();
-            if self.feel_rods(at, SHOWN, &mut felt).is_some() {
-                wrenches = felt;
-            }
-        }
+        let wrenches = self.felt_wrenches(at, SHOWN);
         let bodies = self.carriers().iter().zip(&at.now.bodies).zip(&wrenches);
         let force = bodies.map(|((carrier, place), wrench)| {
             carrier.groove_force(at.integrals.time, place, wrench)

@@ -1,9 +1,11 @@
 //! The stiffness of a whole assembly against small displacements of its bodies, and its index (theory 3.4).
 
-use super::{Assembly, Configuration, Link, LinkEnd, LinkPoint, On, Place};
+use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
 use crate::error::{Error, Result};
-use crate::math::se3::halves;
-use nalgebra::{DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3};
+use crate::math::se3::{halves, joined};
+use nalgebra::{
+    DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3, Vector6,
+};
 
 /// A twist of the reference point of a body as one of a place `lever` away, all along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
@@ -32,6 +34,8 @@ pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f6
 
 /// Pivots of a rod's Jacobian below this part of the largest mean that its ends held leave some wrench undetermined.
 const SINGULAR: f64 = 1e-13;
+/// An end that turns by so many radians while its attachment moves by a length of the rod is at a fold.
+const STEEP: f64 = 1e7;
 
 impl Link {
     /// The bodies that carry its ends, with the levers from their reference points in the world.
@@ -57,6 +61,38 @@ impl Link {
 }
 
 impl LinkPoint {
+    /// The twist of the rod's own end, `link` being the rod, seen from the base. On a ball joint its spin is NaN at a fold, where the end turns
+    /// infinitely fast.
+    pub fn end_twist(&self, link: &Link) -> Vector6<f64> {
+        let twist = self.relative_twist();
+        if link.joint == Joint::Weld {
+            return twist;
+        }
+        let scale = link.gap_scale(&self.end);
+        let svd = (scale * self.end.jacobian).svd(true, true);
+        let largest = svd.singular_values.max();
+        let (Some(v), Ok(q)) = (
+            &svd.v_t,
+            svd.solve(&(scale * self.drive()), f64::EPSILON * largest),
+        ) else {
+            return Vector6::repeat(f64::NAN);
+        };
+        let turned = self.end.tangent.fixed_rows::<3>(0);
+        let mut spin = turned * q;
+        if let Some(along) = &self.end.along {
+            spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
+        }
+        // A straight rod's force along it has no determined rate, either, but turns nothing.
+        let steep = (0..6).any(|i| {
+            let least = svd.singular_values[i].max(f64::EPSILON * largest);
+            (turned * v.row(i).transpose()).norm() > STEEP * least
+        });
+        if steep {
+            spin.fill(f64::NAN);
+        }
+        joined(&spin, &halves(&twist).1)
+    }
+
     /// The twist of the end attachment seen from the base, along its directors, by twists of base and end in the world.
     pub(super) fn relative_by_twists(&self) -> SMatrix<f64, 6, 12> {
         let turn = self.base.pose.rotation.to_rotation_matrix();

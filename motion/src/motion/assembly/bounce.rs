@@ -19,6 +19,7 @@ impl AssemblyRun {
     pub(super) fn look_back(&mut self, from: f64) {
         let mut links = self.assembly.links().iter();
         let taut = links.any(|link| link.seen() == Chart::Taut);
+        self.seen = None;
         if taut {
             self.seen = self.describe(&self.assembly, &self.solver.state().0);
             self.extra.evaluations += 1;
@@ -26,7 +27,7 @@ impl AssemblyRun {
         if !taut && self.parting.is_empty() {
             return;
         }
-        let seen = self.seen.as_ref().filter(|_| taut);
+        let seen = self.seen.as_ref();
         let now: Vec<Option<bool>> = (0..self.watch.len())
             .map(|k| Some(seen?.tether(k)?.parting > 0.0))
             .collect();

@@ -1,7 +1,6 @@
 //! What a state of an assembly shows.
 
 use crate::assembly::{Assembly, Configuration, Evaluated, Tether};
-use crate::math::se3::{halves, joined};
 use crate::motion::ledger::Ledger;
 use crate::motion::state::{Labels, RodCurve, State};
 use crate::rod::RodSection;
@@ -89,17 +88,11 @@ impl State for AssemblySample {
     }
 
     fn twist(&self) -> Vector6<f64> {
-        let point = &self.at.points[0];
-        // At a fold the chart moves infinitely fast, and only what the attachment shares with the rod is finite.
-        point.end_twist().unwrap_or_else(|| {
-            let (_, v) = halves(&point.relative_twist());
-            joined(&Vector3::zeros(), &v)
-        })
+        self.at.points[0].end_twist(&self.assembly.links()[0])
     }
 
     fn action(&self) -> Vector6<f64> {
-        let end = &self.at.points[0].end;
-        -joined(&end.couple, &end.tip_force())
+        self.assembly.end_action(0, &self.at, SHAPE)
     }
 
     fn drift(&self) -> f64 {

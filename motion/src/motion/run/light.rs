@@ -1,8 +1,9 @@
 //! A run on a rod of small mass: where its mass is followed to first order, where not, and what energy changes hands between.
 
-use super::{Glide, OnSheet, Phase, Progress, Run, rod_error};
+use super::{Glide, OnSheet, Phase, Progress, Run, Sample};
 use crate::error::Result;
 use crate::manifold::{Multivalued, RodMass};
+use crate::motion::carried::{force_of_mass, rod_error};
 
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
 const MOST_OF_BODY: f64 = 0.1;
@@ -18,6 +19,25 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let frame = self.body.support().map(|support| support.at(phase.t));
         rod.and_then(|rod| rod.energies(frame.as_ref(), [&phase.q, &phase.v], error))
             .unwrap_or_default()
+    }
+
+    /// The state with what the mass of the rod does, where that is felt: the force on the body is that of the equilibrium and that of its inertia. Beside the
+    /// straight rod the latter is not known.
+    pub(super) fn with_mass(&self, phase: Phase<N>) -> Sample<N> {
+        if !self.followed {
+            return self.with_energies(phase, [0.0; 2]);
+        }
+        let mut state = self.with_energies(phase, self.of_rod(&phase));
+        let error = rod_error(self.body, self.options.tolerance);
+        let rod = (self.body.rod()).filter(|_| !self.motion.passes_straight());
+        let felt = rod.and_then(|rod| {
+            let at = self.manifold.point(&phase.q)?;
+            force_of_mass(rod, self.body, (&phase, &at), error)
+        });
+        if let Some(felt) = felt {
+            state.force += felt;
+        }
+        state
     }
 
     /// Goes on from the state `to`, after `from`, with the mass of the rod, or without it. What energy is lost there, as the rod's own where the motion ceases
