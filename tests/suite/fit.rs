@@ -326,6 +326,10 @@ fn bad_data_are_refused_by_name() {
             "--noise x=SIGMA",
         ),
         (made("t,x\n,1\n", &one, &[], &[]), "has no t"),
+        (
+            made("t,x\n0,1\n-0.1,1\n", &one, &[], &[]),
+            "row 2 of the data, t = -0.1",
+        ),
         (made("t\n1\n", &one, &[], &[]), "nothing to compare"),
         (made("t,x\n0,\n", &one, &[], &[]), "no number"),
         (
@@ -348,6 +352,14 @@ fn bad_data_are_refused_by_name() {
         let message = result.unwrap_err().to_string();
         assert!(message.contains(part), "{part}: {message}");
     }
+    let bar = include_str!("../../scenes/heavy_bar.toml").to_owned();
+    let free = vec![Vary::free("body.mass=0.5:2").unwrap()];
+    let over_time = Data::parse("t,tip.x\n1,1.1\n2,1.2\n").unwrap();
+    let refused = Fit::new(bar, Vec::new(), free, over_time, &[], &[]).unwrap_err();
+    assert!(
+        refused.to_string().contains("--given run.duration"),
+        "{refused}"
+    );
 }
 
 /// Catches files that are missing, an exit code that hides a refusal, and a scene whose free field is no field.

@@ -77,8 +77,8 @@ impl Fit {
     ///
     /// # Errors
     /// Nothing that is free, or a field twice; data in which a name is missing, with no column to compare or fewer numbers than free fields;
-    /// a noise that is not positive, or of a column that is not compared; columns that are given beside `t`, or are free; beside other columns one
-    /// of unknown noise with a single number.
+    /// a noise that is not positive, or of a column that is not compared; columns that are given beside `t`, or are free; a time below 0, or any of a
+    /// bar; beside other columns one of unknown noise with a single number.
     pub fn new(
         scene: String,
         set: Vec<String>,
@@ -189,9 +189,17 @@ impl Fit {
                 ));
             }
         }
-        // A time at which nothing was measured need not be reached.
-        if time.is_some() {
+        if let Some(time) = time {
             let measured = |row: &Vec<f64>| numbers.iter().any(|(i, _)| !row[*i].is_nan());
+            let early = |row: &Vec<f64>| row[time] < 0.0 && measured(row);
+            if let Some(row) = data.rows.iter().position(early) {
+                return refuse(format!(
+                    "row {} of the data, {TIME} = {}: times are >= 0, counted from the start of the motion; shift them, or leave out what was measured before",
+                    row + 1,
+                    data.rows[row][time]
+                ));
+            }
+            // A time at which nothing was measured need not be reached.
             data.rows.retain(measured);
         }
         let fit = Self {
@@ -203,6 +211,15 @@ impl Fit {
             compared,
             time,
         };
+        if fit.time.is_some()
+            && let Ok(scene) = fit.scene(&fit.values(&fit.start(0, 0)))
+            && scene.bar.is_some()
+        {
+            return refuse(format!(
+                "column {TIME} of the data: a bar is not followed to times of data; name the column run.duration, set it row by row with --given \
+                 run.duration, and compare quantities of its end such as end.tip.x"
+            ));
+        }
         match fit.points() {
             points if points < fit.free.len() => refuse(format!(
                 "{points} numbers are measured and {} fields are free: there are more unknowns than numbers",
