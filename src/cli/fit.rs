@@ -3,18 +3,17 @@
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
 use super::output::{FigureArgs, Output};
-use super::progress::Progress;
-use super::{Ending, Refusal, signals};
+use super::progress::Tally;
+use super::signals::{self, Signals};
+use super::{Ending, Refusal};
 use clap::Args;
 use rayon::prelude::*;
 use snaprod::plot::{self, FitFigure, FittedCurve};
 use snaprod::study::fit::Found;
-use snaprod::study::{Data, Fit, FitRecord, Hooks, Values, Vary};
+use snaprod::study::{Data, Fit, FitRecord, Values, Vary};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[derive(Args)]
 pub struct FitArgs {
@@ -65,25 +64,19 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     let out = Output::open(Some(&directory), FILES, args.figures)?;
     signals::watch();
     let starts = args.starts;
-    let tally = Tally {
-        done: AtomicUsize::new(0),
-        all: starts,
-        progress: Mutex::new(Progress::new(!args.quiet && !args.json)),
-    };
+    let tally = Tally::new(starts, !args.quiet && !args.json);
     let searched: snaprod::Result<Vec<Option<Found>>> = (0..starts)
         .into_par_iter()
         .map(|k| {
-            let found = fit.search(&fit.start(k, args.seed), &mut Asked);
+            let found = fit.search(&fit.start(k, args.seed), &mut Signals);
             tally.count();
             found
         })
         .collect();
-    if let Ok(progress) = tally.progress.lock() {
-        progress.finish();
-    }
+    tally.finish();
     let best = searched.and_then(|searched| {
         let found = searched.into_iter().flatten().collect();
-        fit.best(found, starts, &mut Asked)
+        fit.best(found, starts, &mut Signals)
     });
     if signals::interrupted() {
         print_error("interrupted: a search that is not at its end has no result");
@@ -136,32 +129,6 @@ fn planned(args: &FitArgs) -> Result<Fit, Refusal> {
     }
     let set = args.scene.set.clone();
     Ok(Fit::new(scene, set, free?, data, &args.given, &noise?)?)
-}
-
-/// Nobody is told of single runs; signals interrupt.
-struct Asked;
-
-impl Hooks for Asked {
-    fn interrupted(&mut self) -> bool {
-        signals::interrupted()
-    }
-}
-
-/// How many searches have ended.
-struct Tally {
-    done: AtomicUsize,
-    all: usize,
-    progress: Mutex<Progress>,
-}
-
-impl Tally {
-    fn count(&self) {
-        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        // Another thread shows it already.
-        if let Ok(mut progress) = self.progress.try_lock() {
-            progress.progress(done as f64 / self.all as f64, done as f64);
-        }
-    }
 }
 
 fn figure(record: &FitRecord) -> FitFigure {

@@ -55,7 +55,7 @@ pub struct PrintArgs {
 
 impl PrintArgs {
     /// Refuses formats that the program was built without, and sizes that have no room for a figure.
-    fn check(self) -> Result<(), Refusal> {
+    pub fn check(self) -> Result<(), Refusal> {
         let formats = [
             (self.png, cfg!(feature = "png"), "png"),
             (self.pdf, cfg!(feature = "pdf"), "pdf"),

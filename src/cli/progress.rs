@@ -3,6 +3,8 @@
 use super::signals;
 use snaprod::study::Hooks;
 use std::io::IsTerminal;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// Length of the bar, in characters.
@@ -62,5 +64,39 @@ impl Hooks for Progress {
         let bar = "█".repeat(full) + &"░".repeat(BAR - full);
         let left = self.begun.elapsed().as_secs_f64() * (1.0 / done - 1.0);
         eprint!("{CLEAR}{bar} at {at:.4} [{left:.0} s left]");
+    }
+}
+
+/// How many of a study's pieces all threads together have done.
+pub struct Tally {
+    done: AtomicUsize,
+    all: usize,
+    progress: Mutex<Progress>,
+}
+
+impl Tally {
+    /// None yet of `all`; with a bar, if it is wanted.
+    pub fn new(all: usize, wanted: bool) -> Self {
+        Self {
+            done: AtomicUsize::new(0),
+            all,
+            progress: Mutex::new(Progress::new(wanted)),
+        }
+    }
+
+    /// One more is done.
+    pub fn count(&self) {
+        let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
+        // Another thread shows it already.
+        if let Ok(mut progress) = self.progress.try_lock() {
+            progress.progress(done as f64 / self.all as f64, done as f64);
+        }
+    }
+
+    /// Takes the bar away.
+    pub fn finish(&self) {
+        if let Ok(progress) = self.progress.lock() {
+            progress.finish();
+        }
     }
 }

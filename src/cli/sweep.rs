@@ -6,8 +6,9 @@
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
 use super::output::{FigureArgs, Output};
-use super::progress::Progress;
-use super::{Ending, Refusal, signals, sweep_map};
+use super::progress::Tally;
+use super::signals::{self, Signals};
+use super::{Ending, Refusal, sweep_map};
 use clap::Args;
 use rayon::prelude::*;
 use serde_json::json;
@@ -17,8 +18,6 @@ use snaprod::study::sweep::{Directory, Sweep, Vary};
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 #[derive(Args)]
 pub struct SweepArgs {
@@ -43,8 +42,8 @@ pub struct SweepArgs {
     #[arg(long, value_name = "PATH[,PATH]")]
     map: Option<String>,
     /// How many threads work; default as many as there are cores. What they write does not depend on it.
-    #[arg(long, value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Where to write; default out/ and the name of the scene with -sweep.
     #[arg(long)]
     out: Option<PathBuf>,
@@ -73,18 +72,16 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             name.into()
         }
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| Refusal(format!("--threads: {e}")))?;
-    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    args.figures.print.check()?;
     signals::watch();
-    let opened = Directory::open(sweep, &directory, &mut Asked);
+    let opened = Directory::open(sweep, &directory, &mut Signals);
     if opened.is_err() && signals::interrupted() {
         print_error("interrupted: no point is made yet");
         return Ok(Ending::Short);
     }
     let sweep = opened?;
+    // A sweep that is refused leaves no directory behind.
+    let out = Output::open(Some(&directory), FILES, args.figures)?;
     for file in sweep.damaged() {
         print_error(&format!(
             "warning: {} does not hold its rows: it is made anew",
@@ -92,20 +89,22 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         ));
     }
     let missing = sweep.missing();
-    let tally = Tally {
-        done: AtomicUsize::new(0),
-        all: missing.iter().map(|k| sweep.points_of(*k)).sum(),
-        progress: Mutex::new(Progress::new(!args.quiet && !args.json)),
-    };
+    let made_now: usize = missing.iter().map(|k| sweep.points_of(*k)).sum();
+    let tally = Tally::new(made_now, !args.quiet && !args.json);
+    let threads = args
+        .threads
+        .map_or(0, |n| usize::from(n).min(missing.len()));
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| Refusal(format!("--threads: {e}")))?;
     let made: Result<(), Option<snaprod::Error>> = pool.install(|| {
         missing.par_iter().try_for_each(|k| {
             let whole = sweep.make(*k, &mut Worker(&tally)).map_err(Some)?;
             whole.then_some(()).ok_or(None)
         })
     });
-    if let Ok(progress) = tally.progress.lock() {
-        progress.finish();
-    }
+    tally.finish();
     match made {
         Ok(()) => {}
         Err(Some(error)) => return Err(error.into()),
@@ -146,13 +145,13 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     let outcomes = rows.outcomes();
     if args.json {
         print_json(
-            json!({ "points": sweep.sweep().points(), "made": tally.all, "outcomes": outcomes, "out": directory }),
+            json!({ "points": sweep.sweep().points(), "made": made_now, "outcomes": outcomes, "out": directory }),
         );
     } else if !args.quiet {
         let mut text = format!(
             "{} points, {} of them made now\n",
             sweep.sweep().points(),
-            tally.all
+            made_now
         );
         for (outcome, count) in outcomes {
             // Nothing fails in memory.
@@ -220,22 +219,6 @@ impl SweepArgs {
     }
 }
 
-/// The hooks of the point in which columns are looked for: signals interrupt.
-struct Asked;
-
-impl Hooks for Asked {
-    fn interrupted(&mut self) -> bool {
-        signals::interrupted()
-    }
-}
-
-/// How far all threads are together.
-struct Tally {
-    done: AtomicUsize,
-    all: usize,
-    progress: Mutex<Progress>,
-}
-
 /// The hooks of one thread.
 struct Worker<'a>(&'a Tally);
 
@@ -245,10 +228,6 @@ impl Hooks for Worker<'_> {
     }
 
     fn progress(&mut self, _fraction: f64, _point: f64) {
-        let done = self.0.done.fetch_add(1, Ordering::Relaxed) + 1;
-        // Another thread shows it already.
-        if let Ok(mut progress) = self.0.progress.try_lock() {
-            progress.progress(done as f64 / self.0.all as f64, done as f64);
-        }
+        self.0.count();
     }
 }

@@ -194,8 +194,11 @@ fn a_sweep_goes_on_where_it_was_ended() {
         "--out",
         "three",
     ]);
-    assert!(refused.refusal().contains("body.weight"));
+    // Its file is named, whether columns are or not.
+    assert!(refused.refusal().contains("scene.toml: --set body.weight"));
     assert!(!place.join("three").exists());
+    let refused = command("three", "100000", "2");
+    assert!(refused.refusal().contains("1..=1024"), "{refused:?}");
 }
 
 /// Catches a map whose columns must be asked for once more, and columns of one name: what is varied and what is asked for twice has one.
@@ -249,7 +252,7 @@ fn a_column_stands_in_the_table_once() {
     ] {
         let refused = run(&format!("wrong {asked}"));
         assert!(refused.refusal().contains(why), "{asked}: {refused:?}");
-        assert!(!place.join("wrong/sweep.json").exists());
+        assert!(!place.join("wrong").exists());
     }
     let unnamed = place.run(&[
         "sweep",

@@ -56,7 +56,7 @@ def sweep(
     start = whole("seed", seed, 0, SEEDS)
     points = None if random is None else (whole("random", random, 1), start)
     if threads is not None:
-        threads = whole("threads", threads, 1)
+        threads = whole("threads", threads, 1, 1024)
     if client is not None and out is None:
         raise ValueError("out: a sweep on the workers of a client needs a directory that they all see")
     with tempfile.TemporaryDirectory(prefix="snaprod-") as temporary:

@@ -103,7 +103,7 @@ impl Sweep {
         }
         sweep = sweep.telling(quantities)?;
         if sweep.quantities.is_empty() {
-            sweep.quantities = sweep.usual()?;
+            sweep.quantities = sweep.usual();
         }
         Ok(sweep)
     }
@@ -244,12 +244,12 @@ impl Sweep {
         Scene::parse_with(&self.scene, &all).map_err(|faults| faults.to_string())
     }
 
-    /// What is usual for the scene of the first point, or of the last.
-    fn usual(&self) -> Result<Vec<String>> {
-        let scene = self
-            .scene(0)
-            .or_else(|why| self.scene(self.points() - 1).map_err(|_| why));
-        let scene = scene.map_err(Error::domain)?;
+    /// What is usual for the scene of the first point, or of the last; nothing where both are refused.
+    fn usual(&self) -> Vec<String> {
+        let scene = self.scene(0).or_else(|_| self.scene(self.points() - 1));
+        let Ok(scene) = scene else {
+            return Vec::new();
+        };
         let words: &[&str] = if scene.bar.is_some() {
             &[
                 "outcome",
@@ -290,7 +290,7 @@ impl Sweep {
                 "energy_error.relative",
             ]
         };
-        Ok(words.iter().map(|word| (*word).to_owned()).collect())
+        words.iter().map(|word| (*word).to_owned()).collect()
     }
 
     /// The table of the sweep, without rows: the number of the point, what is varied, the quantities, and why a point has none.

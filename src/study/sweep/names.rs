@@ -19,7 +19,7 @@ impl Sweep {
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Option<String>, Interrupted> {
         // What is usual is asked of scenes that do not have it, too: by who repeats the columns of another sweep.
-        let usual = self.usual().unwrap_or_default();
+        let usual = self.usual();
         let may_lack = |path: &String| path.starts_with(EVENTS) || usual.contains(path);
         let mut asked: Vec<&String> = self.asked.iter().filter(|path| !may_lack(path)).collect();
         if asked.is_empty() {
