@@ -23,8 +23,8 @@ use std::path::PathBuf;
 pub struct SweepArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Vary a field: PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..]; may be repeated. Paths are those of --set, with
-    /// start.velocity.1 for start.velocity[1].
+    /// Vary a field: PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..]; may be repeated. Paths are those of --set:
+    /// start.velocity.1 and start.velocity.y are start.velocity[1], body.NAME.mass is that of the body of this name.
     #[arg(long, value_name = "PATH=VALUES", required = true)]
     vary: Vec<String>,
     /// So many points at random instead of a grid; ranges then have no count.

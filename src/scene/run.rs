@@ -23,7 +23,7 @@ pub struct Run {
     pub reduce: bool,
     /// Where a snapping rod lands; default [`LandingRule::Viscous`], and nothing else with damping.
     pub landing: LandingRule,
-    /// Bound on the number of branches under [`LandingRule::All`], 1..=10000; default 64. Without effect under the other landings.
+    /// Bound on the number of whole runs, those that do not branch again, under [`LandingRule::All`], 1..=10000; default 64. Without effect under the other landings.
     pub branches: usize,
     /// Number of equally spaced times, both ends counted, at which the motion is written,
     /// 2..=10_000_000; default 400.

@@ -45,6 +45,16 @@ impl Units {
         self.si("J")
     }
 
+    /// Symbol of power.
+    pub fn power(self) -> &'static str {
+        self.si("W")
+    }
+
+    /// Symbol of stress.
+    pub fn stress(self) -> &'static str {
+        self.si("Pa")
+    }
+
     /// Symbol of time.
     pub fn time(self) -> &'static str {
         self.si("s")

@@ -840,12 +840,36 @@ fn overrides() {
         ("loads.force[3].amplitude=1", "no such element"),
         ("body.mass.x=1", "no table"),
         ("=1", "no field"),
+        (
+            "start.velocity[2]=1",
+            "start.velocity has no element 2: write start.velocity[0] to start.velocity[1]",
+        ),
+        ("rest.curvature[1]=6", "the scene has no rest,"),
     ] {
         let faults = with(&[text]).unwrap_err();
         let fault = &faults.as_slice()[0];
         assert_eq!(fault.set.as_deref(), Some(text), "{faults}");
         assert!(faults.to_string().contains(words), "{faults}");
     }
+}
+
+/// Catches an element that is called by its name, or a component by its letter, and another one set or none; a name of no element whose refusal does
+/// not say what is there.
+#[test]
+fn overrides_name_elements() {
+    let platform = include_str!("../../scenes/platform.toml");
+    let with = |text: &str, set: &str| format!("{:?}", Scene::parse_with(text, &[set]).unwrap());
+    let left = with(platform, "rod.left.from.position.y=0.3");
+    assert_eq!(left, with(platform, "rod[1].from.position[1]=0.3"));
+    assert_ne!(left, with(platform, "rod.right.from.position.y=0.3"));
+    let velocity = with(EXAMPLE, "start.velocity.y=0.25");
+    assert_eq!(velocity, with(EXAMPLE, "start.velocity.1=0.25"));
+    assert_ne!(velocity, with(EXAMPLE, "start.velocity.x=0.25"));
+
+    let faults = Scene::parse_with(platform, &["rod.near.length=1"]).unwrap_err();
+    let words =
+        "rod has no element near: write rod[0] to rod[2], or rod.front, rod.left, rod.right";
+    assert!(faults.to_string().contains(words), "{faults}");
 }
 
 /// Catches a reader whose cost grows with the square of the faults, by what it keeps of them.

@@ -122,7 +122,8 @@ pub fn reference() -> String {
          Quantities are in any one consistent system of units; the units given here are those of `units = \"si\"`. Vectors \
          have two components in the plane and three in space. In the plane the rod leaves the clamp along +x; in space it has \
          directors d1, d2, d3, leaves along d3, and `bending[0]` is the stiffness about d1. Any number can be replaced from \
-         the command line: `--set rod.damping=0.2`.\n\n\
+         the command line: `--set rod.damping=0.2`, an element of a list by its number, its name or, of a vector, its letter: \
+         `start.velocity[1]`, `body.platform.mass`, `start.velocity.y`.\n\n\
          The axes of a rectangle, seen along the rod (d3 points at you):\n\n\
          ```text\n\
          \x20        d2\n\

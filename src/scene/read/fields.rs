@@ -473,7 +473,7 @@ pub(super) static RUN: Spec = Spec {
             "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
         field("landing", SPACE | ASSEMBLY, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
             "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on the one in some place by energy. Those of the last three are all that a search finds; that none is missing is sure in no case."),
-        field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of branches under landing = \"all\"."),
+        field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of whole runs, those that do not branch again, under landing = \"all\"."),
         field("samples", DRIVEN, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("strobe", MOTION, Number(&POSITIVE), "s", No,
             "A period: the motion is written at its whole multiples in place of `samples` even times; the duration is a whole number of them. With the period of a load, or of the clamp's motion, the trajectory is a Poincaré section, drawn as poincare.svg."),

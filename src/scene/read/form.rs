@@ -112,7 +112,10 @@ fn counts(form: &Form, steps: &[&str]) -> bool {
             let mut named = spec.fields.iter().filter(|field| field.name == *name);
             named.any(|field| counts(&field.form, rest))
         }
-        (Form::Array(inner), _) => counts(inner, steps),
+        // An element may be called by its name.
+        (Form::Array(inner), _) => {
+            counts(inner, steps) || matches!(steps, [_, rest @ ..] if counts(inner, rest))
+        }
         (Form::OneOf(forms), _) => forms.iter().any(|form| counts(form, steps)),
         _ => false,
     }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// A document, and after it the overrides, `rod.damping = 0.2`, one after another: every byte has one number.
 pub(in crate::scene) struct Sources {
@@ -126,8 +126,9 @@ impl Sources {
     }
 }
 
-/// Puts an override `path = value` into the document: the path is dotted, `loads.force[0].amplitude` or `loads.force.0.amplitude`, and
-/// tables on the way that are not there are made; the value is TOML. `start`: its first byte.
+/// Puts an override `path = value` into the document. The path is dotted; an element of a list is named by its number from 0,
+/// `loads.force[0].amplitude` or `loads.force.0.amplitude`, by the name that it has, `body.crown.mass`, or as a component, `velocity.x`. Tables on the
+/// way that are not there are made; the value is TOML. `start`: its first byte.
 pub(super) fn apply<'a>(
     document: &mut DeTable<'a>,
     start: usize,
@@ -147,74 +148,152 @@ pub(super) fn apply<'a>(
         ))
     })?;
     shift(&mut value, offset);
-    let steps = steps_of(path.trim());
-    let Some((last, way)) = steps.split_last() else {
-        return Err(refuse("the path is empty".to_owned()));
+    let Some(steps) = steps_of(path) else {
+        return Err(refuse(format!(
+            "{:?} is no field: write a path such as rod.damping or start.velocity[0]",
+            path.trim()
+        )));
     };
-    let mut table = document;
-    for step in way {
-        let (name, indices) =
-            step_of(step).ok_or_else(|| refuse(format!("{step:?} is no field")))?;
-        let entry = table.entry(Spanned::new(start..start, Cow::Borrowed(name)));
-        let empty = || Spanned::new(start..start, DeValue::Table(DeTable::new()));
-        let place = element(entry.or_insert_with(empty), &indices)
-            .ok_or_else(|| refuse(format!("{step} has no such element")))?;
-        let DeValue::Table(inner) = place.get_mut() else {
-            return Err(refuse(format!("{step} is no table in the scene")));
-        };
-        table = inner;
-    }
-    let (name, indices) = step_of(last).ok_or_else(|| refuse(format!("{last:?} is no field")))?;
-    if indices.is_empty() {
-        // The key with its place goes, too.
-        table.remove(name);
-        let key = Spanned::new(start..start + path.trim_end().len(), Cow::Borrowed(name));
-        table.insert(key, value);
-        return Ok(());
-    }
-    let place = table.get_mut(name).and_then(|list| element(list, &indices));
-    *place.ok_or_else(|| refuse(format!("{last} is no element of an array in the scene")))? = value;
-    Ok(())
+    let setting = Setting {
+        key: start..start + path.trim_end().len(),
+        steps,
+    };
+    setting.put_into(document, 0, value).map_err(refuse)
 }
 
-/// The steps of a dotted path; a number after a point belongs to the step before it.
-fn steps_of(path: &str) -> Vec<&str> {
-    let mut steps = Vec::new();
-    let mut start = 0;
-    for (at, _) in path.match_indices('.') {
-        let next = path[at + 1..].split(['.', '[']).next().unwrap_or_default();
-        if next.is_empty() || !next.bytes().all(|b| b.is_ascii_digit()) {
-            steps.push(path[start..at].trim());
-            start = at + 1;
+/// An override on its way to its place.
+struct Setting<'a> {
+    /// Where its path stands.
+    key: Range<usize>,
+    /// Names, and numbers of elements.
+    steps: Vec<&'a str>,
+}
+
+impl<'a> Setting<'a> {
+    /// Puts the value where the steps from number `k` on lead in a table.
+    fn put_into(
+        &self,
+        table: &mut DeTable<'a>,
+        k: usize,
+        value: Spanned<DeValue<'a>>,
+    ) -> Result<(), String> {
+        let (step, rest) = (self.steps[k], &self.steps[k + 1..]);
+        let key = Spanned::new(self.key.clone(), Cow::Borrowed(step));
+        if rest.is_empty() {
+            // The key with its place goes, too.
+            table.remove(step);
+            table.insert(key, value);
+            return Ok(());
+        }
+        if !table.contains_key(step) && rest.iter().any(|step| is_number(step)) {
+            return Err(format!(
+                "the scene has no {}, in which an element could be replaced; a path begins at the top of the scene, as rod.length does, and a list that is \
+                 not there is written whole",
+                self.way(k + 1)
+            ));
+        }
+        let empty = || Spanned::new(self.key.clone(), DeValue::Table(DeTable::new()));
+        self.put(table.entry(key).or_insert_with(empty), k + 1, value)
+    }
+
+    /// The same in anything that has a value.
+    fn put(
+        &self,
+        place: &mut Spanned<DeValue<'a>>,
+        k: usize,
+        value: Spanned<DeValue<'a>>,
+    ) -> Result<(), String> {
+        let Some(step) = self.steps.get(k) else {
+            *place = value;
+            return Ok(());
+        };
+        let way = self.way(k);
+        match place.get_mut() {
+            DeValue::Table(table) if !is_number(step) => self.put_into(table, k, value),
+            DeValue::Table(_) => Err(format!(
+                "{way} has no such element: it is one table; leave out [{step}]"
+            )),
+            DeValue::Array(list) => {
+                let place = element(list, step).and_then(|i| list.get_mut(i));
+                match place {
+                    Some(place) => self.put(place, k + 1, value),
+                    None => Err(format!(
+                        "{way} has no element {step}: {}",
+                        elements(&way, list)
+                    )),
+                }
+            }
+            _ => Err(format!(
+                "{way} is no table or list in the scene, but has a value: leave out what follows it"
+            )),
         }
     }
-    steps.push(path[start..].trim());
-    steps
+
+    /// The path of the first `k` steps.
+    fn way(&self, k: usize) -> String {
+        let mut way = String::new();
+        for step in &self.steps[..k] {
+            match (is_number(step), way.is_empty()) {
+                (true, _) => way += &format!("[{step}]"),
+                (_, true) => way += step,
+                (_, false) => way += &format!(".{step}"),
+            }
+        }
+        way
+    }
 }
 
-/// `force[0]` or `force.0`: a name and indices, from 0; a letter of x, y, z is for the parameters of branches alone.
-fn step_of(step: &str) -> Option<(&str, Vec<usize>)> {
-    let (name, rest) = step.split_at(step.find(['[', '.']).unwrap_or(step.len()));
+/// The steps of a path: `force[0]` is `force` and `0`, as `force.0` is.
+fn steps_of(path: &str) -> Option<Vec<&str>> {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    let parts = rest.split(['.', '[', ']']).map(str::trim);
-    let indices = parts
-        .filter(|part| !part.is_empty())
-        .map(|part| part.parse().ok());
-    let indices: Option<Vec<usize>> = indices.collect();
-    let is_whole = !rest.contains("[]");
-    (is_whole && !name.is_empty() && name.chars().all(bare)).then_some((name, indices?))
+    let mut steps = Vec::new();
+    for part in path.split('.') {
+        let (name, indices) = part.split_at(part.find('[').unwrap_or(part.len()));
+        let name = name.trim();
+        steps.push((!name.is_empty() && name.chars().all(bare)).then_some(name)?);
+        for index in indices.trim_end().split_terminator(']') {
+            let index = index.trim().strip_prefix('[')?.trim();
+            steps.push(is_number(index).then_some(index)?);
+        }
+    }
+    Some(steps)
 }
 
-fn element<'t, 'a>(
-    value: &'t mut Spanned<DeValue<'a>>,
-    indices: &[usize],
-) -> Option<&'t mut Spanned<DeValue<'a>>> {
-    indices
-        .iter()
-        .try_fold(value, |value, i| match value.get_mut() {
-            DeValue::Array(list) => list.get_mut(*i),
-            _ => None,
-        })
+fn is_number(step: &str) -> bool {
+    !step.is_empty() && step.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// Which element of a list a step is.
+fn element(list: &DeArray, step: &str) -> Option<usize> {
+    if is_number(step) {
+        return step.parse().ok();
+    }
+    let letter = || ["x", "y", "z"].iter().position(|letter| *letter == step);
+    let is_vector = !(list.iter()).any(|of| of.get_ref().is_table() || of.get_ref().is_array());
+    let mut all = list.iter();
+    (all.position(|of| name(of) == Some(step))).or_else(|| letter().filter(|_| is_vector))
+}
+
+/// The name that a table of a list has.
+fn name<'t>(of: &'t Spanned<DeValue>) -> Option<&'t str> {
+    of.get_ref().as_table()?.get("name")?.get_ref().as_str()
+}
+
+/// How the elements of a list are written.
+fn elements(way: &str, list: &DeArray) -> String {
+    let Some(last) = list.len().checked_sub(1) else {
+        return "it is empty".to_owned();
+    };
+    let numbers = match last {
+        0 => format!("write {way}[0]"),
+        _ => format!("write {way}[0] to {way}[{last}]"),
+    };
+    let names = list.iter().filter_map(name);
+    let names: Vec<String> = names.map(|name| format!("{way}.{name}")).collect();
+    match names.is_empty() {
+        true => numbers,
+        false => format!("{numbers}, or {}", names.join(", ")),
+    }
 }
 
 /// Moves a value, and all in it, by so many bytes.
