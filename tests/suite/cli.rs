@@ -316,8 +316,8 @@ fn landings() {
 #[test]
 fn all_landings_make_a_tree() {
     let place = Place::new("tree");
-    // The first snap has two landings; until t = 0.5 there is no other.
-    let run = "duration = 0.5\nsamples = 51\nlanding = \"all\"\nbranches = 3";
+    // The first snap has two landings; until t = 0.5 there is no other. The trunk ends there and is no whole run.
+    let run = "duration = 0.5\nsamples = 51\nlanding = \"all\"\nbranches = 2";
     let summary = place.scene(&scene(SNAP, "", run)).json(0);
     let branches = summary["branches"].as_array().unwrap();
     assert_eq!(branches.len(), 3);
@@ -345,7 +345,17 @@ fn all_landings_make_a_tree() {
     let cut = place.scene(&scene(SNAP, "", &run.replace("0.5", "3.0")));
     let cut = cut.json(1);
     assert_eq!(cut["outcome"], "branch_limit");
-    assert!(cut["reason"].as_str().unwrap().contains("branches = 3"));
+    let reason = cut["reason"].as_str().unwrap();
+    assert!(reason.contains("branches = 2"), "{reason}");
+    let whole = |branch: &&Value| branch["outcome"] != "branched";
+    let branches = cut["branches"].as_array().unwrap();
+    assert_eq!(branches.iter().filter(whole).count(), 2);
+    let one = run.replace("branches = 2", "branches = 1");
+    let reason = place.scene(&scene(SNAP, "", &one)).json(1)["reason"].clone();
+    assert!(
+        reason.as_str().unwrap().contains("1 branch was not"),
+        "{reason}"
+    );
 }
 
 #[test]

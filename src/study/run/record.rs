@@ -78,8 +78,13 @@ pub struct Bounds {
 impl Bounds {
     /// What is to be said of so many branches that were not followed.
     pub(in crate::study) fn cut(&self, cut: usize) -> String {
+        let were = if cut == 1 {
+            "branch was"
+        } else {
+            "branches were"
+        };
         format!(
-            "{cut} branches were not followed: the bound branches = {} was reached; raise it in [run]",
+            "{cut} {were} not followed: the bound branches = {} was reached; raise it in [run]",
             self.branches
         )
     }

@@ -15,7 +15,7 @@ pub struct Stem {
     pub entered: Option<Snap>,
 }
 
-/// Follows `trunk` and every run into which it branches, `most` of them at most: the records, each after its parent's, and how many
+/// Follows `trunk` and every run into which it branches, `most` whole ones at most: the records, each after its parent's, and how many
 /// runs were cut.
 ///
 /// # Errors
@@ -26,7 +26,7 @@ pub fn tree<'a, B>(
     mut follow: impl FnMut(Stem, &mut dyn Motion<'a>) -> Result<(B, Outcome)>,
 ) -> Result<(Vec<B>, usize)> {
     let mut waiting = VecDeque::from([(None, None, trunk)]);
-    let (mut branches, mut cut) = (Vec::new(), 0);
+    let (mut branches, mut whole, mut cut) = (Vec::new(), 0, 0);
     while let Some((parent, entered, mut motion)) = waiting.pop_front() {
         let id = branches.len();
         let stem = Stem {
@@ -35,15 +35,18 @@ pub fn tree<'a, B>(
             entered,
         };
         let (branch, outcome) = follow(stem, &mut *motion)?;
-        if let Outcome::Branched(snaps) = &outcome {
-            for snap in snaps {
-                // The bound counts whole runs: a fork replaces one by several.
-                if branches.len() + waiting.len() + 1 < most {
-                    waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
-                } else {
-                    cut += 1;
+        match &outcome {
+            Outcome::Branched(snaps) => {
+                for snap in snaps {
+                    // The bound counts whole runs: a fork replaces one by several.
+                    if whole + waiting.len() < most {
+                        waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
+                    } else {
+                        cut += 1;
+                    }
                 }
             }
+            _ => whole += 1,
         }
         branches.push(branch);
     }
