@@ -139,7 +139,11 @@ impl Contact {
             .words(format!(" and {b} at s = "))
             .number(at, Quantity::Length);
         Error::domain(pair.words(
-            " are nearer to each other at the start than their contact diameters: start elsewhere, or leave these out",
+            " are nearer to each other at the start than their contact diameters, by "
+        )
+        .number(-self.gap, Quantity::Length)
+        .words(
+            ": start elsewhere, or, where that does not matter, set contact_diameter = 0 in the rod",
         ))
     }
 
