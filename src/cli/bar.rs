@@ -51,13 +51,6 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     ran.reported(args, (&out, directory.as_deref()), draw, words)
 }
 
-fn stress(units: Units) -> &'static str {
-    match units {
-        Units::Si => "stress (Pa)",
-        Units::Dimensionless => "stress",
-    }
-}
-
 /// The stress over time and material coordinate, with characteristics and shocks.
 fn map(record: &BarRecord) -> StrainMap {
     let fronts = record.shocks.iter().map(|shock| {
@@ -69,7 +62,7 @@ fn map(record: &BarRecord) -> StrainMap {
         time: record.times.clone(),
         s: record.x.clone(),
         strain: record.field.clone(),
-        strain_label: stress(record.units).to_owned(),
+        strain_label: Units::label("stress", record.units.stress()),
         rays: record
             .rays
             .iter()
@@ -103,7 +96,7 @@ fn snapshots(record: &BarRecord) -> Lines {
     });
     Lines {
         x_label: Units::label("X", record.units.length()),
-        y_label: stress(record.units).to_owned(),
+        y_label: Units::label("stress", record.units.stress()),
         series: series.collect(),
         ..Lines::default()
     }
@@ -137,14 +130,11 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
     let mut line = |line: String| {
         let _ = writeln!(text, "{line}");
     };
-    let at = |t: f64, x: f64| {
-        format!(
-            "t = {}{}, X = {}{}",
-            rounded(t, 6),
-            unit(u.time()),
-            rounded(x, 6),
-            unit(u.length())
-        )
+    let with = |x: f64, symbol| format!("{}{}", rounded(x, 6), unit(symbol));
+    let at = |t, x| format!("t = {}, X = {}", with(t, u.time()), with(x, u.length()));
+    let power = match u {
+        Units::Si => u.power(),
+        Units::Dimensionless => "per time",
     };
     if let Some(first) = &record.breaking {
         line(format!(
@@ -155,19 +145,18 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
     for shock in &record.shocks {
         if let (Some(from), Some(to)) = (shock.points.first(), shock.points.last()) {
             line(format!(
-                "shock from {} to {}: speed {}{}, loses {} per time there",
+                "shock from {} to {}: speed {}, loses {} there",
                 at(from.time, from.position),
                 at(to.time, to.position),
-                rounded(to.speed, 6),
-                unit(u.velocity()),
-                rounded(to.loss_rate, 6),
+                with(to.speed, u.velocity()),
+                with(to.loss_rate, power),
             ));
         }
     }
     line(format!(
         "stress at X = 0 from {} to {}",
-        rounded(record.wall.min, 6),
-        rounded(record.wall.max, 6)
+        with(record.wall.min, u.stress()),
+        with(record.wall.max, u.stress())
     ));
     if let Some(last) = record.last() {
         let l = &last.ledger;
@@ -175,10 +164,10 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
             "t = {}{}: work {}, kinetic {}, strain {}, lost {}",
             number(last.time),
             unit(u.time()),
-            rounded(l.work, 6),
-            rounded(l.kinetic, 6),
-            rounded(l.strain, 6),
-            rounded(l.lost, 6),
+            with(l.work, u.energy()),
+            with(l.kinetic, u.energy()),
+            with(l.strain, u.energy()),
+            with(l.lost, u.energy()),
         ));
     }
     if let Some(out) = out {

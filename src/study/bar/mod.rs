@@ -189,19 +189,17 @@ fn thinned(count: usize) -> impl Iterator<Item = usize> {
 }
 
 fn trajectory(u: Units) -> Table {
-    let stress = if u == Units::Si { "Pa" } else { "" };
     let momentum = if u == Units::Si { "N s" } else { "" };
-    let power = if u == Units::Si { "W" } else { "" };
     Table::new(
         "trajectory",
         vec![
             Column::reals("t", u.time(), "time"),
             Column::reals("x", u.length(), "place of the end X = length"),
             Column::reals("v", u.velocity(), "velocity of that end"),
-            Column::reals("tip_stress", stress, "stress in the bar there"),
+            Column::reals("tip_stress", u.stress(), "stress in the bar there"),
             Column::reals("base_x", u.length(), "place of the end X = 0"),
             Column::reals("base_v", u.velocity(), "velocity of that end"),
-            Column::reals("base_stress", stress, "stress in the bar there"),
+            Column::reals("base_stress", u.stress(), "stress in the bar there"),
             Column::reals("kinetic", u.energy(), "kinetic energy of bar and body"),
             Column::reals("elastic", u.energy(), "strain energy"),
             Column::reals("work", u.energy(), "work of the load since the start"),
@@ -218,7 +216,7 @@ fn trajectory(u: Units) -> Table {
             ),
             Column::reals(
                 "shock_power",
-                power,
+                u.power(),
                 "power lost in the shocks seen, by their states",
             ),
         ],
@@ -226,7 +224,6 @@ fn trajectory(u: Units) -> Table {
 }
 
 fn waves(u: Units) -> Table {
-    let stress = if u == Units::Si { "Pa" } else { "" };
     Table::new(
         "waves",
         vec![
@@ -234,7 +231,7 @@ fn waves(u: Units) -> Table {
             Column::reals("X", u.length(), "material coordinate"),
             Column::reals("stretch", "", "stretch"),
             Column::reals("velocity", u.velocity(), "velocity"),
-            Column::reals("stress", stress, "force per undeformed area"),
+            Column::reals("stress", u.stress(), "force per undeformed area"),
         ],
     )
 }
