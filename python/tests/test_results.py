@@ -119,6 +119,14 @@ def test_statics_modes_and_memory():
     assert abs(memory["J_yy"][-1] * 3 * 5 / 8 - 1) < 1e-2
 
 
+def test_a_path_may_have_an_equals_sign(tmp_path, scenes: Path):
+    """Catches the path of a file that is read as the text of a scene."""
+    path = tmp_path / "mass=2" / "scene.toml"
+    path.parent.mkdir()
+    path.write_bytes((scenes / "snap.toml").read_bytes())
+    assert snaprod.check(str(path)) == snaprod.check(scenes / "snap.toml")
+
+
 def test_faults_come_together_with_their_fields(snap):
     """Catches faults that stop at the first, lines of a text that nobody wrote, and a scene that is not the one of the file."""
     broken = {**snap, "body": {"mass": -1.0}, "rod": {**snap["rod"], "lenght": 2.0}}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import operator
 from os import PathLike, fspath
+from os.path import exists
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence, Tuple, Union
 
@@ -27,7 +28,8 @@ def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
             f"{_core.toml('scene', name)} = {_core.toml(str(name), value)}" for name, value in scene.items() if value is not None
         )
         return "\n".join(lines) + "\n", overrides, None
-    if isinstance(scene, str) and ("\n" in scene or "=" in scene):
+    # One line with = may be either: a directory is called mass=2.
+    if isinstance(scene, str) and ("\n" in scene or "=" in scene and not exists(scene)):
         return scene, overrides, ""
     path = fspath(scene)
     return text_of(path), overrides, path
