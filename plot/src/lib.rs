@@ -97,7 +97,7 @@ pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
 pub use paper::Paper;
 pub use portrait::{Arc, Named, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
-pub use scenery::{SpaceBody, SpaceRod};
+pub use scenery::{Ground, SpaceBody, SpaceRod};
 pub use slopes::Slope;
 pub use state::{RodState, rod_state};
 pub use surfaces::{

@@ -6,7 +6,7 @@ use super::geometry::{
     Pixel, Point, along, apart, between, cross, dot, drawable, heading, minus, norm, tangent, unit,
 };
 use super::palette::{Colour, GREY, INK, WHITE, category};
-use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
+use super::scenery::{Ground, Scenery, SpaceBody, SpaceRod, pen};
 use super::stage::Stage;
 
 /// What passes behind at less than this part of the box counts as touching: no rim is cut into it.
@@ -103,8 +103,15 @@ impl<'a> Painter<'a> {
             let line = Ink::Line(rod.points.iter().map(shadow).collect(), pen);
             self.things.push((f64::INFINITY, vec![line]));
         }
-        if let Some(plate) = with.plate(rod, first).filter(|_| with.clamp) {
-            self.plate(plate);
+        for (end, at) in [first, last].into_iter().enumerate() {
+            match with.ground(rod, end) {
+                Some(Ground::Clamp) => with
+                    .plate(rod, end)
+                    .into_iter()
+                    .for_each(|at| self.plate(at)),
+                Some(Ground::Ball) => self.ring(rod.points[at]),
+                None => {}
+            }
         }
         let pen = pen(rod, colour);
         let ribbon = with.ribbon;
@@ -122,6 +129,7 @@ impl<'a> Painter<'a> {
                     }
                 }
             }
+            None if with.ground(rod, 1).is_some() => {}
             None => {
                 let radius = 4.2 * self.stage.nearness(end);
                 let radius = if rod.unstable { 0.75 * radius } else { radius };
@@ -250,6 +258,14 @@ impl<'a> Painter<'a> {
         }
         self.plates.push(corners);
         self.solid(corners, GREY, Ink::Area);
+    }
+
+    /// A ball joint on the ground.
+    fn ring(&mut self, at: Point) {
+        let (pixel, radius) = (self.stage.pixel(at), 4.2 * self.stage.nearness(at));
+        let ring = [(radius, INK), (0.5 * radius, WHITE)];
+        let ring = ring.map(|(radius, colour)| Ink::Disc(pixel, radius, colour));
+        self.add(at, ring.into());
     }
 
     /// A body: its box, or a ball where it is a point.

@@ -53,7 +53,7 @@ impl Default for RodShapes {
 }
 
 /// Draws rods in true perspective, at equal scales in x, y and z, as SVG. What is nearer is thicker and cuts a
-/// white rim into what it crosses. A rod without a triad at its end has a disc there. A single rod, if
+/// white rim into what it crosses. A rod without a triad at its end has a disc there, unless it is on the ground. A single rod, if
 /// not plane, throws a shadow on the floor.
 ///
 /// Errs if there is no rod with a finite point.

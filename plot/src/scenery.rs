@@ -24,6 +24,17 @@ pub struct SpaceRod {
     pub unstable: bool,
     /// Which colour of the palette; by default its place in the list.
     pub colour: Option<usize>,
+    /// What of the ground its base and its end are on.
+    pub ground: [Option<Ground>; 2],
+}
+
+/// What holds the end of a rod on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ground {
+    /// A clamp, drawn as a plate.
+    Clamp,
+    /// A ball joint, drawn as a ring.
+    Ball,
 }
 
 impl SpaceRod {
@@ -135,12 +146,11 @@ impl Scenery {
         };
         let mut all: Vec<Point> = Vec::new();
         for rod in rods {
-            let Some((first, last)) = rod.ends() else {
+            let Some((_, last)) = rod.ends() else {
                 continue;
             };
-            if clamp {
-                all.extend(scenery.plate(rod, first).into_iter().flatten());
-            }
+            let plates = [0, 1].into_iter().filter_map(|end| scenery.plate(rod, end));
+            all.extend(plates.flatten());
             if let Some(triad) = rod.triad(last).filter(|_| triads) {
                 all.extend(triad.map(|d| along(rod.points[last], 1.15 * scenery.arm, d)));
             }
@@ -170,10 +180,18 @@ impl Scenery {
         Stage::new(self.content, &labels, self.view.unwrap_or(self.best), place)
     }
 
-    /// The corners of the plate that holds a rod's first point: four in front, four behind.
-    pub(crate) fn plate(&self, rod: &SpaceRod, first: usize) -> Option<[Point; 8]> {
-        let axis = rod.heading(first)?;
-        let [a, b] = match rod.triad(first) {
+    /// What of the ground the base (0) or the end (1) of a rod is on.
+    pub(crate) fn ground(&self, rod: &SpaceRod, end: usize) -> Option<Ground> {
+        rod.ground[end].or((self.clamp && end == 0).then_some(Ground::Clamp))
+    }
+
+    /// The corners of the plate that clamps the base (0) or the end (1) of a rod: four in front, four behind.
+    pub(crate) fn plate(&self, rod: &SpaceRod, end: usize) -> Option<[Point; 8]> {
+        self.ground(rod, end).filter(|on| *on == Ground::Clamp)?;
+        let (first, last) = rod.ends()?;
+        let (held, behind) = [(first, -1.0), (last, 1.0)][end];
+        let axis = rod.heading(held)?;
+        let [a, b] = match rod.triad(held) {
             Some([d1, d2, _]) => [d1, d2],
             None => {
                 let other = if axis[2].abs() < 0.9 {
@@ -188,11 +206,11 @@ impl Scenery {
         let half = (0.5 * self.arm).max(0.8 * self.ribbon);
         let at = |i: usize| {
             let (s, t) = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)][i % 4];
-            let p = along(along(rod.points[first], s * half, a), t * half, b);
+            let p = along(along(rod.points[held], s * half, a), t * half, b);
             if i < 4 {
                 p
             } else {
-                along(p, -0.3 * half, axis)
+                along(p, 0.3 * behind * half, axis)
             }
         };
         Some(std::array::from_fn(at))

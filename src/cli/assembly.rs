@@ -9,12 +9,13 @@ use super::run::{FILES, Ran, RunArgs, write_shapes};
 use super::run_text::{chosen, heavy_folds, mass, unfelt, unit};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
+use snaprod::assembly::Joint;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
 use snaprod::plot::{
-    self, AxisUnits, Energies, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
+    self, AxisUnits, Energies, Ground, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
 };
-use snaprod::scene::{RodMassNote, Scene};
+use snaprod::scene::{AssemblyScene, RodMassNote, Scene};
 use snaprod::study::Solid;
 use snaprod::study::assembly::{
     self, AssemblyEquilibriumRecord, AssemblyMoment, AssemblyPrepared, AssemblyRunBranch,
@@ -49,7 +50,8 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
         write_shapes(args, out, scene, record.branches[0].last.t, || {
             Ok((&prepared, prepared.names(), prepared.motion()?.0))
         });
-        out.figure("shapes", || Ok(moments(&record)), rod_shapes);
+        let grounds = prepared.grounds();
+        out.figure("shapes", || Ok(moments(&record, &grounds)), rod_shapes);
         out.figure("energies", || Ok(ledger(&record)), plot::energies);
         for (i, name) in record.bodies.iter().enumerate() {
             out.figure(&format!("path_{name}"), || Ok(way(&record, i)), space_way);
@@ -101,17 +103,19 @@ fn snap_times(record: &AssemblyRunRecord) -> Vec<f64> {
 }
 
 /// The rods and bodies at the first moment and at the last, with the ways of the bodies' centres.
-fn moments(record: &AssemblyRunRecord) -> RodShapes {
+fn moments(record: &AssemblyRunRecord, grounds: &[[Option<Joint>; 2]]) -> RodShapes {
     let (trunk, last) = (&record.branches[0], record.last());
     let both = [("start", &trunk.first_shapes), ("end", &last.last_shapes)];
     let rods = both
         .iter()
         .enumerate()
         .flat_map(|(colour, (name, shapes))| {
-            shapes.iter().enumerate().map(move |(k, rod)| {
+            let rods = shapes.iter().zip(grounds).enumerate();
+            rods.map(move |(k, (rod, ground))| SpaceRod {
                 // The legend names each once.
-                let name = if k == 0 { *name } else { "" };
-                drawn(name.to_owned(), rod, Some(colour), false)
+                name: if k == 0 { *name } else { "" }.to_owned(),
+                colour: Some(colour),
+                ..drawn(rod, ground)
             })
         });
     let moments = [&trunk.first, &last.last].into_iter().enumerate();
@@ -136,28 +140,30 @@ fn moments(record: &AssemblyRunRecord) -> RodShapes {
     }
 }
 
-fn drawn(name: String, rod: &[Isometry3<f64>], colour: Option<usize>, unstable: bool) -> SpaceRod {
+fn drawn(rod: &[Isometry3<f64>], ground: &[Option<Joint>; 2]) -> SpaceRod {
     let directors = |pose: &Isometry3<f64>| {
         let turn = pose.rotation.to_rotation_matrix();
         std::array::from_fn(|j| turn.matrix().column(j).into_owned().into())
     };
+    let held = |joint: Joint| match joint {
+        Joint::Weld => Ground::Clamp,
+        Joint::Ball | Joint::Pins => Ground::Ball,
+    };
     SpaceRod {
-        name,
         points: rod
             .iter()
             .map(|pose| pose.translation.vector.into())
             .collect(),
         directors: rod.iter().map(directors).collect(),
-        value: None,
-        unstable,
-        colour,
+        ground: ground.map(|joint| joint.map(held)),
+        ..SpaceRod::default()
     }
 }
 
 fn figure(rods: Vec<SpaceRod>, units: AxisUnits) -> RodShapes {
     RodShapes {
         rods,
-        // Where rods begin is a body as often as the ground.
+        // Rods tell where they are on the ground.
         clamp: false,
         units,
         ..RodShapes::default()
@@ -285,9 +291,14 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
             .iter()
             .map(|rod| rod.iter().map(|(_, pose)| *pose).collect());
         let shapes: Vec<Vec<Isometry3<f64>>> = poses.collect();
+        let grounds = scene.assembly.iter().flat_map(AssemblyScene::grounds);
         let rods = names
-            .zip(&shapes)
-            .map(|(name, rod)| drawn(name, rod, None, unstable));
+            .zip(shapes.iter().zip(grounds))
+            .map(|(name, (rod, ground))| SpaceRod {
+                name,
+                unstable,
+                ..drawn(rod, &ground)
+            });
         out.figure(
             "equilibrium",
             || Ok(figure(rods.collect(), rod_figures::units(record.units))),

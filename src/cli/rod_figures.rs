@@ -10,7 +10,6 @@ use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
 /// The rod as the figures want it.
 pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> SpaceRod {
     SpaceRod {
-        name: String::new(),
         points: sections.iter().map(|s| s.position.into()).collect(),
         directors: sections
             .iter()
@@ -18,7 +17,7 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
             .collect(),
         value,
         unstable,
-        colour: None,
+        ..SpaceRod::default()
     }
 }
 

@@ -180,6 +180,15 @@ impl AssemblyScene {
         self.rods.iter().all(on_bodies) && self.bodies.iter().all(|body| body.groove.is_none())
     }
 
+    /// How the base and the end of every rod are joined to the ground, those with a free end last; None at a body, and at a free end.
+    pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
+        let joint = |site: &Site| site.body.is_none().then_some(site.joint);
+        let held = self.rods.iter();
+        let held = held.map(|rod| [joint(&rod.from), joint(&rod.to)]);
+        let free = self.free.iter().map(|rod| [joint(&rod.from), None]);
+        held.chain(free).collect()
+    }
+
     /// The number of the body that holds this end of a rod; None on the ground.
     pub fn holder(&self, site: &Site) -> Option<usize> {
         let name = site.body.as_ref()?;

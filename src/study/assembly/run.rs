@@ -1,12 +1,12 @@
 //! Runs an assembly.
 
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
-use crate::assembly::{Contact, Place};
+use crate::assembly::{Contact, Joint, Place};
 use crate::error::{Error, Result};
 use crate::motion::{
     Beside, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive,
 };
-use crate::scene::{AssemblyBody, AssemblySetup, Run, Scales, Scene, Units};
+use crate::scene::{AssemblyBody, AssemblyScene, AssemblySetup, Run, Scales, Scene, Units};
 use crate::study::beside::LightRods;
 use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounces;
@@ -122,6 +122,12 @@ impl AssemblyPrepared {
     pub fn names(&self) -> Vec<String> {
         let held = self.rod_names().into_iter();
         held.chain(self.free_names()).collect()
+    }
+
+    /// How the base and the end of every rod are joined to the ground, in the same order; None where they are not.
+    pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
+        let given = self.scene.assembly.iter();
+        given.flat_map(AssemblyScene::grounds).collect()
     }
 
     fn grooved(&self) -> Vec<bool> {
