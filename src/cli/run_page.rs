@@ -5,6 +5,7 @@ use super::progress::Progress;
 use super::run::RunArgs;
 use super::run_figures::first_folds;
 use super::{Refusal, assembly, run_text};
+use snaprod::assembly::Joint;
 use snaprod::motion::Snap;
 use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord};
 use snaprod::study::film::film;
@@ -55,6 +56,7 @@ pub fn single(
         length,
         rods: vec![String::new()],
         bodies: vec![(String::new(), record.solid.clone())],
+        grounds: vec![[Some(Joint::Weld), None]],
         marks,
         elastica,
         exact: record.kind == ModelKind::Sheet,
@@ -99,6 +101,7 @@ pub fn several(
         rods: prepared.names(),
         bodies: bodies.zip(record.solids.iter().cloned()).collect(),
         marks,
+        grounds: prepared.grounds(),
         elastica: false,
         exact: false,
         folds: Vec::new(),

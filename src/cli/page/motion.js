@@ -62,11 +62,8 @@ const bounds = axes.map((_, k) => {
   return [...of, ...bulk].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
 });
 
-/** Ends of rods that never move are on the ground; the end of a single rod carries the body. */
-const grounds = rods.flatMap((rod) => (rods.length === 1 ? [0] : [0, rod.sections - 1]).filter((k) => {
-  const first = section(rod, 0, k);
-  return data.t.every((_, i) => Math.hypot(...section(rod, i, k).map((x, j) => x - first[j])) < 2e-4 * length);
-}).map((k) => ({ rod, k })));
+/** Ends of rods on the ground, which may move. */
+const grounds = rods.flatMap((rod) => [0, rod.sections - 1].map((k, end) => ({ rod, k, joint: rod.ground[end] }))).filter(({ joint }) => joint);
 
 const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
@@ -117,13 +114,14 @@ class FlatView {
       }
     }
     for (const one of rods) rod(one, i, ROD);
-    for (const { rod: one, k } of grounds) this.ground(one, k);
+    for (const ground of grounds) this.ground(ground, i);
     for (const body of bodies) this.body(body, i);
     at.end();
   }
 
-  ground(rod, k) {
-    const [x, y] = section(rod, 0, k), next = section(rod, 0, k ? k - 1 : 1), g = this.axes.g;
+  ground({ rod, k, joint }, i) {
+    const [x, y] = section(rod, i, k), next = section(rod, i, k ? k - 1 : 1), g = this.axes.g;
+    if (joint === "ball") return this.axes.dot(x, y, INK, 5);
     g.save();
     g.translate(this.axes.px(x), this.axes.py(y));
     g.rotate(-Math.atan2(next[1] - y, next[0] - x));
@@ -187,7 +185,7 @@ class SpaceView {
       if (snap && (snap.fresh || snap.landing === null)) space.line(shape(rod, snap.fold), BEFORE);
       space.strip(shape(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
     }
-    for (const { rod, k } of grounds) space.dot(section(rod, 0, k), INK, 5);
+    for (const { rod, k } of grounds) space.dot(section(rod, i, k), INK, 5);
     for (const body of bodies) {
       if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { rim: 0.4, alpha: 0.6 });
       space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);

@@ -4,6 +4,7 @@ use super::numbers::{coarse, short, units};
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 use snaprod::Result;
+use snaprod::assembly::Joint;
 use snaprod::elastica::stable_grid;
 use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
@@ -29,6 +30,8 @@ pub struct Scenery {
     pub length: f64,
     /// Names of the rods; the one rod of a scene has none.
     pub rods: Vec<String>,
+    /// How the base and the end of each are joined to the ground; None where they are not.
+    pub grounds: Vec<[Option<Joint>; 2]>,
     /// Names of the bodies and what they look like.
     pub bodies: Vec<(String, Solid)>,
     /// Times of snaps, or of the passages of a rod with friction.
@@ -112,6 +115,7 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
         });
         if !flat {
             let across = sections.iter().map(|at| at.rotation * Vector3::x());
+            "ground": around.grounds[k],
             value["d1"] = units(across.flat_map(|d| [d.x, d.y, d.z])).into();
         }
         value
