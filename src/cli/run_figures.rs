@@ -168,6 +168,15 @@ impl<'r> Drawn<'r> {
         }
     }
 
+/// What a rod does at the times that are marked. One with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took
+/// it there.
+pub fn snaps_name(record: &RunRecord) -> &'static str {
+    match record.passages().next() {
+        Some(_) => "away from equilibrium",
+        None => "snap",
+    }
+}
+
     fn way(&self) -> &[Moment] {
         &self.line.way
     }
@@ -182,14 +191,6 @@ impl<'r> Drawn<'r> {
 
     fn snap_times(&self) -> Vec<f64> {
         self.line.snaps.iter().map(|(t, _)| *t).collect()
-    }
-
-    /// A rod with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took it there.
-    fn snaps_name(&self) -> String {
-        match self.record.passages().next() {
-            Some(_) => "away from equilibrium".to_owned(),
-            None => String::new(),
-        }
     }
 
     fn length(&self) -> f64 {
@@ -235,7 +236,7 @@ impl<'r> Drawn<'r> {
             path: Curve::new(self.way().iter().map(Moment::place)),
             folds: self.folds()?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
-            snaps_name: self.snaps_name(),
+            snaps_name: snaps_name(self.record).to_owned(),
             walls,
             units: self.units.clone(),
         })
@@ -314,7 +315,7 @@ impl<'r> Drawn<'r> {
             self.snap_times(),
             self.units.clone(),
         );
-        energies.snaps_name = self.snaps_name();
+        energies.snaps_name = snaps_name(self.record).to_owned();
         energies
     }
 
@@ -340,7 +341,7 @@ impl<'r> Drawn<'r> {
             dissipation: dissipation.filter(|_| dissipates).collect(),
             decades: Some(DECADES),
             snaps: self.snap_times(),
-            snaps_name: self.snaps_name(),
+            snaps_name: snaps_name(self.record).to_owned(),
             units: self.units.clone(),
             ..StrainMap::default()
         }
@@ -444,7 +445,7 @@ impl<'r> Drawn<'r> {
             time: self.times(),
             points: way.map(|moment| moment.position().into()).collect(),
             snaps: self.snap_times(),
-            snaps_name: self.snaps_name(),
+            snaps_name: snaps_name(self.record).to_owned(),
             units: self.units.clone(),
         }
     }

@@ -3,7 +3,7 @@
 use super::page::{Kind, Page, Scenery, event_rows, motion_data, name, scene_text};
 use super::progress::Progress;
 use super::run::RunArgs;
-use super::run_figures::first_folds;
+use super::run_figures::{first_folds, snaps_name};
 use super::{Refusal, assembly, run_text};
 use snaprod::assembly::Joint;
 use snaprod::motion::Snap;
@@ -59,6 +59,7 @@ pub fn single(
         grounds: vec![[Some(Joint::Weld), None]],
         marks,
         elastica,
+        marked: snaps_name(record),
         exact: record.kind == ModelKind::Sheet,
         folds,
     };
@@ -101,7 +102,7 @@ pub fn several(
         rods: prepared.names(),
         bodies: bodies.zip(record.solids.iter().cloned()).collect(),
         marks,
-        grounds: prepared.grounds(),
+        marked: "snap",
         elastica: false,
         exact: false,
         folds: Vec::new(),

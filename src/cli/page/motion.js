@@ -67,7 +67,7 @@ const grounds = rods.flatMap((rod) => [0, rod.sections - 1].map((k, end) => ({ r
 
 const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
-const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 };
+const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 }, MARKED = { colour: ORANGE, width: 1, alpha: 0.5 };
 const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
 
 /** Pictures whose shapes stand behind that of picture i: some ten from the last second and a half, by what they show. */
@@ -172,7 +172,7 @@ class SpaceView {
     const space = this.space;
     space.begin();
     space.box();
-    if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(shape(rod, k), { ...GHOST, alpha });
+    if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(rounded(shape(rod, k)), { ...GHOST, alpha });
     for (const body of bodies) {
       // Of a body its middle, which the trace does not tell.
       const way = isPoint(body) ? Array.from({ length: upTo[i] }, (_, k) => body.way.map((of) => of[k])) : Array.from({ length: i + 1 }, (_, k) => middle(body, k));
@@ -182,7 +182,11 @@ class SpaceView {
     }
     const snap = ghosts && lastSnap(i);
     for (const rod of rods) {
-      if (snap && (snap.fresh || snap.landing === null)) space.line(shape(rod, snap.fold), BEFORE);
+      if (snap && (snap.fresh || snap.landing === null)) {
+        for (const k of snap.layer) space.line(rounded(shape(rod, k)), FALL);
+        space.line(rounded(shape(rod, snap.fold)), BEFORE);
+        if (snap.landing !== null) space.line(rounded(shape(rod, snap.landing)), AFTER);
+      }
       space.strip(shape(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
     }
     for (const { rod, k } of grounds) space.dot(section(rod, i, k), INK, 5);
@@ -216,11 +220,12 @@ class EnergyView {
     const y = wider([Math.min(0, ...of.map((r) => r[0])), Math.max(...of.map((r) => r[1]))]);
     this.axes = new Axes(board, { x: [data.t[0], data.t.at(-1)], y, xLabel: labelled("t", units.time), yLabel: labelled("energy", units.energy) });
   }
+    if (data.marks.length) board.key(data.marked, MARKED);
 
   draw(i) {
     const at = this.axes;
     at.begin();
-    for (const t of data.marks) at.line([t, t], at.y, { colour: ORANGE, width: 1, alpha: 0.5 });
+    for (const t of data.marks) at.line([t, t], at.y, MARKED);
     for (const line of this.lines) at.line(trace, line.trace, line.style);
     at.line([data.t[i], data.t[i]], at.y, { colour: INK, width: 1 });
     for (const { values, style } of this.lines) at.dot(data.t[i], values[i], style.colour, 3.5);
@@ -346,7 +351,7 @@ stage.key(rods.length > 1 ? "rods" : "rod", ROD);
 stage.key(bodies.length > 1 ? "paths of the bodies" : "path of the body", WAY);
 if (hasFolds) stage.key("before the snap", BEFORE);
 if (hasLayers) stage.key("falling", FALL);
-if (hasFolds && flat) stage.key("after it", AFTER);
+if (hasFolds) stage.key("after it", AFTER);
 if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
 const picture = flat ? new FlatView(stage) : new SpaceView(stage);
 views = [picture, new EnergyView(new Board("wide", "energies over time"))];

@@ -36,6 +36,8 @@ pub struct Scenery {
     pub bodies: Vec<(String, Solid)>,
     /// Times of snaps, or of the passages of a rod with friction.
     pub marks: Vec<f64>,
+    /// What they are.
+    pub marked: &'static str,
     /// True of a planar elastica with a point mass: its sheets are drawn, and where it can leave them.
     pub elastica: bool,
     /// True if the rod is on its sheets, not only near.
@@ -61,6 +63,7 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
         "t": stills.iter().map(|at| short(at.now.t)).collect::<Vec<_>>(),
         "place": stills.iter().map(letter).collect::<String>(),
         "marks": around.marks.iter().map(|t| short(*t)).collect::<Vec<_>>(),
+        "marked": around.marked,
         "rods": rods(stills, around, flat),
         "bodies": bodies(film, around),
         "energies": energies(film),
