@@ -138,11 +138,13 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
          exist; the rod falls to another shape while the mass stands still, and both fly on.</desc>\n<rect width=\"100%\" height=\"100%\" fill=\"#FFFFFF\"/>\n",
         SIZE[0], SIZE[1], SIZE[0], SIZE[1]
     );
-    let half = fold_curve(1, 0.02, 6.0, 0.05)?;
-    let fold: Vec<String> = half
+    let half = fold_curve(1, 0.01, 8.0, 0.05)?;
+    let fold = half
         .iter()
-        .map(|at| pixel(at.equilibrium.x, at.equilibrium.y))
-        .collect();
+        .map(|at| pixel(at.equilibrium.x, at.equilibrium.y));
+    // The straight rod, without a loop and with one that vanishes, is where the curve begins and ends.
+    let straight = || std::iter::once(pixel(1.0, 0.0));
+    let fold: Vec<String> = straight().chain(fold).chain(straight()).collect();
     writeln!(
         svg,
         "<circle cx=\"{}\" cy=\"{}\" r=\"{SCALE}\" fill=\"none\" stroke=\"#BBBBBB\"/>\n\

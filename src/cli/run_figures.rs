@@ -139,17 +139,42 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     }
 }
 
-/// Where an elastic rod can run out of its sheet: the first fold, both halves, for it may swing over.
+/// Where an elastic rod can run out of its sheet: the first fold about the clamp of these moments, both halves, for it may swing over; none if
+/// the clamp moves.
 ///
 /// # Errors
 /// As [`fold_curve`].
-pub fn first_folds(length: f64) -> Result<Vec<Curve>> {
-    let half = fold_curve(1, 0.02, 6.0, 0.05)?;
+pub fn first_folds(way: &[Moment], length: f64) -> Result<Vec<Curve>> {
+    let Some(first) = way.first() else {
+        return Ok(Vec::new());
+    };
+    let moved = |moment: &Moment| {
+        let way = first.clamp.inv_mul(&moment.clamp);
+        way.translation.vector.norm() > 1e-6 * length || way.rotation.angle() > 1e-6
+    };
+    if way.iter().any(moved) {
+        return Ok(Vec::new());
+    }
+    let half = fold_curve(1, 0.01, 8.0, 0.05)?;
     let fold = |side: f64| {
-        let points = half.iter();
-        Curve::new(points.map(|f| [f.equilibrium.x * length, side * f.equilibrium.y * length]))
+        let points = half
+            .iter()
+            .map(|f| [f.equilibrium.x, side * f.equilibrium.y]);
+        // The straight rod, without a loop and with one that vanishes, is where the curve begins and ends.
+        let straight = || std::iter::once([1.0, 0.0]);
+        let points = straight().chain(points).chain(straight());
+        Curve::new(points.map(|at| first.placed(at.map(|x| x * length))))
     };
     Ok(vec![fold(1.0), fold(-1.0)])
+}
+
+/// What a rod does at the times that are marked. One with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took
+/// it there.
+pub fn snaps_name(record: &RunRecord) -> &'static str {
+    match record.passages().next() {
+        Some(_) => "away from equilibrium",
+        None => "snap",
+    }
 }
 
 /// What the figures show: one motion, in the units of its labels.
@@ -167,15 +192,6 @@ impl<'r> Drawn<'r> {
             units: rod_figures::scaled(record.units, &record.scales),
         }
     }
-
-/// What a rod does at the times that are marked. One with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took
-/// it there.
-pub fn snaps_name(record: &RunRecord) -> &'static str {
-    match record.passages().next() {
-        Some(_) => "away from equilibrium",
-        None => "snap",
-    }
-}
 
     fn way(&self) -> &[Moment] {
         &self.line.way
@@ -234,30 +250,12 @@ pub fn snaps_name(record: &RunRecord) -> &'static str {
         Ok(Snapshots {
             shapes: chosen.into_iter().map(shape).collect(),
             path: Curve::new(self.way().iter().map(Moment::place)),
-            folds: self.folds()?,
+            folds: first_folds(self.way(), self.length())?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
             snaps_name: snaps_name(self.record).to_owned(),
             walls,
             units: self.units.clone(),
         })
-    }
-
-    /// The first fold about the clamp, if that stands still.
-    fn folds(&self) -> Result<Vec<Curve>> {
-        let (Some(first), Some(last)) = (self.way().first(), self.way().last()) else {
-            return Ok(Vec::new());
-        };
-        let way = first.clamp.inv_mul(&last.clamp);
-        let near = 1e-6 * self.length();
-        if way.translation.vector.norm() > near || way.rotation.angle() > 1e-6 {
-            return Ok(Vec::new());
-        }
-        let folds = first_folds(self.length())?.into_iter();
-        let placed = |curve: Curve| {
-            let points = curve.x.iter().zip(&curve.y);
-            Curve::new(points.map(|(x, y)| first.placed([*x, *y])))
-        };
-        Ok(folds.map(placed).collect())
     }
 
     /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves up to the first

@@ -33,7 +33,8 @@ pub fn single(
         let branch = &record.branches[id];
         (branch.parent, branch.entered.clone())
     };
-    let mut marks: Vec<f64> = record.line().snaps.iter().map(|(t, _)| *t).collect();
+    let drawn = record.line();
+    let mut marks: Vec<f64> = drawn.snaps.iter().map(|(t, _)| *t).collect();
     marks.sort_by(f64::total_cmp);
     let mut progress = progress(args);
     let film = film(
@@ -48,18 +49,18 @@ pub fn single(
     let length = record.scales.length;
     let elastica = matches!(record.kind, ModelKind::Sheet | ModelKind::Planar);
     let folds = match elastica {
-        true => first_folds(length)?,
+        true => first_folds(&drawn.way, length)?,
         false => Vec::new(),
     };
     let around = Scenery {
         units: record.units,
         length,
         rods: vec![String::new()],
-        bodies: vec![(String::new(), record.solid.clone())],
         grounds: vec![[Some(Joint::Weld), None]],
+        bodies: vec![(String::new(), record.solid.clone())],
         marks,
-        elastica,
         marked: snaps_name(record),
+        elastica,
         exact: record.kind == ModelKind::Sheet,
         folds,
     };
@@ -100,6 +101,7 @@ pub fn several(
         units: record.units,
         length: record.scales.length,
         rods: prepared.names(),
+        grounds: prepared.grounds(),
         bodies: bodies.zip(record.solids.iter().cloned()).collect(),
         marks,
         marked: "snap",

@@ -42,7 +42,7 @@ pub struct Scenery {
     pub elastica: bool,
     /// True if the rod is on its sheets, not only near.
     pub exact: bool,
-    /// The first fold, in the frame of the clamp.
+    /// The first fold, in the world; none about a clamp that moves.
     pub folds: Vec<Curve>,
 }
 
@@ -71,7 +71,9 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
         "on": names(stills),
     });
     if around.elastica {
-        data["folds"] = folds(&around.folds);
+        if !around.folds.is_empty() {
+            data["folds"] = folds(&around.folds);
+        }
         data["sheet"] = sheet(stills, around.length)?;
     }
     Ok(data)
@@ -113,12 +115,12 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
         });
         let mut value = json!({
             "name": name,
+            "ground": around.grounds[k],
             "sections": count,
             "at": coarse(&places.collect::<Vec<f64>>()),
         });
         if !flat {
             let across = sections.iter().map(|at| at.rotation * Vector3::x());
-            "ground": around.grounds[k],
             value["d1"] = units(across.flat_map(|d| [d.x, d.y, d.z])).into();
         }
         value
