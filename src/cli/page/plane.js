@@ -42,7 +42,7 @@ class Board {
   }
 }
 
-/** Round values between two, some `count` of them, and their text. */
+/** Round values between two, some `count` of them and at least two, and their text. */
 function ticks([low, high], count) {
   const rough = (high - low) / Math.max(count, 1);
   if (!(rough > 0)) return [];
@@ -57,7 +57,8 @@ function ticks([low, high], count) {
   };
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push([k * step, text(k * step)]);
-  return found;
+  // A single one tells no scale.
+  return found.length > 1 ? found : ticks([low, high], 2 * Math.max(count, 1));
 }
 
 /** What is subtracted from the ticks of a range that is small beside its values, and the words that say so. */
@@ -99,7 +100,7 @@ class Axes {
     const [[x0, xLess], [y0, yLess]] = [base(x), base(y)];
     for (const [v, text] of ticks(x.map((v) => v - x0), wide / 75)) {
       this.rule(this.px(v + x0), top, this.px(v + x0), top + high);
-      g.fillText(text, this.px(v + x0), top + high + 6);
+      g.fillText(text, Math.min(this.px(v + x0), w - 3 - g.measureText(text).width / 2), top + high + 6);
     }
     g.textAlign = "right";
     g.textBaseline = "middle";
