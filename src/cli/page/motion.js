@@ -215,7 +215,8 @@ class EnergyView {
       trace: one.trace.map((x) => x - less(one)),
       style: { width: 1.8, ...looks[one.name] },
     }));
-    energies.forEach((one, k) => board.key(less(one) ? `${one.name} − ${told(base)}` : one.name, this.lines[k].style));
+    const constant = `${base < 0 ? "+" : "−"} ${told(Math.abs(base))}${units.energy && ` ${units.energy}`}`;
+    energies.forEach((one, k) => board.key(less(one) ? `${one.name} ${constant}` : one.name, this.lines[k].style));
     const of = this.lines.map(({ trace }) => range(trace));
     const y = wider([Math.min(0, ...of.map((r) => r[0])), Math.max(...of.map((r) => r[1]))]);
     this.axes = new Axes(board, { x: [data.t[0], data.t.at(-1)], y, xLabel: labelled("t", units.time), yLabel: labelled("energy", units.energy) });
