@@ -218,6 +218,6 @@ function fit() {
   folds?.draw();
 }
 window.addEventListener("resize", fit);
-const asked = parseInt(location.hash.slice(1), 10);
-chosen = asked >= 0 ? Math.min(asked, rows.length - 1) : (specials()[0] ?? 0);
+window.addEventListener("hashchange", () => show(asked(rows.length) ?? chosen));
+chosen = asked(rows.length) ?? specials()[0] ?? 0;
 fit();

@@ -21,6 +21,12 @@ function unitVectors(text) {
   return Float64Array.from(new Int8Array(bytes(text).buffer), (x) => x / 127);
 }
 
+/** Which of so many pictures or points the address asks for, counted from 0: run.html#120 asks for picture 120 of those that the page counts from 1. */
+function asked(count) {
+  const number = parseInt(location.hash.slice(1), 10);
+  return number >= 0 ? Math.min(Math.max(number, 1), count) - 1 : null;
+}
+
 /** "name (unit)". */
 function labelled(name, unit) {
   return unit ? `${name} (${unit})` : name;

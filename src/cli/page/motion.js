@@ -220,8 +220,8 @@ class EnergyView {
     const of = this.lines.map(({ trace }) => range(trace));
     const y = wider([Math.min(0, ...of.map((r) => r[0])), Math.max(...of.map((r) => r[1]))]);
     this.axes = new Axes(board, { x: [data.t[0], data.t.at(-1)], y, xLabel: labelled("t", units.time), yLabel: labelled("energy", units.energy) });
-  }
     if (data.marks.length) board.key(data.marked, MARKED);
+  }
 
   draw(i) {
     const at = this.axes;
@@ -373,7 +373,8 @@ function fit() {
 }
 window.addEventListener("resize", fit);
 // A page opened as run.html#120 stands still at that picture.
-const asked = parseInt(location.hash.slice(1), 10);
-if (asked >= 0) player.frame = Math.min(asked, data.t.length - 1);
+const first = asked(data.t.length);
+player.frame = first ?? 0;
 fit();
-if (!(asked >= 0) && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
+if (first === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) player.play(true);
+window.addEventListener("hashchange", () => player.go(asked(data.t.length) ?? player.frame));

@@ -211,5 +211,6 @@ document.addEventListener("keydown", (e) => {
 keys([["← →", "along the load"], ["↑ ↓", "across it"], ["[ ]", "sheet before, next"], ...TURNING]);
 window.addEventListener("resize", () => show(chosen));
 const first = nodes[0];
-const asked = parseInt(location.hash.slice(1), 10);
-show({ sheet: 0, node: asked >= 0 ? Math.min(asked, first.x.length - 1) : Math.floor(first.rows / 2) * first.columns + Math.floor(first.columns / 3) });
+const node = () => asked(first.x.length);
+window.addEventListener("hashchange", () => show({ sheet: 0, node: node() ?? chosen.node }));
+show({ sheet: 0, node: node() ?? Math.floor(first.rows / 2) * first.columns + Math.floor(first.columns / 3) });
