@@ -199,11 +199,19 @@ class Space {
     if (axis === 2) {
       const top = from[1] < to[1] ? from : to;
       g.textAlign = "center";
-      g.fillText(this.labels[axis], Math.max(top[0], g.measureText(this.labels[axis]).width / 2 + 2), top[1] - 12);
+      this.label(axis, top[0], top[1] - 12);
       return;
     }
     const far = 20 + widest * Math.abs(away[0]) + 6 * Math.abs(away[1]);
-    g.fillText(this.labels[axis], (from[0] + to[0]) / 2 + far * away[0], (from[1] + to[1]) / 2 + far * away[1]);
+    this.label(axis, (from[0] + to[0]) / 2 + far * away[0], (from[1] + to[1]) / 2 + far * away[1]);
+  }
+
+  /** The label of an axis, within the board. */
+  label(axis, x, y) {
+    const text = this.labels[axis], wide = this.g.measureText(text).width;
+    const left = x - { left: 0, center: 0.5, right: 1 }[this.g.textAlign] * wide, right = this.board.canvas.clientWidth - wide - 2;
+    this.g.textAlign = "left";
+    this.g.fillText(text, Math.max(2, Math.min(left, right)), y);
   }
 }
 
