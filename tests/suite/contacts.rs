@@ -290,8 +290,7 @@ fn ends_that_nothing_holds_together_touch() {
         let (one, other) = (half("a", "", 0.15), half("b", turned, -0.15));
         format!("{one}{other}[start]\nrest = \"straight\"\n[run]\nduration = 0.3\n")
     };
-    let heavy =
-        "mass = 0.1\nsection_inertia = [1e-4, 1e-4, 2e-4]\ninertia = \"full\"\ndamping = 0.01\n";
+    let heavy = "mass = 0.1\nsection_inertia = [1e-4, 1e-4, 2e-4]\ninertia = \"full\"\ndamping = { proportional = 0.01 }\n";
     for inertia in ["", heavy] {
         let text = tips(inertia);
         let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
