@@ -28,6 +28,8 @@ const COLUMNS: usize = 40;
 const MAP_COLUMNS: usize = 400;
 /// Decades of the dissipation density that are told apart.
 const DECADES: f64 = 8.0;
+/// In a snap the body stays: a passage in which the end goes farther than this part of the rod's length is none.
+const STAYS: f64 = 0.05;
 /// Strains that stay below this part of the largest one are not drawn.
 const SMALL: f64 = 1e-3;
 
@@ -479,7 +481,7 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// The passage with the largest loss, in time over viscosity from where the rod dissipated most.
+    /// The passage with the largest loss, if the end stays where it is, in time over viscosity from where the rod dissipated most.
     fn layer(&self) -> Option<LayerFigure> {
         let viscosity = self.record.viscosity?;
         let passage = &self.record.last().passage;
@@ -494,6 +496,10 @@ impl<'r> Drawn<'r> {
             .filter(|f| (layer.from..=layer.to).contains(&f.moment.t))
             .collect();
         let (fold, landing) = (inside.first()?, inside.last()?);
+        let way = landing.moment.position() - fold.moment.position();
+        if way.norm() > STAYS * self.length() {
+            return None;
+        }
         // Even in the energy that is lost: that is where the shape changes.
         let lost = |f: &Frame| f.moment.friction;
         let (low, high) = (lost(fold), lost(landing));
