@@ -189,7 +189,7 @@ class SpaceView {
       }
       space.strip(shape(rod, i), threes(rod.d1, i * rod.sections, rod.sections), this.half, this.directors);
     }
-    for (const { rod, k } of grounds) space.dot(section(rod, i, k), INK, 5);
+    for (const { rod, k } of grounds) space.dot(section(rod, i, k), INK, 5, 0.02);
     for (const body of bodies) {
       if (!isPoint(body)) for (const face of faces(body, i)) space.face(face, "#a8a8a8", "#a8a8a8", { rim: 0.4, alpha: 0.6 });
       space.dot(middle(body, i), BODY, isPoint(body) ? 7 : 3, isPoint(body) ? 0 : 0.02);
