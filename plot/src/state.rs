@@ -36,6 +36,8 @@ pub struct RodState {
     pub curvatures: Vec<[f64; 3]>,
     /// Shears v1, v2 and stretch v3 (drawn is v3 - 1).
     pub stretches: Vec<[f64; 3]>,
+    /// Bending stiffness of the rod, beside which forces and couples are told from roundoff; 0 if it is not known.
+    pub stiffness: f64,
     /// Where from; by default the side from which the shape is seen best.
     pub view: Option<View>,
     /// Units.
@@ -117,7 +119,7 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     }
 }
 
-/// The sizes of force and couple: a couple with no force is measured against the rod's length.
+/// The sizes of force and couple: a couple with no force is measured against the rod's length, and both against what bends the rod.
 fn scales(data: &RodState) -> [f64; 2] {
     let largest = |list: &[[f64; 3]], end: Option<Point>| {
         let all = list.iter().flatten().chain(end.iter().flatten());
@@ -131,7 +133,9 @@ fn scales(data: &RodState) -> [f64; 2] {
     let finite = data.s.iter().filter(|s| s.is_finite());
     let length = finite.fold(0.0, |m: f64, s| m.max(s.abs()));
     let length = if length > 0.0 { length } else { 1.0 };
-    [n.max(m / length), m.max(n * length)]
+    let bends = data.stiffness.abs() / length;
+    let m = m.max(n * length).max(bends);
+    [n.max(m / length), m]
 }
 
 /// A panel for each group of three components over s.

@@ -99,6 +99,7 @@ pub fn state(record: &EquilibriumRecord) -> RodState {
     RodState {
         rod: drawn(sections, None, found.index > 0),
         ribbon: 0.03 * record.length,
+        stiffness: record.stiffness,
         end_force: Some(found.end.force.into()),
         end_couple: Some(found.end.couple.into()),
         s: sections.iter().map(|s| s.s).collect(),

@@ -16,6 +16,8 @@ pub struct EquilibriumRecord {
     pub units: Units,
     /// Length of the rod.
     pub length: f64,
+    /// The bending stiffness by which couples are measured.
+    pub stiffness: f64,
     /// The whole force of the load along the rod, if there is one.
     pub weight: Option<Vector3<f64>>,
     /// Base wrench, end, index, and how it was found.
@@ -41,6 +43,7 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     Ok(EquilibriumRecord {
         units: scene.units,
         length: scene.rod.length,
+        stiffness: problem.rod().reference_stiffness(),
         weight: match scene.is_loaded_along() {
             true => Some(scene.load_along()?.total(scene.rod.length)),
             false => None,
