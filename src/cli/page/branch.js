@@ -15,26 +15,36 @@ for (const { unit, values } of columns) sizes[unit] = Math.max(sizes[unit] ?? 0,
 const exactly = ({ unit, values }, row) => told(Math.abs(values[row]) < 1e-6 * sizes[unit] ? 0 : values[row]);
 const special = (row) => data.specials.find((one) => one.row === row);
 
-/** A mark of a special point: each kind has a form of its own. */
-function mark(g, x, y, kind, label) {
-  g.beginPath();
-  if (kind === "fold") {
-    g.moveTo(x, y - 7);
-    g.lineTo(x + 6.5, y + 5);
-    g.lineTo(x - 6.5, y + 5);
-  } else if (kind === "branch point") g.rect(x - 5, y - 5, 10, 10);
-  else [[0, -7], [6, 0], [0, 7], [-6, 0]].forEach(([a, b]) => g.lineTo(x + a, y + b));
-  g.closePath();
-  g.fillStyle = markOf(kind);
-  g.fill();
-  g.strokeStyle = "#fff";
-  g.lineWidth = 1.2;
-  g.stroke();
-  if (!label) return;
+/** The corners of the mark of a special point: each kind has a form of its own. */
+const FORMS = { fold: [[0, -7], [6.5, 5], [-6.5, 5]], "branch point": [[-5, -5], [5, -5], [5, 5], [-5, 5]] };
+const formOf = (kind) => FORMS[kind] ?? [[0, -7], [6, 0], [0, 7], [-6, 0]];
+
+/** Marks special points on axes, each { x, y, kind, label }, the labels where no mark, no other label and no border of the frame is. */
+function mark(axes, points) {
+  const g = axes.g, at = points.map(({ x, y }) => [axes.px(x), axes.py(y)]);
+  const [left, top, wide, high] = axes.box, taken = at.map(([x, y]) => [x - 6, y - 6, x + 6, y + 6]);
+  at.forEach(([x, y], k) => {
+    g.beginPath();
+    for (const [a, b] of formOf(points[k].kind)) g.lineTo(x + a, y + b);
+    g.closePath();
+    g.fillStyle = markOf(points[k].kind);
+    g.fill();
+    g.strokeStyle = "#fff";
+    g.lineWidth = 1.2;
+    g.stroke();
+  });
   g.fillStyle = INK;
   g.textAlign = "left";
-  g.textBaseline = "bottom";
-  g.fillText(label, x + 7, y - 4);
+  g.textBaseline = "middle";
+  const free = ([x0, y0, x1, y1]) => x0 > left && y0 > top && x1 < left + wide && y1 < top + high && taken.every(([a, b, c, d]) => x1 < a || c < x0 || y1 < b || d < y0);
+  at.forEach(([x, y], k) => {
+    const long = g.measureText(points[k].label).width, right = x + 7, before = x - 7 - long;
+    // Beside the mark, above and below it, then farther off.
+    const places = [10, 22, 34].flatMap((far) => [[right, y - far], [right, y + far], [before, y - far], [before, y + far], [x - long / 2, y - far - 3], [x - long / 2, y + far + 3]]);
+    const boxes = places.map(([from, middle]) => [from, middle - 6, from + long, middle + 6]), box = boxes.find(free) ?? boxes[0];
+    taken.push(box);
+    g.fillText(points[k].label, box[0], box[1] + 6);
+  });
 }
 
 /** A column over the parameter; unstable points dashed. */
@@ -52,7 +62,7 @@ class Diagram {
     board.legend.append("over the parameter: ", select);
     board.key("stable", { colour: INK });
     board.key("unstable", { colour: INK, dash: [4, 4] });
-    for (const kind of new Set(data.specials.map((one) => one.kind))) board.key(kind, { colour: markOf(kind), dot: true });
+    for (const kind of new Set(data.specials.map((one) => one.kind))) board.key(kind, { colour: markOf(kind), corners: formOf(kind) });
     this.choose(columns[0]);
     const nearest = (e) => {
       const box = board.canvas.getBoundingClientRect(), [x, y] = [e.clientX - box.left, e.clientY - box.top];
@@ -93,7 +103,7 @@ class Diagram {
       g.fillStyle = COLOURS[data.branch[k] % COLOURS.length];
       g.fill();
     }
-    for (const one of data.specials) mark(g, axes.px(at[one.row]), axes.py(values[one.row]), one.kind, data.specials.length <= 20 ? one.label : "");
+    mark(axes, data.specials.map(({ row, kind, label }) => ({ x: at[row], y: values[row], kind, label: data.specials.length <= 20 ? label : "" })));
     axes.line([at[row], at[row]], axes.y, { colour: FAINT, width: 1 });
     axes.dot(at[row], values[row], "#000", 6);
     axes.end();
@@ -147,9 +157,10 @@ class Folds {
   }
 
   draw() {
-    const axes = this.axes, g = axes.begin();
+    const axes = this.axes;
+    axes.begin();
     for (const [x, y] of this.curves) axes.line(x, y, { colour: BLUE, width: 2 });
-    for (const one of data.folds.specials) mark(g, axes.px(one.x), axes.py(one.y), one.kind, one.label);
+    mark(axes, data.folds.specials);
     axes.end();
   }
 }

@@ -29,12 +29,12 @@ class Board {
     return [w, h];
   }
 
-  /** Adds an entry to the legend: a line of this style, or a dot. */
-  key(name, { colour, dash = [], width = 2, dot = false }) {
+  /** Adds an entry to the legend: a line of this style, or a mark with these corners. */
+  key(name, { colour, dash = [], width = 2, corners = null }) {
     const entry = document.createElement("span");
     entry.className = "key";
-    const mark = dot
-      ? `<circle cx="13" cy="6" r="4.5" fill="${colour}"/>`
+    const mark = corners
+      ? `<polygon points="${corners.map(([x, y]) => [13 + 0.8 * x, 6 + 0.8 * y]).join(" ")}" fill="${colour}"/>`
       : `<path d="M1 6H25" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash.join(" ")}"/>`;
     entry.innerHTML = `<svg width="26" height="12" aria-hidden="true">${mark}</svg>`;
     entry.append(name);
