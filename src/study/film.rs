@@ -29,6 +29,8 @@ pub struct Film {
     pub stills: Vec<Still>,
     /// What bodies and energies do, closer than the pictures.
     pub trace: Vec<Traced>,
+    /// Steps of the run.
+    pub steps: usize,
 }
 
 /// A point of the trace, in the world and the scene's units.
@@ -180,10 +182,11 @@ pub fn film<'m>(
     };
     let mut last = camera.keep(&*motion.given(), Place::Way)?;
     let mut branches = line.iter();
-    let mut snaps = 0;
+    let (mut snaps, mut steps) = (0, 0);
     while let Some(event) = motion.advance() {
         match event {
             Event::Step { from, to } => {
+                steps += 1;
                 let now = camera.look(&*motion.now())?;
                 // A long step is looked into.
                 let near = camera.trace.step.min(camera.pictures.step);
@@ -250,6 +253,7 @@ pub fn film<'m>(
     Ok(Film {
         stills: stills.filter(shaped).collect(),
         trace: trace.map(|(_, traced, _)| traced).collect(),
+        steps,
     })
 }
 

@@ -343,8 +343,12 @@ class SheetView {
   }
 }
 
-const about = `${data.t.length} pictures of the motion from t = ${told(data.t[0])} to ${told(data.t.at(-1))}${units.time && ` ${units.time}`}; every shape is one of the library's, none is drawn between two.`;
-document.getElementById("about").textContent = about;
+const time = units.time && ` ${units.time}`;
+const about = `${data.t.length} pictures of the motion from t = ${told(data.t[0])} to ${told(data.t.at(-1))}${time}; every shape is one of the library's, none is drawn between two.`;
+// Of a run of more steps than that curves do not show all.
+const gap = Math.max(...trace.slice(1).map((t, i) => t - trace[i]));
+const sampled = data.steps >= trace.length ? ` Curves have ${trace.length} points, ${told(Number(gap.toPrecision(2)))}${time} apart or less, of the run's ${data.steps} steps: what is faster they do not show.` : "";
+document.getElementById("about").textContent = about + sampled;
 let views = [];
 const player = new Player((i) => views.forEach((view) => view.draw(i, player.ghosts)));
 const stage = new Board("motion", "the rods and bodies");

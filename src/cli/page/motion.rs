@@ -64,6 +64,7 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
         "place": stills.iter().map(letter).collect::<String>(),
         "marks": around.marks.iter().map(|t| short(*t)).collect::<Vec<_>>(),
         "marked": around.marked,
+        "steps": film.steps,
         "rods": rods(stills, around, flat),
         "bodies": bodies(film, around),
         "energies": energies(film),
