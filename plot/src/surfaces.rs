@@ -49,6 +49,8 @@ pub struct Sheets {
     /// The box shown, at which everything is cut; by default what holds all points (over the disc, the
     /// disc's square).
     pub bounds: Option<Bounds>,
+    /// True if places over the disc are told along the clamp and across it, for it is turned, or moves.
+    pub from_clamp: bool,
     /// Units; only figures over the disc use them.
     pub units: AxisUnits,
 }
@@ -166,14 +168,19 @@ impl<'a> Frame<'a> {
         let heights = bounds_or(sheets.bounds, &sheets.patches)?[2];
         let flat = [-1.05 * radius, 1.05 * radius];
         let bounds = sheets.bounds.unwrap_or([flat, flat, heights]);
+        let [along, across] = match sheets.from_clamp {
+            true => ["along the clamp", "across it"],
+            false => ["x", "y"],
+        };
+        let end = if radius == 1.0 { "1" } else { "L" };
         // Equal scales for two positions, whatever box was asked for.
         let [w, h] = [0, 1].map(|i| bounds[i][1] - bounds[i][0]);
         Ok(Self {
             sheets,
             labels: [
-                units.length_of("x"),
-                units.length_of("y"),
-                "θ(1) (rad)".into(),
+                units.length_of(along),
+                units.length_of(across),
+                format!("θ({end}) (rad)"),
             ],
             view: View {
                 azimuth: -62.0,

@@ -294,8 +294,10 @@ impl<'r> Drawn<'r> {
             path.push(here);
             last = Some(moment);
         }
+        let from_clamp = |moment: &Moment| moment.clamp != Isometry3::identity();
         let sheets = Sheets {
             patches,
+            from_clamp: self.way().iter().any(from_clamp),
             units: self.units.clone(),
             ..Sheets::default()
         };

@@ -283,7 +283,9 @@ class SheetView {
     const [low, high] = [0, 1].map((side) => [of(0)[side], of(1)[side], of(2)[side]]);
     // The angle counts as a length so that the box is a cube.
     const scale = [1, 1, (high[0] - low[0]) / (high[2] - low[2])];
-    this.space = new Space(board, { low, high, labels: [labelled("x", units.length), labelled("y", units.length), "θ(L) (rad)"], scale, azimuth: -52, elevation: 24 });
+    // As in surface.svg.
+    const places = (data.sheet.from_clamp ? ["along the clamp", "across it"] : ["x", "y"]).map((name) => labelled(name, units.length));
+    this.space = new Space(board, { low, high, labels: [...places, `θ(${length === 1 ? 1 : "L"}) (rad)`], scale, azimuth: -52, elevation: 24 });
     this.picture = document.createElement("canvas");
     this.space.changed = () => {
       this.drawn = null;

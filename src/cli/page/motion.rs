@@ -225,7 +225,14 @@ fn sheet(stills: &[Still], length: f64) -> Result<Value> {
     Ok(json!({
         "patches": [patch(Sign::Plus)?, patch(Sign::Minus)?],
         "path": [part(0), part(1), part(2)],
+        "from_clamp": stills.iter().any(|at| is_off(&at.rods[0][0], length)),
     }))
+}
+
+/// True of a clamp that is not in the origin along x.
+fn is_off(clamp: &Isometry3<f64>, length: f64) -> bool {
+    let turned = clamp.rotation * Vector3::z() - Vector3::x();
+    turned.norm() > 1e-6 || clamp.translation.vector.norm() > 1e-6 * length
 }
 
 /// The place of the end and how far the rod turns, seen from the clamp of a rod in the plane.
