@@ -9,6 +9,7 @@ use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, category, sequential};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
+use std::cmp::Ordering;
 
 /// A field that was varied.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -79,7 +80,8 @@ impl SweptAxis {
     }
 }
 
-/// Draws the outcomes of a sweep as coloured cells, as SVG: words with a legend, from the one that occurs most often, numbers with a scale.
+/// Draws the outcomes of a sweep as coloured cells, as SVG: words with a legend, from the one that occurs most often (those that are
+/// numbers from the smallest), numbers with a scale.
 ///
 /// Errs if an axis does not rise or fall, if there are not as many outcomes as points, or nothing came of any.
 pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
@@ -155,7 +157,7 @@ pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
     page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 
-/// The words from the one that occurs most often; of equals the first in the alphabet first.
+/// The words from the one that occurs most often; of equals the first in the alphabet first. Where all are numbers, those that have colours of their own rise.
 fn named(words: &[String]) -> Vec<&str> {
     let mut counts = std::collections::BTreeMap::<&str, usize>::new();
     for word in words.iter().filter(|word| !word.is_empty()) {
@@ -163,5 +165,12 @@ fn named(words: &[String]) -> Vec<&str> {
     }
     let mut named: Vec<(&str, usize)> = counts.into_iter().collect();
     named.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-    named.into_iter().map(|(word, _)| word).collect()
+    let mut named: Vec<&str> = named.into_iter().map(|(word, _)| word).collect();
+    let number = |word: &str| word.parse::<f64>().ok();
+    if named.iter().all(|word| number(word).is_some()) {
+        let coloured = named.len().min(NAMED);
+        named[..coloured]
+            .sort_by(|a, b| number(a).partial_cmp(&number(b)).unwrap_or(Ordering::Equal));
+    }
+    named
 }
