@@ -87,10 +87,13 @@ class Space {
   /** A line through points, in pieces that are hidden one by one; `lift` draws it before faces that it lies on. */
   line(points, { colour, width = 1.5, alpha = 1, dash = [] }, lift = 0) {
     const at = points.map((p) => this.place(p));
+    // Dashes go on from piece to piece.
+    let run = 0;
     for (let i = 1; i < at.length; i++) {
       const [a, b] = [at[i - 1], at[i]];
       if (a[0] + b[0] !== a[0] + b[0]) continue;
-      this.things.push({ depth: (a[2] + b[2]) / 2 + lift * this.radius, at: [a, b], colour, width, alpha, dash, line: true });
+      this.things.push({ depth: (a[2] + b[2]) / 2 + lift * this.radius, at: [a, b], colour, width, alpha, dash, run, line: true });
+      run += Math.hypot(b[0] - a[0], b[1] - a[1]);
     }
   }
 
@@ -129,10 +132,12 @@ class Space {
       one.at.forEach(([x, y], i) => (i ? g.lineTo(x, y) : g.moveTo(x, y)));
       if (one.line) {
         g.setLineDash(one.dash);
+        g.lineDashOffset = one.run;
         g.lineWidth = one.width;
         g.strokeStyle = one.colour;
         g.stroke();
         g.setLineDash([]);
+        g.lineDashOffset = 0;
       } else {
         g.closePath();
         g.fillStyle = one.colour;
