@@ -490,3 +490,42 @@ fn taut_rods_move_alike_whoever_looks() {
     assert!(ends[0].iter().all(Option::is_some));
     assert_eq!(ends[0], ends[1]);
 }
+
+/// Catches an error that is told as a snap: at a coarse tolerance the rod is on no path of equilibria any longer, and a "fold" there released 1e5 times all
+/// of the energy. The run ends, and says that its tolerance is the fault.
+#[cfg(feature = "scene")]
+#[test]
+fn errors_are_no_snaps() {
+    use snaprod::scene::Scene;
+    use snaprod::study::{Silent, Table, run};
+    let text = r#"
+        [rod]
+        model = "cosserat"
+        length = 1.0
+        section = { bending = [1.0, 1.4], torsion = 0.9 }
+        rest = { curvature = [0.3, -0.4], twist = 0.5 }
+        [body]
+        mass = 1.0
+        inertia = [0.1, 0.1, 0.1]
+        [start]
+        settled = true
+        velocity = [0.5, 0.5, 0.0]
+        [loads]
+        gravity = [0.1, 0.0, -0.5]
+        [run]
+        duration = 1.0
+        samples = 5
+    "#;
+    for (tolerance, ends) in [(1e-2, false), (3e-3, false), (1e-6, true)] {
+        let set = format!("run.tolerance={tolerance}");
+        let scene = Scene::parse_with(text, &[&set]).unwrap_or_else(|faults| panic!("{faults}"));
+        let prepared = run::Prepared::new(&scene).expect("a scene that runs");
+        let mut tables: Vec<Table> = Vec::new();
+        let record =
+            run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
+        assert_eq!(record.outcome() == "end_of_time", ends, "{tolerance}");
+        assert_eq!(record.summary()["snaps"], 0, "{tolerance}");
+        let reason = record.reason().unwrap_or_default();
+        assert!(ends || reason.contains("lower run.tolerance"), "{reason}");
+    }
+}

@@ -18,6 +18,7 @@ use implicit::Implicit;
 pub use sample::AssemblySample;
 
 use super::event::{Bounce, Event, Outcome};
+use super::ledger::Closing;
 use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Snap, SnapEnd};
@@ -392,6 +393,14 @@ impl AssemblyRun {
         }
         let along = self.along();
         let here = self.sample_now();
+        let mut closing = Closing::new(self.first.ledger.total());
+        closing.look(&self.first.ledger);
+        closing.look(&here.ledger);
+        if closing.is_lost() {
+            let relative = closing.relative();
+            let remedy = "what seems to be a fold is an error; lower run.tolerance";
+            return Ok(self.stuck(Cause::Ledger { relative }, remedy));
+        }
         let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
         let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
         let held = point.held();

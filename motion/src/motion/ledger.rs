@@ -113,6 +113,8 @@ pub struct Closing {
 
 /// Tolerances of the run by which its ledger may be open.
 const ALLOWED: f64 = 1e3;
+/// Whatever the tolerance, a motion whose ledger is open by this part of its energies is another one.
+const MOST: f64 = 0.1;
 /// Tolerances below this drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Errors beyond this part of the largest term leave no energy of a motion to be trusted.
@@ -171,13 +173,21 @@ impl Closing {
     }
 
     /// False if the run cannot be trusted: with E the largest term, in the units of the rod, EI/L, the error is beyond 1000
-    /// tolerances of E + sqrt(E).
+    /// tolerances of E + sqrt(E), or beyond a tenth of that.
     ///
     /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and strains is one
     /// of sqrt(2 E) tolerances in the energy where E is small (x dx with x^2/2 = E), and of E where it is large: that is what a
     /// sound run may gather step by step, whatever the size of its energies.
     pub fn is_closed(&self, tolerance: f64) -> bool {
-        let size = self.largest + self.largest.sqrt();
-        self.error <= ALLOWED * tolerance.max(FINEST) * size
+        self.within((ALLOWED * tolerance.max(FINEST)).min(MOST))
+    }
+
+    /// True if the motion is another one than that which began: no snap of it is one.
+    pub fn is_lost(&self) -> bool {
+        !self.within(MOST)
+    }
+
+    fn within(&self, part: f64) -> bool {
+        self.error <= part * (self.largest + self.largest.sqrt())
     }
 }
