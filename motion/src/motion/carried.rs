@@ -1,4 +1,4 @@
-//! A body in the plane together with its rod, whose mass is followed to first order (theory 2.7).
+//! A body in the plane together with its rod, whose mass is followed to first order (theory 2.9).
 
 use super::sheet::Phase;
 use crate::body::{Body, EndMotion};

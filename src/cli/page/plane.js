@@ -45,7 +45,7 @@ class Board {
 /** Round values between two, some `count` of them and at least two, and their text. */
 function ticks([low, high], count) {
   const rough = (high - low) / Math.max(count, 1);
-  if (!(rough > 0)) return [];
+  if (!(rough > 0 && rough < Infinity)) return [];
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((k) => k * power >= rough * 0.999);
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
