@@ -100,3 +100,23 @@ fn stubs_swing_as_cantilevers_do() {
         }
     }
 }
+
+/// Catches a search without end, or an equilibrium that is none: two stubs that fit exactly between their clamps bear no load across at their joint, for their
+/// force would have to be infinite.
+#[test]
+fn stubs_in_line_bear_no_load_across() {
+    let rod = "model = \"cosserat\"\nlength = 0.05\nsection = { bending = [60.0, 60.0], torsion = 50.0 }\n";
+    let text = format!(
+        "[[rod]]\nname = \"a\"\n{rod}from = {{}}\nto = {{ body = \"p\" }}\n[[rod]]\nname = \"b\"\n{rod}from = {{ body = \"p\" }}\n\
+         to = {{ position = [0.0, 0.0, 0.1] }}\n[[body]]\nname = \"p\"\nmass = {MASS}\ninertia = [{INERTIA}, {INERTIA}, {INERTIA}]\n\
+         [loads]\ngravity = [-{GRAVITY}, 0.0, 0.0]\n[run]\nduration = 0.01\n"
+    );
+    let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+    let prepared = AssemblyPrepared::new(&scene).expect("a scene that is understood");
+    let refused = prepared.motion().map(drop).expect_err("no equilibrium");
+    let said = refused.to_string();
+    assert!(
+        said.contains("drawn straight") && said.contains("rods that stretch"),
+        "{said}"
+    );
+}

@@ -7,6 +7,15 @@ use nalgebra::DMatrix;
 /// Rods that reach their places but for this part of the way are held to be straight between them.
 const STRAIGHT: f64 = 1e-9;
 
+/// Rods and bodies that join an end of one rod to one of another.
+struct Chain {
+    rods: [usize; 2],
+    /// How far these ends are from each other.
+    apart: f64,
+    /// How far they could be; infinite where nothing holds them.
+    reach: f64,
+}
+
 impl Assembly {
     /// Looks whether the rods can join what they should, before equilibria are looked for: a rod that can be neither stretched nor sheared
     /// ends within its length, so that a chain of such rods and of bodies reaches no farther than the sum of their lengths and of the
@@ -15,6 +24,32 @@ impl Assembly {
     /// # Errors
     /// Two ends of rods that stand in the ground, or on supports where these are at t = 0, farther apart than that.
     pub fn within_reach(&self) -> Result<()> {
+        let chains = self.chains()?;
+        let short = chains
+            .iter()
+            .find(|chain| chain.apart > chain.reach * (1.0 + STRAIGHT));
+        short.map_or(Ok(()), |chain| Err(self.too_short(chain)))
+    }
+
+    /// Why no load across can be borne, if a chain is drawn straight between places that do not move: its force would be infinite.
+    pub(super) fn drawn_straight(&self) -> Option<Error> {
+        let chains = self.chains().ok()?;
+        let drawn = |chain: &&Chain| {
+            chain.reach.is_finite() && chain.apart >= chain.reach * (1.0 - STRAIGHT)
+        };
+        let [one, other] = chains
+            .iter()
+            .find(drawn)?
+            .rods
+            .map(|rod| self.rod_name(rod));
+        Some(Error::ill_conditioned(format!(
+            "what joins those ends of {one} and {other} that do not move is drawn straight and cannot be stretched: it bears no load across it; give longer \
+             rods, or rods that stretch (an axial stiffness)"
+        )))
+    }
+
+    /// What joins any two ends that stand.
+    fn chains(&self) -> Result<Vec<Chain>> {
         let ends = self.links().iter();
         let ends: Vec<&Attachment> = ends.flat_map(|link| [&link.from, &link.to]).collect();
         let n = ends.len();
@@ -52,19 +87,21 @@ impl Assembly {
         let standing: Vec<usize> = (0..n)
             .filter(|i| !matches!(ends[*i].on, On::Body(_)))
             .collect();
+        let mut chains = Vec::new();
         for (k, &i) in standing.iter().enumerate() {
             for &j in &standing[k + 1..] {
                 let [a, b] = [i, j].map(|end| ends[end].at(0.0, &[]).pose.translation.vector);
-                let apart = (a - b).norm();
-                if apart > reach[(i, j)] * (1.0 + STRAIGHT) {
-                    return Err(self.too_short([i / 2, j / 2], apart, reach[(i, j)]));
-                }
+                chains.push(Chain {
+                    rods: [i / 2, j / 2],
+                    apart: (a - b).norm(),
+                    reach: reach[(i, j)],
+                });
             }
         }
-        Ok(())
+        Ok(chains)
     }
 
-    fn too_short(&self, rods: [usize; 2], apart: f64, reach: f64) -> Error {
+    fn too_short(&self, &Chain { rods, apart, reach }: &Chain) -> Error {
         let [one, other] = rods.map(|rod| self.rod_name(rod));
         let words = match one == other {
             true => format!("{one} is too short: its ends are held "),

@@ -359,6 +359,15 @@ impl Assembly {
                 Ok(Continuation::new(&statics, x.clone(), 0.0, options.clone())?.trace())
             };
             let mut followed = to_end(&options).map_err(begin)?;
+            if let Stop::MaxPoints = followed.stop
+                && let Some(why) = self.drawn_straight()
+            {
+                let far = followed.points.last().map_or(0.0, |point| point.p);
+                return Err(Lost {
+                    heavy: true,
+                    ..lost(far, why)
+                });
+            }
             if let Stop::MaxPoints = followed.stop {
                 // The forces of taut rods are far away, but nothing happens on the way.
                 let options = Options {
