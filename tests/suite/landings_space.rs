@@ -425,7 +425,8 @@ fn scenes_in_space_branch_alone_and_in_an_assembly() {
 #[test]
 fn ends_spin_as_they_are_held_at_snaps() {
     use snaprod::scene::Scene;
-    use snaprod::study::run::Prepared;
+    use snaprod::study::run::{Fields, Prepared, run};
+    use snaprod::study::{Silent, Table};
     let spins = |text: &str| {
         let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"));
         let prepared = Prepared::new(&scene).expect("a scene that runs");
@@ -445,8 +446,7 @@ fn ends_spin_as_they_are_held_at_snaps() {
         (before - after).norm() < 1e-9 * after.norm(),
         "{before} {after}"
     );
-    let [before, after] = spins(
-        r#"
+    let ball = r#"
         [rod]
         model = "cosserat"
         length = 1.0
@@ -460,10 +460,19 @@ fn ends_spin_as_they_are_held_at_snaps() {
         [run]
         duration = 2.0
         tolerance = 1e-8
-        "#,
-    );
+        "#;
+    let [before, after] = spins(ball);
     assert!(before.iter().all(|w| w.is_nan()), "{before}");
     assert!(after.norm() < 1e3, "{after}");
+    // Its velocity is told all the same.
+    let scene = Scene::parse(ball).unwrap_or_else(|faults| panic!("{faults}"));
+    let prepared = Prepared::new(&scene).expect("a scene that runs");
+    let mut tables: Vec<Table> = Vec::new();
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).expect("a record");
+    let folds = record.summary()["snaps"].as_u64();
+    let unknown = |name: &str| tables[0].reals(name).iter().filter(|x| x.is_nan()).count();
+    assert_eq!([unknown("vx"), unknown("vy"), unknown("vz")], [0; 3]);
+    assert_eq!(Some(unknown("wx") as u64), folds);
 }
 
 /// Catches a motion that is another one when it is looked at: what onlookers find of a taut rod is not where its next search begins.

@@ -5,7 +5,7 @@ use super::shapes::poses;
 use super::spring::Spring;
 use crate::elastica::{Elastica, Passage};
 use crate::error::{Error, Result};
-use crate::math::se3::joined;
+use crate::math::se3::{halves, joined};
 use crate::motion::{
     Beside, Bounce, Ledger, Light, Motion, RodCurve, Snap, State, curve_outward, outward,
 };
@@ -303,14 +303,19 @@ impl Prepared {
         let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
         let clamp = self.setup.model.clamp(state.time());
         let (frame, end) = (clamp.of_poses(), pose.translation.vector);
-        let twist = frame.absolute(&joined(&Vector3::zeros(), &end), &state.twist());
+        let lever = joined(&Vector3::zeros(), &end);
+        let own = state.twist();
+        let twist = frame.absolute(&lever, &own);
+        // The spin of an end may be infinite, and then is not told; its velocity is known all the same.
+        let straight = joined(&Vector3::zeros(), &halves(&own).1);
+        let velocity = frame.absolute(&lever, &straight);
         let action = frame.outward(&state.action());
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
             t: self.run.told(state.time(), k.time),
             clamp: outward(&clamp.pose(), k.length, &Isometry3::identity()),
             pose: outward(&clamp.pose(), k.length, &pose),
-            velocity: twist.fixed_rows::<3>(3) * k.velocity,
+            velocity: velocity.fixed_rows::<3>(3) * k.velocity,
             angular_velocity: twist.fixed_rows::<3>(0) / k.time,
             force: action.fixed_rows::<3>(3) * k.force,
             couple: action.fixed_rows::<3>(0) * k.energy,
