@@ -457,7 +457,7 @@ impl Assembly {
             free.push(along);
         }
         let alone = matrix.clone();
-        let mut driving = Vec::new();
+        let mut followed = Vec::new();
         for (k, light) in self.light_rods().filter(|(_, light)| light.followed) {
             let link = &self.links[k];
             let levers = link.levers(bodies);
@@ -494,12 +494,12 @@ impl Assembly {
                     add(&mut matrix, at, &block, [&own[*body], &own[*other]]);
                 }
             }
-            driving.push((k, felt, driven));
+            followed.push((k, felt, driven));
         }
         let factors = matrix.cholesky()?;
         let together = factors.solve(&right);
         let (mut power, mut spins, mut borne) = (0.0, Vec::new(), Vec::new());
-        for (k, felt, driven) in driving {
+        for (k, felt, driven) in followed {
             let mut accelerations = SVector::<f64, 12>::zeros();
             for (j, lever) in self.links[k].levers(bodies).iter().enumerate() {
                 let Some((body, arm)) = lever else { continue };
