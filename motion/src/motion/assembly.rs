@@ -138,6 +138,8 @@ pub struct AssemblyRun {
     folded: Vec<(usize, f64)>,
     /// What the last step has led to.
     pending: Option<Pending>,
+    /// Rods whose mass begins to be felt at the end of the last step, or ceases to be, where that was asked.
+    due: Option<Vec<(usize, bool)>>,
     /// Rods whose mass could not be followed to where they are; until they land.
     unfit: Vec<bool>,
     /// For how long the mass of such rods was not felt.
@@ -259,6 +261,7 @@ impl AssemblyRun {
             snaps: 0,
             folded: Vec::new(),
             pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
+            due: None,
             unfit: vec![false; links],
             unfelt: 0.0,
             near,
@@ -462,6 +465,7 @@ impl AssemblyRun {
         self.indices[snap.rod] = snap.to.index;
         self.largest[snap.rod] = 0.0;
         self.unfit[snap.rod] = false;
+        self.due = None;
         let h = self.solver.next_step();
         self.folded.retain(|(link, _)| *link != snap.rod);
         let rods = self.folded.clone();

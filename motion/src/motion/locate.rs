@@ -12,6 +12,8 @@ const CORRECTIONS: usize = 40;
 const ROUNDING: f64 = 1e-8;
 /// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
 const SUSPICIOUS: f64 = 0.1;
+/// Halvings by which a moment is found at which something changes at once: to 1e-11 of a step.
+const HALVINGS: usize = 36;
 /// Samples of a suspicious step.
 const SAMPLES: usize = 12;
 
@@ -129,6 +131,34 @@ pub fn first_fold<S: Timed>(
         before = after;
     }
     None
+}
+
+/// The fraction of a step at which `is` ceases to hold of the states inside, when it does not at its end: the first at which it does not, to rounding. None if it
+/// does not hold at the start.
+pub fn changes<S>(inside: impl Fn(f64) -> S, is: impl Fn(&S) -> bool) -> Option<f64> {
+    let (mut low, mut high) = (0.0, 1.0);
+    if !is(&inside(low)) {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match is(&inside(middle)) {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Some(high)
+}
+
+/// The part of a step of so long a fraction; None if it cannot be taken, or is no part at all.
+pub fn part<S: Timed>(
+    step: &Taken<S>,
+    f: &mut impl Slopes<S>,
+    fraction: f64,
+    cost: &mut Cost,
+) -> Option<Taken<S>> {
+    let part = step.redo(f, fraction * step.h(), cost)?;
+    (part.to().time() > step.from().time()).then_some(part)
 }
 
 /// Redoes the step with other lengths until the event function, of state and slope, vanishes at its end: the event then has

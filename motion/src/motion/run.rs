@@ -52,6 +52,8 @@ pub struct Run<'a, M, const N: usize> {
     motion: OnSheet<'a, M, N>,
     /// True while the motion feels the mass of the rod.
     followed: bool,
+    /// Whether it does from the end of the last step on, where that was asked.
+    due: Option<bool>,
     /// For how long it has not, of a rod with mass.
     unfelt: f64,
     index: usize,
@@ -144,6 +146,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             options,
             motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
             followed: rod.is_some(),
+            due: None,
             unfelt: 0.0,
             index,
             snapped,
@@ -384,6 +387,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let (snap, q) = (snaps.swap_remove(0), landed[0]);
         self.before_snap = Some(here);
         self.past = self.cost();
+        self.due = None;
         self.snapped += snap.released;
         self.snaps += 1;
         self.index = snap.to.index;

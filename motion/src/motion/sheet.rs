@@ -15,7 +15,7 @@ mod shaking;
 mod turns;
 
 use super::carried::{Carried, rod_error, with_rod};
-use super::locate::{Guess, Located, Timed, at_time, first_fold, locate};
+use super::locate::{Guess, Located, Timed, at_time, first_fold, locate, part};
 use super::options::Options;
 use crate::body::Body;
 use crate::error::{Error, Result};
@@ -453,6 +453,41 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
                 None
             }
         }
+    }
+
+    /// The states inside the last step, by their fraction of it; None where there is no such step, as after one over many turns of a shaking.
+    pub fn inside(&mut self) -> Option<impl Fn(f64) -> Phase<N> + use<'a, M, N>> {
+        if !self.shaking.single() {
+            return None;
+        }
+        let mut step = self.last.clone()?;
+        let (f, mut cost) = (self.right_hand_side(), Cost::default());
+        let dense = step.inside(&mut self.both(f), &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        let (dense, manifold, patch) = (dense?, self.manifold, self.patch);
+        Some(move |x| {
+            let there = dense.at(x);
+            let q = manifold.carried(&there.q, patch, Patch::Global);
+            Phase { q, ..there }
+        })
+    }
+
+    /// Ends the last step after this fraction of it. False, with the step as it was, if that is none.
+    pub fn end_after(&mut self, fraction: f64) -> bool {
+        let Some(step) = self.last.clone() else {
+            return false;
+        };
+        let (f, mut cost) = (self.right_hand_side(), Cost::default());
+        let part = part(&step, &mut self.both(f), fraction, &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        let Some(part) = part else {
+            return false;
+        };
+        self.dense = None;
+        self.rewind(part);
+        true
     }
 
     /// The state within the last step at which the stored energy is largest, where the body did work on the rod before and the rod does on the body after:

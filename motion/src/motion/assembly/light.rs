@@ -4,8 +4,9 @@ use super::step::Progress;
 use super::{AssemblyRun, Numbers};
 use crate::assembly::{Assembly, Evaluated};
 use crate::error::{Error, Result};
-use crate::motion::locate::Timed;
+use crate::motion::locate::{Timed, changes, part};
 use crate::motion::options::Options;
+use crate::solve::cost::Cost;
 use crate::solve::integrator::Method;
 use std::sync::Arc;
 
@@ -28,20 +29,59 @@ impl AssemblyRun {
     /// Feels, from here on, the mass of every rod where it can be followed. What energy a rod has is counted as lost, to vibrations of its own,
     /// where the motion ceases to feel it, and as got back where it does again.
     pub(super) fn weigh(&mut self) -> Option<()> {
-        if self.assembly.light_rods().next().is_none() {
+        let due = self.due.take();
+        if due.as_ref().is_some_and(Vec::is_empty) {
             return Some(());
         }
-        let along = self.along();
-        let at = self.assembly.evaluated(&self.solver.state().0, along)?;
+        let at = (self.assembly).evaluated(&self.solver.state().0, self.along())?;
         self.extra.evaluations += 1;
-        let rods = self.assembly.light_rods();
-        let changed: Vec<(usize, bool)> = rods
-            .filter_map(|(k, light)| {
-                let holds = !self.unfit[k] && self.assembly.should_feel(k, &at, along);
-                (holds != light.followed).then_some((k, holds))
-            })
-            .collect();
+        let changed = due.unwrap_or_else(|| self.changing(&self.assembly, &at));
         self.change(&at, &changed)
+    }
+
+    /// The rods whose mass is to be felt from a state on, and is not, or is, and is to be felt no more.
+    fn changing(&self, assembly: &Assembly, at: &Evaluated) -> Vec<(usize, bool)> {
+        let rods = assembly.light_rods();
+        let changed = rods.filter_map(|(k, light)| {
+            let holds = !self.unfit[k] && assembly.should_feel(k, at, self.along());
+            (holds != light.followed).then_some((k, holds))
+        });
+        changed.collect()
+    }
+
+    /// Looks whether the mass of a rod ceases to be felt in the step that was just taken, or begins to be, and ends the step at that moment: the motion depends on
+    /// it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is.
+    fn ends_where_it_changes(&mut self) -> Option<bool> {
+        let mut step = self.step.clone()?;
+        let (assembly, slowed) = self.taken_by.clone();
+        let along = self.along();
+        let changing = |state: &Numbers| {
+            let at = assembly.evaluated(&state.0, along);
+            at.map_or_else(Vec::new, |at| self.changing(&assembly, &at))
+        };
+        let due = changing(step.to());
+        if due.is_empty() {
+            self.due = Some(due);
+            return Some(false);
+        }
+        let f = &self.right_hand_side();
+        let mut cost = Cost::default();
+        let part = step.inside(&mut { f }, &mut cost).and_then(|dense| {
+            let fraction = changes(|x| dense.at(x), |state| changing(state).is_empty())?;
+            part(&step, &mut { f }, fraction, &mut cost)
+        });
+        let due = part.as_ref().map(|part| changing(part.to()));
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        let Some(part) = part else {
+            return Some(false);
+        };
+        let h = self.solver.next_step();
+        self.assembly = assembly;
+        self.resume(part.to().clone(), slowed, h)?;
+        (self.step, self.dense) = (Some(part), None);
+        self.due = due;
+        Some(true)
     }
 
     /// Feels the mass of rods from here on, or no more. A rod whose energy cannot be told here is not begun to be followed; where one that is
@@ -82,22 +122,26 @@ impl AssemblyRun {
     }
 
     fn advance_weighed(&mut self, end: f64) -> Option<Progress> {
-        self.weigh()?;
-        let felt = self.felt(None);
-        if felt.is_empty() {
+        if self.assembly.light_rods().next().is_none() {
             return self.advance_to(end);
         }
-        let from = self.solver.state().clone();
+        self.weigh()?;
+        let (from, near) = (self.solver.state().clone(), self.near.clone());
         let progress = self.advance_to(end);
-        // A long step came upon a fold, or none could be taken.
+        if progress.is_some() && self.ends_where_it_changes()? {
+            self.near = near;
+            return Some(Progress::Moved);
+        }
+        // A step came upon a fold of which its normal form did not tell, or none could be taken.
         let lost = match &progress {
             Some(Progress::Fold { rods, .. }) => self.felt(Some(rods)),
             Some(_) => Vec::new(),
-            None => felt,
+            None => self.felt(None),
         };
         if lost.is_empty() {
             return progress;
         }
+        self.near = near;
         self.give_up(from, &lost)?;
         self.advance_to(end)
     }
@@ -106,6 +150,7 @@ impl AssemblyRun {
     pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
         let h = self.solver.next_step();
         self.resume(state, None, h)?;
+        self.due = None;
         for k in rods {
             self.unfit[*k] = true;
         }

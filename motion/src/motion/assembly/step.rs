@@ -456,7 +456,7 @@ impl AssemblyRun {
     }
 
     /// The right-hand side of the last step.
-    fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
+    pub(super) fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
         let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
         let until = self.until;
         move |y: &Numbers| {

@@ -4,6 +4,7 @@ use super::{Glide, OnSheet, Phase, Progress, Run, Sample};
 use crate::error::Result;
 use crate::manifold::{Multivalued, RodMass};
 use crate::motion::carried::{force_of_mass, rod_error};
+use crate::motion::locate::changes;
 
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
 const MOST_OF_BODY: f64 = 0.1;
@@ -77,22 +78,45 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     fn step_on(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
         let end = self.options.duration;
+        let due = self.due.take();
         if let Some(progress) = self.step_past_straight(rod)? {
             return Ok(progress);
         }
         let from = self.motion.phase();
-        let holds =
-            rod.holds(&from.q, &from.v, self.followed) && (self.followed || self.bears(&from));
+        let holds = due.unwrap_or_else(|| self.holds(rod, &from));
         if holds != self.followed {
             self.follow(holds, from, from)?;
         }
         let progress = self.motion.step(end);
+        if self.ends_where_it_changes(rod) {
+            return Ok(Some(Progress::Moved));
+        }
         if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
-            // A long step came upon a fold.
+            // No step could be taken with the mass, or one came upon a fold of which its normal form did not tell.
             self.follow(false, from, from)?;
             return Ok(self.motion.step(end));
         }
         Ok(progress)
+    }
+
+    /// True if the mass of the rod is to be followed on from here.
+    fn holds(&self, rod: &'a dyn RodMass<N>, at: &Phase<N>) -> bool {
+        rod.holds(&at.q, &at.v, self.followed) && (self.followed || self.bears(at))
+    }
+
+    /// Looks whether the mass of the rod ceases to be followed in the step that was just taken, or begins to be, and ends the step at that moment: the motion
+    /// depends on it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is.
+    fn ends_where_it_changes(&mut self, rod: &'a dyn RodMass<N>) -> bool {
+        let now = self.followed;
+        if self.holds(rod, &self.motion.phase()) == now {
+            self.due = Some(now);
+            return false;
+        }
+        let inside = self.motion.inside();
+        let fraction = inside.and_then(|inside| changes(inside, |at| self.holds(rod, at) == now));
+        let ends = fraction.is_some_and(|fraction| self.motion.end_after(fraction));
+        self.due = ends.then_some(!now);
+        ends
     }
 
     /// True if the rod would have but a small part of the body's kinetic energy at once. A motion without its mass that shakes along an all but straight rod would have
