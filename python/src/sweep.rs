@@ -94,7 +94,7 @@ impl Sweep {
 
     /// The chunks that are not made yet.
     fn missing(&self) -> Vec<usize> {
-        self.directory.missing()
+        self.directory.made().missing
     }
 
     /// Makes a chunk; false if it was stopped.

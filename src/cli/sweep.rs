@@ -82,13 +82,14 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     let sweep = opened?;
     // A sweep that is refused leaves no directory behind.
     let out = Output::open(Some(&directory), FILES, args.figures)?;
-    for file in sweep.damaged() {
+    let there = sweep.made();
+    for file in there.damaged {
         print_error(&format!(
             "warning: {} does not hold its rows: it is made anew",
             file.display()
         ));
     }
-    let missing = sweep.missing();
+    let missing = there.missing;
     let made_now: usize = missing.iter().map(|k| sweep.points_of(*k)).sum();
     let tally = Tally::new(made_now, !args.quiet && !args.json);
     let threads = args
@@ -112,7 +113,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             if !args.quiet {
                 print(&format!(
                     "interrupted: {} of {} points are in {}; the same command goes on\n",
-                    sweep.kept(),
+                    sweep.made().kept,
                     sweep.sweep().points(),
                     directory.display()
                 ));

@@ -102,22 +102,17 @@ impl Directory {
         self.chunks.get(chunk).map_or(0, ExactSizeIterator::len)
     }
 
-    /// The chunks that are not made yet, or are damaged.
-    pub fn missing(&self) -> Vec<usize> {
+    /// What is there of the chunks, each of which is read for it.
+    pub fn made(&self) -> Made {
         let all = 0..self.chunks.len();
-        all.filter(|k| self.chunk(*k).is_none()).collect()
-    }
-
-    /// The files of chunks that do not hold the rows of their points, since somebody changed them.
-    pub fn damaged(&self) -> Vec<PathBuf> {
-        let missing = self.missing().into_iter().map(|k| self.file(k));
-        missing.filter(|file| file.exists()).collect()
-    }
-
-    /// How many points are in chunks that are made.
-    pub fn kept(&self) -> usize {
-        let missing = self.missing().into_iter().map(|k| self.points_of(k));
-        self.sweep.points() - missing.sum::<usize>()
+        let missing: Vec<usize> = all.filter(|k| self.chunk(*k).is_none()).collect();
+        let files = missing.iter().map(|k| self.file(*k));
+        let lacking: usize = missing.iter().map(|k| self.points_of(*k)).sum();
+        Made {
+            damaged: files.filter(|file| file.exists()).collect(),
+            kept: self.sweep.points() - lacking,
+            missing,
+        }
     }
 
     /// The text of a chunk and its cells; None if it is not there, or not whole.
@@ -189,6 +184,17 @@ impl Directory {
     fn file(&self, chunk: usize) -> PathBuf {
         self.path.join(CHUNKS).join(format!("{chunk:06}.csv"))
     }
+}
+
+/// What is there of the chunks of a sweep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Made {
+    /// The chunks that are not made yet, or are damaged.
+    pub missing: Vec<usize>,
+    /// The files of chunks that do not hold the rows of their points, since somebody changed them.
+    pub damaged: Vec<PathBuf>,
+    /// How many points are in chunks that are made.
+    pub kept: usize,
 }
 
 /// All rows of a sweep.

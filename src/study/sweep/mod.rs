@@ -9,7 +9,7 @@ mod names;
 mod vary;
 
 pub use csv::{fields, records};
-pub use directory::{Directory, Rows};
+pub use directory::{Directory, Made, Rows};
 pub use vary::Vary;
 
 use super::record::Nowhere;
