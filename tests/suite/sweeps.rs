@@ -351,6 +351,35 @@ fn fields_that_count_take_whole_numbers() {
     assert!((0..3).all(|point| sweep.scene(point).is_ok()));
 }
 
+/// Catches random numbers of fields that count which no scene takes, or of which some come never or twice as often as others.
+#[test]
+fn fields_that_count_are_drawn_whole() {
+    let often = |vary: &str| {
+        let sweep = swept(&[vary], Some((3000, 1)), &["end.x"]);
+        let mut often = std::collections::BTreeMap::new();
+        for point in 0..sweep.points() {
+            *often.entry(sweep.values(point)[0].clone()).or_insert(0) += 1;
+        }
+        assert!(sweep.scene(0).is_ok(), "{vary}");
+        often
+    };
+    for (vary, values) in [
+        ("run.samples=3:5", vec!["3", "4", "5"]),
+        ("run.samples=5.5:2.5", vec!["3", "4", "5"]),
+        ("run.samples=4:4", vec!["4"]),
+    ] {
+        let often = often(vary);
+        assert!(often.keys().eq(&values), "{vary}: {often:?}");
+        // Even within five standard deviations.
+        let even = 3000 / values.len() as i32;
+        assert!(often.values().all(|n| (n - even).abs() < 130), "{often:?}");
+    }
+    // By logarithms each octave is as likely.
+    let low = often("run.samples=log:2:127");
+    let below: i32 = ["2", "3"].iter().filter_map(|value| low.get(*value)).sum();
+    assert!((400..600).contains(&below), "{low:?}");
+}
+
 /// Catches a map whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
 #[test]
 fn a_map_has_names_and_units() {

@@ -204,7 +204,7 @@ impl Sweep {
         match self.random {
             Some((_, seed)) => {
                 let all = self.vary.iter().enumerate();
-                all.map(|(k, one)| one.at(chance(seed, point as u64, k as u64)))
+                all.map(|(k, one)| one.drawn(chance(seed, point as u64, k as u64)))
                     .collect()
             }
             None => {

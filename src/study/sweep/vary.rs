@@ -177,6 +177,19 @@ impl Vary {
         }
     }
 
+    /// The value of a random point, by a number in [0, 1), as TOML: where the field is a whole number, one of those in the range.
+    pub(super) fn drawn(&self, part: f64) -> String {
+        if let (true, Values::Range { from, to, log, .. }) = (self.counts, &self.values) {
+            let (least, most) = (from.min(*to).ceil(), from.max(*to).floor());
+            if least <= most {
+                // The first and the last have as much room as the others.
+                let x = between(part, [least - 0.5, most + 0.5], *log).round();
+                return format!("{:.0}", x.clamp(least, most) + 0.0);
+            }
+        }
+        self.at(part)
+    }
+
     /// Reads what stands after `--free`: a field and the range of the values that it may have.
     ///
     /// # Errors
