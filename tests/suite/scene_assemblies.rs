@@ -336,6 +336,44 @@ fn every_fault_of_an_assembly_is_found_at_once() {
     assert!(message.contains("did you mean \"platform\"?"), "{message}");
 }
 
+/// Would catch an inertia that no body has in one kind of scene and not in the other, and a needle that is called a point mass alone.
+#[test]
+fn an_inertia_is_that_of_a_body_whatever_carries_it() {
+    let rest = "[start]\nrest = \"straight\"\n[run]\nduration = 1.0\n";
+    let said = |inertia: &str| {
+        let body = format!("mass = 1.0\ninertia = {inertia}\n{rest}");
+        let single = format!("[rod]\n{ROD}[body]\n{body}");
+        let several = format!(
+            "[[rod]]\nname = \"a\"\n{ROD}from = {{}}\nto = {{ body = \"m\" }}\n[[body]]\nname = \"m\"\n{body}"
+        );
+        [single, several].map(|text| Scene::parse(&text).err().map(|faults| faults.to_string()))
+    };
+    assert_eq!(said("[0.1, 0.1, 0.2]"), [None, None]);
+    let tilted = "[[0.2, 0.1, 0.0], [0.1, 0.2, 0.0], [0.0, 0.0, 0.05]]";
+    for inertia in ["[0.1, 0.1, 0.3]", tilted] {
+        for message in said(inertia) {
+            let message = message.expect("faults");
+            let both = [
+                "its principal moments are ",
+                "at most the sum of the other two",
+            ];
+            assert!(
+                both.iter().all(|words| message.contains(words)),
+                "{message}"
+            );
+        }
+    }
+    let needle = said("[0.1, 0.1, 0.0]").map(|message| message.expect("faults"));
+    for message in &needle {
+        let both = ["needle", "mass * diameter^2 / 8"];
+        assert!(
+            both.iter().all(|words| message.contains(words)),
+            "{message}"
+        );
+    }
+    assert!(needle[0].contains("joint = \"ball\"") && needle[1].contains("leave the inertia out"));
+}
+
 /// Would catch an assembly that the library cannot take passing the reader: what all rods together show.
 #[test]
 fn rods_must_make_an_assembly() {

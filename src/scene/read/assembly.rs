@@ -6,11 +6,11 @@ use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, 
 use super::groove::groove;
 use super::loads::{distributed, load, loads};
 use super::rod::{Memory, rod};
-use super::rule::SPREAD;
+use super::rule::MOMENT;
 use super::run::{run, solve};
 use super::scene::{default, part, units};
 use super::site::{Known, has_free_end, site};
-use super::solid::{Matter, has_extent, is_of_a_body, matter};
+use super::solid::{Matter, has_extent, matter};
 use super::table::{Absent, Table};
 use crate::assembly::Joint;
 use crate::scene::build::heavy_in_space;
@@ -219,8 +219,7 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
         inertia: moments,
     } = matter(table, || {
         table.maybe("inertia", |field, value| {
-            let inertia = inertia(table.reader, field, value, allowed, &SPREAD)?;
-            is_of_a_body(table, &inertia).then_some(inertia)
+            inertia(table.reader, field, value, allowed, &MOMENT)
         })
     });
     let (offset, rotor) = (table.vector("offset"), table.vector("rotor"));

@@ -5,7 +5,7 @@ use super::groove::groove;
 use super::matrix::{definite, rows};
 use super::reader::Reader;
 use super::rule::{FINITE, MOMENT, Rule, VALUE};
-use super::solid::{Matter, has_extent, matter};
+use super::solid::{Matter, has_extent, is_of_a_body, matter};
 use super::table::{Absent, Table};
 use super::words::Short;
 use crate::scene::{
@@ -221,7 +221,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     })
 }
 
-/// An inertia about the centre of mass; `moment` is asked of its diagonal.
+/// An inertia about the centre of mass that a body has; `moment` is asked of its diagonal.
 pub(super) fn inertia(
     reader: &Reader,
     field: &str,
@@ -230,7 +230,7 @@ pub(super) fn inertia(
     moment: &Rule,
 ) -> Option<[[f64; 3]; 3]> {
     let nested = |list: &toml::de::DeArray| list.iter().any(|row| row.get_ref().is_array());
-    if value.get_ref().as_array().is_some_and(nested) {
+    let inertia = if value.get_ref().as_array().is_some_and(nested) {
         let rows = rows(
             reader,
             field,
@@ -238,12 +238,14 @@ pub(super) fn inertia(
             allowed,
             "an array of three finite numbers",
         )?;
-        let consequence = "no body has such an inertia";
-        return definite(reader, field, value, rows, &[0, 1, 2], moment, consequence);
-    }
-    let number = |field: &str, value: &_| reader.number(field, value, moment);
-    let [a, b, c] = reader.array(field, value, allowed, &number)?;
-    Some([[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]])
+        let consequence = "no body with a thickness has such an inertia";
+        definite(reader, field, value, rows, &[0, 1, 2], moment, consequence)?
+    } else {
+        let number = |field: &str, value: &_| reader.number(field, value, moment);
+        let [a, b, c] = reader.array(field, value, allowed, &number)?;
+        [[a, 0.0, 0.0], [0.0, b, 0.0], [0.0, 0.0, c]]
+    };
+    is_of_a_body(reader, field, value, &inertia).then_some(inertia)
 }
 
 /// A quaternion, or a rotation, or neither.

@@ -140,16 +140,10 @@ pub(super) static MOMENT: Rule = Rule {
     allowed: "a finite number > 0",
     holds: SIZE.holds,
     hint: |x| match x {
-        0.0 => Some("a body without extension is a point mass: write joint = \"ball\""),
-        _ => (SIZE.hint)(x),
-    },
-};
-/// The same of a body that is a point mass where it has no inertia.
-pub(super) static SPREAD: Rule = Rule {
-    allowed: MOMENT.allowed,
-    holds: SIZE.holds,
-    hint: |x| match x {
-        0.0 => Some("a body without extension is a point mass: leave the inertia out"),
+        0.0 => Some(
+            "without a moment about an axis nothing says how the body turns about it: a needle has that of its thickness, \
+             mass * diameter^2 / 8; a body without extension is a point mass: leave the inertia out, and write joint = \"ball\" where a rod holds it",
+        ),
         _ => (SIZE.hint)(x),
     },
 };

@@ -1,12 +1,15 @@
 //! Mass and inertia of a body: as numbers, or of the solid that it is, from its sizes and a density or a mass.
 
 use super::fields::SOLID;
+use super::reader::Reader;
 use super::rule::SIZE;
 use super::table::Table;
 use super::words::Short;
 use crate::scene::FaultKind;
 use nalgebra::Matrix3;
 use std::f64::consts::PI;
+use toml::Spanned;
+use toml::de::DeValue;
 
 /// By how much, relative to the others, a principal moment may exceed their sum: rounding.
 const FLAT: f64 = 1e-9;
@@ -96,7 +99,12 @@ pub(super) fn matter(
 }
 
 /// True if matter has such an inertia: no principal moment exceeds the sum of the other two; else the fault.
-pub(super) fn is_of_a_body(table: &Table, inertia: &[[f64; 3]; 3]) -> bool {
+pub(super) fn is_of_a_body(
+    reader: &Reader,
+    field: &str,
+    value: &Spanned<DeValue>,
+    inertia: &[[f64; 3]; 3],
+) -> bool {
     let matrix = Matrix3::from_fn(|i, j| inertia[i][j]);
     let mut moments: Vec<f64> = matrix.symmetric_eigenvalues().iter().copied().collect();
     moments.sort_by(f64::total_cmp);
@@ -111,7 +119,7 @@ pub(super) fn is_of_a_body(table: &Table, inertia: &[[f64; 3]; 3]) -> bool {
         Short(c)
     );
     let allowed = "the inertia of a body: each principal moment at most the sum of the other two";
-    table.fault(FaultKind::Value, "inertia", allowed, hint);
+    reader.fault(FaultKind::Value, field, value, allowed, hint);
     false
 }
 
