@@ -50,7 +50,7 @@ pub enum RunFigure {
     Section(Lines),
     /// A strain over time and arclength.
     Strain(StrainMap),
-    /// The passage through which the rod dissipated most, in stretched time.
+    /// The passage through which the rod dissipated most while its end stayed, in stretched time.
     Layer(LayerFigure),
     /// What passages dissipated, against what they released.
     Losses(SnapLosses),
@@ -483,10 +483,15 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// The passage with the largest loss, if the end stays where it is, in time over viscosity from where the rod dissipated most.
+    /// The passage with the largest loss of those in which the end stays where it is.
     fn layer(&self) -> Option<LayerFigure> {
+        let passages = &self.record.last().passages;
+        passages.iter().find_map(|passage| self.layer_of(passage))
+    }
+
+    /// A passage, if the end stays where it is, in time over viscosity from where the rod dissipated most.
+    fn layer_of(&self, passage: &[Frame]) -> Option<LayerFigure> {
         let viscosity = self.record.viscosity?;
-        let passage = &self.record.last().passage;
         let (begin, end) = (passage.first()?.moment.t, passage.last()?.moment.t);
         let layer: &Layer = self
             .record

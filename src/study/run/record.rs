@@ -183,8 +183,8 @@ pub struct RunBranch {
     pub way: Vec<Moment>,
     /// Samples with their strains, likewise; none of an elastic rod in the plane.
     pub track: Vec<Frame>,
-    /// Ends of the steps of the passage through which a planar rod dissipated most, thinned.
-    pub passage: Vec<Frame>,
+    /// Ends of the steps of the passages through which a planar rod dissipated most, thinned; that of the largest loss is the first.
+    pub passages: Vec<Vec<Frame>>,
     /// Time and axis of a few samples of a rod in space.
     pub axes: Vec<(f64, Vec<Isometry3<f64>>)>,
 }
@@ -217,7 +217,7 @@ impl RunBranch {
             bounces: Bounces::default(),
             way: Vec::new(),
             track: Vec::new(),
-            passage: Vec::new(),
+            passages: Vec::new(),
             axes: Vec::new(),
         }
     }

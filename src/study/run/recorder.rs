@@ -29,6 +29,8 @@ const KEPT_OF_SECTION: usize = 100_000;
 /// Most samples kept with their strains.
 const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
+/// Passages that are kept: of some the end of the rod moves, and no figure shows these.
+const PASSAGES: usize = 8;
 const AXES: usize = 10;
 /// A passage is kept while the rod is farther than this from equilibrium.
 const AWAY: f64 = 1e-3;
@@ -54,7 +56,8 @@ pub(super) struct Recorder<'r> {
     track: Thinned<Frame>,
     axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
     passage: Thinned<Frame>,
-    best: Vec<Frame>,
+    /// Those that ended, by what the rod dissipated in them, the most first.
+    passages: Vec<Vec<Frame>>,
     /// True if figures want the motion closer than its samples.
     dense: bool,
 }
@@ -197,7 +200,7 @@ impl<'r> Recorder<'r> {
             track: Thinned::new(KEPT_WITH_STRAINS),
             axes: Thinned::new(AXES),
             passage: Thinned::new(KEPT_OF_PASSAGE),
-            best: Vec::new(),
+            passages: Vec::new(),
         })
     }
 
@@ -228,7 +231,7 @@ impl<'r> Recorder<'r> {
             closing: self.closing.scaled(self.prepared.scales.energy),
             way: self.way.list,
             track: self.track.list,
-            passage: self.best,
+            passages: self.passages,
             axes: self.axes.list,
             ..branch
         }
@@ -315,15 +318,18 @@ impl<'r> Recorder<'r> {
         axes.push((t, self.prepared.sections(last, CURVE)));
     }
 
-    /// Keeps the passage if more was dissipated in it than in those before.
+    /// Keeps the passage, if it is among those in which most was dissipated.
     fn end_passage(&mut self) {
         let passage = std::mem::replace(&mut self.passage, Thinned::new(KEPT_OF_PASSAGE)).list;
         let lost = |passage: &[Frame]| match passage {
             [first, .., last] => last.moment.ledger.dissipated - first.moment.ledger.dissipated,
             _ => 0.0,
         };
-        if lost(&passage) > lost(&self.best) {
-            self.best = passage;
+        let loss = lost(&passage);
+        if loss > 0.0 {
+            let place = self.passages.partition_point(|other| lost(other) >= loss);
+            self.passages.insert(place, passage);
+            self.passages.truncate(PASSAGES);
         }
     }
 
