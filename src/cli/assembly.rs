@@ -2,7 +2,7 @@
 
 use super::check::no_start;
 use super::equilibrium::EquilibriumArgs;
-use super::files::{json_text, number, print, print_json, rounded};
+use super::files::{json_text, number, print, print_json, rounded, settled};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs, write_shapes};
@@ -255,15 +255,17 @@ fn branch_text(
             branch.outcome.key()
         ),
     });
-    let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
-        let parts: Vec<String> = v.iter().map(|x| rounded(*x, 9)).collect();
+    let vector = |v: &nalgebra::Vector3<f64>, scale: f64, symbol: &str| {
+        let scale = v.amax().max(scale);
+        let parts = v.iter().map(|x| rounded(settled(*x, scale), 9));
+        let parts: Vec<String> = parts.collect();
         format!("({}){}", parts.join(", "), unit(symbol))
     };
     for (name, body) in record.bodies.iter().zip(&last.bodies) {
         line(format!(
             "{name}: r = {}, v = {}",
-            vector(&body.pose.translation.vector, u.length()),
-            vector(&body.velocity, u.velocity()),
+            vector(&body.pose.translation.vector, k.length, u.length()),
+            vector(&body.velocity, k.velocity, u.velocity()),
         ));
     }
     line(format!(

@@ -1,7 +1,7 @@
 //! `snaprod equilibrium SCENE`.
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
-use super::files::{json_text, number, print, print_json};
+use super::files::{json_text, number, print, print_json, settled};
 use super::output::{FigureArgs, Output};
 use super::{Ending, Refusal, assembly, rod_figures};
 use clap::Args;
@@ -59,14 +59,25 @@ fn text(record: &EquilibriumRecord) -> String {
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<15}{value}");
     };
-    let three = |x: &Vector3<f64>| format!("{}, {}, {}", number(x.x), number(x.y), number(x.z));
     let (couple, force) = halves(&found.base);
-    line("position", three(&found.end.position));
-    line("quaternion", record.quaternion().map(number).join(", "));
-    line("base force", three(&force));
-    line("base couple", three(&couple));
-    line("tip force", three(&found.end.force));
-    line("tip couple", three(&found.end.couple));
+    let end = &found.end;
+    // Rounding is told from forces and couples beside the largest of them, and beside what bends the rod.
+    let largest = |a: f64, b: &Vector3<f64>| a.max(b.amax());
+    let couples = [&couple, &end.couple]
+        .into_iter()
+        .fold(record.stiffness / record.length, largest);
+    let couples = couples.max(force.amax().max(end.force.amax()) * record.length);
+    let forces = couples / record.length;
+    let list = |x: &[f64], scale: f64| {
+        let numbers: Vec<String> = x.iter().map(|x| number(settled(*x, scale))).collect();
+        numbers.join(", ")
+    };
+    line("position", list(end.position.as_slice(), record.length));
+    line("quaternion", list(&record.quaternion(), 1.0));
+    line("base force", list(force.as_slice(), forces));
+    line("base couple", list(couple.as_slice(), couples));
+    line("tip force", list(end.force.as_slice(), forces));
+    line("tip couple", list(end.couple.as_slice(), couples));
     line("energy", number(found.end.energy));
     if record.weight.is_some() {
         line("potential", number(found.potential));

@@ -27,6 +27,13 @@ pub fn number(x: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
+/// The number, or 0 where it is rounding beside `scale`.
+pub fn settled(x: f64, scale: f64) -> f64 {
+    /// Rounding of what is solved for, relative to its scale.
+    const ROUNDING: f64 = 1e-12;
+    if x.abs() <= ROUNDING * scale { 0.0 } else { x }
+}
+
 /// Two numbers.
 pub fn pair(a: f64, b: f64) -> String {
     format!("{}, {}", number(a), number(b))

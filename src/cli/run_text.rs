@@ -1,6 +1,6 @@
 //! What `snaprod run` prints of a run.
 
-use super::files::{number, rounded};
+use super::files::{number, rounded, settled};
 use snaprod::motion::creep::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
@@ -134,13 +134,18 @@ fn passage(layer: &Layer, u: Units) -> String {
 
 /// Where a branch ended: position and velocity of the end, in the plane with the sheet that the rod is on or near.
 fn place(record: &RunRecord, branch: &RunBranch) -> String {
-    let u = record.units;
+    let (k, u) = (&record.scales, record.units);
     let (axes, decimals) = match record.kind {
         ModelKind::ElasticSpace | ModelKind::Space => (3, 9),
         ModelKind::Sheet | ModelKind::Planar => (2, 12),
     };
-    let vector = |v: &nalgebra::Vector3<f64>, symbol: &str| {
-        let parts: Vec<String> = v.iter().take(axes).map(|x| rounded(*x, decimals)).collect();
+    let vector = |v: &nalgebra::Vector3<f64>, scale: f64, symbol: &str| {
+        let scale = v.amax().max(scale);
+        let parts = v
+            .iter()
+            .take(axes)
+            .map(|x| rounded(settled(*x, scale), decimals));
+        let parts: Vec<String> = parts.collect();
         format!("({}){}", parts.join(", "), unit(symbol))
     };
     let end = &branch.last;
@@ -153,8 +158,8 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
     };
     format!(
         "r = {}, v = {}{on}",
-        vector(&end.position(), u.length()),
-        vector(&end.velocity, u.velocity()),
+        vector(&end.position(), k.length, u.length()),
+        vector(&end.velocity, k.velocity, u.velocity()),
     )
 }
 

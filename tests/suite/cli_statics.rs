@@ -167,6 +167,30 @@ fn cantilevers_agree_with_independent_numbers() {
     assert_eq!(place.files("."), ["scene.toml"]);
 }
 
+/// Catches rounding that is printed as a force, and a small load that is taken for rounding.
+#[test]
+fn rounding_is_not_printed_as_a_value() {
+    let place = Place::new("rounding");
+    let printed = |end: &str| {
+        place.write("scene.toml", &stiff([1.0, 1.0], 1.0, end));
+        let answer = place.run(&["equilibrium", "scene.toml"]);
+        assert_eq!(answer.code, 0, "{answer:?}");
+        answer.stdout
+    };
+    for end in ["position = [0.6, 0.0, 0.6]", "force = [1.0, 0.0, 0.0]"] {
+        let text = printed(&format!("[end]\n{end}"));
+        let mut values = text.lines().filter(|line| !line.starts_with("residual"));
+        assert!(values.all(|line| !line.contains("e-1")), "{text}");
+    }
+    let small = printed("[end]\nforce = [1e-9, 0.0, 0.0]");
+    let lines: Vec<&str> = small.lines().collect();
+    assert!(
+        lines[4].starts_with("tip force      1.0") && lines[4].ends_with("e-9, 0, 0"),
+        "{small}"
+    );
+    assert_eq!(lines[5], "tip couple     0, 0, 0");
+}
+
 const COLUMNS: &str = "branch,parameter,arclength,x,y,z,qw,qx,qy,qz,base_fx,base_fy,base_fz,base_mx,base_my,base_mz,\
                        tip_fx,tip_fy,tip_fz,tip_mx,tip_my,tip_mz,energy,index,residual,label";
 
