@@ -2,7 +2,7 @@
 
 use super::check::no_start;
 use super::equilibrium::EquilibriumArgs;
-use super::files::{json_text, number, print, print_json, rounded, settled};
+use super::files::{json_text, number, print, print_error, print_json, rounded, settled};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs, write_shapes};
@@ -52,9 +52,15 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
         });
         let grounds = prepared.grounds();
         out.figure("shapes", || Ok(moments(&record, &grounds)), rod_shapes);
-        out.figure("energies", || Ok(ledger(&record)), plot::energies);
-        for (i, name) in record.bodies.iter().enumerate() {
-            out.figure(&format!("path_{name}"), || Ok(way(&record, i)), space_way);
+        if record.last().last.t > record.branches[0].first.t {
+            out.figure("energies", || Ok(ledger(&record)), plot::energies);
+            for (i, name) in record.bodies.iter().enumerate() {
+                out.figure(&format!("path_{name}"), || Ok(way(&record, i)), space_way);
+            }
+        } else if out.draws() {
+            print_error(
+                "note: no energies.svg and no path_*.svg: the run ended at its start, and there is no motion to draw",
+            );
         }
         if args.html {
             out.page("run", |figures| {

@@ -206,6 +206,23 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
     assert!(place.join("out/surface.svg").exists());
 }
 
+/// Catches figures over time that are told as missing where there is no time: a body at the end of its groove that moves outward.
+#[test]
+fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
+    let place = Place::new("at_start");
+    let rod = "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\nfrom = {}\nto = { body = \"m\", joint = \"ball\" }\n\
+               section = { bending = [1.0, 1.0], torsion = 1.0, axial = 1e3, shear = [1e3, 1e3] }\n";
+    let body = "[[body]]\nname = \"m\"\nmass = 1.0\nvelocity = [0.5, 0.0, 0.0]\n\
+                groove = { spline = [[-0.2, 0.0, 1.0], [-0.1, 0.0, 1.0], [0.0, 0.0, 1.0]] }\n";
+    let run = "[start]\nrest = \"straight\"\n[run]\nduration = 0.1\n";
+    place.write("scene.toml", &format!("{rod}{body}{run}"));
+    let answer = place.run(&["run", "scene.toml", "--out", "out"]);
+    assert!(answer.stdout.contains("(groove_end)"), "{answer:?}");
+    let note = "note: no energies.svg and no path_*.svg: the run ended at its start";
+    assert!(answer.stderr.starts_with(note), "{answer:?}");
+    assert!(!answer.stderr.contains("is missing"), "{answer:?}");
+}
+
 /// Catches a scene to start from that does not run, and one that is written over somebody's own.
 #[test]
 fn new_scenes_are_sound() {
