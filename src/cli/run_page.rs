@@ -68,7 +68,7 @@ pub fn single(
         args,
         motion_data(&film, &around)?,
         run_text::text(record, None),
-        event_rows(&record.events()),
+        event_rows(&record.events(), record.units),
         figures,
     ))
 }
@@ -113,7 +113,7 @@ pub fn several(
         args,
         motion_data(&film, &around)?,
         assembly::run_text(record, None),
-        event_rows(&record.events()),
+        event_rows(&record.events(), record.units),
         figures,
     ))
 }

@@ -498,3 +498,27 @@ fn a_browser_points_at_the_branch() {
     );
     assert_eq!(report["pointed"], 5, "{report}");
 }
+
+/// Catches events on a page with the keys of files for names, or without their units.
+#[test]
+fn events_of_a_page_have_words_and_units() {
+    let place = Place::new("page_events");
+    let scene = std::fs::read_to_string(format!("{SCENES}/snap.toml")).unwrap();
+    place.write("si.toml", &format!("units = \"si\"\n{scene}"));
+    let text = page(&place, "run", "si.toml", &["--set", "run.duration=0.05"]);
+    let events = text.split("<h2>Events</h2>").nth(1).unwrap();
+    let events = events.split("</section>").next().unwrap();
+    for words in [
+        "<th>time (s)</th>",
+        "<td>snap</td>",
+        "from S_1^-",
+        "energy released 10.263065 J",
+        " m/s",
+    ] {
+        assert!(events.contains(words), "{words} not in {events}");
+    }
+    assert!(!["vx", "released 10.263065,", "_"].iter().any(|key| {
+        // Names of sheets have their index.
+        events.replace("S_", "S").contains(key)
+    }));
+}

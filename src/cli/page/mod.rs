@@ -12,6 +12,7 @@ pub use sheets::sheets_data;
 use super::check::SceneArgs;
 use super::files::rounded;
 use serde_json::Value;
+use snaprod::scene::Units;
 
 /// A page beside its figures takes no more than this, in bytes; figures that would are named and left out.
 const MOST: usize = 295_000;
@@ -26,7 +27,7 @@ pub struct Page {
     pub data: Value,
     /// What the program says of it.
     pub words: String,
-    /// What happened, a line each: the time, what it was, its numbers.
+    /// What happened, a line each under a heading: the time, what it was, its numbers.
     pub events: Vec<[String; 3]>,
     /// Figures, as SVG, by name.
     pub figures: Vec<(String, String)>,
@@ -98,16 +99,19 @@ impl Page {
     }
 
     fn event_table(&self) -> String {
-        if self.events.is_empty() {
-            return String::new();
-        }
-        let row = |[t, kind, rest]: &[String; 3]| {
-            let cells = [t, kind, rest].map(|cell| format!("<td>{}</td>", escaped(cell)));
+        let row = |tag: &str, row: &[String; 3]| {
+            let cells = row
+                .each_ref()
+                .map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
             format!("<tr>{}</tr>", cells.concat())
         };
-        let rows: String = self.events.iter().map(row).collect();
+        let Some((heading, events)) = self.events.split_first() else {
+            return String::new();
+        };
+        let events: String = events.iter().map(|event| row("td", event)).collect();
         format!(
-            "<table><thead><tr><th>t</th><th>what</th><th>numbers</th></tr></thead><tbody>{rows}</tbody></table>"
+            "<table><thead>{}</thead><tbody>{events}</tbody></table>",
+            row("th", heading)
         )
     }
 }
@@ -134,48 +138,83 @@ fn figures(figures: &[(String, String)], mut most: usize) -> String {
     shown
 }
 
-/// Events as lines: time, kind and numbers.
-pub fn event_rows(events: &[Value]) -> Vec<[String; 3]> {
+/// Events as lines under a heading: time, kind and numbers, in words and with their units.
+pub fn event_rows(events: &[Value], units: Units) -> Vec<[String; 3]> {
     /// Events that are told one by one.
     const SHOWN: usize = 60;
-    let number = |value: &Value| match value.as_f64() {
-        Some(x) if value.is_f64() => rounded(x, 6),
-        _ => value
-            .as_str()
-            .map_or_else(|| value.to_string(), str::to_owned),
-    };
+    if events.is_empty() {
+        return Vec::new();
+    }
     let row = |event: &Value| {
         let time = ["t", "peak"].iter().find_map(|name| event.get(*name));
         let others = event.as_object().into_iter().flatten();
-        let others = others.filter_map(|(name, value)| {
-            let plain = !matches!(name.as_str(), "t" | "kind" | "time_error");
-            let sheet = || {
-                Some(format!(
-                    "S_{}^{}",
-                    value.get("mode")?,
-                    value.get("sign")?.as_str()?
-                ))
-            };
-            match value {
-                Value::Object(_) => sheet().map(|sheet| format!("{name} {sheet}")),
-                Value::Array(_) | Value::Null => None,
-                _ if plain => Some(format!("{name} {}", number(value))),
-                _ => None,
-            }
-        });
-        let kind = event["kind"].as_str().unwrap_or_default();
+        let others = others.filter_map(|(name, value)| told(name, value, units));
+        let kind = match event["kind"].as_str().unwrap_or_default() {
+            "self_contact" => "contact",
+            "layer" => "passage away from equilibrium",
+            "light_rod_lost" => "light rod not known",
+            kind => kind,
+        };
         [
-            time.map(number).unwrap_or_default(),
+            time.map(in_words).unwrap_or_default(),
             kind.to_owned(),
             others.collect::<Vec<_>>().join(", "),
         ]
     };
-    let mut rows: Vec<[String; 3]> = events.iter().take(SHOWN).map(row).collect();
+    let heading = [&*Units::label("time", units.time()), "event", "numbers"].map(str::to_owned);
+    let mut rows = vec![heading];
+    rows.extend(events.iter().take(SHOWN).map(row));
     if events.len() > SHOWN {
         let more = format!("and {} more, in events.json", events.len() - SHOWN);
         rows.push([String::new(), "...".to_owned(), more]);
     }
     rows
+}
+
+/// What an event tells under this name; None of what has a column of its own, is no plain number, or says nothing.
+fn told(name: &str, value: &Value, units: Units) -> Option<String> {
+    let (words, symbol) = match name {
+        "t" | "peak" | "kind" | "time_error" => return None,
+        "whole" => {
+            return (value == false).then(|| "the run began or ended in it".to_owned());
+        }
+        "x" | "y" | "z" => (name, units.length()),
+        "s" => ("at s =", units.length()),
+        "vx" => ("velocity along x", units.velocity()),
+        "vy" => ("velocity along y", units.velocity()),
+        "vz" => ("velocity along z", units.velocity()),
+        "released" => ("energy released", units.energy()),
+        "dissipated" => ("energy dissipated", units.energy()),
+        "elastic_from" => ("elastic energy before", units.energy()),
+        "elastic_to" => ("elastic energy after", units.energy()),
+        "from" | "to" | "until" if value.is_number() => (name, units.time()),
+        "choices" => ("stable equilibria found:", ""),
+        "parent" => ("from branch", ""),
+        "rods" => ("of", ""),
+        _ => (name, ""),
+    };
+    let number = match value {
+        Value::Object(end) => {
+            format!("S_{}^{}", end.get("mode")?, end.get("sign")?.as_str()?)
+        }
+        Value::Array(pair) => {
+            let plain = pair.iter().all(|one| one.is_number() || one.is_string());
+            plain.then(|| pair.iter().map(in_words).collect::<Vec<_>>().join(" and "))?
+        }
+        Value::Null => return None,
+        plain => in_words(plain),
+    };
+    Some(format!("{words} {number} {symbol}").trim_end().to_owned())
+}
+
+/// A number, rounded, or a word.
+fn in_words(value: &Value) -> String {
+    match value.as_f64() {
+        Some(x) if value.is_f64() => rounded(x, 6),
+        _ => value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned),
+    }
 }
 
 /// The scene as its user wrote it, with what was set on the command line.
