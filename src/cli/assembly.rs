@@ -6,7 +6,7 @@ use super::files::{json_text, number, print, print_error, print_json, rounded, s
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs, write_shapes};
-use super::run_text::{chosen, heavy_folds, mass, unfelt, unit};
+use super::run_text::{chosen, heavy_folds, mass, unfelt};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::assembly::Joint;
@@ -15,7 +15,7 @@ use snaprod::motion::{Ledger, Outcome};
 use snaprod::plot::{
     self, AxisUnits, Energies, Ground, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
 };
-use snaprod::scene::{AssemblyScene, RodMassNote, Scene};
+use snaprod::scene::{AssemblyScene, RodMassNote, Scene, Units};
 use snaprod::study::Solid;
 use snaprod::study::assembly::{
     self, AssemblyEquilibriumRecord, AssemblyMoment, AssemblyPrepared, AssemblyRunBranch,
@@ -229,9 +229,9 @@ fn branch_text(
             "snap of {} at t = {}{}: released {}{}{}",
             record.rods.get(snap.rod).map_or("?", String::as_str),
             rounded(snap.t * k.time, 12),
-            unit(u.time()),
+            Units::behind(u.time()),
             rounded(snap.released * k.energy, 9),
-            unit(u.energy()),
+            Units::behind(u.energy()),
             chosen(snap),
         ));
     }
@@ -250,14 +250,14 @@ fn branch_text(
                 Outcome::EndOfTime => record.duration,
                 _ => last.t,
             }),
-            unit(u.time()),
+            Units::behind(u.time()),
             branch.outcome
         ),
         // The reason follows on the error stream.
         false => format!(
             "t = {}{}: ended short ({})",
             number(last.t),
-            unit(u.time()),
+            Units::behind(u.time()),
             branch.outcome.key()
         ),
     });
@@ -265,7 +265,7 @@ fn branch_text(
         let scale = v.amax().max(scale);
         let parts = v.iter().map(|x| rounded(settled(*x, scale), 9));
         let parts: Vec<String> = parts.collect();
-        format!("({}){}", parts.join(", "), unit(symbol))
+        format!("({}){}", parts.join(", "), Units::behind(symbol))
     };
     for (name, body) in record.bodies.iter().zip(&last.bodies) {
         line(format!(
@@ -277,7 +277,7 @@ fn branch_text(
     line(format!(
         "energy ledger closes to {:.1e}{} ({:.1e} of its largest term); {} steps, {} right-hand sides",
         branch.closing.error,
-        unit(u.energy()),
+        Units::behind(u.energy()),
         branch.closing.relative(),
         branch.cost.steps,
         branch.cost.evaluations,

@@ -5,7 +5,6 @@ use super::files::{number, rounded};
 use super::output::Output;
 use super::progress::Progress;
 use super::run::{FILES, Ran, RunArgs};
-use super::run_text::unit;
 use super::{Ending, Refusal, rod_figures, signals};
 use snaprod::plot::{self, AxisUnits, Curve, Lines, Series, StrainMap};
 use snaprod::scene::{Scene, Units};
@@ -87,7 +86,7 @@ fn snapshots(record: &BarRecord) -> Lines {
             name: format!(
                 "t = {}{}",
                 rounded(*record.times.get(i)?, 4),
-                unit(record.units.time())
+                Units::behind(record.units.time())
             ),
             x: record.x.clone(),
             y: record.field.get(i)?.clone(),
@@ -130,7 +129,7 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
     let mut line = |line: String| {
         let _ = writeln!(text, "{line}");
     };
-    let with = |x: f64, symbol| format!("{}{}", rounded(x, 6), unit(symbol));
+    let with = |x: f64, symbol| format!("{}{}", rounded(x, 6), Units::behind(symbol));
     let at = |t, x| format!("t = {}, X = {}", with(t, u.time()), with(x, u.length()));
     let power = match u {
         Units::Si => u.power(),
@@ -163,7 +162,7 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
         line(format!(
             "t = {}{}: work {}, kinetic {}, strain {}, lost {}",
             number(last.time),
-            unit(u.time()),
+            Units::behind(u.time()),
             with(l.work, u.energy()),
             with(l.kinetic, u.energy()),
             with(l.strain, u.energy()),

@@ -11,15 +11,6 @@ use std::path::Path;
 /// Snaps, or passages, that are told one by one.
 const SHOWN: usize = 20;
 
-/// The symbol of a unit, behind a number.
-pub fn unit(symbol: &str) -> String {
-    if symbol.is_empty() {
-        String::new()
-    } else {
-        format!(" {symbol}")
-    }
-}
-
 /// The text of a run whose files are in `out`.
 pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
     let u = record.units;
@@ -59,7 +50,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
                 Outcome::EndOfTime => record.duration,
                 _ => branch.last.t,
             }),
-            unit(u.time()),
+            Units::behind(u.time()),
             if branch.outcome.is_complete() {
                 branch.outcome.to_string()
             } else {
@@ -91,13 +82,13 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
     format!(
         "snap at t = {}{}: {}released {}{}{}",
         rounded(snap.t * k.time, 12),
-        unit(u.time()),
+        Units::behind(u.time()),
         match (snap.from.sheet, snap.to.sheet) {
             (Some(from), Some(to)) => format!("{from} -> {to}, "),
             _ => String::new(),
         },
         rounded(snap.released * k.energy, 9),
-        unit(u.energy()),
+        Units::behind(u.energy()),
         chosen(snap),
     )
 }
@@ -123,12 +114,12 @@ fn passage(layer: &Layer, u: Units) -> String {
         "away from equilibrium from t = {} to {}{}, most at {}: dissipated {}{}, elastic energy released {}{}",
         rounded(layer.from, 6),
         rounded(layer.to, 6),
-        unit(u.time()),
+        Units::behind(u.time()),
         rounded(layer.peak, 6),
         rounded(layer.dissipated, 6),
-        unit(u.energy()),
+        Units::behind(u.energy()),
         rounded(layer.elastic_from - layer.elastic_to, 6),
-        unit(u.energy()),
+        Units::behind(u.energy()),
     )
 }
 
@@ -146,7 +137,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
             .take(axes)
             .map(|x| rounded(settled(*x, scale), decimals));
         let parts: Vec<String> = parts.collect();
-        format!("({}){}", parts.join(", "), unit(symbol))
+        format!("({}){}", parts.join(", "), Units::behind(symbol))
     };
     let end = &branch.last;
     let on = match (record.kind, &end.labels) {
@@ -165,7 +156,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
 
 /// How well the ledger closes, and what the branch cost.
 fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
-    let energy = unit(record.units.energy());
+    let energy = Units::behind(record.units.energy());
     let closing = format!(
         "energy ledger closes to {:.1e}{energy} ({:.1e} of its largest term)",
         branch.closing.error,
@@ -206,9 +197,9 @@ pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String>
             "fold of {of} passed at t = {}{}: it would release {}{}; in the time {} after it the {} {}, the {} motion {}, \
              friction {}",
             rounded(fold.t, 9),
-            unit(u.time()),
+            Units::behind(u.time()),
             rounded(fold.released, 6),
-            unit(u.energy()),
+            Units::behind(u.energy()),
             rounded(fold.until_next, 6),
             gains[0],
             rounded(ledger.kinetic, 6),
@@ -235,7 +226,7 @@ pub fn unfelt(time: f64, u: Units) -> String {
     format!(
         "the mass of a light rod is left out for {time:.3e}{} where it could not be followed, as from before a fold to the landing; what energy it had there is \
          booked as dissipated",
-        unit(u.time())
+        Units::behind(u.time())
     )
 }
 
@@ -245,8 +236,8 @@ fn spring(of: &Spring, u: Units) -> String {
         // Per radian, or per length.
         let per = |angle: &str, length: &str| match u {
             Units::Dimensionless => String::new(),
-            Units::Si if Spring::is_angle(name) => unit(angle),
-            Units::Si => unit(length),
+            Units::Si if Spring::is_angle(name) => Units::behind(angle),
+            Units::Si => Units::behind(length),
         };
         format!(
             "{name}: spring {}{}, dashpot {}{}",

@@ -105,6 +105,14 @@ impl Units {
         }
     }
 
+    /// A symbol behind a number: ` m`, or nothing if it is empty.
+    pub fn behind(symbol: &str) -> String {
+        match symbol {
+            "" => String::new(),
+            _ => format!(" {symbol}"),
+        }
+    }
+
     fn si(self, symbol: &'static str) -> &'static str {
         match self {
             Self::Dimensionless => "",

@@ -88,6 +88,27 @@ pub struct Body<const N: usize> {
     rod: Option<Arc<dyn RodMass<N>>>,
 }
 
+/// The drag, if it is one.
+fn resisting(what: &str, drag: f64) -> Result<f64> {
+    if (0.0..f64::INFINITY).contains(&drag) {
+        return Ok(drag);
+    }
+    Err(Error::domain(format!(
+        "{what} = {drag} must be finite and >= 0"
+    )))
+}
+
+/// The vector, if it is finite.
+fn finite<const N: usize>(what: &str, v: SVector<f64, N>) -> Result<SVector<f64, N>> {
+    if v.iter().all(|x| x.is_finite()) {
+        return Ok(v);
+    }
+    Err(Error::domain(format!(
+        "{what} of components {:?} must be finite",
+        v.as_slice()
+    )))
+}
+
 impl<const N: usize> Body<N> {
     /// A free mass.
     ///
@@ -124,13 +145,7 @@ impl<const N: usize> Body<N> {
     /// # Errors
     /// A component that is not finite.
     pub fn with_dead_force(mut self, force: SVector<f64, N>) -> Result<Self> {
-        if !force.iter().all(|f| f.is_finite()) {
-            return Err(Error::domain(format!(
-                "a constant force of components {:?} must be finite",
-                force.as_slice()
-            )));
-        }
-        self.constant += force;
+        self.constant += finite("a constant force", force)?;
         Ok(self)
     }
 
@@ -139,12 +154,7 @@ impl<const N: usize> Body<N> {
     /// # Errors
     /// A drag that is negative or not finite.
     pub fn with_drag(mut self, drag: f64) -> Result<Self> {
-        if !(0.0..f64::INFINITY).contains(&drag) {
-            return Err(Error::domain(format!(
-                "drag = {drag} must be finite and >= 0"
-            )));
-        }
-        self.drag = drag;
+        self.drag = resisting("drag", drag)?;
         Ok(self)
     }
 

@@ -1,6 +1,9 @@
 //! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
 
-use super::{Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, first_break, sum_at};
+use super::{
+    Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, finite, first_break, resisting,
+    sum_at,
+};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
@@ -73,8 +76,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_centre(mut self, offset: Vector3<f64>) -> Result<Self> {
-        finite("centre", &offset)?;
-        self.offset = offset;
+        self.offset = finite("centre", offset)?;
         Ok(self)
     }
 
@@ -84,8 +86,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_rotor(mut self, momentum: Vector3<f64>) -> Result<Self> {
-        finite("rotor", &momentum)?;
-        self.rotor = momentum;
+        self.rotor = finite("rotor", momentum)?;
         Ok(self)
     }
 
@@ -112,8 +113,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_dead_couple(mut self, couple: Vector3<f64>) -> Result<Self> {
-        finite("couple", &couple)?;
-        self.couple += couple;
+        self.couple += finite("couple", couple)?;
         Ok(self)
     }
 
@@ -131,12 +131,7 @@ impl RigidBody {
     /// # Errors
     /// A drag that is negative or not finite.
     pub fn with_rotational_drag(mut self, drag: f64) -> Result<Self> {
-        if !(0.0..f64::INFINITY).contains(&drag) {
-            return Err(Error::domain(format!(
-                "rotational drag = {drag} must be finite and >= 0"
-            )));
-        }
-        self.rotational_drag = drag;
+        self.rotational_drag = resisting("rotational drag", drag)?;
         Ok(self)
     }
 
@@ -336,16 +331,6 @@ struct Placed {
 
 fn blocks(rows: [[Matrix3<f64>; 2]; 2]) -> Matrix6<f64> {
     Matrix6::from_fn(|i, j| rows[i / 3][j / 3][(i % 3, j % 3)])
-}
-
-fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
-    if v.iter().all(|x| x.is_finite()) {
-        return Ok(());
-    }
-    Err(Error::domain(format!(
-        "{what} of components {:?} must be finite",
-        v.as_slice()
-    )))
 }
 
 impl RigidBody {

@@ -91,7 +91,7 @@ impl Bounds {
 
     /// What is to be said of rods that touch; `name` and `at` tell rods and arclengths in the scene's units.
     pub(in crate::study) fn touching(names: [&str; 2], at: [f64; 2], units: Units) -> String {
-        let place = |s: f64| format!("s = {s:.6}{}", spaced(units.length()));
+        let place = |s: f64| format!("s = {s:.6}{}", Units::behind(units.length()));
         let (s, to) = (place(at[0]), place(at[1]));
         let where_ = match names[0] == names[1] {
             true => format!("{} touches itself at {s} and {to}", names[0]),
@@ -131,18 +131,11 @@ impl Bounds {
     }
 }
 
-fn spaced(unit: &str) -> String {
-    match unit {
-        "" => String::new(),
-        _ => format!(" {unit}"),
-    }
-}
-
 /// Time, place and reason of an end.
 pub(in crate::study) fn at_time(t: f64, units: Units, place: &str, why: &str) -> String {
     let t = crate::study::exact(t);
     let t = t.strip_suffix(".0").unwrap_or(&t);
-    format!("at t = {t}{}{place}: {why}", spaced(units.time()))
+    format!("at t = {t}{}{place}: {why}", Units::behind(units.time()))
 }
 
 /// One run: the trunk, or what follows from a snap.
@@ -331,7 +324,7 @@ impl RunRecord {
             Outcome::Stuck(_) => format!(
                 ", end of the rod at ({}){}",
                 place[..axes].join(", "),
-                spaced(self.units.length())
+                Units::behind(self.units.length())
             ),
             _ => String::new(),
         };
