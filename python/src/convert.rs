@@ -156,7 +156,7 @@ fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Str
         return Ok(quoted(&path.extract::<String>()?));
     }
     Err(PyTypeError::new_err(format!(
-        "{} is no value of a scene: give a number, True or False, text, a sequence or a dict",
+        "{field}: {} is no value of a scene: give a number, True or False, text, a sequence or a dict",
         value.repr()?
     )))
 }

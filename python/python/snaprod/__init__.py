@@ -153,9 +153,13 @@ def elastica(
 
 def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress: Progress = None) -> Equilibria:
     """All equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60: for arrays x and y, which are
-    broadcast, at every point. Points that the rod does not reach have none."""
+    broadcast, at every point. Points that the rod does not reach have none, nor has (1, 0), where the rod is straight under any pull along itself.
+    Raises ValueError where a coordinate is not finite."""
     xs, ys = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
+    # Before any is computed: the others would be lost.
+    if (odd := np.flatnonzero(~np.isfinite(flat).all(axis=0))).size:
+        raise SceneError([f"x, y = {flat[0][odd[0]]}, {flat[1][odd[0]]} at the flat index {odd[0]}: every position must be finite"])
     with Told(progress, "snaprod equilibria") as told:
         counts, raw = _core.equilibria(*flat, float(lambda_max), told.call)
     return Equilibria(counts, raw, xs.copy(), ys.copy(), float(lambda_max))

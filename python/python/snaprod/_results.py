@@ -251,7 +251,7 @@ class Equilibria(Result):
     counts: NDArray[np.int64]
     """How many equilibria there are, in the shape of the points."""
     stable: NDArray[np.int64]
-    """How many of them are stable."""
+    """How many of them are stable; beyond ``lambda_max`` there may be more."""
     point: NDArray[np.int64]
     """The flat index of the point of each row."""
     x: Array
@@ -272,7 +272,10 @@ class Equilibria(Result):
         super().__init__([whole], {"points": int(x.size), "equilibria": int(table.rows), "lambda_max": lambda_max})
 
     def lowest(self, name: str = "elastic") -> Array:
-        """A column of the stable equilibrium of lowest energy at each point, in the shape of the points; NaN where there is none."""
+        """A column of the stable equilibrium of lowest energy, of those below ``lambda_max``, at each point, in the shape of the points; NaN where there is
+        none, and where the rod is straight, at (1, 0)."""
+        if not np.issubdtype(np.asarray(self.data[name]).dtype, np.number):
+            raise ValueError(f"name = {name!r}: must be a column of numbers; equilibria are labelled in data")
         found = np.full(self.x.size, np.nan)
         rows = np.flatnonzero(self.data["index"] == 0)
         rows = rows[np.argsort(-self.data["elastic"][rows], kind="stable")]
