@@ -77,3 +77,41 @@ fn bodies_leave_the_end_at_once_or_come_back() {
         last.t
     );
 }
+
+/// What is recorded of a motion of a scene.
+fn moved(scene: &Scene) -> (AssemblyRunRecord, Vec<Table>) {
+    let prepared = AssemblyPrepared::new(scene).expect("a scene");
+    let start = prepared.motion().expect("a start");
+    let mut tables: Vec<Table> = Vec::new();
+    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+    (record, tables)
+}
+
+/// Catches the wrong one of two bodies that come to the ends of their grooves within one step, or a wrong moment: beside another body whose groove is
+/// little longer, one ends its run as it does alone.
+#[test]
+fn the_first_of_two_bodies_ends_the_run() {
+    let part = |name: &str, x: f64, end: f64| {
+        format!(
+            "[[rod]]\nname = \"rod-{name}\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = {{ bending = [1.0, 1.2], torsion = 1.0 }}\n\
+             rest = {{ curvature = [0.6, 0.0] }}\nmass = 0.02\ninertia = \"full\"\nsection_inertia = [1e-6, 1e-6, 2e-6]\n\
+             damping = {{ proportional = 1e-3 }}\nfrom = {{ position = [{x:?}, 0.0, 0.0] }}\nto = {{ body = \"{name}\", joint = \"ball\" }}\n\
+             [[body]]\nname = \"{name}\"\nmass = 1.0\nvelocity = [0.0, 0.05, 0.0]\nguess = {{ position = [{x:?}, -0.38, 0.9] }}\n\
+             groove = {{ spline = [[{x:?}, -0.9, 0.9], [{x:?}, -0.7, 0.9], [{x:?}, -0.5, 0.9], [{x:?}, -0.39, 0.9], [{x:?}, {end:?}, 0.9]] }}\n"
+        )
+    };
+    let ended = |parts: &str| {
+        let text = format!("{parts}[run]\nduration = 1.0\ntolerance = 1e-8\nsamples = 2\n");
+        let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let record = moved(&scene).0;
+        let last = &record.branches[0].last;
+        (record.reason().expect("an end"), last.t)
+    };
+    let [a, b] = [part("A", 0.0, -0.375), part("B", 2.0, -0.3749)];
+    let (_, alone) = ended(&a);
+    for both in [format!("{a}{b}"), format!("{b}{a}")] {
+        let (reason, t) = ended(&both);
+        assert!(reason.contains(": A has come to the end"), "{reason}");
+        assert!((t - alone).abs() < 1e-7, "{t} alone {alone}");
+    }
+}

@@ -277,23 +277,8 @@ impl HeavyRun {
     /// first. None where that cannot be found.
     fn look(&mut self) -> Option<()> {
         let [from, to] = [self.integrator.from(), self.integrator.state()].map(DVector::clone);
-        let beyond = |(body, phi, [first, last]): &(usize, f64, [f64; 2])| {
-            // A body may rest on the end itself.
-            let rounding = ON_END * (last - first);
-            match phi {
-                _ if *phi < first - rounding => Some((*body, *first)),
-                _ if *phi > last + rounding => Some((*body, *last)),
-                _ => None,
-            }
-        };
-        let ended = self.model.along_grooves(&to);
-        let ended: Vec<(usize, f64)> = ended.iter().filter_map(beyond).collect();
-        for (body, end) in ended {
-            let along = |model: &dyn Model, y: &DVector<f64>| {
-                let all = model.along_grooves(y);
-                Some(all.iter().find(|groove| groove.0 == body)?.1 - end)
-            };
-            self.end_at(&from, 1.0, &along, Outcome::GrooveEnd(body))?;
+        if let Some((part, body)) = self.leaves_groove(&from, &to)? {
+            self.end_at(&from, part, Outcome::GrooveEnd(body))?;
         }
         let Some(after) = self.model.nearness(self.integrator.state()) else {
             return Some(());
@@ -319,7 +304,8 @@ impl HeavyRun {
                         .map_or(1.0, |contact| contact.gap),
                 )
             };
-            self.end_at(&from, part, &gap, Outcome::SelfContact(contact))?;
+            let part = self.crossing(&from, part, 0.0, &gap)?;
+            self.end_at(&from, part, Outcome::SelfContact(contact))?;
             let there = self.model.contact(self.integrator.state(), &contact);
             if let Some(Outcome::SelfContact(contact)) = &mut self.ended {
                 *contact = there.unwrap_or(*contact);
@@ -328,18 +314,52 @@ impl HeavyRun {
         Some(())
     }
 
-    /// Ends the step where a function first has the sign that it has at `part` of it; at the start it has the other, or is 0.
-    fn end_at(
+    /// The body that first comes to the end of its groove in the step, if one does, and the part of the step after which it is there; None where that
+    /// cannot be found.
+    fn leaves_groove(
+        &mut self,
+        from: &DVector<f64>,
+        to: &DVector<f64>,
+    ) -> Option<Option<(f64, usize)>> {
+        let mut first: Option<(f64, usize)> = None;
+        for (k, (body, phi, [start, last])) in
+            self.model.along_grooves(to).into_iter().enumerate()
+        {
+            // A body may rest on the end itself.
+            let rounding = ON_END * (last - start);
+            let end = phi.clamp(start, last);
+            if (phi - end).abs() <= rounding {
+                continue;
+            }
+            let beyond =
+                |model: &dyn Model, y: &DVector<f64>| Some(model.along_grooves(y)[k].1 - end);
+            let part = self.crossing(from, 1.0, rounding, &beyond)?;
+            if first.is_none_or(|(least, _)| part < least) {
+                first = Some((part, body));
+            }
+        }
+        Some(first)
+    }
+
+    /// The part of the step after which a function first has the sign that it has at `part` of it. At the start it has the other, or is 0 to `rounding`:
+    /// None if not.
+    fn crossing(
         &mut self,
         from: &DVector<f64>,
         part: f64,
+        rounding: f64,
         function: Seek<'_>,
-        outcome: Outcome,
-    ) -> Option<()> {
+    ) -> Option<f64> {
         let (mut low, mut high) = (0.0, part);
         let mut at_low = function(&*self.model, from)?;
         let y = self.integrator.at(self.model.system(), part)?;
         let mut at_high = function(&*self.model, &y)?;
+        if !(at_low * at_high <= 0.0) {
+            if !(at_low.abs() <= rounding) {
+                return None;
+            }
+            at_low = 0.0;
+        }
         // The secant; halved on the side that stays (Illinois).
         for _ in 0..ROUNDS {
             let near = (high - low) * self.integrator.span() <= CLOSE * self.options.duration;
@@ -358,8 +378,13 @@ impl HeavyRun {
                 at_low *= 0.5;
             }
         }
+        Some(high)
+    }
+
+    /// Ends the step after this part of it.
+    fn end_at(&mut self, from: &DVector<f64>, part: f64, outcome: Outcome) -> Option<()> {
         // The step is taken again, so that samples lie in it. If it comes out shorter the next one leads there.
-        let h = high * self.integrator.span();
+        let h = part * self.integrator.span();
         let system = self.model.system();
         self.integrator.restart(system, from.clone(), Some(h))?;
         self.integrator.step(system, h).ok()?;
