@@ -27,6 +27,7 @@ mod snap;
 mod start;
 mod state;
 mod straight;
+mod turning;
 
 pub use crate::error::{Cause, Stuck};
 pub use beside::{Beside, Crossed, Light, LightInSpace, Loss, Lost};

@@ -274,10 +274,10 @@ impl Carrier {
         })
     }
 
-    /// The parameter of the groove that a part of a state holds.
-    pub(crate) fn parameter(&self, state: &[f64]) -> Option<f64> {
-        let [_, position, ..] = self.slots();
-        self.groove.as_ref().map(|_| state[position][0])
+    /// The parameter of the groove that a part of a state holds, and its rate.
+    pub(crate) fn parameter(&self, state: &[f64]) -> Option<[f64; 2]> {
+        let [_, phi, _, rate] = self.slots();
+        (self.groove.as_ref()).map(|_| [state[phi.start], state[rate.start]])
     }
 
     /// True if no groove holds it.

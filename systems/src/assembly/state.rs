@@ -305,8 +305,8 @@ impl Assembly {
         state
     }
 
-    /// The parameters of the grooves in a state, with the numbers of their bodies.
-    pub fn along_grooves(&self, state: &DVector<f64>) -> Vec<(usize, f64)> {
+    /// The parameters of the grooves in a state and their rates, with the numbers of their bodies.
+    pub fn along_grooves(&self, state: &DVector<f64>) -> Vec<(usize, [f64; 2])> {
         let all = self.starts().enumerate();
         let all = all.filter_map(|(body, (start, carrier))| {
             let part = &state.as_slice()[start..start + carrier.numbers()];

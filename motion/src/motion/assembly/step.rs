@@ -5,6 +5,7 @@ use crate::assembly::{Joint, Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
 use crate::motion::locate::{Guess, Located, Timed, at_time, first_fold, locate};
+use crate::motion::turning::turned;
 use crate::solve::cost::Cost;
 use crate::solve::stepper::Taken;
 use nalgebra::DVector;
@@ -404,36 +405,76 @@ impl AssemblyRun {
         Some(Some(Progress::End(outcome)))
     }
 
-    /// Ends the step that was taken where a body first passes a place of its groove at which that is not smooth, or its end.
-    fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+    /// The step as far as where a body first turns back beyond the end of its groove, if one does.
+    fn turned(&mut self, step: &mut Taken<Numbers>) -> Option<Taken<Numbers>> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
-        let passed = from.iter().zip(&to).filter_map(|((body, a), (_, b))| {
-            let groove = self.assembly.carriers()[*body].groove()?;
-            let left = groove.end_left(*a, *b);
-            let knot = left.or_else(|| groove.first_break(*a, *b))?;
-            // From an end a step may first lead inward: that is where it comes back.
-            let part = match groove.way_out(*a) {
-                Some(way) if groove.way_out(knot) == Some(way) => 1.0,
-                _ => (knot - a) / (b - a),
-            };
-            Some((*body, knot, part, (b - a) / step.h()))
+        let span = step.to().time() - step.from().time();
+        let (assembly, f) = (&self.assembly, &self.right_hand_side());
+        let mut cost = Cost::default();
+        let mut dense = None;
+        let turns = from.iter().zip(&to).enumerate();
+        let turns = turns.filter_map(|(k, ((body, from), (_, to)))| {
+            let ends = assembly.carriers()[*body].groove()?.ends()?;
+            turned([*from, *to], span, ends, |x| {
+                if dense.is_none() {
+                    dense = step.inside(&mut { f }, &mut cost);
+                }
+                Some(assembly.along_grooves(&dense.as_ref()?.at(x).0)[k].1)
+            })
         });
-        let (body, knot, part, rate) = passed.min_by(|x, y| x.2.total_cmp(&y.2))?;
+        let part = turns.reduce(f64::min);
+        let shorter = part.and_then(|part| step.redo(&mut { f }, part * step.h(), &mut cost));
+        self.extra.evaluations += cost.evaluations;
+        shorter
+    }
+
+    /// Where in a step a body first passes a place of its groove at which that is not smooth, or its end: the body, the place, the part of the step and
+    /// how fast it goes there.
+    fn passed(&self, step: &Taken<Numbers>) -> Option<(usize, f64, f64, f64)> {
+        let [from, to] =
+            [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
+        let passed = from
+            .iter()
+            .zip(&to)
+            .filter_map(|((body, [a, _]), (_, [b, _]))| {
+                let groove = self.assembly.carriers()[*body].groove()?;
+                let left = groove.end_left(*a, *b);
+                let knot = left.or_else(|| groove.first_break(*a, *b))?;
+                // From an end a step may first lead inward: that is where it comes back.
+                let part = match groove.way_out(*a) {
+                    Some(way) if groove.way_out(knot) == Some(way) => 1.0,
+                    _ => (knot - a) / (b - a),
+                };
+                Some((*body, knot, part, (b - a) / step.h()))
+            });
+        passed.min_by(|x, y| x.2.total_cmp(&y.2))
+    }
+
+    /// Ends the step that was taken where a body first passes such a place.
+    fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        let turned = self.turned(step);
+        let back = turned
+            .as_ref()
+            .and_then(|part| Some((part, self.passed(part)?)));
+        let (within, (body, knot, part, rate)) = match back {
+            Some(back) => back,
+            None => (&*step, self.passed(step)?),
+        };
         let assembly = self.assembly.clone();
         let along = |state: &Numbers| {
             let all = assembly.along_grooves(&state.0);
-            all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1)
+            all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1[0])
         };
         let guess = Guess {
-            h: part * step.h(),
+            h: part * within.h(),
             rate,
             t: step.from().time(),
         };
         let f = self.right_hand_side();
         let mut cost = Cost::default();
         let found = locate(
-            step,
+            within,
             &mut { f },
             guess,
             |state, _| along(state) - knot,

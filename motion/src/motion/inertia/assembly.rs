@@ -149,7 +149,7 @@ impl Model for Arc<HeavyAssembly> {
         HeavyAssembly::next_break(self, t)
     }
 
-    fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, f64, [f64; 2])> {
+    fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         HeavyAssembly::along_grooves(self, y)
     }
 

@@ -37,8 +37,8 @@ pub(super) trait Model {
         None
     }
 
-    /// Of every body in a groove with ends: its number, the parameter, and between which it lies.
-    fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, f64, [f64; 2])> {
+    /// Of every body in a groove with ends: its number, the parameter with its rate, and between which it lies.
+    fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         Vec::new()
     }
 

@@ -10,6 +10,7 @@ use crate::inertia::assembly::HeavyAssembly;
 use crate::inertia::rod::Given;
 use crate::inertia::system::INTEGRALS;
 use crate::motion::nodes::Following;
+use crate::motion::turning::{ON_END, turned};
 use crate::motion::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
 use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
@@ -32,8 +33,6 @@ const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
 /// Rounds of the search for the end of a groove or a contact, and how near in time, relative to the duration, it comes.
 const ROUNDS: usize = 60;
 const CLOSE: f64 = 1e-13;
-/// A body this near to an end of its groove, relative to its length, is on it.
-const ON_END: f64 = 1e-12;
 /// Tolerances below this leave no room for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
 /// What is zero where a run ends.
@@ -321,9 +320,25 @@ impl HeavyRun {
         from: &DVector<f64>,
         to: &DVector<f64>,
     ) -> Option<Option<(f64, usize)>> {
+        let [before, after] = [from, to].map(|y| self.model.along_grooves(y));
+        if before.is_empty() {
+            return Some(None);
+        }
+        let span = self.integrator.span();
+        let (model, integrator) = (&*self.model, &mut self.integrator);
+        let turns = before.iter().zip(&after).enumerate();
+        let turns = turns.filter_map(|(k, (from, to))| {
+            turned([from.1, to.1], span, from.2, |x| {
+                let y = integrator.at(model.system(), x)?;
+                Some(model.along_grooves(&y)[k].1)
+            })
+        });
+        // Whoever has come to an end before the first body turns back is still beyond it there.
+        let part = turns.fold(1.0, f64::min);
+        let there = self.integrator.at(self.model.system(), part)?;
         let mut first: Option<(f64, usize)> = None;
-        for (k, (body, phi, [start, last])) in
-            self.model.along_grooves(to).into_iter().enumerate()
+        for (k, (body, [phi, _], [start, last])) in
+            self.model.along_grooves(&there).into_iter().enumerate()
         {
             // A body may rest on the end itself.
             let rounding = ON_END * (last - start);
@@ -332,8 +347,8 @@ impl HeavyRun {
                 continue;
             }
             let beyond =
-                |model: &dyn Model, y: &DVector<f64>| Some(model.along_grooves(y)[k].1 - end);
-            let part = self.crossing(from, 1.0, rounding, &beyond)?;
+                |model: &dyn Model, y: &DVector<f64>| Some(model.along_grooves(y)[k].1[0] - end);
+            let part = self.crossing(from, part, rounding, &beyond)?;
             if first.is_none_or(|(least, _)| part < least) {
                 first = Some((part, body));
             }

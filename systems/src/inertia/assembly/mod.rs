@@ -430,8 +430,8 @@ impl HeavyAssembly {
         Some((sums, lost))
     }
 
-    /// Along every groove: the body, the parameter in a state, and between which it lies, if the groove has ends.
-    pub fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, f64, [f64; 2])> {
+    /// Along every groove with ends: the body, the parameter in a state with its rate, and between which it lies.
+    pub fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         let bodies = self.carriers.iter().zip(&self.layout.bodies).enumerate();
         let ended = bodies.filter_map(|(body, (carrier, range))| {
             let ends = carrier.groove()?.ends()?;
