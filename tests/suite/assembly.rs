@@ -1,7 +1,7 @@
 //! Bodies on elastic rods in space against runs of other programs in 80-bit arithmetic (tests/data/space; each file tells its
 //! recipe), and against what must hold whatever the numbers: the ledger, the gap between charts and poses.
 
-use crate::support::{json, list, number, quaternion, rows, vector3};
+use crate::support::{json, list, number, quaternion, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, On, Place};
@@ -133,8 +133,9 @@ fn course(assembly: Assembly, start: &Configuration, times: &[f64]) -> Course {
             Event::Step { to, .. } => {
                 while let Some(t) = next.next_if(|t| **t <= to) {
                     let sample = run.state_at(*t).expect("a state inside the step");
-                    course.opened = course.opened.max((sample.ledger().total() - total).abs());
-                    course.drift = course.drift.max(sample.drift());
+                    let off = (sample.ledger().total() - total).abs();
+                    course.opened = worst([course.opened, off]);
+                    course.drift = worst([course.drift, sample.drift()]);
                     course.samples.push(sample);
                 }
             }

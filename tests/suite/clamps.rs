@@ -1,6 +1,6 @@
 //! Clamps that are tilted or move, and loads in time, against other formulations of the same motions.
 
-use crate::support::assert_close;
+use crate::support::{assert_close, worst};
 use crate::viscous_identities::sampled;
 use nalgebra::{Matrix2, UnitQuaternion, Vector1, Vector2, Vector3, vector};
 use snaprod::body::{Body, History, Pulse, Ramp, Support, TimeLoad};
@@ -55,7 +55,7 @@ fn elastic(
     let (mut opened, mut largest) = (0.0f64, first.largest());
     while let Some(event) = run.next() {
         let ledger = run.now().ledger;
-        opened = opened.max((ledger.total() - first.total()).abs());
+        opened = worst([opened, (ledger.total() - first.total()).abs()]);
         largest = largest.max(ledger.largest());
         if let Event::Stop(outcome) = event {
             assert_eq!(outcome, Outcome::EndOfTime);

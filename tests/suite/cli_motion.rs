@@ -1,6 +1,7 @@
 //! `snaprod run` and `check` for rods in space with damping.
 
 use crate::program::{Place, Table, keys};
+use crate::support::worst;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 
@@ -41,23 +42,12 @@ fn turns(table: &Table) -> Vec<UnitQuaternion<f64>> {
         .collect()
 }
 
-/// Largest difference, relative to the largest value.
+/// Largest difference, relative to the largest value; NaN is infinite.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     assert_eq!(a.len(), b.len());
     let largest = b.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let worst = a.iter().zip(b).fold(0.0_f64, |most, (a, b)| {
-        let off = (a - b).abs();
-        if off.is_nan() {
-            f64::NAN
-        } else {
-            most.max(off)
-        }
-    });
-    if largest > 0.0 {
-        worst / largest
-    } else {
-        worst
-    }
+    let off = worst(a.iter().zip(b).map(|(a, b)| (a - b).abs()));
+    if largest > 0.0 { off / largest } else { off }
 }
 
 /// Catches columns, keys and files that are missing or in another order, a ledger that does not close, a text that claims

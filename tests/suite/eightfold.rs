@@ -1,5 +1,6 @@
 //! Slopes at eight places at once against slopes one by one: motions, samples, events and ledgers are the same.
 
+use crate::support::worst;
 use nalgebra::{Vector2, vector};
 use snaprod::Result;
 use snaprod::body::{Body, History, Support, TimeLoad};
@@ -114,7 +115,7 @@ fn came(
             Event::Stop(outcome) => assert_eq!(outcome, Outcome::EndOfTime),
             _ => {}
         }
-        came.opened = came.opened.max((run.now().ledger.total() - first).abs());
+        came.opened = worst([came.opened, (run.now().ledger.total() - first).abs()]);
     }
     came.steps = run.cost().steps;
     came.end = run.now().phase;

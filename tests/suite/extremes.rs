@@ -1,6 +1,7 @@
 //! Scenes at the ends of what numbers can say: units, tolerances, places, loads, and the last bit.
 
 use crate::stress_scenes::judged;
+use crate::support::worst;
 use nalgebra::{Vector2, Vector6};
 use snaprod::elastica::{Elastica, Equilibrium, equilibria_at, fold_at};
 use snaprod::manifold::EquilibriumManifold;
@@ -349,9 +350,7 @@ fn the_finest_tolerances_are_kept() {
         let off = apart(&fine.0, &coarse.0);
         assert!(off < 1e-9, "{name}: {off:e}");
         let total = &fine.0.iter().find(|(of, _)| of == "total").unwrap().1;
-        let open = total
-            .iter()
-            .fold(0.0_f64, |most, x| most.max((x - total[0]).abs()));
+        let open = worst(total.iter().map(|x| (x - total[0]).abs()));
         assert!(open < 1e-11 * total[0].abs().max(1.0), "{name}: {open:e}");
     }
 }

@@ -1,6 +1,6 @@
 //! The mass of elastic rods in space to first order, in scenes: when it is followed, what is said of it, how well it is right.
 
-use crate::support::number_at;
+use crate::support::{number_at, worst};
 use nalgebra::Vector3;
 use serde_json::Value;
 use snaprod::scene::{Inertia, Scene};
@@ -300,7 +300,7 @@ fn first_order_in_space_is_off_by_the_square_of_the_mass() {
             let other = places(eps, inertia);
             assert_eq!(other.len(), full.len());
             let apart = other.iter().zip(&full).map(|(a, b)| (a - b).norm());
-            apart.fold(0.0, f64::max)
+            worst(apart)
         })
     });
     let order = |k: usize| (large[k] / small[k]).ln() / (0.1_f64 / 0.03).ln();

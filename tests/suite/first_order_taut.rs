@@ -320,6 +320,7 @@ fn a_free_pair_keeps_energy_and_momenta() {
 
 #[cfg(feature = "scene")]
 mod scenes {
+    use crate::support::worst;
     use nalgebra::Vector3;
     use snaprod::scene::Scene;
     use snaprod::study::{self, Silent, Table, Values, run};
@@ -398,7 +399,7 @@ tolerance = 1e-9
                 let other = of(inertia, &[]);
                 assert_eq!(other.len(), full.len());
                 let apart = other.iter().zip(&full).map(|(a, b)| (a - b).norm());
-                apart.fold(0.0, f64::max)
+                worst(apart)
             })
         };
         let [large, small] = ["rod.mass=0.2", "rod.mass=0.1"].map(off);

@@ -1,6 +1,6 @@
 //! Bodies in grooves: against a run of another program, against the balance of momenta, and the energy along the groove.
 
-use crate::support::{json, number, rows, vector3};
+use crate::support::{json, number, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
@@ -33,7 +33,7 @@ fn course(
                 while let Some(t) = next.next_if(|t| **t <= to) {
                     samples.push(run.state_at(*t).expect("a state inside the step"));
                 }
-                opened = opened.max((run.now().ledger().total() - total).abs());
+                opened = worst([opened, (run.now().ledger().total() - total).abs()]);
             }
             Event::Stop(outcome) => return (samples, opened, outcome),
             other => panic!("{other:?}"),

@@ -1,6 +1,6 @@
 //! Rods under their own weight, or another load along them, at rest (tests/data/mass/selfweight_given.json).
 
-use crate::support::{assert_close, json, list, number, rows};
+use crate::support::{assert_close, json, list, number, rows, worst};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{
     Chart, Charted, Distributed, EndConditions, Equilibrium, Path, Problem, Rod, RodFamily,
@@ -292,13 +292,11 @@ fn differentiate<C: Chart>(problem: &Problem, chart: &C, x: &DVector<f64>) {
     };
     assert!((at(x) - value).norm() < 1e-11);
     let off = |h: f64| {
-        let mut worst = 0.0_f64;
-        for j in 0..x.len() {
+        worst((0..x.len()).map(|j| {
             let step = DVector::from_fn(x.len(), |i, _| if i == j { h } else { 0.0 });
             let slope = (at(&(x + &step)) - at(&(x - &step))) / (2.0 * h);
-            worst = worst.max((slope - tangent.column(j)).norm());
-        }
-        worst
+            (slope - tangent.column(j)).norm()
+        }))
     };
     let (coarse, fine) = (off(4e-3), off(2e-3));
     assert!(fine < 1e-5, "off by {fine:e}");

@@ -1,7 +1,7 @@
 //! Loads in time and loads that turn with bodies, supports that move, in scenes: each against another way to say or to solve
 //! the same.
 
-use crate::support::assert_close;
+use crate::support::{assert_close, worst};
 use nalgebra::{Complex, Quaternion, UnitQuaternion, Vector3};
 use snaprod::scene::{FaultKind, Scene};
 use snaprod::study::assembly::{AssemblyPrepared, equilibrium};
@@ -129,10 +129,7 @@ fn a_rod_moves_alike_in_both_kinds_of_scenes() {
         }
         for table in [&single, &listed] {
             let total = table.reals("total");
-            let opened = total
-                .iter()
-                .map(|x| (x - total[0]).abs())
-                .fold(0.0, f64::max);
+            let opened = worst(total.iter().map(|x| (x - total[0]).abs()));
             assert!(opened <= 1e-9, "{start}: the ledger opens by {opened:e}");
         }
         let work = listed.reals("work");
@@ -182,10 +179,7 @@ fn planar_rods_bear_their_loads_on_clamps_that_turn() {
             assert!(off <= 1e-9, "{inertia}, {group:?}: {off:e}");
         }
         let total = single.reals("total");
-        let opened = total
-            .iter()
-            .map(|x| (x - total[0]).abs())
-            .fold(0.0, f64::max);
+        let opened = worst(total.iter().map(|x| (x - total[0]).abs()));
         assert!(opened <= 1e-10, "{inertia}: the ledger opens by {opened:e}");
     }
     let bent = "lambda = 1.5\nkappa = 0.5";

@@ -1,6 +1,6 @@
 //! The memory kernel against full nonlinear motions of small size.
 
-use crate::support::{assert_close, exponential};
+use crate::support::{assert_close, exponential, worst};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody};
 use snaprod::creep::kernel::{MemoryKernel, Mode};
@@ -95,14 +95,8 @@ fn with_memory(
 
 /// Largest difference of two histories; NaN is infinite.
 fn apart(a: &[DVector<f64>], b: &[DVector<f64>]) -> f64 {
-    a.iter().zip(b).fold(0.0, |most: f64, (a, b)| {
-        let off = (a - b).amax();
-        if off.is_nan() {
-            f64::INFINITY
-        } else {
-            most.max(off)
-        }
-    })
+    let pairs = a.iter().zip(b);
+    worst(pairs.map(|(a, b)| worst((a - b).iter().map(|x| x.abs()))))
 }
 
 /// Largest entry of a history.

@@ -1,6 +1,6 @@
 //! The mass of the rod in scenes of motion: inertia = "first-order", and what a run says of it.
 
-use crate::support::number_at;
+use crate::support::{number_at, worst};
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, Values, modes, run};
@@ -38,7 +38,7 @@ fn recorded(text: &str, set: &[&str]) -> (run::RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches numbers in other units or of another place: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3)
+/// Catches numbers in other units or of another place, and a wrong verdict on whether a rod has come to rest before the next event: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3)
 /// (theory 2.8), the straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
 /// length, mass and stiffness all are the same.
 #[test]
@@ -91,6 +91,26 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
             assert_eq!(verdict.starts_with("late"), late, "{verdict}");
         }
         assert!(found["end"].get("rod_kinetic").is_none());
+    }
+    // With friction in proportion to the stiffness, eta K, a vibration K x = omega^2 M x dies down as exp(-eta omega^2 t/2); by five such decays the rod is quiet.
+    for (eta, quiet) in [(5e-6, false), (1e-5, true)] {
+        let damping = format!("rod.damping={{ proportional = {eta:e} }}");
+        let record = record(SNAP, &[&damping]);
+        let (found, event) = (record.summary(), &record.events()[0]);
+        let left = number_at(&found, "/end/t") - number_at(event, "/t");
+        assert_eq!(found["validity"]["folds"].as_array().unwrap().len(), 1);
+        let decays = number_at(&event["mass"], "/ringing_decays");
+        let expected = 0.5 * eta * 1541.82_f64.powi(2) * left;
+        assert!(
+            (decays / expected - 1.0).abs() < 1e-5,
+            "{decays} {expected}"
+        );
+        assert_eq!(expected > 5.0, quiet, "{expected}");
+        let verdict = match quiet {
+            true => "quiet before the next event",
+            false => "still rings at the next event: the landing is not safe",
+        };
+        assert_eq!(event["mass"]["verdict"], verdict);
     }
     // The constants of the unloaded straight rod are not those of one that is pulled.
     let pulled = summary(SNAP, &["loads.dead=[1.0, 0.0]"]);
@@ -252,7 +272,7 @@ fn first_order_is_off_by_the_square_of_the_mass() {
                 assert_eq!(other[0].len(), full[0].len());
                 let apart = (0..full[0].len())
                     .map(|i| (other[0][i] - full[0][i]).hypot(other[1][i] - full[1][i]));
-                apart.fold(0.0, f64::max)
+                worst(apart)
             })
         });
         let order = |k: usize| (large[k] / small[k]).ln() / (0.1_f64 / 0.03).ln();

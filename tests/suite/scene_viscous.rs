@@ -1,6 +1,6 @@
 //! Viscoelastic scenes: what is accepted, what is refused and where, and what it is in the library's units.
 
-use crate::support::{one_fault, text_of};
+use crate::support::{one_fault, text_of, worst};
 use snaprod::scene::{
     Damping, Dimensionless, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place, PowerLaw,
     Relaxed, Scene, Setup, StrainMatrix,
@@ -388,7 +388,7 @@ fn a_pulse_on_a_straight_strip() {
     let (mut opened, mut shortest, mut largest) = (0.0f64, f64::INFINITY, 0.0f64);
     while let Some(event) = run.advance() {
         let ledger = run.now().ledger();
-        opened = opened.max(ledger.total().abs());
+        opened = worst([opened, ledger.total().abs()]);
         largest = largest.max(ledger.largest());
         if let Event::Step { from, to } = event
             && from > 0.01

@@ -56,6 +56,17 @@ pub fn assert_close(got: f64, want: f64, tolerance: f64, floor: f64, what: &str)
     );
 }
 
+/// The largest of these errors; NaN is infinite.
+pub fn worst(errors: impl IntoIterator<Item = f64>) -> f64 {
+    errors.into_iter().fold(0.0, |most: f64, off| {
+        if off.is_nan() {
+            f64::INFINITY
+        } else {
+            most.max(off)
+        }
+    })
+}
+
 /// A list of numbers, or of lists of numbers in a row.
 pub fn list(value: &Value) -> Vec<f64> {
     match value {

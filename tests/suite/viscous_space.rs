@@ -1,6 +1,6 @@
 //! Rods in space: the curve of a strain field, Q, and their derivatives.
 
-use crate::support::{assert_close, exponential};
+use crate::support::{assert_close, exponential, worst};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix4, SVector, UnitQuaternion, Vector3, Vector6,
 };
@@ -123,14 +123,7 @@ fn assert_same<'a>(
 
 /// Largest difference of two matrices of any shape; NaN is infinite.
 fn distance<'a>(a: impl IntoIterator<Item = &'a f64>, b: impl IntoIterator<Item = &'a f64>) -> f64 {
-    a.into_iter().zip(b).fold(0.0, |most: f64, (a, b)| {
-        let off = (a - b).abs();
-        if off <= most || off > most {
-            most.max(off)
-        } else {
-            f64::INFINITY
-        }
-    })
+    worst(a.into_iter().zip(b).map(|(a, b)| (a - b).abs()))
 }
 
 /// f'(0) of a vector function by central differences of order 6.

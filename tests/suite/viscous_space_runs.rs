@@ -1,6 +1,6 @@
 //! Viscoelastic runs: references, the plane inside space, impacts onto the barrier, odd starts.
 
-use crate::support::{self, assert_close, close, json, list, number, rows};
+use crate::support::{self, assert_close, close, json, list, number, rows, worst};
 use crate::viscous_identities::sampled;
 use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
@@ -483,7 +483,7 @@ fn thrown<const M: usize>(
             let compressed = (HALF_WIDTHS[1] * e[0]).hypot(HALF_WIDTHS[0] * e[1]);
             assert!(e[M - 1] > compressed, "t = {}: {e:?}", now.t);
         }
-        drift = drift.max((now.ledger.total() - total).abs() / total);
+        drift = worst([drift, (now.ledger.total() - total).abs() / total]);
     }
     let now = run.now();
     let v = now.velocity.fixed_rows::<3>(3).into_owned();
