@@ -269,6 +269,48 @@ fn scenes_stop_at_contact_and_say_where() {
     assert!(s.contains(&0.0) && s.iter().any(|s| *s > 1.5), "{s:?}");
 }
 
+/// Would catch ends that touch though one thing holds them: two rods from places of the ground, or of one body, that are nearer than they are thick, and part from there
+/// (theory 3.7).
+#[cfg(feature = "scene")]
+#[test]
+fn ends_that_one_thing_holds_are_as_near_as_they_are_held() {
+    use snaprod::scene::Scene;
+    use snaprod::study::assembly::{self, AssemblyPrepared};
+    use snaprod::study::{Silent, Table};
+    let rod = |name: &str, from: &str| {
+        format!(
+            "[[rod]]\nname = \"{name}\"\nmodel = \"cosserat\"\nlength = 1.0\ncontact_diameter = 0.05\n\
+             section = {{ bending = [1.0, 1.1], torsion = 0.8, axial = 300.0, shear = [200.0, 200.0] }}\n\
+             from = {{ {from} }}\nto = {{ body = \"{name}\" }}\n\
+             [[body]]\nname = \"{name}\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\nvelocity = [0.0, 0.1, 0.0]\n"
+        )
+    };
+    let pair = |on: &str| {
+        let site = |x: f64, angle: f64| {
+            format!(
+                "{on}position = [{x:?}, 0.0, 0.0], rotation = {{ axis = [0.0, 1.0, 0.0], angle = {angle:?} }}"
+            )
+        };
+        let (left, right) = (site(-0.01, -0.3), site(0.01, 0.3));
+        format!("{}{}", rod("left", &left), rod("right", &right))
+    };
+    let rest = "[start]\nrest = \"straight\"\n[run]\nduration = 0.05\n";
+    let ground = format!("{}{rest}", pair(""));
+    let hub = format!(
+        "{}{}{rest}",
+        rod("hub", "position = [0.0, 0.0, -1.0]"),
+        pair("body = \"hub\", ")
+    );
+    for text in [ground, hub] {
+        let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
+        let prepared = AssemblyPrepared::new(&scene).expect("a scene that runs");
+        let start = prepared.motion().expect("a start");
+        let mut tables: Vec<Table> = Vec::new();
+        let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+        assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
+    }
+}
+
 /// Would catch ends that are taken for neighbours because other ends of their rods share the ground: two cantilevers whose tips meet, and a ring whose end
 /// comes to its own base.
 #[cfg(feature = "scene")]

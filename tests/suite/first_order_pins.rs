@@ -244,3 +244,45 @@ fn small_motions_leave_the_spin_to_itself() {
         "{shift:?} {expected}"
     );
 }
+
+/// Catches a start with a spin that no blow has given: bodies that are set in motion by blows move the rod between them with the least energy that their
+/// velocities allow, about its chord as well (Kelvin), so that any other rate has more, by the same on both sides.
+#[test]
+fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
+    let law = Linear::diagonal([1.0, 1.6], 0.8).unwrap();
+    let law = law.with_axial(60.0).unwrap();
+    let rod = Rod::new(1.0, law.with_rest([1.2, -0.5], 0.4).unwrap()).unwrap();
+    let a = Isometry3::new(Vector3::new(0.1, 0.2, -0.1), Vector3::new(0.3, 0.1, 0.2));
+    let b = Isometry3::new(Vector3::new(0.1, 0.05, -0.02), Vector3::new(0.1, -0.4, 0.2));
+    let link = between(rod, [a, b]);
+    let end = link.end(&Vector6::zeros(), 1e-13).unwrap().pose;
+    let way = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.3, 0.9)) * end;
+    let way = a.translation.vector + way.translation.vector;
+    let far = Isometry3::from_parts(way.into(), b.rotation) * b.inverse();
+    let carriers = [(1.0, [0.1, -0.05, 0.07]), (2.0, [-0.1, 0.0, 0.2])];
+    let carriers = carriers.map(|(mass, offset)| block(mass, offset));
+    let assembly = Assembly::new(carriers.into(), vec![link]).unwrap();
+    let light = light(0.2, [2e-3, 3e-3, 4e-3]);
+    let mut assembly = assembly.with_light_rods(light).unwrap();
+    assembly.feel(0, true);
+    let mut now = Configuration {
+        bodies: assembly.at_rest(&[Isometry3::identity(), far]),
+        charts: vec![Vector6::zeros()],
+        spins: Vec::new(),
+    };
+    now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
+    now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+    let now = assembly.spun(&now, 1e-13).unwrap();
+    let energy = |more: f64| {
+        let mut now = now.clone();
+        let spin = now.spins[0].as_mut().unwrap();
+        spin.rate += more;
+        let state = assembly.state(&now, &Integrals::default());
+        assembly.rod_kinetic(&assembly.evaluated(&state, 1e-13).unwrap(), 1e-13)
+    };
+    let [behind, least, ahead] = [-0.5, 0.0, 0.5].map(energy);
+    let bend = 0.5 * (ahead + behind) - least;
+    assert!(bend > 0.0, "{behind} {least} {ahead}");
+    let slope = 0.5 * (ahead - behind);
+    assert!(slope.abs() < 1e-6 * bend, "{slope:e} of {bend:e}");
+}

@@ -1,7 +1,7 @@
 //! Rods with mass against independent solutions (tests/data/mass): frequencies and whole motions.
 
-use crate::support::{decimal, mass_data};
-use nalgebra::{DVector, Matrix3, Vector3, Vector6};
+use crate::support::{decimal, mass_data, worst};
+use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody};
 use snaprod::creep::grid::Grid;
@@ -9,10 +9,12 @@ use snaprod::inertia::frames::Curve;
 use snaprod::inertia::law::Law;
 use snaprod::inertia::mass::Mass;
 use snaprod::inertia::rod::{Given, HeavyRod};
+use snaprod::inertia::system::INTEGRALS;
 use snaprod::rod::Distributed;
 use snaprod::section::Linear;
-use snaprod::section::rate::{KelvinVoigt, RateLaw};
+use snaprod::section::rate::{KelvinVoigt, Maxwell, RateLaw, Viscosity};
 use snaprod::solve::integrator::{Integrator, Method};
+use snaprod::solve::system::{Factor, Linearised, System};
 use std::sync::Arc;
 
 fn numbers(value: &Value) -> Vec<f64> {
@@ -210,6 +212,108 @@ fn derivatives_are_those_of_the_balance() {
                 by.amax()
             );
         }
+    }
+}
+
+/// Catches a wrong term in the elimination of Maxwell branches by which implicit steps solve: what it finds is what makes sigma y - y' and, of the
+/// balance, these right-hand sides, by differences. At rest, where the branches alone are unlike other rods.
+#[test]
+fn implicit_steps_eliminate_the_branches() {
+    let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
+    let elastic = elastic.with_shear([40.0, 50.0]).unwrap();
+    let elastic = Arc::new(elastic.with_axial(90.0).unwrap());
+    let friction = Arc::new(KelvinVoigt::proportional(elastic.clone(), 0.02).unwrap());
+    let spring = |part: f64, time: f64| {
+        let diagonal = Vector6::new(1.0, 0.7, 0.9, 30.0, 40.0, 60.0) * part;
+        let mut modulus = Matrix6::from_diagonal(&diagonal);
+        (modulus[(0, 1)], modulus[(1, 0)]) = (0.3 * part, 0.3 * part);
+        Maxwell::new(modulus, time).unwrap()
+    };
+    let law = Law::new(elastic, Some(friction), &[0, 1, 2, 3, 4, 5]).unwrap();
+    let given = Given {
+        law: law.with_branches(vec![spring(1.0, 0.3), spring(0.5, 0.02)]),
+        curve: Curve::Space,
+        mass: 0.2,
+        rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
+        grain: Body::new(1.0).unwrap(),
+        distributed: None,
+        body: Some(Mass::Point(Body::new(1.0).unwrap())),
+        diameter: None,
+    };
+    let rod = HeavyRod::new(given, Grid::uniform(5)).unwrap();
+    let time = rod.time();
+    let straight = |i: usize| f64::from(u8::from(i % 6 == 5));
+    let straight: Vec<f64> = (0..rod.size()).map(straight).collect();
+    let mut y = rod.state(&straight, &vec![0.0; rod.size()]);
+    rod.settle(&mut y).unwrap();
+    let integral = |i: usize| (time..time + INTEGRALS).contains(&i);
+    let along = DVector::from_fn(y.len(), |i, _| match integral(i) {
+        true => 0.0,
+        false => (0.3 + 1.7 * i as f64).sin(),
+    });
+    let at = |h: f64| {
+        let mut out = DVector::zeros(y.len());
+        System::balance(&rod, &(&y + &along * h), &mut out).unwrap();
+        out
+    };
+    let h = 1e-3;
+    let slope = ((at(h) - at(-h)) * 8.0 - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+    let linear = rod.linearised(&y).unwrap();
+    for sigma in [0.5, 5.0, 100.0] {
+        let mut b = DVector::from_fn(y.len(), |i, _| match i {
+            i if integral(i) => 0.0,
+            i if i < time => sigma * along[i] - slope[i],
+            i => -slope[i],
+        });
+        assert!(linear.shifted::<f64>(sigma).unwrap().solve(&mut b));
+        let off = worst((0..y.len()).map(|i| (b[i] - along[i]).abs()));
+        assert!(off < 1e-7 * (1.0 + sigma), "sigma = {sigma}: {off:e}");
+    }
+}
+
+/// Catches a wrong time in which strain rates enter: of a straight uniform rod, in the shortest wave that its nodes hold, k = pi n/L, a strain answers its rate within
+/// 1/omega, omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of shear and stretch, and friction within D/K.
+#[test]
+fn delays_are_those_of_waves_and_of_friction() {
+    let (length, mass, nodes) = (2.0, 0.3, 6);
+    let stiffness = [1.0, 1.3, 0.8, 40.0, 50.0, 90.0];
+    let viscosity = [0.02, 0.05, 0.03, 0.7, 2.0, 0.4];
+    let rotary = [1e-3, 2e-3, 3e-3];
+    let [k1, k2, k3, k4, k5, k6] = stiffness;
+    let elastic = Linear::diagonal([k1, k2], k3).unwrap();
+    let elastic = elastic.with_shear([k4, k5]).unwrap();
+    let elastic = Arc::new(elastic.with_axial(k6).unwrap());
+    let [d1, d2, d3, d4, d5, d6] = viscosity;
+    let friction = Viscosity::diagonal([d1, d2], d3).unwrap();
+    let friction = friction.with_shear([d4, d5]).unwrap();
+    let friction = KelvinVoigt::new(friction.with_axial(d6).unwrap());
+    let law = Law::new(elastic, Some(Arc::new(friction)), &[0, 1, 2, 3, 4, 5]).unwrap();
+    let given = Given {
+        law: law.along(length),
+        curve: Curve::Space,
+        mass,
+        rotary: Some(Matrix3::from_diagonal(&rotary.into())),
+        grain: Body::new(1.0).unwrap(),
+        distributed: None,
+        body: None,
+        diameter: None,
+    };
+    let rod = HeavyRod::new(given, Grid::uniform(nodes)).unwrap();
+    let straight: Vec<f64> = (0..rod.size())
+        .map(|i| f64::from(u8::from(i % 6 == 5)))
+        .collect();
+    let at = rod.moving(&straight, &vec![0.0; rod.size()]).unwrap();
+    let found = rod.delays(&at).unwrap();
+    let k = std::f64::consts::PI * nodes as f64 / length;
+    let mu = mass / length;
+    for a in 0..6 {
+        let square = match a {
+            0 | 1 => stiffness[a] * k.powi(4) / (mu + rotary[a] * k * k),
+            2 => stiffness[a] * k * k / rotary[a],
+            _ => stiffness[a] * k * k / mu,
+        };
+        let expected = 1.0 / square.sqrt() + viscosity[a] / stiffness[a];
+        assert!((found[a] / expected - 1.0).abs() < 1e-12, "{a}: {found}");
     }
 }
 

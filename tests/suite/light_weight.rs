@@ -63,18 +63,23 @@ fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
     Assembly::new(vec![Carrier::rigid(solid())], vec![link]).expect("an assembly")
 }
 
-/// The configuration with the body there, the rod in its equilibrium.
-fn held(assembly: &Assembly, pose: Isometry3<f64>, twist: Vector6<f64>) -> Configuration {
-    let now = assembly.held(vec![Place { pose, twist }], 1e-12);
-    let (link, q) = (&assembly.links()[0], &now.charts[0]);
-    let point = link.point(0.0, &now.bodies, q, 1e-13).expect("a point");
-    let seen = link.facing(&point.base.pose.rotation);
-    let q = seen.polished(q, &point.held(), 1e-13).expect("a chart");
-    Configuration {
-        bodies: now.bodies,
-        charts: vec![q],
-        spins: Vec::new(),
+/// The configuration with the bodies there, the rods in their equilibria.
+fn held(assembly: &Assembly, bodies: Vec<Place>) -> Configuration {
+    let mut now = assembly.held(bodies, 1e-12);
+    for (link, q) in assembly.links().iter().zip(&mut now.charts) {
+        let point = link.point(0.0, &now.bodies, q, 1e-13).expect("a point");
+        let seen = link.facing(&point.base.pose.rotation);
+        *q = seen.polished(q, &point.held(), 1e-13).expect("a chart");
     }
+    now
+}
+
+/// The pose turned and moved aside.
+fn beside(pose: &Isometry3<f64>, aside: &Isometry3<f64>) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        (pose.translation.vector + aside.translation.vector).into(),
+        aside.rotation * pose.rotation,
+    )
 }
 
 fn points(assembly: &Assembly, now: &Configuration) -> Vec<LinkPoint> {
@@ -132,12 +137,11 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     assert_eq!(found[0].index, found[1].index);
     // Off the equilibrium, where nothing cancels.
     let aside = place([0.1, -0.15, 0.05], [0.3, 0.2, -0.25]);
-    let pose = Isometry3::from_parts(
-        (a.translation.vector + aside.translation.vector).into(),
-        aside.rotation * a.rotation,
-    );
+    let pose = beside(&a, &aside);
     let twist = Vector6::new(0.4, -0.3, 0.5, 0.2, 0.1, -0.3);
-    let starts = both.each_ref().map(|assembly| held(assembly, pose, twist));
+    let starts = both
+        .each_ref()
+        .map(|assembly| held(assembly, vec![Place { pose, twist }]));
     let stiffness = [0, 1].map(|i| {
         let points = points(&both[i], &starts[i]);
         let balance = both[i].balance(0.0, &starts[i].bodies, &points);
@@ -162,6 +166,55 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
         .each_ref()
         .map(|run| run.last().expect("a state").ledger().potential);
     assert_close(potential[0], potential[1], 1e-9, 1.0, "potential");
+}
+
+/// A loaded rod between two bodies, written from one to the other or back: both its ends belong to bodies, so that what its base does when it turns, at both
+/// ends, is in the stiffness (of a rod begun on the only body the couple at the other end is not). Catches any error there, such as a load that turns along.
+#[test]
+fn a_loaded_rod_between_two_bodies_is_its_reverse() {
+    let site = place([0.1, 0.05, -0.1], [0.2, 0.3, -0.4]);
+    let chain = |backwards: bool| {
+        let foot = Attachment::ground(place([0.2, -0.1, 0.3], [0.4, -0.7, 0.2]));
+        let held = Link::new(rod(), foot, Attachment::body(0, site), Joint::Weld);
+        let far = place([-0.05, 0.1, 0.02], [-0.3, 0.1, 0.2]);
+        let ends = (Attachment::body(0, site), Attachment::body(1, far));
+        let middle = match backwards {
+            false => Link::new(rod(), ends.0, ends.1, Joint::Weld).with_distributed(load()),
+            true => Link::reversed(&rod(), ends.0, ends.1, Joint::Weld)
+                .and_then(|link| link.with_distributed(load().reversed())),
+        };
+        let bodies = [solid(), solid()].map(Carrier::rigid);
+        Assembly::new(bodies.into(), vec![held, middle.expect("a link")]).expect("an assembly")
+    };
+    let both = [false, true].map(chain);
+    let found = both
+        .each_ref()
+        .map(|assembly| assembly.equilibrium(None, 1e-12).expect("an equilibrium"));
+    for (a, b) in found[0].now.bodies.iter().zip(&found[1].now.bodies) {
+        let apart = a.pose.translation.vector - b.pose.translation.vector;
+        assert!(apart.norm() < 1e-11, "{:e}", apart.norm());
+        assert!(a.pose.rotation.angle_to(&b.pose.rotation) < 1e-11);
+    }
+    assert_close(found[0].energy, found[1].energy, 1e-11, 1.0, "energy");
+    // Off the equilibrium, where nothing cancels.
+    let asides = [
+        place([0.1, -0.15, 0.05], [0.3, 0.2, -0.25]),
+        place([-0.05, 0.1, 0.12], [-0.2, 0.25, 0.3]),
+    ];
+    let off = found[0].now.bodies.iter().zip(&asides);
+    let places = off.map(|(body, aside)| Place::at_rest(beside(&body.pose, aside)));
+    let places: Vec<Place> = places.collect();
+    let [one, other] = both.each_ref().map(|assembly| {
+        let now = held(assembly, places.clone());
+        let points = points(assembly, &now);
+        let balance = assembly.balance(0.0, &now.bodies, &points);
+        let stiffness = assembly.stiffness(0.0, &now.bodies, &points);
+        (balance, stiffness.expect("a stiffness").matrix)
+    });
+    let off = (&one.0 - &other.0).norm() / one.0.norm();
+    assert!(off < 1e-11, "balance: {off:e}");
+    let off = (&one.1 - &other.1).norm() / one.1.norm();
+    assert!(off < 1e-9, "stiffness: {off:e}");
 }
 
 /// The rod at rest under its load, body and all, is that of statics; a motion begun there stays there; small motions have the frequencies that the

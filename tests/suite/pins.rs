@@ -378,14 +378,21 @@ fn what_else_is_stable_with_the_same_chord() {
 
 /// Catches a wrong scale of the null vectors, a stiffness of the couples that are no work, or a spin about the chord that has momentum: with its ends
 /// held d before the fold, and on the other branch there, the rod vibrates with squares of frequencies +-2 sqrt(A' B d)/M0, A' being A per
-/// speed of the end; with friction in proportion to its stiffness its decay is D0/(2 M0) at the fold.
+/// speed of the end; with friction in proportion to its stiffness its decay is D0/(2 M0) at the fold. So it is of sections that are hard to turn.
 #[test]
 fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
+    for turned in [Vector3::zeros(), Vector3::new(1e-2, 1.2e-2, 2.2e-2)] {
+        normal_form_of_a_fold(turned);
+    }
+}
+
+/// The same of sections with so much rotary inertia, the rod's mass and length being 1.
+fn normal_form_of_a_fold(turned: Vector3<f64>) {
     let rod = &HARD;
     let link = alone(rod.rod(1.0));
     let sections = SectionMass {
         mass: 1e-3,
-        rotary: Vector3::zeros(),
+        rotary: turned * 1e-3,
     };
     let massive = Massive::new(link.rod(), None, sections).expect("a mass");
     let mut q = rod.chart(&link);

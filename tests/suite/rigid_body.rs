@@ -8,6 +8,11 @@ fn inertia() -> Matrix3<f64> {
     Matrix3::new(0.7, 0.1, -0.05, 0.1, 0.9, 0.2, -0.05, 0.2, 1.1)
 }
 
+/// The angular momentum of a rotor in the body.
+fn rotor() -> Vector3<f64> {
+    Vector3::new(0.4, -0.6, 0.5)
+}
+
 fn body() -> RigidBody {
     RigidBody::new(1.3, inertia())
         .and_then(|b| b.with_centre(Vector3::new(0.3, -0.2, 0.4)))
@@ -16,6 +21,7 @@ fn body() -> RigidBody {
         .and_then(|b| b.with_dead_couple(Vector3::new(-0.3, 0.2, 0.6)))
         .and_then(|b| b.with_drag(0.4))
         .and_then(|b| b.with_rotational_drag(0.25))
+        .and_then(|b| b.with_rotor(rotor()))
         .expect("a body")
         .with_force(TimeLoad::sine(Vector3::new(1.0, -2.0, 0.5), 3.0, 0.2).unwrap())
         .with_follower_force(TimeLoad::sine(Vector3::new(-0.7, 0.4, 1.1), 2.2, 0.9).unwrap())
@@ -70,7 +76,7 @@ fn jacobian(f: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> Matrix6<f64> {
     Matrix6::from_columns(&columns)
 }
 
-/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, differentiated by differences along
+/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, a rotor's too, differentiated by differences along
 /// the motion itself, against the loads; also the sign with which the rod's wrench enters.
 #[test]
 fn momenta_change_as_the_loads_say() {
@@ -84,7 +90,8 @@ fn momenta_change_as_the_loads_say() {
         let omega = v1.fixed_rows::<3>(0).into_owned();
         let c = r * Vector3::new(0.3, -0.2, 0.4);
         let momentum = (v1.fixed_rows::<3>(3) + omega.cross(&c)) * 1.3;
-        (momentum, r * inertia() * r.transpose() * omega, c, omega)
+        let turning = r * (inertia() * (r.transpose() * omega) + rotor());
+        (momentum, turning, c, omega)
     };
     let h = 1e-4;
     let ((p1, l1, ..), (p0, l0, ..)) = (along(h), along(-h));
@@ -158,7 +165,7 @@ fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
         |a: f64, b: f64| (world(b).rotation * world(a).rotation.inverse()).scaled_axis() / (b - a);
     let moment = |a: f64, b: f64| {
         let r = world(0.5 * (a + b)).rotation.to_rotation_matrix();
-        r * (inertia() * (r.inverse() * spin(a, b)))
+        r * (inertia() * (r.inverse() * spin(a, b)) + rotor())
     };
     let omega = spin(-h, h);
     let more = Vector3::new(0.5, 0.1, -0.4) * (1.7 * t + 0.2f64).sin();
@@ -179,7 +186,9 @@ fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     let rate = (energy(h) - energy(-h)) / (2.0 * h);
     let want = rod.dot(&v) + motion.power - motion.loss;
     assert_close(rate, want, 1e-5, 1.0, "energy");
-    let kinetic = 0.5 * (1.3 * speed.norm_squared() + omega.dot(&moment(-h, h)));
+    // The rotor's own energy is constant, and is not counted.
+    let moment = moment(-h, h) - now.rotation * rotor();
+    let kinetic = 0.5 * (1.3 * speed.norm_squared() + omega.dot(&moment));
     assert_close(body.kinetic(t, &pose, &v), kinetic, 1e-5, 1.0, "kinetic");
 }
 

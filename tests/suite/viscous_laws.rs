@@ -402,6 +402,20 @@ fn viscosities_follow_the_rod() {
     assert!((h.matrix * h.inverse - Matrix6::identity()).amax() <= 1e-12);
 }
 
+/// Catches a viscosity that lands in the place of another, or scaled, on the way through a law.
+#[test]
+fn a_diagonal_viscosity_is_the_diagonal_that_is_given() {
+    let viscosity = Viscosity::diagonal([0.7, 1.1], 0.4)
+        .and_then(|h| h.with_shear([2.0, 3.0])?.with_axial(5.0))
+        .and_then(|h| h.at(0.0))
+        .unwrap();
+    // Of u1, u2, u3, v1, v2, v3.
+    let given = Vector6::new(0.7, 1.1, 0.4, 2.0, 3.0, 5.0);
+    assert_eq!(viscosity.matrix, Matrix6::from_diagonal(&given));
+    let inverse = Matrix6::from_diagonal(&given.map(|x| 1.0 / x));
+    assert!((viscosity.inverse - inverse).amax() < 1e-15);
+}
+
 /// Catches (8.1) with eta on the wrong side.
 #[test]
 fn small_viscosity_scales_the_rates() {
