@@ -66,6 +66,12 @@ fn main() -> Result<()> {
         for tolerance in [1e-13, 1e-9] {
             let found: Taut = rod.taut(&guess, &tip, None, tolerance)?;
             row.push(error(&found.end.position));
+            // Exact up to exp(-lam), the closed form has every digit here.
+            let off = (found.end.position - place).norm();
+            assert!(
+                lam != 1e3 || tolerance > 1e-13 || off < 1e-12,
+                "lam = {lam}: the end is off by {off:e}"
+            );
             row.push(format!("{}", found.intervals()));
             let before = rod.taut(&(guess * 0.99), &tip, Some(&found), tolerance)?;
             let spent = time(|| {

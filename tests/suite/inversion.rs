@@ -1,7 +1,7 @@
 //! All equilibria at a point, against an exhaustive scan in 256-bit arithmetic (tools/ref_inversion.py)
 //! and against counts by degree.
 
-use crate::support::{assert_close, json, number, rows};
+use crate::support::{assert_close, close, json, number, rows};
 use nalgebra::Vector2;
 use proptest::prelude::*;
 use snaprod::elastica::{Elastica, equilibria_at, fold_at};
@@ -34,13 +34,24 @@ fn all_equilibria_match_the_scan() {
             assert_eq!(found.len(), expected.len(), "at ({x}, {y})");
         } else {
             assert!(found.len() == expected.len() || found.len() == expected.len() + 1);
-            continue;
         }
-        for (f, want) in found.iter().zip(&expected) {
-            let e = &f.equilibrium;
+        // Near (1, 0) the target's own rounding moves the root: eps / distance^2.
+        let tolerance = 1e-12 + 1e-15 / ((1.0 - x).powi(2) + y * y);
+        for (k, want) in expected.iter().enumerate() {
             let what = format!("at ({x}, {y}), lam {}", want["lam"]);
-            // Near (1, 0) the target's own rounding moves the root: eps / distance^2.
-            let tolerance = 1e-12 + 1e-15 / ((1.0 - x).powi(2) + y * y);
+            let f = if !double {
+                &found[k]
+            } else if want["double_root"] == true {
+                continue;
+            } else {
+                // The single roots beside it are found as they are anywhere.
+                let is = |f: &&snaprod::elastica::Found| {
+                    close(f.equilibrium.lambda, number(want, "lam"), tolerance, 1.0)
+                        && close(f.equilibrium.kappa, number(want, "kap"), tolerance, 0.01)
+                };
+                found.iter().find(is).expect(&what)
+            };
+            let e = &f.equilibrium;
             assert_close(e.lambda, number(want, "lam"), tolerance, 1.0, &what);
             assert_close(e.kappa, number(want, "kap"), tolerance, 0.01, &what);
             assert_close(e.alpha, number(want, "alpha"), tolerance, 1.0, &what);

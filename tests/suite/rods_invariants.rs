@@ -548,8 +548,9 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
         EndConditions::load(Vector3::x(), Vector3::zeros()),
         1e-12,
     );
-    if let Ok(found) = problem.and_then(|p| p.solve(None)) {
-        assert_close(found.end.position.x, deflection, 1e-9, 1.0, "limp");
+    match problem.and_then(|p| p.solve(None)) {
+        Ok(found) => assert_close(found.end.position.x, deflection, 1e-9, 1.0, "limp"),
+        Err(why) => assert!(why.to_string().contains("wind the rod up"), "{why}"),
     }
     // A force across both axes bends the soft one alone.
     let law = Linear::diagonal([1e6, 1.0], 1e6).expect("a law");
