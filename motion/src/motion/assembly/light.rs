@@ -50,20 +50,24 @@ impl AssemblyRun {
     }
 
     /// Looks whether the mass of a rod ceases to be felt in the step that was just taken, or begins to be, and ends the step at that moment: the motion depends on
-    /// it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is.
+    /// it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is; None where the motion cannot
+    /// go on from there.
     fn ends_where_it_changes(&mut self) -> Option<bool> {
-        let mut step = self.step.clone()?;
+        let Some(taken) = &self.step else {
+            return Some(false);
+        };
         let (assembly, slowed) = self.taken_by.clone();
         let along = self.along();
         let changing = |state: &Numbers| {
             let at = assembly.evaluated(&state.0, along);
             at.map_or_else(Vec::new, |at| self.changing(&assembly, &at))
         };
-        let due = changing(step.to());
+        let due = changing(taken.to());
         if due.is_empty() {
             self.due = Some(due);
             return Some(false);
         }
+        let mut step = taken.clone();
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
         let part = step.inside(&mut { f }, &mut cost).and_then(|dense| {

@@ -453,6 +453,9 @@ impl AssemblyRun {
 
     /// Ends the step that was taken where a body first passes such a place.
     fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        if self.assembly.along_grooves(&step.from().0).is_empty() {
+            return None;
+        }
         let turned = self.turned(step);
         let back = turned
             .as_ref()
