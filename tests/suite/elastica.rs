@@ -418,6 +418,44 @@ proptest! {
     }
 }
 
+/// Catches a direction of the load that is found as a small difference of angles, which leaves nothing of a small deflection: against the beam under the load along it,
+/// y = F (1 - tanh b/b)/N under a pull N = b^2, F (tan b/b - 1)/|N| under a push.
+#[test]
+fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
+    for along in [-2.3, -1.0, -1e-3, 1e-3, 1.0, 30.0, 2500.0, 1e5] {
+        for part in [1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4] {
+            let b = f64::abs(along).sqrt();
+            let series = [62.0 / 2835.0, 17.0 / 315.0, 2.0 / 15.0, 1.0 / 3.0];
+            let beam = match b < 0.1 {
+                // Of b - tanh b and tan b - b rounding leaves little.
+                true => series.iter().fold(0.0, |sum, term| term - along * sum),
+                false if along > 0.0 => (1.0 - b.tanh() / b) / along,
+                false => (b.tan() / b - 1.0) / -along,
+            };
+            let across = -part * f64::abs(along);
+            let y = settled(&Vector2::new(along, across)).unwrap().unwrap().y;
+            let error = (y / (across * beam) - 1.0).abs();
+            let bound = 1e-12 + 1e3 * part * part;
+            assert!(
+                error < bound,
+                "({along}, {across:e}): {y:e}, off by {error:e}"
+            );
+        }
+    }
+}
+
+/// Catches an index that is counted no further than fold curves are numbered (4096): a rod that bends little, pushed, loses one more mode with each half turn of w.
+#[test]
+fn the_index_grows_with_the_mode() {
+    for lambda in [100.0, 1000.0, 12_800.0, 12_950.0, 20_000.0] {
+        let rod = Equilibrium::from_lambda_kappa(lambda, 0.1).unwrap();
+        let index = Elastica.index(&Vector2::new(rod.p, rod.w)).unwrap();
+        assert_eq!(index + 1, rod.sheet.mode as usize, "lambda = {lambda}");
+    }
+    let far = Equilibrium::from_lambda_kappa(9e8, 0.1).unwrap();
+    assert!(Elastica.index(&Vector2::new(far.p, far.w)).is_err());
+}
+
 /// Catches a rod at rest that does not carry its load, that is not stable, or that leans to the wrong side: under loads from
 /// slight to enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; column
 /// beyond Euler's load at 1.5 times it, pushed over a little).
@@ -460,8 +498,12 @@ fn a_settled_rod_carries_its_load() {
             "{push}: {rod:?}"
         );
     }
-    assert!(settled(&Vector2::new(-2.0, 0.0)).unwrap().is_none());
-    assert!(settled(&Vector2::new(30.0, 0.0)).unwrap().is_none());
+    for along in [-2.0, 1.0, 30.0] {
+        for across in [0.0, 6e-17, -3e-16] {
+            let load = Vector2::new(1.0, across) * along;
+            assert!(settled(&load).unwrap().is_none(), "{load}");
+        }
+    }
     assert!(
         settled(&Vector2::new(-2.5, 0.0)).is_err() && settled(&Vector2::new(0.0, 1e6)).is_err()
     );

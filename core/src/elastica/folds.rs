@@ -23,8 +23,10 @@ pub(super) const FIRST: f64 = 5.6;
 pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
 const SCAN: f64 = 0.9;
-/// Most folds that a scan counts.
+/// Fold curves are numbered up to this.
 const MOST: usize = 4096;
+/// The Morse index is counted up to this, which takes a second.
+const COUNTED: usize = 1 << 20;
 
 /// det d(x, y)/d(p, lam) / kap^2 at the load `lam` on the line `p`.
 fn fold_function(p: f64, lam: f64) -> Result<f64> {
@@ -78,7 +80,7 @@ fn brackets(p: f64, lam_max: f64, most: usize) -> Result<Vec<[(f64, f64); 2]>> {
 /// is that of the lower side or of the upper, as rounding has it.
 ///
 /// # Errors
-/// A point out of the range of double precision.
+/// A point out of the range of double precision, or beyond a million folds.
 pub fn index(p: f64, w: f64) -> Result<usize> {
     // Every fold lies beyond w = 2.5 (measured: the least is 2.98, for p -> infinity).
     if w < 2.5 {
@@ -91,8 +93,13 @@ pub fn index(p: f64, w: f64) -> Result<usize> {
     if lam <= start {
         return Ok(0);
     }
-    let below = brackets(p, lam, MOST)?;
+    let below = brackets(p, lam, COUNTED)?;
     let mut count = below.len();
+    if count == COUNTED {
+        return Err(Error::domain(format!(
+            "(p, lambda) = ({p}, {lam}) lies beyond {COUNTED} folds, up to which the Morse index is counted; lower lambda"
+        )));
+    }
     // The scan ends at w as recovered from lambda; the point itself has the last word on the side.
     let even = fold_function(p, start)? < 0.0;
     if (at.fold_function() < 0.0) != (even == count.is_multiple_of(2)) {

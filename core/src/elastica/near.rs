@@ -27,6 +27,8 @@ const LARGEST: f64 = 1e-2;
 const BEYOND: f64 = 2.0 * LARGEST;
 /// z below which a motion comes here.
 const SMALL: f64 = 0.6 * LARGEST;
+/// Z up to which the shape of a rod that is pulled is looked for here.
+const SLIGHT: f64 = 0.1 * LARGEST;
 /// The least Z, whose square is a normal number.
 const LEAST: f64 = 1e-100;
 /// The least Z that a rod on the axis is given.
@@ -347,6 +349,27 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     Vector2::new(sigma * side.value(), ln_z)
 }
 
+/// |p| of the rod that is pulled by `load`, which acts along the rod but for a small part; None of one that is pushed, or that it bends more.
+///
+/// Along the tip's tangent, which it turns by 2 atan Z, the load is P l^2, and across it g Z l^2.
+pub(super) fn pulled(load: &Vector2<f64>) -> Option<f64> {
+    let (along, across) = (load.x, load.y.abs());
+    // As a beam, to begin with; each round is off by less than Z^2 times the one before.
+    let mut pull = along;
+    let mut z = across / (Moments::new(pull).g + 2.0 * pull);
+    if !(along > 0.0 && (LEAST..SLIGHT).contains(&z)) {
+        return None;
+    }
+    for _ in 0..ROUNDS {
+        let moments = Moments::new(pull);
+        let u = z * z;
+        let [l, ..] = sum(&LENGTH, u, |k| (moments.m[k], 0.0));
+        pull = ((1.0 - u) * along + 2.0 * z * across) / ((1.0 + u) * l * l);
+        z = (1.0 - u) * across / ((1.0 + u) * l * l * moments.g + 2.0 * along);
+    }
+    Some(to_amplitude(Sign::Plus, &Vector2::new(sigma_of(pull), z.ln()))[0])
+}
+
 /// lam of a rod under a pull; None under a push.
 pub(super) fn lambda(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     let sigma = side.value() * q[0];
@@ -417,7 +440,7 @@ pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
     } else {
         // G goes like exp(-b) and may underflow, its logarithm not.
         let b = pull.sqrt();
-        let ln_g = (4.0 * pull).ln() - b - 2.0 * (-(-b).exp()).ln_1p();
+        let ln_g = (4.0 * pull).ln() - b - 2.0 * (-(-b).exp_m1()).ln();
         let ln_tan = (force + pull).ln() - ln_g - q[1];
         if ln_tan > 20.0 {
             ln_tan + std::f64::consts::LN_2

@@ -1,12 +1,12 @@
 //! The rod at rest under a load on its mass.
 
-use super::{Elastica, Equilibrium, LightRod};
+use super::{Elastica, Equilibrium, LightRod, near};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::manifold::{Deflected, EquilibriumManifold, RodMass};
 use crate::math::frame::Frame;
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix2, Vector2};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 /// The stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2; `None` is the straight
 /// rod, of a load along it that pulls or does not push beyond Euler's pi^2/4.
@@ -28,22 +28,25 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
                 .words(" in size"),
         ));
     }
-    if load.y == 0.0 {
-        if load.x < 0.0 && lambda > FRAC_PI_2 {
-            return Err(Error::ambiguous(
-                Message::from("the load pushes the straight rod with ")
-                    .number(-load.x, Quantity::Force)
-                    .words(", beyond Euler's load, (pi^2/4) EI/L^2 = ")
-                    .number(FRAC_PI_2 * FRAC_PI_2, Quantity::Force)
-                    .words(
-                        ": it buckles to either side; add a small load across the rod, or tilt the clamp a little, to choose one",
-                    ),
-            ));
-        }
+    let buckles = load.x < 0.0 && lambda > FRAC_PI_2;
+    if load.y == 0.0 && buckles {
+        return Err(Error::ambiguous(
+            Message::from("the load pushes the straight rod with ")
+                .number(-load.x, Quantity::Force)
+                .words(", beyond Euler's load, (pi^2/4) EI/L^2 = ")
+                .number(FRAC_PI_2 * FRAC_PI_2, Quantity::Force)
+                .words(
+                    ": it buckles to either side; add a small load across the rod, or tilt the clamp a little, to choose one",
+                ),
+        ));
+    }
+    // The direction of a load is known to rounding. Beyond Euler's load rounding tells to which side the rod buckles.
+    if (load.y.abs() <= ALONG * load.x.abs() && !buckles) || lambda == 0.0 {
         return Ok(None);
     }
-    if lambda == 0.0 {
-        return Ok(None);
+    let bent = |p: f64| Equilibrium::from_lambda_p(lambda, p.copysign(load.y));
+    if let Some(p) = near::pulled(load) {
+        return bent(p).map(Some);
     }
     let at = |ln_p: f64| Equilibrium::from_lambda_p(lambda, ln_p.exp());
     let (mut low, high) = (LEAST_P.ln(), (lambda + MOST_P).ln());
@@ -54,7 +57,7 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         low = chandrupatla(beyond, ends.0, ends.1, 0.0).unwrap_or(low);
     }
     // From there on alpha falls from 0 towards -pi.
-    let target = load.y.abs().atan2(load.x) - PI;
+    let target = -load.y.abs().atan2(-load.x);
     let excess = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.alpha - target);
     let ends = ((low, excess(low)), (high, excess(high)));
     // Under a load that lies along the rod but for rounding the first shape without inflection is the one.
@@ -62,7 +65,7 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         true => Some(low),
         false => chandrupatla(excess, ends.0, ends.1, 0.0),
     };
-    root.and_then(|ln_p| Equilibrium::from_lambda_p(lambda, ln_p.exp().copysign(load.y)).ok())
+    root.and_then(|ln_p| bent(ln_p.exp()).ok())
         .map(Some)
         .ok_or_else(|| {
             let words = Message::from("no shape at rest was found under the load ");
@@ -177,6 +180,8 @@ const NOISE: f64 = 1e-7;
 /// 1 - x up to which a rod may be taken as all but straight, which leaves out a part 1 - x, and below which what is felt of it drowns in rounding otherwise.
 const SLIGHT: f64 = 1e-5;
 const HAIR: f64 = 1e-8;
+/// A load whose part across the rod is smaller than this part of it lies along the rod.
+const ALONG: f64 = 4.0 * f64::EPSILON;
 /// Beyond it the chart serves only rods that are taut all along.
 const LAMBDA_MOST: f64 = 340.0;
 /// p of the slightest bend looked at, and by how much it exceeds lambda for a load along the rod to rounding.

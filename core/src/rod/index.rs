@@ -148,9 +148,11 @@ impl Count {
         // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one (free end).
         let step = if clamped { 0.0 } else { FRAC_PI_2 };
         let mut beyond = angles(&(along.weight * j), &p)?.map(|a| (a - zero - step).rem_euclid(PI));
-        let margin = beyond
-            .iter()
-            .fold(f64::INFINITY, |margin, a| margin.min(*a).min(PI - a));
+        // From the thresholds themselves: an angle that is not counted for `zero` alone is near one.
+        let margin = beyond.iter().fold(f64::INFINITY, |margin, a| {
+            let from = (a + zero).rem_euclid(PI);
+            margin.min(from.min(PI - from) - zero)
+        });
         beyond.sort_by(|a, b| a.min(PI - a).total_cmp(&b.min(PI - b)));
         for angle in beyond.iter_mut().take(neutral) {
             if *angle < FRAC_PI_2 {

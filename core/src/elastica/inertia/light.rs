@@ -194,11 +194,16 @@ impl RodMass<2> for LightRod {
         let Some((_, rate)) = rod.chart_rate(v) else {
             return false;
         };
+        // At a fold this function falls to 0 as the root of the time that is left. The normal form, which knows the shape of the fold, takes the rod to run straight
+        // into it. Far away either may take for near what is not; near a fold they agree.
         let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
-        if fold * gradient.dot(&rate) >= 0.0 {
+        let falls = gradient.dot(&rate);
+        if fold * falls >= 0.0 {
             return true;
         }
-        let clear = |fold: &Passage| fold.time_ahead() > CLEAR[bound] * fold.inertial(self.mass);
+        let left = -0.5 * fold / falls;
+        let clear =
+            |fold: &Passage| left.max(fold.time_ahead()) > CLEAR[bound] * fold.inertial(self.mass);
         // Most folds are far away, which needs no integrals.
         clear(&Passage::ahead_of(&rod, v).0) || clear(&Passage::of(&rod.to_part(ROUGH), v))
     }
