@@ -68,7 +68,7 @@ impl EndStiffness {
         let symmetric: Matrix2<f64> = (self.matrix + self.matrix.transpose()) * 0.5;
         let eigen = symmetric.symmetric_eigen();
         let of = |k: usize| eigen.eigenvectors.column(k).into_owned();
-        let (large, small) = (eigen.eigenvalues.iamax(), eigen.eigenvalues.iamin());
+        let large = eigen.eigenvalues.iamax();
         let largest = eigen.eigenvalues[large];
         // The other from the product: a difference would leave it the rounding of the largest.
         let other = if largest == 0.0 {
@@ -76,7 +76,7 @@ impl EndStiffness {
         } else {
             self.determinant / largest
         };
-        let mut both = [(other, of(small)), (largest, of(large))];
+        let mut both = [(other, of(1 - large)), (largest, of(large))];
         sort_few(&mut both, |each| each.0);
         both
     }

@@ -224,7 +224,12 @@ impl Folds {
                     index: lower_index(family, &point),
                     label,
                 }),
-                Err(e) => remarks.push(format!("fold curve {number}: {e}")),
+                Err(e) => {
+                    let words = format!("fold curve {number}: points are left out: {e}");
+                    if !remarks.contains(&words) {
+                        remarks.push(words);
+                    }
+                }
             }
             if watch.stops(p) {
                 let name = window.second.parameter;
