@@ -407,8 +407,13 @@ fn ended(
             format!("branch 0 turned back before {parameter} = {to} and came to {last}"),
         ),
         Stop::LeftAtStart if number == 0 && !backward => short(format!(
-            "it turned back and came to {last}, the other end of its range; no equilibrium of this branch lies at {to}: \
-             end sooner, say that this is expected with back = true, or look for other branches with switch = true or deflate = true, or from {start}"
+            "it turned back and left its range at the other end, {last}; what it does beyond is not followed, and it may come to {to} from there: \
+             go on with {} in [continue], end sooner, say that this is expected with back = true, or look for other branches with \
+             switch = true or deflate = true, or from {start}",
+            match wanted.both {
+                true => "a wider range (from, or to)",
+                false => "both = true, which follows the other way, too, or with another from",
+            }
         )),
         Stop::Reached | Stop::LeftAtStart => (
             true,
