@@ -225,7 +225,7 @@ impl Switch {
         if singular > 0 {
             self.remarks.push(format!(
                 "{singular} of {} solutions are not isolated: the branches form a continuous family, as under a continuous symmetry; \
-                 at most {MOST} members are given",
+                 at most {MOST} of its members are tried",
                 found.len()
             ));
         }
