@@ -252,3 +252,66 @@ fn an_arch_is_followed_both_ways() {
         assert!(gap.abs() < 1e-8, "{gap:e} at {to}");
     }
 }
+
+/// A shallow truss: a point mass on three springs between ball joints.
+fn shallow_truss() -> String {
+    let spring = |name: &str, length: f64, axial: f64, from: [f64; 3]| {
+        format!(
+            "[[rod]]\nname = \"{name}\"\nmodel = \"cosserat\"\nlength = {length:?}\n\
+             section = {{ bending = [1.0, 1.0], torsion = 1.0, axial = {axial:?}, shear = [100.0, 100.0] }}\n\
+             from = {{ position = {from:?}, joint = \"ball\" }}\nto = {{ body = \"P\", joint = \"ball\" }}\n"
+        )
+    };
+    [
+        &spring("a", 1.0, 50.0, [-0.98, 0.0, 0.0]),
+        &spring("b", 1.1, 70.0, [1.05, 0.0, 0.0]),
+        &spring("c", 2.0, 10.0, [0.0, 2.0, 0.2]),
+        "[[body]]\nname = \"P\"\nmass = 1.3\nforce = [0.0, 0.0, 0.0]\nguess = { position = [0.0, 0.0, 0.22] }\n",
+    ]
+    .concat()
+}
+
+/// Catches a branch that leaves its range behind a fold and is told to have no equilibrium at its aim: the same branch comes there when it is followed beyond.
+#[test]
+fn a_branch_that_leaves_its_range_tells_how_it_goes_on() {
+    let how = "parameter = \"body.P.force.z\"\nto = -3.0";
+    let one = followed(&shallow_truss(), how);
+    assert!(!one.is_complete());
+    let told = one.branches.curves[0].ends.join("; ");
+    for words in [
+        "left its range at the other end",
+        "both = true",
+        "not followed",
+    ] {
+        assert!(told.contains(words), "{told}");
+    }
+    assert!(!told.contains("no equilibrium"), "{told}");
+    let both = followed(&shallow_truss(), &format!("{how}\nboth = true"));
+    assert!(both.is_complete(), "{:?}", both.branches.curves);
+    assert_eq!(rows_at(&both, 0, -3.0).len(), 1);
+}
+
+/// Catches points that are to be raised in vain: the far clamp of a strip of length 1.1 is to be moved to 1.3, where the strip does not reach.
+#[test]
+fn a_place_beyond_the_rods_is_told() {
+    let turn = "rotation = { axis = [0, 1, 0], angle = 1.5707963267948966 }";
+    let scene = format!(
+        "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 0.6\nsection = {{ bending = [30.0, 1.0], torsion = 20.0 }}\n\
+         from = {{ {turn} }}\nto = {{ body = \"M\", {turn} }}\n\
+         [[rod]]\nname = \"b\"\nmodel = \"cosserat\"\nlength = 0.5\nsection = {{ bending = [30.0, 1.3], torsion = 20.0 }}\n\
+         from = {{ body = \"M\", {turn} }}\nto = {{ position = [1.0, 0.0, 0.05], {turn} }}\n\
+         [[body]]\nname = \"M\"\nmass = 1.0\ninertia = [0.05, 0.05, 0.05]\nforce = [0.0, 0.0, 10.0]\n\
+         guess = {{ position = [0.53791573, 0.0, 0.22726886] }}\n"
+    );
+    let told = |to: f64| {
+        let how = format!("parameter = \"rod.b.to.position.x\"\nto = {to:?}\npoints = 12");
+        followed(&scene, &how).branches.curves[0].ends.join("; ")
+    };
+    let beyond = told(1.3);
+    for words in ["12 points", "= 1.3 is out of reach", "too short"] {
+        assert!(beyond.contains(words), "{beyond}");
+    }
+    assert!(!beyond.contains("raise points"), "{beyond}");
+    let within = told(1.09);
+    assert!(!within.contains("out of reach"), "{within}");
+}

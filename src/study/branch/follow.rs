@@ -226,13 +226,8 @@ impl<'a> Study<'a> {
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
-                        let (complete, words) = ended(
-                            self.wanted,
-                            (number, backward),
-                            &stop,
-                            last,
-                            self.subject.start(),
-                        );
+                        let (complete, words) =
+                            ended(self.wanted, (number, backward), &stop, last, self.subject);
                         self.curves[number].end(complete, words);
                         break;
                     }
@@ -390,7 +385,7 @@ fn ended(
     (number, backward): (usize, bool),
     stop: &Stop,
     last: Option<f64>,
-    start: &str,
+    subject: &dyn Subject,
 ) -> (bool, String) {
     let Continue {
         parameter,
@@ -400,6 +395,7 @@ fn ended(
         ..
     } = wanted;
     let short = |why: String| (false, short(wanted, number, backward, &why));
+    let (start, beyond) = (subject.start(), subject.out_of_reach());
     let last = last.unwrap_or(*from);
     match stop {
         Stop::LeftAtStart if number == 0 && !backward && wanted.back => (
@@ -421,7 +417,8 @@ fn ended(
         ),
         Stop::Closed => (true, format!("branch {number} is a closed loop")),
         Stop::MaxPoints => short(format!(
-            "its {points} points were used up at {last}; raise points or max_step in [continue]"
+            "its {points} points were used up at {last}; {}",
+            beyond.unwrap_or("raise points or max_step in [continue]")
         )),
         Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
         Stop::Undefined { p, reason, .. } => short(format!(

@@ -66,6 +66,11 @@ pub trait Subject {
     /// Among what deflation searches, for unknowns up to this size.
     fn sought(&self, size: f64) -> String;
 
+    /// Why an end of the range is out of reach, whatever the branch, if that is known.
+    fn out_of_reach(&self) -> Option<&str> {
+        None
+    }
+
     /// What tells one equilibrium from another at the start of a branch.
     fn start(&self) -> &'static str;
 }
