@@ -352,7 +352,7 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
             "of the symmetric part of the stiffness; the loads are not conservative: this does not decide stability, `snaprod modes` does"
         }
         (true, 0, _) => "stable",
-        (true, _, Some(true)) => "unstable",
+        (true, _, Some(true)) => "unstable; another guess, or none, may lead to a stable one",
         (true, ..) => "unstable; no stable equilibrium was found from any start",
     };
     line("index", format!("{} ({meaning})", record.index));
@@ -363,5 +363,11 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
         None => "from the unloaded rods",
     };
     line("path", path.to_owned());
+    if let Some(rod) = &record.overdrawn {
+        line(
+            "guess",
+            format!("out of reach: rod {rod:?} is shorter than its ends are apart there"),
+        );
+    }
     text
 }

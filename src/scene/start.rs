@@ -78,7 +78,7 @@ pub enum Place {
         /// The word.
         rest: Straight,
     },
-    /// The stable equilibrium under the loads at t = 0: `settled = true`.
+    /// The equilibrium under the loads at t = 0, a stable one if a few starts lead to one: `settled = true`.
     Settled {
         /// true.
         settled: bool,

@@ -222,6 +222,18 @@ impl AssemblySetup {
         })
     }
 
+    /// The name of the first rod that is too short for the guess.
+    ///
+    /// # Errors
+    /// Those of the rods.
+    pub fn overdrawn(&self) -> Result<Option<&str>> {
+        let Some(bodies) = &self.guess else {
+            return Ok(None);
+        };
+        let rod = self.assembly.overdrawn(bodies)?;
+        Ok(rod.and_then(|rod| self.assembly.name_of_rod(rod)))
+    }
+
     /// The equilibrium that a motion begins at, or that small motions are about: near the guess, if there is one.
     ///
     /// # Errors

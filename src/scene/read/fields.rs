@@ -349,7 +349,7 @@ pub(super) static START: Spec = spec("start", &[
     field("rest", MOTION, Word(&["straight"]), "", No, "\"straight\": the unloaded rod, which leaves the clamp as that is turned; held so and let go."),
     field("rest", ASSEMBLY, Word(&["straight"]), "", No, "\"straight\": the unloaded rods, where each leads to another body (no loops); held so and let go. Bodies that no rods join to the ground start so only."),
     field("imperfection", PLANE, Number(&IMPERFECTION), "rad", Or("0.0"), "With rest = \"straight\": the angle of the end of a rod that is bent by so little, as one is that begins to buckle; its sign is the side. A push along the rod beyond Euler's load needs it, for the straight rod is unstable then."),
-    field("settled", RUNS, Flag, "", No, "true: the stable equilibrium under the loads at t = 0."),
+    field("settled", RUNS, Flag, "", No, "true: the equilibrium under the loads at t = 0, a stable one if a few starts lead to one; of bodies with a guess, that to which it leads."),
     field("relaxed", PLANE, OneOf(&[Flag, List]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or the curvature c0, c1, ..."),
     field("relaxed", SPACE, OneOf(&[Flag, Table(&STRAIN)]), "", Or("true"), "Where the Maxwell branches are relaxed: true, at the shape of the start; false, at the unloaded rod; or these strains."),
     field("velocity", PLANE, Vector(&FINITE), "m/s", Or("[0.0, 0.0]"), "Velocity of the body in the world, or on top of that of the clamp (`with_clamp`)."),

@@ -33,6 +33,8 @@ pub struct AssemblyEquilibriumRecord {
     pub residual: f64,
     /// Whether it was found near the guess of the scene; None where that has none.
     pub from_guess: Option<bool>,
+    /// A rod that is shorter than its ends are apart in the guess, and can be neither stretched nor sheared.
+    pub overdrawn: Option<String>,
     /// Every rod, those with a free end last.
     pub shapes: Vec<RodCurve>,
 }
@@ -103,6 +105,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         conservative: setup.assembly.is_conservative(0.0),
         residual: found.residual,
         from_guess: guess.then_some(near),
+        overdrawn: setup.overdrawn()?.map(str::to_owned),
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
 }

@@ -1,6 +1,6 @@
 //! Whether rods are long enough for what they join.
 
-use super::{Assembly, Attachment, On};
+use super::{Assembly, Attachment, On, Place};
 use crate::error::{Error, Message, Quantity, Result};
 use nalgebra::DMatrix;
 
@@ -29,6 +29,21 @@ impl Assembly {
             .iter()
             .find(|chain| chain.apart > chain.reach * (1.0 + STRAIGHT));
         short.map_or(Ok(()), |chain| Err(self.too_short(chain)))
+    }
+
+    /// The first rod that is shorter than its ends are apart where the bodies are here, and can be neither stretched nor sheared.
+    ///
+    /// # Errors
+    /// Those of the sections of the rods.
+    pub fn overdrawn(&self, bodies: &[Place]) -> Result<Option<usize>> {
+        for (k, link) in self.links().iter().enumerate() {
+            let [base, tip] = [&link.from, &link.to].map(|end| end.at(0.0, bodies).pose);
+            let apart = (base.translation.vector - tip.translation.vector).norm();
+            if link.rod.is_inextensible()? && apart > link.rod.length() * (1.0 + STRAIGHT) {
+                return Ok(Some(k));
+            }
+        }
+        Ok(None)
     }
 
     /// Why no load across can be borne, if a chain is drawn straight between places that do not move: its force would be infinite.
