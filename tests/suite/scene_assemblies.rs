@@ -734,3 +734,68 @@ fn bodies_may_be_solids() {
         }
     }
 }
+
+/// A clamped strip of length 1.1 with a body in it, whose far clamp stands at a chord.
+fn strip(chord: f64, force: f64, guess: &str) -> Scene {
+    let turn = "rotation = { axis = [0, 1, 0], angle = 1.5707963267948966 }";
+    parsed(&format!(
+        "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 0.6\nsection = {{ bending = [30.0, 1.0], torsion = 20.0 }}\n\
+         from = {{ {turn} }}\nto = {{ body = \"M\", {turn} }}\n\
+         [[rod]]\nname = \"b\"\nmodel = \"cosserat\"\nlength = 0.5\nsection = {{ bending = [30.0, 1.3], torsion = 20.0 }}\n\
+         from = {{ body = \"M\", {turn} }}\nto = {{ position = [{chord:?}, 0.0, 0.05], {turn} }}\n\
+         [[body]]\nname = \"M\"\nmass = 1.0\ninertia = [0.05, 0.05, 0.05]\nforce = [0.0, 0.0, {force:?}]\n{guess}\n"
+    ))
+}
+
+/// Catches a search that ends at an unstable equilibrium, or wanders for minutes: a strip held in shape by two clamps is stable in an arch, at the place
+/// (x, z, turn) and with the energy that two elasticas joined at the body have, and no path from the unloaded rods ends there.
+#[test]
+fn a_strip_between_clamps_is_found_in_its_arch() {
+    let found = equilibrium(&strip(1.0, 10.0, "")).expect("an arch");
+    assert_eq!(found.index, 0);
+    let (name, pose) = &found.bodies[0];
+    let at = pose.translation.vector;
+    let (x, z) = (0.537_915_73, 0.227_268_86);
+    assert!(
+        (at.x - x).abs() < 1e-7 && (at.z - z).abs() < 1e-7 && at.y.abs() < 1e-9,
+        "{name}: {at}"
+    );
+    assert!(
+        (found.energy - 1.371_046_22).abs() < 1e-7,
+        "{}",
+        found.energy
+    );
+    for (chord, force) in [(1.0, 0.0), (1.05, 10.0), (1.05, 0.0)] {
+        let found = equilibrium(&strip(chord, force, "")).expect("an arch");
+        assert_eq!(found.index, 0, "{chord}, {force}");
+    }
+}
+
+/// Catches a search that gives up at the first path that is too long: two rods that close a loop between clamps at a chord of 1.1 have a stable equilibrium, no higher
+/// than that to which a branch leads as the far clamp comes nearer from 1.5 (E = 9.5846).
+#[test]
+fn a_path_that_is_too_long_leaves_the_other_starts() {
+    let found = equilibrium(&parsed(
+        "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.2], torsion = 0.8 }\n\
+         from = {}\nto = { body = \"M\" }\n\
+         [[rod]]\nname = \"b\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.1, 1.0], torsion = 0.8 }\n\
+         rest = { curvature = [0.1, 0.05] }\nfrom = { body = \"M\" }\nto = { position = [0.3, 0.1, 1.1] }\n\
+         [[body]]\nname = \"M\"\nmass = 1.0\noffset = [0.05, 0.0, 0.02]\ninertia = [0.05, 0.05, 0.05]\n",
+    ))
+    .expect("a stable equilibrium");
+    assert_eq!(found.index, 0);
+    assert!(found.energy < 9.5847, "{}", found.energy);
+}
+
+/// Catches an unstable equilibrium near a guess that is passed off as the last word, and a guess beyond the rods of which nothing is said.
+#[test]
+fn a_guess_tells_what_it_is_worth() {
+    let guess = |x: f64, z: f64| {
+        let guess = format!("guess = {{ position = [{x:?}, 0.0, {z:?}] }}");
+        equilibrium(&strip(1.0, 10.0, &guess)).expect("an equilibrium")
+    };
+    let near = guess(0.53, 0.2);
+    assert!(near.index > 0 && near.from_guess == Some(true));
+    assert_eq!(near.overdrawn, None);
+    assert_eq!(guess(0.53, 0.4).overdrawn.as_deref(), Some("a"));
+}

@@ -17,6 +17,7 @@ mod equations;
 mod fold;
 mod free;
 mod give;
+mod homotopy;
 mod implicit;
 mod inertia;
 mod landing;

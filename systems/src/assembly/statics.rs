@@ -4,17 +4,17 @@
 //! which leaves a gap where they close a loop, and the residual homotopy R(y) = (1 - lambda) (R(y0) + springs) brings gaps and loads
 //! together from what they are there to zero; its path is followed through its limit points. Rods slightly bent by couples
 //! serve where the unloaded ones lead to an unstable equilibrium (a straight column) or begin singular (straight and
-//! inextensible ones that hold each other): the bend goes with the residual.
+//! inextensible ones that hold each other): the bend goes with the residual. From an unstable end the bodies fall, held by springs that slacken,
+//! to where they are stable.
 
-use super::equations::Frame;
+use super::homotopy::{BRIEF, FAR, Lost, Patience, Root, Statics, settled, solved};
 use super::{Assembly, Carrier, Configuration, Joint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
-use crate::solve::arclength::{Continuation, Options, Stop};
-use crate::solve::family::{Family, Linearised};
-use crate::solve::newton;
-use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
+use crate::solve::family::Family;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::collections::VecDeque;
 
 /// An equilibrium of an assembly.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +32,13 @@ pub struct AssemblyEquilibrium {
     pub correction: f64,
     /// How it was reached.
     pub route: AssemblyRoute,
+}
+
+impl AssemblyEquilibrium {
+    /// Lower is better.
+    fn order(&self) -> (usize, f64) {
+        (self.index, self.energy)
+    }
 }
 
 /// How an equilibrium was reached.
@@ -64,87 +71,6 @@ const BENDS: [([f64; 3], bool); 6] = [
     ([0.7, 0.4, 0.05], true),
     ([-0.5, 0.8, -0.05], false),
 ];
-/// Springs, in the units of the balance, that hold the bodies at the start of a homotopy and slacken along it: what nothing else
-/// holds (a body that can spin about a ball joint) would leave no path.
-const SPRING: f64 = 0.1;
-/// How near its end a homotopy may be stuck: an equilibrium that is free to move is a singular end.
-const NEARLY: f64 = 0.99;
-/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
-const NEUTRAL: f64 = 1e-7;
-/// Longest step of a path to taut rods, in the units of charts.
-const FAR: f64 = 1e12;
-/// Steps of least length at most.
-const MOST_SETTLING: usize = 20;
-/// What is left of the equations of what nothing holds is rounding up to this many times the tolerance: under a load that nothing bears steps
-/// end, too, far away or where no step makes it less.
-const LEFT: f64 = 1e3;
-
-/// A path that led nowhere: how far it came, why no farther, and whether it was too long, as others would be.
-struct Lost {
-    part: f64,
-    why: Error,
-    heavy: bool,
-}
-
-/// The equations at t = 0, or those of a homotopy.
-struct Statics<'a> {
-    assembly: &'a Assembly,
-    frame: Frame,
-    tolerance: f64,
-    /// R(y0) of the homotopy, p its parameter; None for the equations themselves.
-    start: Option<DVector<f64>>,
-}
-
-/// A root and the length of the last correction.
-struct Root {
-    x: DVector<f64>,
-    correction: f64,
-}
-
-impl Family for Statics<'_> {
-    fn size(&self) -> usize {
-        self.assembly.unknowns()
-    }
-
-    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
-        let x = x.as_slice();
-        let now = self.frame.configuration(self.assembly, x);
-        self.frame.check(self.assembly, x, &now)?;
-        let points = self
-            .assembly
-            .points(0.0, &now.bodies, &now.charts, self.tolerance)?;
-        let mut residual = self.frame.residual(self.assembly, &now.bodies, &points);
-        let mut jacobian = self.frame.jacobian(self.assembly, x, &now.bodies, &points);
-        let Some(start) = &self.start else {
-            return Ok(Linearised {
-                slope: DVector::zeros(residual.len()),
-                residual,
-                jacobian,
-            });
-        };
-        let mut slope = start.clone();
-        for i in 0..self.assembly.freedoms().1 {
-            slope[i] += SPRING * x[i];
-            jacobian[(i, i)] -= (1.0 - p) * SPRING;
-        }
-        residual -= &slope * (1.0 - p);
-        Ok(Linearised {
-            residual,
-            jacobian,
-            slope,
-        })
-    }
-}
-
-impl Statics<'_> {
-    /// False of what nothing holds where its loads are left, relative to the charts of its rods.
-    fn solves(&self, x: &DVector<f64>, tolerance: f64) -> bool {
-        let charts = x.iter().skip(self.assembly.freedoms().1);
-        let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));
-        let left = || self.linearised(x, 0.0).map(|at| at.residual.amax());
-        self.assembly.is_held() || left().is_ok_and(|left| left <= LEFT * tolerance * most)
-    }
-}
 
 impl Assembly {
     /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from the
@@ -171,37 +97,44 @@ impl Assembly {
         if let Some(guess) = guess {
             return self.near(guess, tolerance);
         }
-        let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
-        let bent = BENDS.iter().enumerate();
-        let bent = bent.map(|(k, (bend, other))| (AssemblyRoute::Bent(k), *bend, *other));
-        let origin = vec![Place::at_rest(Isometry3::identity()); self.carriers().len()];
+        let starts = self.beginnings(tolerance)?;
+        let mut paths: VecDeque<_> = starts.iter().map(|start| (start, BRIEF)).collect();
         let mut best: Option<AssemblyEquilibrium> = None;
-        let mut farthest: Option<Lost> = None;
-        for (route, bend, other) in straight.chain(bent) {
-            let charts = (0..self.links().len()).map(|k| {
-                let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
-                joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
-            });
-            match self.led(
-                &self.laid_out(charts.collect(), &origin, tolerance)?,
-                route,
-                tolerance,
-            ) {
+        let (mut farthest, mut far): (Option<Lost>, bool) = (None, false);
+        while let Some((start, patience)) = paths.pop_front() {
+            if patience == FAR && best.is_some() {
+                break;
+            }
+            match self.led(start, patience, tolerance) {
                 // Under loads that turn with bodies no index tells one equilibrium from another.
                 Ok(found) if found.index == 0 || self.is_followed(0.0) => return Ok(found),
                 Ok(found) => {
-                    let order = |a: &AssemblyEquilibrium| (a.index, a.energy);
-                    if best.as_ref().is_none_or(|best| order(&found) < order(best)) {
+                    let found = self.below(found, tolerance);
+                    if found.index == 0 {
+                        return Ok(found);
+                    }
+                    if best
+                        .as_ref()
+                        .is_none_or(|best| found.order() < best.order())
+                    {
                         best = Some(found);
                     }
                 }
+                Err(lost)
+                    if lost.long
+                        && let Some(why) = self.drawn_straight() =>
+                {
+                    farthest = Some(Lost { why, ..lost });
+                    break;
+                }
                 Err(lost) => {
-                    let heavy = lost.heavy;
-                    if heavy || farthest.as_ref().is_none_or(|far| lost.part >= far.part) {
-                        farthest = Some(lost);
+                    // Of paths that are too long one is followed farther, where the others lead to nothing.
+                    if lost.long && !far {
+                        paths.push_back((start, FAR));
+                        far = true;
                     }
-                    if heavy {
-                        break;
+                    if farthest.as_ref().is_none_or(|far| lost.part >= far.part) {
+                        farthest = Some(lost);
                     }
                 }
             }
@@ -217,6 +150,23 @@ impl Assembly {
             )),
             None => Error::no_convergence("no equilibrium was found; give a guess"),
         })
+    }
+
+    /// Where paths begin: the unloaded rods, and bent ones.
+    fn beginnings(&self, tolerance: f64) -> Result<Vec<(Configuration, AssemblyRoute)>> {
+        let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
+        let bent = BENDS.iter().enumerate();
+        let bent = bent.map(|(k, (bend, other))| (AssemblyRoute::Bent(k), *bend, *other));
+        let origin = vec![Place::at_rest(Isometry3::identity()); self.carriers().len()];
+        let starts = straight.chain(bent).map(|(route, bend, other)| {
+            let charts = (0..self.links().len()).map(|k| {
+                let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
+                joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
+            });
+            let start = self.laid_out(charts.collect(), &origin, tolerance)?;
+            Ok((start, route))
+        });
+        starts.collect()
     }
 
     /// The bodies at rest where the unloaded rods bring them, each where the first rod that reaches it ends. Rods that close a loop
@@ -288,19 +238,27 @@ impl Assembly {
                 self.links().len()
             )));
         }
-        let statics = self.statics(guess, tolerance);
+        let statics = Statics::new(self, guess, tolerance);
         let x = statics.frame.unknowns(self, guess);
         let direct = solved(&statics, &x, tolerance)
             .and_then(|root| self.described(&statics, &root, AssemblyRoute::Guess));
         let found = match direct {
             Ok(found) => found,
-            Err(direct) => self.led(guess, AssemblyRoute::FromGuess, tolerance).map_err(|lost| {
-                direct.context(format!(
-                    "no equilibrium near the guess, and the path that takes its residual back ends after {:.1} % of its way; \
-                     give a guess nearer to an equilibrium, or none",
-                    100.0 * lost.part
-                ))
-            })?,
+            Err(direct) => {
+                let start = (guess.clone(), AssemblyRoute::FromGuess);
+                let led = |patience| self.led(&start, patience, tolerance);
+                let found = match led(BRIEF) {
+                    Err(lost) if lost.long && self.drawn_straight().is_none() => led(FAR),
+                    found => found,
+                };
+                found.map_err(|lost| {
+                    direct.context(format!(
+                        "no equilibrium near the guess, and the path that takes its residual back ends after {:.1} % of its way; \
+                         give a guess nearer to an equilibrium, or none",
+                        100.0 * lost.part
+                    ))
+                })?
+            }
         };
         // Newton's method may come from anywhere, to anywhere: farther than the rods are long is not near.
         let reach: f64 = self.links().iter().map(|link| link.rod().length()).sum();
@@ -319,90 +277,46 @@ impl Assembly {
         Ok(found)
     }
 
-    fn statics(&self, now: &Configuration, tolerance: f64) -> Statics<'_> {
-        Statics {
-            assembly: self,
-            frame: Frame::new(self, now.bodies.iter().map(|place| place.pose)),
-            tolerance: (0.01 * tolerance).clamp(1e-14, 1e-9),
-            start: None,
-        }
-    }
-
     /// The end of the homotopy from a configuration, or how far it came and why no farther.
     fn led(
         &self,
-        from: &Configuration,
-        route: AssemblyRoute,
+        (from, route): &(Configuration, AssemblyRoute),
+        patience: Patience,
         tolerance: f64,
     ) -> std::result::Result<AssemblyEquilibrium, Lost> {
-        let mut statics = self.statics(from, tolerance);
-        let x = statics.frame.unknowns(self, from);
-        let lost = |part, why| Lost {
-            part,
-            why,
-            heavy: false,
-        };
-        let begin = |why| lost(0.0, why);
-        let Linearised { residual, .. } = statics.linearised(&x, 0.0).map_err(begin)?;
-        let (mut end, mut stuck) = (x.clone(), false);
-        if residual.amax() > tolerance {
-            statics.start = Some(residual);
-            let options = Options {
-                initial_step: 0.1,
-                max_step: 50.0,
-                tolerance: 1e-7,
-                max_points: 400,
-                special: false,
-                ..Options::between(0.0, 1.0)
-            };
-            let to_end = |options: &Options| {
-                Ok(Continuation::new(&statics, x.clone(), 0.0, options.clone())?.trace())
-            };
-            let mut followed = to_end(&options).map_err(begin)?;
-            if let Stop::MaxPoints = followed.stop
-                && let Some(why) = self.drawn_straight()
-            {
-                let far = followed.points.last().map_or(0.0, |point| point.p);
-                return Err(Lost {
-                    heavy: true,
-                    ..lost(far, why)
-                });
-            }
-            if let Stop::MaxPoints = followed.stop {
-                // The forces of taut rods are far away, but nothing happens on the way.
-                let options = Options {
-                    max_step: FAR,
-                    ..options
-                };
-                followed = to_end(&options).map_err(begin)?;
-            }
-            let far = followed
-                .points
-                .iter()
-                .map(|point| point.p)
-                .fold(0.0, f64::max);
-            match (followed.stop, followed.points.last()) {
-                (Stop::Reached, Some(last)) => end = last.x.clone(),
-                (_, Some(last)) if last.p > NEARLY => (end, stuck) = (last.x.clone(), true),
-                (Stop::Undefined { reason, .. }, _) => return Err(lost(far, reason)),
-                (Stop::MaxPoints, _) => {
-                    let why = Error::no_convergence(
-                        "the path took too many steps; give a guess, or lower the loads and follow a branch up to them",
-                    );
-                    return Err(Lost {
-                        heavy: true,
-                        ..lost(far, why)
-                    });
-                }
-                (stop, _) => return Err(lost(far, Error::no_convergence(stop.to_string()))),
-            }
+        let mut statics = Statics::new(self, from, tolerance);
+        let (mut x, mut stuck) = (statics.frame.unknowns(self, from), false);
+        let begun = statics.linearised(&x, 0.0).map_err(Lost::at_once)?.residual;
+        if begun.amax() > tolerance {
+            statics.start = Some(begun);
+            (x, stuck) = statics.followed(x, patience)?;
             statics.start = None;
         }
-        let settled = stuck.then(|| settled(&statics, &end, tolerance)).flatten();
-        let found = settled.map_or_else(|| solved(&statics, &end, tolerance), Ok);
+        let settled = stuck.then(|| settled(&statics, &x, tolerance)).flatten();
+        let found = settled.map_or_else(|| solved(&statics, &x, tolerance), Ok);
         found
-            .and_then(|root| self.described(&statics, &root, route))
-            .map_err(|why| lost(1.0, why))
+            .and_then(|root| self.described(&statics, &root, *route))
+            .map_err(|why| Lost {
+                part: 1.0,
+                ..Lost::at_once(why)
+            })
+    }
+
+    /// The better equilibrium of those to which bodies fall from an unstable one, or that itself where they fall to none.
+    fn below(&self, found: AssemblyEquilibrium, tolerance: f64) -> AssemblyEquilibrium {
+        let statics = Statics::new(self, &found.now, tolerance);
+        let x = statics.frame.unknowns(self, &found.now);
+        let mut best = found;
+        for way in [1.0, -1.0] {
+            let fallen = statics.fallen(&x, way);
+            let lower = fallen
+                .and_then(|x| solved(&statics, &x, tolerance).ok())
+                .and_then(|root| self.described(&statics, &root, best.route).ok());
+            if let Some(lower) = lower.filter(|lower| lower.order() < best.order()) {
+                best = lower;
+            }
+        }
+        best
     }
 
     fn described(
@@ -514,54 +428,4 @@ impl Assembly {
             spins: Vec::new(),
         })
     }
-}
-
-/// Newton's method; where it fails, since the equilibrium is one of a continuous family (a column of equal bending stiffnesses
-/// buckles any way round, a body turns about a ball joint), steps of least length.
-fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Root> {
-    let options = newton::Options {
-        tolerance,
-        ..newton::Options::default()
-    };
-    let system = |x: &DVector<f64>| {
-        let at = statics.linearised(x, 0.0)?;
-        Ok((at.residual, at.jacobian))
-    };
-    match newton::solve(system, x, &options) {
-        Ok(found) if statics.solves(&found.x, tolerance) => Ok(Root {
-            x: found.x,
-            correction: found.correction,
-        }),
-        found => settled(statics, x, tolerance).ok_or_else(|| match found {
-            Err(why) => why,
-            Ok(_) => Error::no_convergence("nothing bears the loads"),
-        }),
-    }
-}
-
-fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Root> {
-    let (mut x, mut last) = (x.clone(), f64::INFINITY);
-    for _ in 0..MOST_SETTLING {
-        let at = statics.linearised(&x, 0.0).ok()?;
-        let size = at.jacobian.norm();
-        let step = at
-            .jacobian
-            .svd(true, true)
-            .solve(&at.residual, NEUTRAL * size)
-            .ok()?;
-        let correction = step.norm();
-        let fine = correction <= tolerance * (1.0 + x.norm());
-        let rounding = 4.0 * f64::EPSILON * (1.0 + x.norm());
-        if fine && (correction > 0.5 * last || correction <= rounding) {
-            return statics
-                .solves(&x, tolerance)
-                .then_some(Root { x, correction });
-        }
-        if !fine && !(correction < 0.9 * last) {
-            return None;
-        }
-        last = correction;
-        x -= step;
-    }
-    None
 }

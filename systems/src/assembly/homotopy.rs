@@ -1,0 +1,262 @@
+//! The equations of statics, and the paths that lead to their roots.
+
+use super::equations::Frame;
+use super::{Assembly, Configuration};
+use crate::error::{Error, Result};
+use crate::solve::arclength::{Continuation, Options, Stop};
+use crate::solve::family::{Family, Linearised};
+use crate::solve::newton;
+use nalgebra::DVector;
+
+/// Springs, in the units of the balance, that hold the bodies at the start of a homotopy and slacken along it: what nothing else
+/// holds (a body that can spin about a ball joint) would leave no path.
+const SPRING: f64 = 0.1;
+/// How near its end a homotopy may be stuck: an equilibrium that is free to move is a singular end.
+const NEARLY: f64 = 0.99;
+/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+const NEUTRAL: f64 = 1e-7;
+/// Steps of least length at most.
+const MOST_SETTLING: usize = 20;
+/// What is left of the equations of what nothing holds is rounding up to this many times the tolerance: under a load that nothing bears steps
+/// end, too, far away or where no step makes it less.
+const LEFT: f64 = 1e3;
+
+/// How far beside an unstable equilibrium bodies are let go, in radians and mean lengths of the rods.
+const ASIDE: f64 = 0.02;
+/// The springs of falling bodies have gone when they are this part of what they began with.
+const SLACK: f64 = 1e-4;
+/// The longest step of a fall, relative to the unknowns: Newton's method may end far away.
+const LEAP: f64 = 1.0;
+/// Steps of a fall at most.
+const MOST_FALLING: usize = 60;
+
+/// A path that led nowhere: how far it came, why no farther, and whether it was only too long.
+pub(super) struct Lost {
+    pub part: f64,
+    pub why: Error,
+    pub long: bool,
+}
+
+impl Lost {
+    pub(super) fn at_once(why: Error) -> Self {
+        let (part, long) = (0.0, false);
+        Self { part, why, long }
+    }
+}
+
+/// The equations at t = 0, or those of a homotopy.
+pub(super) struct Statics<'a> {
+    assembly: &'a Assembly,
+    pub(super) frame: Frame,
+    pub(super) tolerance: f64,
+    /// R(y0) of the homotopy, p its parameter; None for the equations themselves.
+    pub(super) start: Option<DVector<f64>>,
+}
+
+/// How long a path may be: points, and the longest step in the units of charts.
+pub(super) type Patience = (usize, f64);
+/// That of a path while there are others to try.
+pub(super) const BRIEF: Patience = (150, 50.0);
+/// That of one that is followed farther: the forces of taut rods are far away, but nothing happens on the way.
+pub(super) const FAR: Patience = (400, 1e12);
+
+/// A root and the length of the last correction.
+pub(super) struct Root {
+    pub x: DVector<f64>,
+    pub correction: f64,
+}
+
+impl Family for Statics<'_> {
+    fn size(&self) -> usize {
+        self.assembly.unknowns()
+    }
+
+    fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised> {
+        let x = x.as_slice();
+        let now = self.frame.configuration(self.assembly, x);
+        self.frame.check(self.assembly, x, &now)?;
+        let points = self
+            .assembly
+            .points(0.0, &now.bodies, &now.charts, self.tolerance)?;
+        let mut residual = self.frame.residual(self.assembly, &now.bodies, &points);
+        let mut jacobian = self.frame.jacobian(self.assembly, x, &now.bodies, &points);
+        let Some(start) = &self.start else {
+            return Ok(Linearised {
+                slope: DVector::zeros(residual.len()),
+                residual,
+                jacobian,
+            });
+        };
+        let mut slope = start.clone();
+        for i in 0..self.assembly.freedoms().1 {
+            slope[i] += SPRING * x[i];
+            jacobian[(i, i)] -= (1.0 - p) * SPRING;
+        }
+        residual -= &slope * (1.0 - p);
+        Ok(Linearised {
+            residual,
+            jacobian,
+            slope,
+        })
+    }
+}
+
+impl<'a> Statics<'a> {
+    pub(super) fn new(assembly: &'a Assembly, now: &Configuration, tolerance: f64) -> Self {
+        Self {
+            assembly,
+            frame: Frame::new(assembly, now.bodies.iter().map(|place| place.pose)),
+            tolerance: (0.01 * tolerance).clamp(1e-14, 1e-9),
+            start: None,
+        }
+    }
+
+    /// The end of the path from x, and whether it is stuck just before.
+    pub(super) fn followed(
+        &self,
+        x: DVector<f64>,
+        (points, step): Patience,
+    ) -> std::result::Result<(DVector<f64>, bool), Lost> {
+        let options = Options {
+            initial_step: 0.1,
+            max_step: step,
+            tolerance: 1e-7,
+            max_points: points,
+            special: false,
+            ..Options::between(0.0, 1.0)
+        };
+        let path = Continuation::new(self, x, 0.0, options).map_err(Lost::at_once)?;
+        let followed = path.trace();
+        let far = followed.points.iter().map(|point| point.p);
+        let part = far.fold(0.0, f64::max);
+        let (long, why) = match (followed.stop, followed.points.last()) {
+            (Stop::Reached, Some(last)) => return Ok((last.x.clone(), false)),
+            (_, Some(last)) if last.p > NEARLY => return Ok((last.x.clone(), true)),
+            (Stop::Undefined { reason, .. }, _) => (false, reason),
+            (Stop::MaxPoints, _) => {
+                let why = "the path took too many steps; give a guess, or lower the loads and follow a branch up to them";
+                (true, Error::no_convergence(why))
+            }
+            (stop, _) => (false, Error::no_convergence(stop.to_string())),
+        };
+        Err(Lost { part, why, long })
+    }
+
+    /// Where bodies come that fall from an unstable equilibrium, towards one side of it (`way` 1 or -1): each step is to where springs at the place before,
+    /// stiff enough that it is a stable one, hold them, which lowers the energy; where they are stable without, springs slacken. None where the rods cannot be
+    /// followed.
+    pub(super) fn fallen(&self, x: &DVector<f64>, way: f64) -> Option<DVector<f64>> {
+        let (least, direction) = self.softest(x).filter(|(least, _)| *least < 0.0)?;
+        let mut x = x + direction * (way * ASIDE);
+        let mut spring = -2.0 * least;
+        let slack = SLACK * spring;
+        for _ in 0..MOST_FALLING {
+            let held = |y: &DVector<f64>| {
+                let Linearised {
+                    mut residual,
+                    mut jacobian,
+                    ..
+                } = self.linearised(y, 0.0)?;
+                for i in 0..self.assembly.freedoms().1 {
+                    residual[i] -= spring * (y[i] - x[i]);
+                    jacobian[(i, i)] -= spring;
+                }
+                Ok((residual, jacobian))
+            };
+            let next = newton::solve(held, &x, &newton::Options::default()).ok();
+            match next.filter(|next| (&next.x - &x).norm() <= LEAP * (1.0 + x.norm())) {
+                Some(next) => {
+                    x = next.x;
+                    spring = (-2.0 * self.softest(&x)?.0).max(0.3 * spring);
+                }
+                None => spring *= 4.0,
+            }
+            if spring <= slack {
+                return Some(x);
+            }
+        }
+        None
+    }
+
+    /// The least stiffness of the bodies where the rods follow them, and the unknowns' direction in which it is.
+    fn softest(&self, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
+        let jacobian = self.linearised(x, 0.0).ok()?.jacobian;
+        let (n, bodies) = (x.len(), self.assembly.freedoms().1);
+        let rods = jacobian.view((bodies, bodies), (n - bodies, n - bodies));
+        let ends = jacobian.view((bodies, 0), (n - bodies, bodies));
+        let follow = -rods.into_owned().lu().solve(&ends)?;
+        let forces = jacobian.view((0, bodies), (bodies, n - bodies));
+        let stiffness = -(jacobian.view((0, 0), (bodies, bodies)) + forces * &follow);
+        if !stiffness.iter().all(|k| k.is_finite()) {
+            return None;
+        }
+        let modes = (0.5 * (&stiffness + stiffness.transpose())).symmetric_eigen();
+        let (least, value) = modes.eigenvalues.argmin();
+        let mode = modes.eigenvectors.column(least);
+        let mut direction = DVector::zeros(n);
+        direction.rows_mut(0, bodies).copy_from(&mode);
+        direction
+            .rows_mut(bodies, n - bodies)
+            .copy_from(&(follow * mode));
+        Some((value, direction))
+    }
+
+    /// False of what nothing holds where its loads are left, relative to the charts of its rods.
+    fn solves(&self, x: &DVector<f64>, tolerance: f64) -> bool {
+        let charts = x.iter().skip(self.assembly.freedoms().1);
+        let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));
+        let left = || self.linearised(x, 0.0).map(|at| at.residual.amax());
+        self.assembly.is_held() || left().is_ok_and(|left| left <= LEFT * tolerance * most)
+    }
+}
+
+/// Newton's method; where it fails, since the equilibrium is one of a continuous family (a column of equal bending stiffnesses
+/// buckles any way round, a body turns about a ball joint), steps of least length.
+pub(super) fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Root> {
+    let options = newton::Options {
+        tolerance,
+        ..newton::Options::default()
+    };
+    let system = |x: &DVector<f64>| {
+        let at = statics.linearised(x, 0.0)?;
+        Ok((at.residual, at.jacobian))
+    };
+    match newton::solve(system, x, &options) {
+        Ok(found) if statics.solves(&found.x, tolerance) => Ok(Root {
+            x: found.x,
+            correction: found.correction,
+        }),
+        found => settled(statics, x, tolerance).ok_or_else(|| match found {
+            Err(why) => why,
+            Ok(_) => Error::no_convergence("nothing bears the loads"),
+        }),
+    }
+}
+
+/// Steps of least length to an equilibrium that is free to move.
+pub(super) fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Root> {
+    let (mut x, mut last) = (x.clone(), f64::INFINITY);
+    for _ in 0..MOST_SETTLING {
+        let at = statics.linearised(&x, 0.0).ok()?;
+        let size = at.jacobian.norm();
+        let step = at
+            .jacobian
+            .svd(true, true)
+            .solve(&at.residual, NEUTRAL * size)
+            .ok()?;
+        let correction = step.norm();
+        let fine = correction <= tolerance * (1.0 + x.norm());
+        let rounding = 4.0 * f64::EPSILON * (1.0 + x.norm());
+        if fine && (correction > 0.5 * last || correction <= rounding) {
+            return statics
+                .solves(&x, tolerance)
+                .then_some(Root { x, correction });
+        }
+        if !fine && !(correction < 0.9 * last) {
+            return None;
+        }
+        last = correction;
+        x -= step;
+    }
+    None
+}
