@@ -29,6 +29,12 @@ const SLACK: f64 = 1e-4;
 const LEAP: f64 = 1.0;
 /// Steps of a fall at most.
 const MOST_FALLING: usize = 60;
+/// A step of a fall is a short one, and where it leads need not be exact: one that Newton's method does not find at once is too long.
+const STEP: newton::Options = newton::Options {
+    tolerance: 1e-6,
+    max_iterations: 8,
+    min_damping: 0.1,
+};
 
 /// A path that led nowhere: how far it came, why no farther, and whether it was only too long.
 pub(super) struct Lost {
@@ -163,7 +169,7 @@ impl<'a> Statics<'a> {
                 }
                 Ok((residual, jacobian))
             };
-            let next = newton::solve(held, &x, &newton::Options::default()).ok();
+            let next = newton::solve(held, &x, &STEP).ok();
             match next.filter(|next| (&next.x - &x).norm() <= LEAP * (1.0 + x.norm())) {
                 Some(next) => {
                     x = next.x;

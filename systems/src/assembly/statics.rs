@@ -72,6 +72,9 @@ const BENDS: [([f64; 3], bool); 6] = [
     ([-0.5, 0.8, -0.05], false),
 ];
 
+/// Two equilibria are one if their energies differ by no more than this part.
+const ALIKE: f64 = 1e-9;
+
 impl Assembly {
     /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from the
     /// unloaded rods: a stable one if a few starts lead to one, otherwise that of the lowest index found.
@@ -101,6 +104,8 @@ impl Assembly {
         let mut paths: VecDeque<_> = starts.iter().map(|start| (start, BRIEF)).collect();
         let mut best: Option<AssemblyEquilibrium> = None;
         let (mut farthest, mut far): (Option<Lost>, bool) = (None, false);
+        // Energies of the unstable equilibria from which bodies have fallen.
+        let mut left: Vec<f64> = Vec::new();
         while let Some((start, patience)) = paths.pop_front() {
             if patience == FAR && best.is_some() {
                 break;
@@ -109,6 +114,12 @@ impl Assembly {
                 // Under loads that turn with bodies no index tells one equilibrium from another.
                 Ok(found) if found.index == 0 || self.is_followed(0.0) => return Ok(found),
                 Ok(found) => {
+                    let again =
+                        |energy: &f64| (energy - found.energy).abs() <= ALIKE * energy.abs();
+                    if left.iter().any(again) {
+                        continue;
+                    }
+                    left.push(found.energy);
                     let found = self.below(found, tolerance);
                     if found.index == 0 {
                         return Ok(found);
