@@ -34,7 +34,7 @@ pub struct ElasticaRecord {
 /// ```
 ///
 /// # Errors
-/// kappa = 0, the straight rod; an arclength outside [0, 1]; an index out of the range of double precision.
+/// kappa = 0, the straight rod; an arclength outside [0, 1]; an index out of the range of double precision, or above a million.
 pub fn elastica(equilibrium: Equilibrium, at: &[f64]) -> Result<ElasticaRecord> {
     let e = equilibrium;
     if e.kappa == 0.0 {

@@ -51,7 +51,7 @@ const NEWTON: usize = 4;
 const LENGTH: [f64; 4] = [1.0, -0.5, 0.375, -0.3125];
 const TIP: [f64; 4] = [1.0, -1.5, 1.875, -2.1875];
 
-/// Rounds of Newton's method to a rod of given deflection.
+/// Rounds to a rod of given deflection or load.
 const ROUNDS: usize = 3;
 
 /// |P| below which the moments come from their series in P, and its terms: it converges for |P| < 4 pi^2.

@@ -33,8 +33,6 @@ pub struct Assembled<'a> {
     rods: usize,
     /// What is to be said before anything is followed.
     pub remarks: Vec<String>,
-    /// Why an end of the range is out of reach, if it is.
-    out_of_reach: Option<String>,
 }
 
 /// The assemblies of a scene over one of its parameters.
@@ -79,7 +77,6 @@ impl<'a> Assembled<'a> {
             freedoms: carriers.map(|carrier| carrier.freedoms()).collect(),
             rods: first.assembly.links().len(),
             remarks,
-            out_of_reach: out_of_reach(scene, wanted),
         };
         Ok((this, x))
     }
@@ -90,17 +87,6 @@ impl<'a> Assembled<'a> {
         let at = move |_| Ok(assembly.clone());
         self.from_start.over(at, false, 1.0, tolerance(self.scene))
     }
-}
-
-/// The first of the ends of the range at which rods are too short for what they join.
-fn out_of_reach(scene: &Scene, wanted: &Continue) -> Option<String> {
-    let (low, high) = wanted.range();
-    [wanted.to, low, high].into_iter().find_map(|p| {
-        let there = scene.with(&wanted.parameter, p);
-        let setup = AssemblySetup::new(&there).ok()?;
-        let why = there.in_own_units(setup.assembly.within_reach().err()?);
-        Some(format!("{} = {p} is out of reach: {why}", wanted.parameter))
-    })
 }
 
 /// Position and quaternion.
@@ -311,8 +297,14 @@ impl Subject for Assembled<'_> {
         )
     }
 
-    fn out_of_reach(&self) -> Option<&str> {
-        self.out_of_reach.as_deref()
+    fn out_of_reach(&self, wanted: &Continue) -> Option<String> {
+        let (low, high) = wanted.range();
+        [wanted.to, low, high].into_iter().find_map(|p| {
+            let there = self.scene.with(&wanted.parameter, p);
+            let setup = AssemblySetup::new(&there).ok()?;
+            let why = there.in_own_units(setup.assembly.within_reach().err()?);
+            Some(format!("{} = {p} is out of reach: {why}", wanted.parameter))
+        })
     }
 
     fn start(&self) -> &'static str {

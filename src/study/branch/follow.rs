@@ -395,7 +395,7 @@ fn ended(
         ..
     } = wanted;
     let short = |why: String| (false, short(wanted, number, backward, &why));
-    let (start, beyond) = (subject.start(), subject.out_of_reach());
+    let start = subject.start();
     let last = last.unwrap_or(*from);
     match stop {
         Stop::LeftAtStart if number == 0 && !backward && wanted.back => (
@@ -418,7 +418,8 @@ fn ended(
         Stop::Closed => (true, format!("branch {number} is a closed loop")),
         Stop::MaxPoints => short(format!(
             "its {points} points were used up at {last}; {}",
-            beyond.unwrap_or("raise points or max_step in [continue]")
+            (subject.out_of_reach(wanted))
+                .unwrap_or_else(|| "raise points or max_step in [continue]".to_owned())
         )),
         Stop::StepTooSmall { p, reason, .. } => short(format!("it is stuck at {p}: {reason}")),
         Stop::Undefined { p, reason, .. } => short(format!(

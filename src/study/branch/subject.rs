@@ -67,7 +67,7 @@ pub trait Subject {
     fn sought(&self, size: f64) -> String;
 
     /// Why an end of the range is out of reach, whatever the branch, if that is known.
-    fn out_of_reach(&self) -> Option<&str> {
+    fn out_of_reach(&self, _wanted: &Continue) -> Option<String> {
         None
     }
 

@@ -72,7 +72,7 @@ const BENDS: [([f64; 3], bool); 6] = [
     ([-0.5, 0.8, -0.05], false),
 ];
 
-/// Two equilibria are one if their energies differ by no more than this part.
+/// Equilibria whose energies differ by no more than this part are one, or mirror images, from which bodies fall alike.
 const ALIKE: f64 = 1e-9;
 
 impl Assembly {
