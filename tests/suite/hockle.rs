@@ -129,7 +129,7 @@ fn a_twisted_rod_goes_through_its_folds() {
     }
 }
 
-/// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is booked, and it is felt again after the landing.
+/// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is booked, and it is felt again after the landing, and not given up elsewhere.
 #[test]
 fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
     let (assembly, now) = hockle(2.0);
@@ -144,7 +144,7 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
     let options = Options::new(2.3).and_then(|o| o.with_tolerance(TOLERANCE));
     let mut run = AssemblyRun::new(assembly, &now, options.unwrap()).unwrap();
     let total = run.now().ledger().total();
-    let (mut since, mut snaps) = (None, 0);
+    let (mut since, mut snaps, mut last, mut unfelt) = (None, 0, 0.0, 0.0);
     while let Some(event) = run.advance() {
         let ledger = run.now().ledger();
         let opened = (ledger.total() - total).abs() / ledger.largest();
@@ -155,9 +155,13 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
             snaps += 1;
         }
         let is_felt = ledger.rod_kinetic > 0.0;
+        unfelt += if is_felt { 0.0 } else { run.now().time() - last };
+        last = run.now().time();
         since = (!is_felt).then(|| since.unwrap_or(run.now().time()));
     }
     assert_eq!((snaps, since), (2, None));
+    // By the normal form alone a fold seems to be near from 1.506 to 1.620, which the rod does not come to.
+    assert!(unfelt < 0.025, "{unfelt}");
 }
 
 /// The collocated layer and that along the base wrench, which is good here, lead to the same rest, and folds have the same normal form by either:
