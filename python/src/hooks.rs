@@ -45,9 +45,9 @@ impl Watch {
         }
     }
 
-    /// What Python raised on the way, such as KeyboardInterrupt.
+    /// What Python raised on the way, such as KeyboardInterrupt. Work that is shorter than EVERY has not asked before.
     pub fn finish(mut self) -> PyResult<()> {
-        if self.raised.is_none() && self.progress.is_some() {
+        if self.raised.is_none() {
             self.ask();
         }
         self.raised.map_or(Ok(()), Err)
@@ -81,7 +81,10 @@ pub fn aside<T: Send + 'static>(
         let (come, waiting) = py.detach(move || (result.recv_timeout(EVERY), result));
         result = waiting;
         match come {
-            Ok(found) => return found.map_err(|e| refused(&e)),
+            Ok(found) => {
+                py.check_signals()?;
+                return found.map_err(|e| refused(&e));
+            }
             Err(RecvTimeoutError::Timeout) => py.check_signals()?,
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(refused(&snaprod::Error::no_convergence(

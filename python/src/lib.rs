@@ -188,21 +188,22 @@ fn elastica<'py>(
     p: Option<f64>,
     sheet: Option<(u32, bool, f64, f64)>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let found = match (kappa, p, sheet) {
-        (_, _, Some((mode, plus, k, beta))) => {
-            let sign = if plus { Sign::Plus } else { Sign::Minus };
-            Equilibrium::from_sheet(Sheet { mode, sign }, k, beta)
+    let (summary, shape) = aside(py, move || {
+        let found = match (kappa, p, sheet) {
+            (_, _, Some((mode, plus, k, beta))) => {
+                let sign = if plus { Sign::Plus } else { Sign::Minus };
+                Equilibrium::from_sheet(Sheet { mode, sign }, k, beta)
+            }
+            (Some(kappa), ..) => Equilibrium::from_lambda_kappa(lam, kappa),
+            (None, p, None) => Equilibrium::from_lambda_p(lam, p.unwrap_or(f64::NAN)),
+        };
+        let record = study::elastica(found?, &at)?;
+        let mut summary = record.summary();
+        if let Some(object) = summary.as_object_mut() {
+            object.remove("sections");
         }
-        (Some(kappa), ..) => Equilibrium::from_lambda_kappa(lam, kappa),
-        (None, p, None) => Equilibrium::from_lambda_p(lam, p.unwrap_or(f64::NAN)),
-    };
-    let record = found.and_then(|found| study::elastica(found, &at));
-    let record = record.map_err(|e| refused(&e))?;
-    let mut summary = record.summary();
-    if let Some(object) = summary.as_object_mut() {
-        object.remove("sections");
-    }
-    let shape = record.shape().map_err(|e| refused(&e))?;
+        Ok((summary, record.shape()?))
+    })?;
     pieces(py, &[shape], &summary)
 }
 
@@ -282,6 +283,9 @@ pub(crate) fn pieces<'py>(
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    // The first array looks up NumPy's functions, which panics where Ctrl-C is pending: here none can be, and later they are known.
+    module.py().check_signals()?;
+    PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<sweep::Sweep>()?;
     module.add_function(wrap_pyfunction!(toml, module)?)?;

@@ -5,7 +5,7 @@ use crate::hooks::Watch;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use snaprod::study::sweep::{Directory, Sweep as Study};
-use snaprod::study::{Hooks, Vary, json_text};
+use snaprod::study::{Hooks, Vary};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -55,12 +55,6 @@ impl Sweep {
     #[getter]
     fn points(&self) -> usize {
         self.directory.sweep().points()
-    }
-
-    /// What decides its rows, as text.
-    #[getter]
-    fn identity(&self) -> String {
-        json_text(self.directory.sweep().identity())
     }
 
     /// How many points were made by this object so far.

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from pathlib import Path
@@ -217,6 +219,13 @@ def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         snaprod.run(snap, run__duration=1e6)
+    # An elastica has no steps at which it could ask.
+    before = len(ticks)
+    timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        snaprod.elastica(lam=6.0, kappa=0.5, s=1_000_000)
+    assert len(ticks) > before + 5
     running = False
     thread.join()
     # The other thread went on while Rust worked.
@@ -224,6 +233,22 @@ def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
     told = []
     snaprod.run(snap, progress=lambda fraction, at: told.append(fraction))
     assert told[-1] == 1.0
+
+
+def test_ctrl_c_before_the_first_array_is_heard(snap):
+    """Catches a panic where the first array of a process is made while Ctrl-C is pending: NumPy's functions could not be looked up then."""
+    program = """
+import _thread, signal, threading, time, snaprod
+signal.signal(signal.SIGINT, signal.default_int_handler)
+threading.Timer(0.005, _thread.interrupt_main).start()
+try:
+    snaprod.run({scene}, run__duration=2.0)
+    time.sleep(1.0)
+except KeyboardInterrupt:
+    print("heard")
+"""
+    ran = subprocess.run([sys.executable, "-c", program.replace("{scene}", repr(snap))], capture_output=True, text=True)
+    assert ran.stdout == "heard\n", ran.stderr
 
 
 def test_every_result_is_drawn(snap, scenes: Path):

@@ -102,3 +102,24 @@ def test_dask_makes_the_same_files_though_a_worker_dies(snap, tmp_path):
     np.testing.assert_array_equal(again["end.x"], swept["end.x"])
     assert swept.data.rows == 128
     assert files(together) == files(alone)
+
+
+def test_dask_goes_on_after_an_interrupt(snap, tmp_path):
+    """Catches chunks under the keys of an interrupted call, whose cancelled results the next one got, and one that waits for chunks that another cancels."""
+    distributed = pytest.importorskip("distributed")
+
+    def interrupt(fraction, done):
+        raise KeyboardInterrupt
+
+    def cancel(fraction, done):
+        client.cancel([distributed.Future(key, client) for key in list(client.futures)])
+
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+    ) as cluster, distributed.Client(cluster) as client:
+        given = {"columns": "end.x", "out": tmp_path / "swept", "client": client, "run__duration": 3.0}
+        stops = {interrupt: (KeyboardInterrupt, None), cancel: (RuntimeError, "was cancelled; the same call goes on")}
+        for stopped, (expected, message) in stops.items():
+            with pytest.raises(expected, match=message):
+                snaprod.sweep(snap, VARY, progress=stopped, **given)
+        assert snaprod.sweep(snap, VARY, **given).data.rows == 128

@@ -47,7 +47,6 @@ def fit(
 
 class Sweep:
     points: int
-    identity: str
     done: int
     names: tuple[list[str], list[str]]
     shape: list[int]

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import tempfile
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Iterable, Mapping, Sequence
+from uuid import uuid4
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -118,12 +118,15 @@ def _there(made: _core.Sweep, plan: Plan, missing: list[int], client: Client, to
     """Makes the chunks on the workers of a client."""
     from distributed import as_completed
 
-    name = "snaprod-" + sha256((made.identity + plan[-1]).encode()).hexdigest()[:16]
+    # Of this call alone: by keys of an earlier one, which was interrupted, Dask would hand out its cancelled results.
+    name = f"snaprod-{uuid4().hex}"
     keys = [f"{name}-{k:06}" for k in missing]
     futures = client.map(_make, [plan] * len(missing), missing, key=keys, pure=False)
     total, done = max(sum(made.points_of(k) for k in missing), 1), 0
     try:
-        for _, points in as_completed(futures, with_results=True):
+        for future, points in as_completed(futures, with_results=True):
+            if future.cancelled():
+                raise RuntimeError(f"{future.key}: the chunk was cancelled; the same call goes on with what is missing")
             done += points
             if told.call is not None:
                 told.call(done / total, done)
