@@ -85,3 +85,18 @@ def test_what_is_wrong_is_said(tmp_path):
         SWING, {OMEGA: [1.7, 1.8, 1.75]}, {"body.mass": (0.5, 2), "rod.bending_stiffness": (0.5, 2)}, starts=1
     )
     assert both.standard_errors == {"body.mass": None, "rod.bending_stiffness": None} and both.remarks
+
+
+def test_what_is_masked_was_not_measured():
+    """Catches masked numbers that are taken as measured, here 1e6, and infinite ones that leave the middle of the range as the best."""
+    masses = np.array([0.5, 1.0, 2.0, 4.0])
+    omega = np.sqrt(3.0 * 1.3 / masses)
+    free = {"rod.bending_stiffness": (0.5, 4.0)}
+    masked = np.ma.masked_greater(np.append(omega, 1e6), 1e5)
+    found = snaprod.fit(SWING, {"body.mass": [*masses, 1.0], OMEGA: masked}, free, by_row="body.mass", starts=1)
+    assert found.values["rod.bending_stiffness"] == pytest.approx(1.3, rel=1e-7)
+    assert found.summary["columns"][0]["points"] == 4
+    with pytest.raises(snaprod.SceneError, match="row 2 of the data, .* = inf: must be finite"):
+        snaprod.fit(SWING, {"body.mass": masses[:2], OMEGA: [1.7, np.inf]}, free, by_row="body.mass")
+    with pytest.raises(snaprod.SceneError, match="every position must be finite"):
+        snaprod.equilibria(np.ma.array([0.3, 0.5], mask=[False, True]), 0.2)

@@ -155,7 +155,11 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
             snaps += 1;
         }
         let is_felt = ledger.rod_kinetic > 0.0;
-        unfelt += if is_felt { 0.0 } else { run.now().time() - last };
+        unfelt += if is_felt {
+            0.0
+        } else {
+            run.now().time() - last
+        };
         last = run.now().time();
         since = (!is_felt).then(|| since.unwrap_or(run.now().time()));
     }

@@ -35,7 +35,7 @@ from ._results import (
     Run,
     SweepResult,
 )
-from ._scene import Progress, SceneLike, Told, given, whole
+from ._scene import Progress, SceneLike, Told, given, numbers, whole
 from ._sweep import sweep
 from ._table import Table
 
@@ -137,7 +137,7 @@ def elastica(
     By lambda = sqrt(|force|) with kappa or p, kappa = tanh p; or by the sheet S_mode^sign with k and beta. ``s``: arclengths of its
     sections in [0, 1], or how many of them, evenly spaced. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
     """
-    at = np.asarray(s, dtype=float)
+    at = numbers(s)
     sections = np.linspace(0.0, 1.0, whole("s", float(at), 1)) if at.ndim == 0 else at.ravel()
     labels = (mode, sign, k, beta)
     if lam is not None and (kappa is None) != (p is None) and labels == (None,) * 4:
@@ -155,7 +155,7 @@ def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress
     """All equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60: for arrays x and y, which are
     broadcast, at every point. Points that the rod does not reach have none, nor has (1, 0), where the rod is straight under any pull along itself.
     Raises ValueError where a coordinate is not finite."""
-    xs, ys = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    xs, ys = np.broadcast_arrays(numbers(x), numbers(y))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
     # Before any is computed: the others would be lost.
     if (odd := np.flatnonzero(~np.isfinite(flat).all(axis=0))).size:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._results import FitResult
-from ._scene import SEEDS, Progress, SceneLike, Told, given, names, text_of, whole
+from ._scene import SEEDS, Progress, SceneLike, Told, given, names, numbers, text_of, whole
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def _measured(data: Any) -> tuple[list[str], list[list[float]]]:
 
 def _numbers(name: object, values: ArrayLike) -> NDArray[np.float64]:
     try:
-        return np.asarray(values, dtype=float).ravel()
+        return numbers(values).ravel()
     except (TypeError, ValueError) as error:
         raise type(error)(f"data: {name}: must be numbers, NaN where nothing was measured; {error}") from None
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._scene import whole
+from ._scene import numbers, whole
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -140,11 +140,11 @@ class Run(Result):
         Where there is no shape to tell, NaN.
         """
         n = whole("n", n, 2)
-        times = np.atleast_1d(np.asarray(t, dtype=float))
-        names, counts, numbers = _core.shapes(self._given, times.ravel(), n)
+        times = np.atleast_1d(numbers(t))
+        names, counts, places = _core.shapes(self._given, times.ravel(), n)
         most = [max(of) for of in zip(*counts)] or [n] * len(names)
         rods = {name: np.full((times.size, many, 3), np.nan) for name, many in zip(names, most)}
-        points, at = numbers.reshape(-1, 3), 0
+        points, at = places.reshape(-1, 3), 0
         for i, of in enumerate(counts):
             for name, many in zip(names, of):
                 rods[name][i, :many] = points[at : at + many]

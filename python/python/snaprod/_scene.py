@@ -8,6 +8,9 @@ from os.path import exists
 from pathlib import Path
 from typing import Any, Callable, Mapping, Sequence, Tuple, Union
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from . import _core
 from ._errors import SceneError
 
@@ -47,6 +50,11 @@ def setting(path: str, value: Any) -> tuple[str, str]:
     """The path of a field as the reader takes it, and its value as TOML. Two underscores stand for a dot."""
     path = _core.path(path.replace("__", "."))
     return path, _core.toml(path, value)
+
+
+def numbers(values: ArrayLike) -> NDArray[np.float64]:
+    """An array of numbers; what is masked is NaN, not the number behind the mask."""
+    return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
 def whole(name: str, value: Any, low: int, high: int = 2**63 - 1) -> int:

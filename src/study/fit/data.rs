@@ -16,7 +16,7 @@ impl Data {
     /// Data of these columns, with a number of each in every row; NaN where nothing was measured.
     ///
     /// # Errors
-    /// A name that is empty or stands twice; a row that is longer or shorter; no rows.
+    /// A name that is empty or stands twice; a row that is longer or shorter; no rows; a number that is not finite.
     pub fn new(names: Vec<String>, rows: Vec<Vec<f64>>) -> Result<Self> {
         let refuse = |why: String| Err(Error::domain(why));
         for (i, name) in names.iter().enumerate() {
@@ -33,6 +33,17 @@ impl Data {
                 i + 1,
                 rows[i].len(),
                 names.len()
+            ));
+        }
+        let infinite = |row: &Vec<f64>| row.iter().position(|x| x.is_infinite());
+        if let Some((i, k)) =
+            (rows.iter().enumerate()).find_map(|(i, row)| Some((i, infinite(row)?)))
+        {
+            return refuse(format!(
+                "row {} of the data, {} = {}: must be finite; give nan where nothing was measured",
+                i + 1,
+                names[k],
+                rows[i][k]
             ));
         }
         if rows.is_empty() {

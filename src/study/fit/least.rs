@@ -1,6 +1,6 @@
 //! Least squares in a box: the method of Levenberg and Marquardt, with steps that stay inside.
 
-use super::noise::SEEN;
+use super::noise::{CERTAIN, SEEN};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -26,6 +26,8 @@ pub(super) struct Least {
     pub residuals: DVector<f64>,
     /// Their derivatives by the point.
     pub slopes: DMatrix<f64>,
+    /// What half the step changes in them: more than their errors, of the step as of the rounding and the tolerance of the model.
+    pub doubts: DMatrix<f64>,
     /// False if the steps came to an end before.
     pub settled: bool,
 }
@@ -39,10 +41,11 @@ impl Least {
         let Some(residuals) = of(start)? else {
             return Ok(None);
         };
-        let slopes = derivatives(start, &residuals, of)?;
+        let slopes = derivatives(start, &residuals, DIFFERENCE, of)?;
         let mut here = Self {
             at: start.to_vec(),
             residuals,
+            doubts: slopes.clone(),
             slopes,
             settled: false,
         };
@@ -53,6 +56,7 @@ impl Least {
                 break;
             }
         }
+        here.doubts = &here.slopes - derivatives(&here.at, &here.residuals, 0.5 * DIFFERENCE, of)?;
         Ok(Some(here))
     }
 
@@ -114,7 +118,7 @@ impl Least {
                 let held = (gain / promised.max(f64::MIN_POSITIVE)).min(2.0);
                 *damping *= (1.0 - (2.0 * held - 1.0).powi(3)).max(1.0 / 3.0);
                 *damping = damping.max(1e-14);
-                self.slopes = derivatives(&trial, &residuals, of)?;
+                self.slopes = derivatives(&trial, &residuals, DIFFERENCE, of)?;
                 self.at = trial;
                 self.residuals = residuals;
                 return Ok(!done);
@@ -137,8 +141,20 @@ pub(super) fn is_seen(slopes: &DMatrix<f64>) -> Vec<bool> {
     sizes.iter().map(|size| *size > SEEN * largest).collect()
 }
 
-/// Derivatives by differences, inside the box.
-fn derivatives(at: &[f64], here: &DVector<f64>, of: &mut Residuals) -> Result<DMatrix<f64>> {
+/// True for each column of the derivatives that is more than its doubts: one that is less tells the tolerance of the model, or the step.
+pub(super) fn is_certain(least: &Least) -> Vec<bool> {
+    let each = least.slopes.column_iter().zip(least.doubts.column_iter());
+    each.map(|(slope, doubt)| slope.norm() > CERTAIN * doubt.norm())
+        .collect()
+}
+
+/// Derivatives by differences over this step to both sides, inside the box.
+fn derivatives(
+    at: &[f64],
+    here: &DVector<f64>,
+    step: f64,
+    of: &mut Residuals,
+) -> Result<DMatrix<f64>> {
     let mut slopes = DMatrix::zeros(here.len(), at.len());
     for j in 0..at.len() {
         let mut side = |x: f64| -> Result<Option<(f64, DVector<f64>)>> {
@@ -147,8 +163,8 @@ fn derivatives(at: &[f64], here: &DVector<f64>, of: &mut Residuals) -> Result<DM
             Ok(of(&there)?.map(|residuals| (there[j], residuals)))
         };
         let own = || (at[j], here.clone());
-        let (low, below) = side(at[j] - DIFFERENCE)?.unwrap_or_else(own);
-        let (high, above) = side(at[j] + DIFFERENCE)?.unwrap_or_else(own);
+        let (low, below) = side(at[j] - step)?.unwrap_or_else(own);
+        let (high, above) = side(at[j] + step)?.unwrap_or_else(own);
         if high == low {
             return Err(Error::domain(
                 "on both sides of a value that is searched the scene cannot be run",

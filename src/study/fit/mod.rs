@@ -17,7 +17,7 @@ use super::sweep::{Vary, cell, chance, outcome};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, any, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use least::{Least, is_seen};
+use least::{Least, is_certain, is_seen};
 use nalgebra::DVector;
 use noise::Linear;
 
@@ -342,27 +342,29 @@ impl Fit {
         column.filter(|x| !x.is_nan()).count()
     }
 
-    /// The fields that are free to move at an end of a search. A value at an end of its range is held there, and one on which nothing depends stays
-    /// where it is.
+    /// The fields that are free to move at an end of a search. A value at an end of its range is held there, and one on which nothing depends, as far
+    /// as differences tell, stays where it is.
     fn moving(&self, least: &Least) -> Vec<usize> {
         let inside = |part: f64| (WALL..=1.0 - WALL).contains(&part);
-        let seen = is_seen(&least.slopes);
+        let (seen, certain) = (is_seen(&least.slopes), is_certain(least));
         let all = 0..self.free.len();
-        all.filter(|&i| seen[i] && inside(least.at[i])).collect()
+        all.filter(|&i| seen[i] && certain[i] && inside(least.at[i]))
+            .collect()
     }
 
     /// The columns about an end of a search, with the fields that are free to move.
     fn linear(&self, found: &Found) -> Vec<Linear> {
         let least = &found.least;
-        let slopes = least.slopes.select_columns(&self.moving(least));
+        let moving = self.moving(least);
+        let both = [&least.slopes, &least.doubts].map(|of| of.select_columns(&moving));
         let mut from = 0;
         let each = self.compared.iter().zip(&found.noise);
         each.map(|(one, sigma)| {
             let count = self.count(one);
-            let slopes = slopes.rows(from, count) * *sigma;
+            let both = both.each_ref().map(|of| of.rows(from, count) * *sigma);
             let left = least.residuals.rows(from, count) * *sigma;
             from += count;
-            Linear::new(slopes, left, one.noise, NOISE * one.spread)
+            Linear::new(both, left, one.noise, NOISE * one.spread)
         })
         .collect()
     }

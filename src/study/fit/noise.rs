@@ -9,6 +9,10 @@ use nalgebra::{DMatrix, DVector};
 
 /// A direction of the fields whose effect is smaller than this, relative to the largest, is not seen in the data.
 pub(super) const SEEN: f64 = 1e-8;
+/// Nor is one whose effect is not so many times the doubts of its derivatives.
+pub(super) const CERTAIN: f64 = 3.0;
+/// A field has a part in a direction above this part of the largest, where each field is measured by its effect.
+const PART: f64 = 1e-3;
 /// Most rounds of the estimate, in each of which it comes nearer by a factor, and their relative change at its end.
 const ROUNDS: usize = 2000;
 const SETTLED: f64 = 1e-6;
@@ -20,6 +24,8 @@ pub(super) struct Linear {
     /// Derivatives of the model by the fields, and model less data, in the units of the data.
     slopes: DMatrix<f64>,
     left: DVector<f64>,
+    /// Norms of the doubts of the derivatives by each field.
+    doubts: DVector<f64>,
     /// Its noise where that is known.
     known: Option<f64>,
     /// The least that is taken for it elsewhere.
@@ -28,8 +34,14 @@ pub(super) struct Linear {
 
 impl Linear {
     /// A long column is as good as the triangle of its QR factors: sums of products are the same.
-    pub fn new(slopes: DMatrix<f64>, left: DVector<f64>, known: Option<f64>, least: f64) -> Self {
+    pub fn new(
+        [slopes, doubts]: [DMatrix<f64>; 2],
+        left: DVector<f64>,
+        known: Option<f64>,
+        least: f64,
+    ) -> Self {
         let (count, fields) = slopes.shape();
+        let doubts = doubts.column_iter().map(|column| column.norm());
         let mut both = slopes.insert_column(fields, 0.0);
         both.set_column(fields, &left);
         if count > fields + 1 {
@@ -37,6 +49,7 @@ impl Linear {
         }
         Self {
             count,
+            doubts: DVector::from_iterator(fields, doubts),
             left: both.column(fields).into_owned(),
             slopes: both.remove_column(fields),
             known,
@@ -51,8 +64,8 @@ const FREE: f64 = 0.99;
 /// What the data do not tell.
 #[derive(Debug, PartialEq)]
 pub(super) enum Untold {
-    /// The fields apart: a direction of them is not seen.
-    Fields,
+    /// These fields apart: a direction of them is not seen.
+    Fields(Vec<usize>),
     /// The noise of this column, which the fields can follow.
     Noise(usize),
 }
@@ -72,8 +85,8 @@ struct Weighted {
     left: DVector<f64>,
     /// V S^-1.
     back: DMatrix<f64>,
-    /// True if no direction of the fields was left out since it is not seen.
-    is_whole: bool,
+    /// The fields with a part in directions that were left out since they are not seen.
+    unseen: Vec<usize>,
 }
 
 /// The noise of the columns, from a guess of it on.
@@ -111,11 +124,11 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold
     let Weighted {
         shares,
         back,
-        is_whole,
+        unseen,
         ..
     } = weighted(columns, noise);
-    if !is_whole {
-        return Err(Untold::Fields);
+    if !unseen.is_empty() {
+        return Err(Untold::Fields(unseen));
     }
     let all = 0..columns.len();
     let places: Vec<usize> = all.filter(|&c| columns[c].known.is_none()).collect();
@@ -173,8 +186,10 @@ fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
     let fields = columns.first().map_or(0, |column| column.slopes.ncols());
     let rows: usize = columns.iter().map(|column| column.left.len()).sum();
     let (mut slopes, mut left) = (DMatrix::zeros(rows, fields), DVector::zeros(rows));
+    let mut doubts = DVector::zeros(fields);
     let mut from = 0;
     for (column, sigma) in columns.iter().zip(noise) {
+        doubts += column.doubts.map(|doubt| (doubt / sigma).powi(2));
         let rows = column.left.len();
         slopes
             .rows_mut(from, rows)
@@ -183,9 +198,9 @@ fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
             .copy_from(&(&column.left / *sigma));
         from += rows;
     }
-    let (u, back) = match fields {
-        0 => (slopes, DMatrix::zeros(0, 0)),
-        _ => seen_parts(slopes),
+    let (u, back, unseen) = match fields {
+        0 => (slopes, DMatrix::zeros(0, 0), Vec::new()),
+        _ => seen_parts(slopes, &doubts.map(f64::sqrt)),
     };
     let mut from = 0;
     let shares = columns.iter().map(|column| {
@@ -196,27 +211,43 @@ fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
     Weighted {
         shares: shares.collect(),
         left: &left - &u * u.tr_mul(&left),
-        is_whole: back.ncols() == fields,
+        unseen,
         back,
     }
 }
 
-/// U and V S^-1 of the slopes, without what is not seen.
-fn seen_parts(slopes: DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>) {
+/// U and V S^-1 of the slopes, without what is not seen, and the fields that have a part in that.
+fn seen_parts(
+    mut slopes: DMatrix<f64>,
+    doubts: &DVector<f64>,
+) -> (DMatrix<f64>, DMatrix<f64>, Vec<usize>) {
     let (rows, fields) = slopes.shape();
+    // Each field by its effect, so that rank does not hang on the units; doubts in parts of it.
+    let sizes = slopes.column_iter().map(|column| column.norm());
+    let sizes = DVector::from_iterator(fields, sizes.map(|size| size.max(f64::MIN_POSITIVE)));
+    for (mut column, size) in slopes.column_iter_mut().zip(sizes.iter()) {
+        column /= *size;
+    }
+    let doubts = doubts.component_div(&sizes);
     let svd = slopes.svd(true, true);
     let (Some(u), Some(v)) = (svd.u, svd.v_t.map(|v| v.transpose())) else {
-        return (DMatrix::zeros(rows, 0), DMatrix::zeros(fields, 0));
+        let all = (0..fields).collect();
+        return (DMatrix::zeros(rows, 0), DMatrix::zeros(fields, 0), all);
     };
     let values = svd.singular_values;
-    let seen: Vec<usize> = (0..values.len())
-        .filter(|&k| values[k] > SEEN * values.max())
-        .collect();
+    let (seen, unseen): (Vec<usize>, Vec<usize>) = (0..values.len()).partition(|&k| {
+        let doubt = v.column(k).component_mul(&doubts).norm();
+        values[k] > (SEEN * values.max()).max(CERTAIN * doubt)
+    });
     let mut back = v.select_columns(&seen);
     for (k, mut column) in seen.iter().zip(back.column_iter_mut()) {
         column /= values[*k];
+        column.component_div_assign(&sizes);
     }
-    (u.select_columns(&seen), back)
+    let has_part =
+        |j: &usize| (unseen.iter()).any(|&k| v[(*j, k)].abs() > PART * v.column(k).amax());
+    let parts = (0..fields).filter(has_part).collect();
+    (u.select_columns(&seen), back, parts)
 }
 
 #[cfg(test)]
@@ -243,7 +274,13 @@ mod tests {
     fn columns(left: &DVector<f64>) -> [Linear; 2] {
         [(0, 3), (3, 4)].map(|(from, count)| {
             let slopes = slopes().rows(from, count).into_owned();
-            Linear::new(slopes, left.rows(from, count).into_owned(), None, 1e-9)
+            let doubts = slopes.map(|_| 0.0);
+            Linear::new(
+                [slopes, doubts],
+                left.rows(from, count).into_owned(),
+                None,
+                1e-9,
+            )
         })
     }
 
@@ -328,7 +365,9 @@ mod tests {
         let (slopes, left) = (slopes(), drawn(3));
         let part = |from: usize, count: usize, size: f64| {
             let left = left.rows(from, count) * size;
-            Linear::new(slopes.rows(from, count).into_owned(), left, None, 1e-9)
+            let slopes = slopes.rows(from, count).into_owned();
+            let doubts = slopes.map(|_| 0.0);
+            Linear::new([slopes, doubts], left, None, 1e-9)
         };
         let columns = [part(0, 2, 1e-3), part(2, 5, 1.0)];
         let noise = noise(&columns, vec![1.0, 1.0]);

@@ -1,6 +1,6 @@
 //! What a fit found.
 
-use super::least::is_seen;
+use super::least::{is_certain, is_seen};
 use super::noise::{self, Untold};
 use super::{Fit, Found, TIME, untold};
 use crate::error::Result;
@@ -85,7 +85,7 @@ impl Fit {
         let known = self.compared.iter().all(|one| one.noise.is_some());
         // A value that is held has no error of its own, and the others have theirs beside it.
         let moving = self.moving(least);
-        let seen = is_seen(&least.slopes);
+        let (seen, certain) = (is_seen(&least.slopes), is_certain(least));
         let linear = self.linear(found);
         let noise = noise::noise(&linear, found.noise.clone());
         let errors = match noise::errors(&linear, &noise) {
@@ -93,21 +93,30 @@ impl Fit {
                 let one = &self.compared[c];
                 return Err(untold(&self.data.names[one.place], self.count(one)));
             }
-            errors => errors.ok(),
+            errors => errors,
         };
-        let covariance = errors.as_ref().map(|errors| &errors.covariance);
+        let untold = errors.as_ref().err();
+        let errors = errors.as_ref().ok();
+        let covariance = errors.map(|errors| &errors.covariance);
         let place = |i: usize| moving.iter().position(|k| *k == i);
         let mut remarks = Vec::new();
         let mut parameters = Vec::new();
         for (i, (one, part)) in self.free.iter().zip(&least.at).enumerate() {
             let [value, by] = one.number(*part).unwrap_or([f64::NAN; 2]);
             let error = covariance.and_then(|c| place(i).map(|k| c[(k, k)].sqrt()));
-            let freedom = errors.as_ref().zip(place(i)).map(|(e, k)| e.freedom[k]);
+            let freedom = errors.zip(place(i)).map(|(e, k)| e.freedom[k]);
             let width = freedom.map_or(f64::NAN, |freedom| quantile(CONFIDENCE, freedom));
-            let at_bound = seen[i] && place(i).is_none();
+            let at_bound = seen[i] && certain[i] && place(i).is_none();
             if !seen[i] {
                 remarks.push(format!(
                     "the data do not tell {}: nothing that was measured depends on it, and its value stands where a search began; do not free it",
+                    one.path
+                ));
+            }
+            if seen[i] && !certain[i] {
+                remarks.push(format!(
+                    "the data do not tell {}: what the model changes with it is no more than the errors of the differences by which that is found; do not free it, \
+                     or give a narrower range, log: or a smaller run.tolerance",
                     one.path
                 ));
             }
@@ -119,20 +128,32 @@ impl Fit {
             }
             // Of logarithms: what is symmetric in them is not in the value.
             let end = |side: f64| one.number(part + side * width * error?).map(|[x, _]| x);
+            let interval = end(-1.0).zip(end(1.0)).map(|(low, high)| [low, high]);
+            let is_finite = |ends: &[f64; 2]| ends.iter().all(|x| x.is_finite());
+            if !interval.iter().all(is_finite) {
+                remarks.push(format!(
+                    "the data hardly tell {}: its interval ends beyond all numbers; do not free it",
+                    one.path
+                ));
+            }
             parameters.push(Parameter {
                 path: one.path.clone(),
                 value,
                 standard_error: error.map(|error| error * by.abs()),
-                interval: end(-1.0).zip(end(1.0)).map(|(low, high)| [low, high]),
+                interval: interval.filter(is_finite),
                 at_bound,
             });
         }
-        if covariance.is_none() {
-            remarks.push(match freedom {
-                0 => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
-                _ => "the data do not tell the free fields apart: a change of them leaves the model as it is; free fewer of them".to_owned(),
-            });
-        }
+        remarks.extend(untold.map(|untold| match untold {
+            Untold::Noise(_) => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
+            Untold::Fields(apart) => {
+                let names: Vec<&str> = apart.iter().map(|k| self.free[moving[*k]].path.as_str()).collect();
+                format!(
+                    "the data do not tell the free fields {} apart: a change of them together leaves the model as it is; free fewer of them",
+                    names.join(", ")
+                )
+            }
+        }));
         if !least.settled {
             remarks.push("the search had not settled when its steps were used up: begin nearer, by narrower ranges".to_owned());
         }
