@@ -48,8 +48,8 @@ found.stable''',
 BRANCH = [
     """# A branch with its folds
 
-A straight strip between a clamp and a point that moves along it: Morse index and special points of every equilibrium. Unstable parts are
-dashed.""",
+A straight rod in space, clamped at one end, is pressed at its free end by a dead force along itself that grows: Morse index and special points of every
+equilibrium. Unstable parts are dashed.""",
     '''import numpy as np
 import snaprod
 
