@@ -59,6 +59,22 @@ impl Fault {
     pub fn without_place(&self) -> impl fmt::Display + '_ {
         Said(self)
     }
+
+    /// The same of a scene that was not written as text, where nobody wrote the lines that a conflict names.
+    pub fn without_lines(&self) -> Self {
+        let mut parts = self.allowed.split(" (line ");
+        let mut allowed = parts.next().unwrap_or_default().to_owned();
+        parts.for_each(|part| {
+            allowed.push_str(
+                part.trim_start_matches(|c: char| c.is_ascii_digit())
+                    .trim_start_matches(')'),
+            )
+        });
+        Self {
+            allowed,
+            ..self.clone()
+        }
+    }
 }
 
 struct Said<'a>(&'a Fault);

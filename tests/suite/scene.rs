@@ -330,6 +330,11 @@ fn unknown_names_get_a_suggestion() {
         hint("\"viscous\"", "\"Lowest\""),
         "did you mean \"lowest\"?"
     );
+    // One slip is one fault, though what may be meant has another type.
+    assert_eq!(
+        hint("drag = 0.0", "drags = \"much\""),
+        "did you mean `drag`?"
+    );
     let stranger = fault("drag = 0.0", "zzzzzzzz = 1");
     assert_eq!(
         (stranger.kind, stranger.line, stranger.column),

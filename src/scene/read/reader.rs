@@ -44,6 +44,8 @@ pub(super) struct Reader<'a> {
     /// The kind of the scene.
     pub kind: Cell<Kinds>,
     faults: RefCell<Vec<Fault>>,
+    /// Where values begin whose field is misspelt.
+    slips: RefCell<Vec<usize>>,
     more: Cell<usize>,
 }
 
@@ -53,6 +55,7 @@ impl<'a> Reader<'a> {
             text,
             kind: Cell::new(PLANE),
             faults: RefCell::default(),
+            slips: RefCell::default(),
             more: Cell::new(0),
         }
     }
@@ -99,6 +102,11 @@ impl<'a> Reader<'a> {
         self.record(FaultKind::Syntax, at, "", Some(line), message, None);
     }
 
+    /// Notes that the field of a value is misspelt, and read as what may be meant.
+    pub fn slipped(&self, value: &Spanned<DeValue>) {
+        self.slips.borrow_mut().push(value.span().start);
+    }
+
     /// Where byte `at` is, in words.
     pub fn place(&self, at: usize) -> String {
         match self.text.place(at) {
@@ -143,6 +151,11 @@ impl<'a> Reader<'a> {
         allowed: impl Into<String>,
         hint: impl Into<Hint>,
     ) {
+        // What is of another type, or in conflict with others, is not what was meant: that it is unknown has been said.
+        let guessed = matches!(kind, FaultKind::Type | FaultKind::Conflict);
+        if guessed && self.slips.borrow().contains(&at) {
+            return;
+        }
         if self.is_full() {
             return self.count_on();
         }

@@ -71,6 +71,7 @@ impl<'a> Table<'a> {
                 // Of two slips for one field the first in the table wins.
                 if !entries.contains_key(meant) && table.slip(meant).is_none() {
                     table.slips.push((meant, name));
+                    reader.slipped(value);
                 }
                 Some(format!("did you mean `{meant}`?"))
             });
@@ -201,6 +202,15 @@ impl<'a> Table<'a> {
     /// Reports that `name` stands where `others` exclude it.
     pub fn conflict(&self, name: &str, others: &[&str], hint: &str) {
         let Some(value) = self.get(name) else { return };
+        // A field that is misspelt may be another one than those that are excluded.
+        let others: Vec<&str> = others
+            .iter()
+            .copied()
+            .filter(|other| self.slip(other).is_none())
+            .collect();
+        if others.is_empty() {
+            return;
+        }
         let named = |other: &&str| {
             let place = self.place_of(other)?;
             Some(format!("{} ({place})", self.field(other)))
