@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyOSError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use serde_json::{Value, json};
-use snaprod::scene::Faults;
+use snaprod::scene::{Fault, Faults};
 use snaprod::study::{Column, Table, Values, exact};
 
 /// JSON as plain values of Python.
@@ -75,14 +75,19 @@ fn raised(
 
 /// Every fault of a scene as one exception; a dict has no lines.
 pub fn fault(py: Python<'_>, faults: &Faults, name: Option<&str>) -> PyErr {
-    let said: Vec<String> = (faults.into_iter())
+    let faults = faults.into_iter().map(|fault| match name {
+        None => fault.without_lines(),
+        Some(_) => fault.clone(),
+    });
+    let faults: Vec<Fault> = faults.collect();
+    let said: Vec<String> = (faults.iter())
         .map(|fault| match (name, &fault.set) {
             (None, _) | (_, Some(_)) => fault.without_place().to_string(),
             (Some(""), None) => fault.to_string(),
             (Some(name), None) => format!("{name}:{fault}"),
         })
         .collect();
-    let list = serde_json::to_value(faults).unwrap_or_default();
+    let list = serde_json::to_value(&faults).unwrap_or_default();
     raised(py, "SceneError", |class| {
         class.call1((said, value(class.py(), &list)?, name.is_some()))
     })
@@ -141,9 +146,15 @@ fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Str
         }
         return Ok(format!("{{ {} }}", fields.join(", ")));
     }
-    // Scalars of NumPy are those of Python by item(), arrays lists.
+    // Scalars of NumPy are those of Python by tolist(), arrays lists; what is longer than a double stays what it is, and the nearest double is taken.
     if let Ok(plain) = value.call_method0("tolist") {
-        return inner(&plain);
+        if !plain.get_type().is(value.get_type()) {
+            return inner(&plain);
+        }
+        let kind = value.getattr("dtype").and_then(|of| of.getattr("kind"));
+        if kind.is_ok_and(|kind| kind.eq("f").unwrap_or(false)) {
+            return Ok(number(value.extract()?));
+        }
     }
     if let Ok(items) = value.try_iter() {
         let items = items.map(|item| inner(&item?));

@@ -1,11 +1,15 @@
 //! Fits of scenes to measured data.
 
 use crate::convert::refused;
-use crate::hooks::Watch;
+use crate::hooks::{EVERY, Watch};
 use crate::{Given, pieces};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use snaprod::study::fit::Found;
 use snaprod::study::{Data, Fit, Hooks, Vary};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread;
 
 /// The columns and rows of CSV, as the program reads it; messages begin with the name of the file.
 #[pyfunction]
@@ -36,11 +40,7 @@ pub fn fit<'py>(
         let free: snaprod::Result<Vec<Vary>> = free.iter().map(|text| Vary::free(text)).collect();
         let data = Data::new(names, rows)?;
         let fit = Fit::new(text, set, free?, data, &set_by_row, &noise)?;
-        let mut found = Vec::new();
-        for k in 0..starts {
-            found.extend(fit.search(&fit.start(k, seed), &mut watch)?);
-            watch.progress((k + 1) as f64 / starts as f64, (k + 1) as f64);
-        }
+        let found = searched(&fit, starts, seed, &mut watch)?;
         fit.best(found, starts, &mut watch)
     });
     watch.finish()?;
@@ -48,4 +48,56 @@ pub fn fit<'py>(
     let mut tables = vec![record.table()];
     tables.extend(record.curve());
     pieces(py, &tables, &record.summary())
+}
+
+/// Searches from all starts on all cores, as the program does, in the order of the starts.
+fn searched(fit: &Fit, starts: usize, seed: u64, watch: &mut Watch) -> snaprod::Result<Vec<Found>> {
+    let (stopped, next) = (AtomicBool::new(false), AtomicUsize::new(0));
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let (end, ends) = channel();
+    let search = &|k: usize| fit.search(&fit.start(k, seed), &mut Searcher(&stopped));
+    let mut found = Vec::new();
+    thread::scope(|scope| {
+        for _ in 0..cores.min(starts) {
+            let (end, next) = (end.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    // What is sent is received: the receiver waits for all senders.
+                    if k >= starts || end.send((k, search(k))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(end);
+        let mut failed = None;
+        loop {
+            match ends.recv_timeout(EVERY) {
+                Ok((k, Ok(one))) => found.push((k, one)),
+                Ok((_, Err(e))) => {
+                    // The first: what it stops tells that it was interrupted.
+                    failed.get_or_insert(e);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            watch.progress(found.len() as f64 / starts as f64, found.len() as f64);
+            if watch.interrupted() || failed.is_some() {
+                stopped.store(true, Ordering::Relaxed);
+            }
+        }
+        failed.map_or(Ok(()), Err)
+    })?;
+    found.sort_by_key(|(k, _)| *k);
+    Ok(found.into_iter().filter_map(|(_, one)| one).collect())
+}
+
+/// The hooks of one search.
+struct Searcher<'a>(&'a AtomicBool);
+
+impl Hooks for Searcher<'_> {
+    fn interrupted(&mut self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
 }

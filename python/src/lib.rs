@@ -39,8 +39,12 @@ fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
 /// The path of a field as overrides have it: start.velocity[1] for start.velocity.1.
 #[pyfunction]
 fn path(path: &str) -> PyResult<String> {
-    let one = study::Vary::parse(&format!("{path}=0:1")).map_err(|e| refused(&e))?;
-    Ok(one.path)
+    if path.trim().is_empty() || path.contains(['=', '\n']) {
+        return Err(refused(&snaprod::Error::domain(format!(
+            "{path:?}: must be the path of a field, names with dots as in start.velocity.1"
+        ))));
+    }
+    Ok(study::Vary::path_of(path))
 }
 
 /// Reads and sets up a scene: the scene with its defaults, and what the mass of a planar rod changes.
@@ -188,7 +192,10 @@ fn elastica<'py>(
     p: Option<f64>,
     sheet: Option<(u32, bool, f64, f64)>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (summary, shape) = aside(py, move || {
+    // A thread takes longer than an elastica of few sections and folds.
+    let mode = sheet.map_or(0, |(mode, ..)| mode);
+    let is_short = at.len() <= 1000 && lam <= 1000.0 && mode <= 1000;
+    let work = move || {
         let found = match (kappa, p, sheet) {
             (_, _, Some((mode, plus, k, beta))) => {
                 let sign = if plus { Sign::Plus } else { Sign::Minus };
@@ -203,7 +210,11 @@ fn elastica<'py>(
             object.remove("sections");
         }
         Ok((summary, record.shape()?))
-    })?;
+    };
+    let (summary, shape) = match is_short {
+        true => py.detach(work).map_err(|e| refused(&e))?,
+        false => aside(py, work)?,
+    };
     pieces(py, &[shape], &summary)
 }
 

@@ -71,6 +71,11 @@ impl Sweep {
         (varied.collect(), sweep.quantities().to_vec())
     }
 
+    /// The unit and the meaning of a column, where they are known.
+    fn described(&self, column: &str) -> Option<[String; 2]> {
+        self.directory.sweep().described(column)
+    }
+
     /// How many values each field takes on a grid; how many points there are at random.
     #[getter]
     fn shape(&self) -> Vec<usize> {

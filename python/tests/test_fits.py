@@ -1,5 +1,9 @@
 """Fits: columns, ranges and what cannot be told reach the library and come back."""
 
+import json
+import os
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -79,6 +83,14 @@ def test_what_is_wrong_is_said(tmp_path):
         snaprod.fit(SWING, {"t": [0.0], "x": [1.0, 2.0]}, {"body.mass": (1, 2)})
     with pytest.raises(snaprod.SceneError, match="FROM is not below TO"):
         snaprod.fit(SWING, data, {"body.mass": (2, 1)})
+    with pytest.raises(ValueError, match="data: there is no column"):
+        snaprod.fit(SWING, {}, {"body.mass": (1, 2)})
+    with pytest.raises(TypeError, match="noise = 0.1: must be a dict"):
+        snaprod.fit(SWING, data, {"body.mass": (1, 2)}, noise=0.1)
+    with pytest.raises(TypeError, match="noise: x = 'a': must be"):
+        snaprod.fit(SWING, data, {"body.mass": (1, 2)}, noise={"x": "a"})
+    with pytest.raises(snaprod.SceneError, match="run.samples is a whole number, which a search"):
+        snaprod.fit(SWING, data, {"run.samples": (2, 9)})
     with pytest.raises(ValueError, match="starts = 0"):
         snaprod.fit(SWING, data, {"body.mass": (1, 2)}, starts=0)
     both = snaprod.fit(
@@ -100,3 +112,23 @@ def test_what_is_masked_was_not_measured():
         snaprod.fit(SWING, {"body.mass": masses[:2], OMEGA: [1.7, np.inf]}, free, by_row="body.mass")
     with pytest.raises(snaprod.SceneError, match="every position must be finite"):
         snaprod.equilibria(np.ma.array([0.3, 0.5], mask=[False, True]), 0.2)
+
+
+def test_searches_are_those_of_the_program(snap, tmp_path):
+    """Catches searches on threads that are lost, made twice or told in the order in which they end: the record is the program's."""
+    program = os.environ.get("SNAPROD_PROGRAM")
+    if not program:
+        pytest.skip("SNAPROD_PROGRAM does not name the program")
+    scene, film = tmp_path / "bent.toml", tmp_path / "film.csv"
+    rod = 'model = "elastica", length = 1.0, bending_stiffness = 1.0'
+    scene.write_text(f"rod = {{ {rod} }}\nbody.mass = 1.0\nstart = {{ lambda = 3.0, p = 0.5 }}\nrun.duration = 1.0\n")
+    film.write_text("t,x,y\n0.1,0.53,0.6\n0.2,0.6,0.55\n0.3,0.7,0.5\n0.4,0.8,0.4\n")
+    asked = ["--free", "rod.bending_stiffness=0.01:1000", "--starts", "7", "--seed", "3", "--json", "--no-figures"]
+    ran = subprocess.run(
+        [program, "fit", str(scene), str(film), *asked, "--out", str(tmp_path / "out")], check=True, capture_output=True
+    )
+    told = []
+    found = snaprod.fit(
+        scene, film, {"rod.bending_stiffness": (0.01, 1000)}, starts=7, seed=3, progress=lambda part, done: told.append(done)
+    )
+    assert found.summary == json.loads(ran.stdout) and told[-1] == 7.0

@@ -165,6 +165,21 @@ def test_faults_come_together_with_their_fields(snap):
         snaprod.check("nowhere.toml")
     with pytest.raises(ValueError, match="lam with kappa or p"):
         snaprod.elastica(lam=6.3)
+    # Nobody wrote lines in a dict; one slip is one fault; paths are not text in which more can be set.
+    with pytest.raises(snaprod.SceneError, match="start.p = 0.5: must be left out where start.kappa is given;") as caught:
+        snaprod.run({**snap, "start": {**snap["start"], "p": 0.5}})
+    assert caught.value.faults[0].allowed == "left out where start.kappa is given"
+    with pytest.raises(snaprod.SceneError) as caught:
+        snaprod.run(snap, rod__bend=1.5)
+    assert [(fault.field, fault.kind) for fault in caught.value.faults] == [("rod.bend", "unknown")]
+    for path in ("", "body.mass=3;x"):
+        with pytest.raises(snaprod.SceneError, match=f'"{path}": must be the path of a field'):
+            snaprod.run(snap, **{path: 1})
+    # What is longer than a double is the nearest one.
+    long = {"rod.length": np.longdouble(1), "start.velocity": np.array([0.0, -0.5], np.longdouble)}
+    np.testing.assert_array_equal(snaprod.run(snap, **long)["x"], snaprod.run(snap)["x"])
+    with pytest.raises(TypeError, match="body.mass: .* is no value of a scene"):
+        snaprod.run(snap, body__mass=np.clongdouble(2))
     # What check returns is the scene again.
     whole = snaprod.check(snap, **{"start.velocity.1": -0.25})
     assert whole["start"]["velocity"] == [0.0, -0.25] and whole == snaprod.check(whole)
@@ -185,6 +200,9 @@ def test_arguments_are_named_and_words_stay_words(snap, scenes):
         "count": lambda n: snaprod.folds(n),
         "n": lambda n: run.shape(0.0, n),
     }
+    for name in ("seed", "count"):
+        with pytest.raises(ValueError, match=rf"\b{name} = {2**64}: must be an integer from"):
+            calls[name](2**64)
     for name, call in calls.items():
         with pytest.raises(ValueError, match=rf"\b{name} = -1: must be an integer"):
             call(-1)

@@ -45,9 +45,14 @@ def test_a_sweep_is_its_runs(snap, tmp_path):
 
 def test_what_is_varied_is_kept(snap):
     """Catches a quantity that takes the place of the field of its name, and values without the name of their field."""
-    made = type("Made", (), {"names": (["a"], ["a", "b"]), "points": 2, "shape": [2]})
+    made = type("Made", (), {"names": (["a"], ["a", "b"]), "points": 2, "shape": [2], "described": lambda name: None})
     result = _sweep._result(made, ["a", "a", "b"], [["1", "2"], ["", "x"], ["", ""]])
     assert result["a"].tolist() == [1, 2] and result["b"].tolist() == ["", ""]
+    swept = snaprod.sweep({**snap, "units": "si"}, {"body.mass": [1.0, 2.0]}, columns=["end.x", "events.-1.t", "snaps"])
+    of = {"body.mass": "kg", "end.x": "m", "events.-1.t": "s", "snaps": "", "point": "", "why": ""}
+    assert swept.units == of and swept.data.meanings["end.x"].startswith("position of the end, along x")
+    with pytest.raises(TypeError, match="columns = None: must be a name or a list"):
+        snaprod.sweep(snap, {"body.mass": [1.0]}, columns=None)
     with pytest.raises(TypeError, match="vary: body.mass = 1.0: give its values"):
         snaprod.sweep(snap, {"body.mass": 1.0})
     with pytest.raises(TypeError, match="vary = None: must be a dict"):

@@ -416,6 +416,11 @@ fn bad_data_are_refused_by_name() {
             "{message}"
         );
     }
+    let message = free("run.samples=5:50");
+    assert!(
+        message.contains("run.samples is a whole number"),
+        "{message}"
+    );
     let made = |data: &str, free: &[&str], given: &[&str], noise: &[(&str, f64)]| {
         let names: Vec<String> = given.iter().map(|name| (*name).to_owned()).collect();
         let noise: Vec<(String, f64)> = noise.iter().map(|(n, x)| ((*n).to_owned(), *x)).collect();

@@ -1,7 +1,7 @@
 """The compiled module: studies of the library."""
 
 from os import PathLike
-from typing import Any, Callable
+from typing import Any, Callable, final
 
 from numpy import float64
 from numpy.typing import NDArray
@@ -45,20 +45,26 @@ def fit(
     progress: _Call,
 ) -> dict[str, Any]: ...
 
+@final
 class Sweep:
-    points: int
-    done: int
-    names: tuple[list[str], list[str]]
-    shape: list[int]
-    def __init__(
-        self,
+    @property
+    def points(self) -> int: ...
+    @property
+    def done(self) -> int: ...
+    @property
+    def names(self) -> tuple[list[str], list[str]]: ...
+    @property
+    def shape(self) -> list[int]: ...
+    def described(self, column: str) -> list[str] | None: ...
+    def __new__(
+        cls,
         scene: str,
         set: list[str],
         vary: list[str],
         random: tuple[int, int] | None,
         columns: list[str],
         path: str | PathLike[str],
-    ) -> None: ...
+    ) -> Sweep: ...
     def points_of(self, chunk: int) -> int: ...
     def missing(self) -> list[int]: ...
     def make(self, chunk: int) -> bool: ...

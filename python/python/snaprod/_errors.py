@@ -50,12 +50,10 @@ class SceneError(ValueError):
 
 def _fault(one: Mapping[str, Any], lines: bool) -> Fault:
     place = lines and one["line"] > 0
-    names = ("kind", "field", "value", "allowed", "hint")
-    return Fault(
-        *(one[name] for name in names),
-        line=one["line"] if place else None,
-        column=one["column"] if place else None,
+    kind, field, value, allowed, hint, line, column = (
+        one[name] for name in ("kind", "field", "value", "allowed", "hint", "line", "column")
     )
+    return Fault(kind, field, value, allowed, hint, line if place else None, column if place else None)
 
 
 def _again(message: str, faults: tuple[Fault, ...]) -> SceneError:

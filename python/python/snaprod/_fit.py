@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def fit(
     scene: SceneLike,
     data: Mapping[str, ArrayLike] | pandas.DataFrame | str | PathLike[str],
-    free: Mapping[str, str | tuple[float, float]],
+    free: Mapping[str, str | Sequence[float]],
     *,
     by_row: str | Sequence[str] = (),
     noise: Mapping[str, float] | None = None,
@@ -50,12 +50,14 @@ def fit(
     if not isinstance(free, Mapping):
         raise TypeError(f"free = {free!r}: must be a dict from the paths of fields to their ranges")
     ranges = [f"{path.replace('__', '.')}={_range(path, span)}" for path, span in free.items()]
-    known = [(str(name), float(sigma)) for name, sigma in (noise or {}).items()]
+    if not isinstance(noise, (Mapping, type(None))):
+        raise TypeError(f"noise = {noise!r}: must be a dict from the names of columns to standard deviations")
+    known = [(str(name), _deviation(name, sigma)) for name, sigma in (noise or {}).items()]
     searches, first = whole("starts", starts, 1), whole("seed", seed, 0, SEEDS)
     measured = _measured(data)
     source = given(scene, set)
     with Told(progress, "snaprod fit") as told:
-        raw = _core.fit(source, measured, ranges, names(by_row), known, searches, first, told.call)
+        raw = _core.fit(source, measured, ranges, names("by_row", by_row), known, searches, first, told.call)
     return FitResult([Table._of(one) for one in raw["tables"]], raw["summary"])
 
 
@@ -68,10 +70,19 @@ def _measured(data: Any) -> tuple[list[str], list[list[float]]]:
         raise TypeError(f"data = {data!r}: must be a dict of columns, a DataFrame, or the path of a CSV file")
     # Pairs, for a DataFrame may have two columns of one name, which the library refuses.
     columns = [(str(name), _numbers(name, values)) for name, values in data.items()]
+    if not columns:
+        raise ValueError("data: there is no column; give numbers by the names of what was measured, as in {'t': .., 'x': ..}")
     if len({array.size for _, array in columns}) > 1:
         sizes = ", ".join(f"{name} {array.size}" for name, array in columns)
         raise ValueError(f"data: all columns must have as many numbers; there are {sizes}")
-    return [name for name, _ in columns], np.column_stack([array for _, array in columns]).tolist() if columns else []
+    return [name for name, _ in columns], np.column_stack([array for _, array in columns]).tolist()
+
+
+def _deviation(name: object, sigma: Any) -> float:
+    try:
+        return float(sigma)
+    except (TypeError, ValueError):
+        raise TypeError(f"noise: {name} = {sigma!r}: must be a standard deviation, a number > 0") from None
 
 
 def _numbers(name: object, values: ArrayLike) -> NDArray[np.float64]:
@@ -81,7 +92,7 @@ def _numbers(name: object, values: ArrayLike) -> NDArray[np.float64]:
         raise type(error)(f"data: {name}: must be numbers, NaN where nothing was measured; {error}") from None
 
 
-def _range(path: str, span: str | tuple[float, float]) -> str:
+def _range(path: str, span: str | Sequence[float]) -> str:
     if isinstance(span, str):
         return span
     try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import io
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Mapping, Sequence, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = [
     "Branch",
@@ -102,7 +103,7 @@ class Result:
         except ValueError:
             return None
         text = io.StringIO()
-        axes.figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None, "Creator": None})
+        cast("Figure", axes.figure).savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None, "Creator": None})
         drawn = text.getvalue()
         return drawn[drawn.index("<svg") :]
 

@@ -6,7 +6,7 @@ import operator
 from os import PathLike, fspath
 from os.path import exists
 from pathlib import Path
-from typing import Any, Callable, Mapping, Sequence, Tuple, Union
+from typing import Any, Callable, Iterable, Mapping, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,19 +59,25 @@ def numbers(values: ArrayLike) -> NDArray[np.float64]:
 
 def whole(name: str, value: Any, low: int, high: int = 2**63 - 1) -> int:
     """An argument that is an integer, or a number that is one, as 1e4. Raises TypeError and ValueError that name it."""
-    allowed = f"an integer >= {low}" if high >= 2**63 - 1 else f"an integer from {low} to {high}"
+    bounded = f"an integer from {low} to {high}"
+    allowed = f"an integer >= {low}" if high >= 2**63 - 1 else bounded
     try:
         number = int(value) if isinstance(value, float) and value.is_integer() else operator.index(value)
     except TypeError:
         raise TypeError(f"{name} = {value!r}: must be {allowed}") from None
     if not low <= number <= high:
-        raise ValueError(f"{name} = {number}: must be {allowed}")
+        raise ValueError(f"{name} = {number}: must be {bounded if number > high else allowed}")
     return number
 
 
-def names(of: str | Sequence[str]) -> list[str]:
-    """Names that may be one; a string is not the sequence of its letters."""
-    return [of] if isinstance(of, str) else list(of)
+def names(argument: str, of: str | Sequence[str]) -> list[str]:
+    """Names that may be one; a string is not the sequence of its letters. Raises TypeError that names the argument."""
+    if isinstance(of, str):
+        return [of]
+    found = list(of) if isinstance(of, Iterable) else [None]
+    if not all(isinstance(name, str) for name in found):
+        raise TypeError(f"{argument} = {of!r}: must be a name or a list of names")
+    return found
 
 
 SEEDS = 2**64 - 1

@@ -61,7 +61,7 @@ def sweep(
         raise ValueError("out: a sweep on the workers of a client needs a directory that they all see")
     with tempfile.TemporaryDirectory(prefix="snaprod-") as temporary:
         directory = Path(temporary if out is None else out).absolute()
-        plan: Plan = (text, overrides, plan_of, points, names(columns), str(directory))
+        plan: Plan = (text, overrides, plan_of, points, names("columns", columns), str(directory))
         made = _core.Sweep(*plan)
         missing = made.missing()
         with Told(progress, "snaprod sweep", made.points) as told:
@@ -141,9 +141,13 @@ def _result(made: _core.Sweep, heads: list[str], cells: list[list[str]]) -> Swee
         # The fields that vary come first; a quantity of the same name does not take their place.
         columns.setdefault(name, _column(one))
     varied, quantities = made.names
-    outcomes, counts = np.unique(columns["outcome"], return_counts=True) if "outcome" in columns else ([], [])
+    outcomes, counts = np.unique(columns.get("outcome", np.empty(0, dtype=str)), return_counts=True)
     summary = {"points": made.points, "outcomes": {str(o): int(n) for o, n in zip(outcomes, counts)}}
-    result = SweepResult([Table("sweep", columns)], summary)
+    # Where nothing is known of a quantity its name says it all.
+    known = {"point": ["", "number of the point, from 0"], "why": ["", "why the scene has no run"]}
+    told = {name: known.get(name) or made.described(name) or ["", ""] for name in columns}
+    units, meanings = ({name: one[k] for name, one in told.items()} for k in (0, 1))
+    result = SweepResult([Table("sweep", columns, units, meanings)], summary)
     result.varied, result.quantities = varied, quantities
     result.shape = tuple(made.shape)
     return result

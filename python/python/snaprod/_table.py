@@ -91,7 +91,7 @@ class Table(Mapping[str, NDArray[Any]]):
             return dims, values, {"units": self.units[name], "long_name": self.meanings[name]}
 
         names = list(self._columns)
-        grid = [name for name in ("t", "s", "X") if name in names[:2]]
+        grid: list[str] = [name for name in ("t", "s", "X") if name in names[:2]]
         if len(grid) == 2:
             axes = {name: np.unique(self[name]) for name in grid}
             shape = tuple(len(axis) for axis in axes.values())

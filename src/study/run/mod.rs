@@ -18,7 +18,7 @@ pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use shapes::{Shapes, samples, shapes};
 pub use spring::{Spring, SpringBranch, SpringMode};
-pub use table::trajectory_name;
+pub use table::{columns, trajectory_name};
 pub use tree::Stem;
 
 use super::{Hooks, Sink};

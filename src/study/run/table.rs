@@ -3,8 +3,9 @@
 use super::ModelKind;
 use super::prepared::Prepared;
 use super::record::Moment;
+use crate::error::Result;
 use crate::motion::Ledger;
-use crate::scene::Units;
+use crate::scene::{Scene, Units};
 use crate::study::{Cell, Column, Table};
 
 /// The name of a branch's trajectory, without the ending.
@@ -18,6 +19,14 @@ fn name(table: &str, branch: usize) -> String {
         0 => table.to_owned(),
         _ => format!("{table}-{branch}"),
     }
+}
+
+/// The trajectory of a scene of one rod before its run: names, units and meanings of its columns.
+///
+/// # Errors
+/// Those of [`Prepared::new`].
+pub fn columns(scene: &Scene) -> Result<Table> {
+    Ok(trajectory(&Prepared::new(scene)?, 0))
 }
 
 /// The trajectory of a branch, without rows.

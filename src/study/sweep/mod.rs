@@ -13,10 +13,10 @@ pub use directory::{Directory, Made, Rows};
 pub use vary::Vary;
 
 use super::record::Nowhere;
-use super::run::Fields;
+use super::run::{self, Fields};
 use super::{Cell, Column, Csv, Hooks, Quiet, Table, any};
 use crate::error::{Error, Result};
-use crate::scene::Scene;
+use crate::scene::{Scene, Units};
 use serde_json::{Value, json};
 use std::ops::Range;
 
@@ -147,6 +147,28 @@ impl Sweep {
 
     fn varies(&self, field: &str) -> bool {
         self.vary.iter().any(|one| one.path == field)
+    }
+
+    /// The unit and the meaning of a column, of fields that vary and of what trajectories have, too; None where they are not known.
+    pub fn described(&self, column: &str) -> Option<[String; 2]> {
+        // Where the first point is no scene, the last one is.
+        let ends = [0, self.points() - 1];
+        let scene = ends.iter().find_map(|point| self.scene(*point).ok())?;
+        if self.varies(column) {
+            let (name, unit) = scene.described(column)?;
+            let is_told = scene.units == Units::Si || unit == "rad";
+            return Some([if is_told { unit } else { "" }.to_owned(), name]);
+        }
+        let parts: Vec<&str> = column.split('.').collect();
+        let (name, when) = match parts.as_slice() {
+            ["start", name] => (name, ", at the start"),
+            ["end", name] => (name, ", at the end"),
+            ["events", _, "t"] => (&"t", " of the event"),
+            _ => return None,
+        };
+        let table = run::columns(&scene).ok()?;
+        let found = table.column(name)?;
+        Some([found.unit.to_string(), format!("{}{when}", found.meaning)])
     }
 
     /// How many points it has.

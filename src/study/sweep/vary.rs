@@ -193,7 +193,7 @@ impl Vary {
     /// Reads what stands after `--free`: a field and the range of the values that it may have.
     ///
     /// # Errors
-    /// Those of [`Vary::parse`]; a list; a count; a range that is empty.
+    /// Those of [`Vary::parse`]; a list; a count; a range that is empty; a field that is a whole number.
     pub fn free(text: &str) -> Result<Self> {
         let forms = "PATH=FROM:TO or PATH=log:FROM:TO, as in rod.damping=log:0.01:1";
         let refuse = |why: &str| Error::domain(format!("--free {text}: {why}; write {forms}"));
@@ -204,6 +204,10 @@ impl Vary {
                 Err(refuse("a range that is searched has no count"))
             }
             Values::Range { from, to, .. } if !(from < to) => Err(refuse("FROM is not below TO")),
+            Values::Range { .. } if is_count(&found.path) => Err(Error::domain(format!(
+                "--free {text}: {} is a whole number, which a search by derivatives cannot find; compare its values by a sweep",
+                found.path
+            ))),
             Values::Range { .. } => Ok(found),
         }
     }
