@@ -202,7 +202,7 @@ fn taut_rods_are_followed_where_they_are_bent_at_the_clamp() {
     };
     let holds = |t: f64, followed: bool| {
         let at = Equilibrium::from_lambda_p(40.0, 40.0 - f64::ln(2.0 * t)).unwrap();
-        rod.holds(&Vector2::new(at.p, at.w), &Vector2::new(1.0, 2.0), followed)
+        rod.room(&Vector2::new(at.p, at.w), &Vector2::new(1.0, 2.0), followed) > 0.0
     };
     for (t, both) in [
         (0.0005, [false, false]),

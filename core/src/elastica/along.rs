@@ -147,12 +147,7 @@ impl Along {
     /// The chart's integrals of the whole rod, whose modulus this is.
     #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
-        let (v, wound) = self.unwound(self.whole);
-        let turned = match self.real {
-            true => v.sin_cos(),
-            false => (v.sinh(), v.cosh()),
-        };
-        let Places { s, c, d, b, .. } = self.place(1.0, turned, wound);
+        let Places { s, c, d, b, .. } = self.place_at(1.0);
         Integrals {
             kap: modulus.kap,
             kap_c: modulus.kap_c,
@@ -174,6 +169,17 @@ impl Along {
         let odd = T::mixed([1.0, -2.0], [turns, (turns * 0.5).nearest()]);
         let sign = v.all(1.0) - odd * odd * 2.0;
         (T::mixed([1.0, -half_turn], [v, turns]), Some([turns, sign]))
+    }
+
+    /// At u = lam part of one place.
+    #[inline(always)]
+    pub fn place_at(&self, part: f64) -> Places<f64> {
+        let (v, wound) = self.unwound(part * self.whole);
+        let turned = match self.real {
+            true => v.sin_cos(),
+            false => (v.sinh(), v.cosh()),
+        };
+        self.place(part, turned, wound)
     }
 
     /// At u = lam part.

@@ -12,6 +12,7 @@
 
 mod carried;
 mod light;
+mod loose;
 mod moving;
 mod passage;
 mod straight;

@@ -90,7 +90,7 @@ pub fn settled_with(
             return Ok(None);
         };
         let q = Vector2::new(at.p, at.w);
-        if !rod.holds(&q, &none, false) {
+        if !(rod.room(&q, &none, false) > 0.0) {
             return Ok(None);
         }
         let Some(point) = Elastica.point(&q) else {

@@ -40,9 +40,10 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
         error: f64,
     ) -> Option<[f64; 2]>;
 
-    /// Whether the rod's mass should be followed here: no fold is so near that the rod cannot stay on its equilibria, and it is not
-    /// so straight that its sections move far faster than its end. `followed` tells whether it is now: the decision has hysteresis.
-    fn holds(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> bool;
+    /// Positive where the rod's mass should be followed: no fold is so near that the rod cannot stay on its equilibria, and it is not
+    /// so straight that its sections move far faster than its end. It falls to 0 steadily towards where that ends, from values of 1 and more where that is far away. `followed` tells whether it is followed now: the
+    /// decision has hysteresis.
+    fn room(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> f64;
 }
 
 /// What the end feels of the mass of a rod.

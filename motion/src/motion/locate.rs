@@ -14,6 +14,10 @@ const ROUNDING: f64 = 1e-8;
 const SUSPICIOUS: f64 = 0.1;
 /// Halvings by which a moment is found at which something changes at once: to 1e-11 of a step.
 const HALVINGS: usize = 36;
+/// So far within an end of a step it is looked whether there is a low next to it.
+const EDGE: f64 = 1.0 / 4096.0;
+/// Golden sections on the way to a low.
+const SECTIONS: usize = 24;
 /// Samples of a suspicious step.
 const SAMPLES: usize = 12;
 
@@ -133,21 +137,58 @@ pub fn first_fold<S: Timed>(
     None
 }
 
-/// The fraction of a step at which `is` ceases to hold of the states inside, when it does not at its end: the first at which it does not, to rounding. None if it
-/// does not hold at the start.
-pub fn changes<S>(inside: impl Fn(f64) -> S, is: impl Fn(&S) -> bool) -> Option<f64> {
-    let (mut low, mut high) = (0.0, 1.0);
-    if !is(&inside(low)) {
+/// The first fraction of a step at which `room` of the states inside is gone, to rounding: it is looked for at so many places as far apart, and at the
+/// lows between them. None if there is none at the start, or all along.
+pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f64) -> Option<f64> {
+    let place = |k: usize| k as f64 / f64::from(places);
+    let gone = |room: f64| !(room > 0.0);
+    let at = |x: f64| room(&inside(x));
+    let rooms: Vec<f64> = (0..=places as usize).map(|k| at(place(k))).collect();
+    if gone(rooms[0]) {
         return None;
     }
+    // Where it falls inwards at either end, or from both sides, there is a low between.
+    let last = rooms.len() - 1;
+    let falls = |k: usize| match k {
+        0 => at(EDGE) < rooms[0],
+        k if k == last => at(1.0 - EDGE) < rooms[k],
+        k => rooms[k] < rooms[k - 1] && rooms[k] <= rooms[k + 1],
+    };
+    let (mut low, mut high) = (0..=last).find_map(|k| {
+        let before = place(k.saturating_sub(1));
+        if gone(rooms[k]) {
+            return Some((before, place(k)));
+        }
+        let lowest = falls(k).then(|| lowest(at, (before, place((k + 1).min(last)))));
+        Some((before, lowest.flatten()?))
+    })?;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        match is(&inside(middle)) {
-            true => low = middle,
-            false => high = middle,
+        match gone(at(middle)) {
+            true => high = middle,
+            false => low = middle,
         }
     }
     Some(high)
+}
+
+/// A place between two at which `room` is gone, on the way to its low there by golden sections.
+fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f64> {
+    for _ in 0..SECTIONS {
+        let part = 0.5 * (3.0 - 5f64.sqrt()) * (to - from);
+        let (left, right) = (from + part, to - part);
+        let rooms = [left, right].map(&room);
+        for (x, room) in [left, right].into_iter().zip(rooms) {
+            if !(room > 0.0) {
+                return Some(x);
+            }
+        }
+        match rooms[0] < rooms[1] {
+            true => to = right,
+            false => from = left,
+        }
+    }
+    None
 }
 
 /// The part of a step of so long a fraction; None if it cannot be taken, or is no part at all.

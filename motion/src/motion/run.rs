@@ -54,8 +54,12 @@ pub struct Run<'a, M, const N: usize> {
     followed: bool,
     /// Whether it does from the end of the last step on, where that was asked.
     due: Option<bool>,
+    /// How much room there is for that to stay as it is, where that was asked at the end of the last step.
+    room: Option<f64>,
     /// For how long it has not, of a rod with mass.
     unfelt: f64,
+    /// True while the end shakes next to the straight rod, so hard that the mass of the rod is left out.
+    shakes: bool,
     index: usize,
     snapped: f64,
     snaps: u64,
@@ -139,7 +143,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
             }
         };
-        let rod = (body.rod()).filter(|rod| rod.holds(&phase.q, &phase.v, false));
+        let rod = (body.rod()).filter(|rod| rod.room(&phase.q, &phase.v, false) > 0.0);
         let mut run = Self {
             manifold,
             body,
@@ -147,6 +151,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
             followed: rod.is_some(),
             due: None,
+            room: None,
+            shakes: false,
             unfelt: 0.0,
             index,
             snapped,
@@ -387,7 +393,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let (snap, q) = (snaps.swap_remove(0), landed[0]);
         self.before_snap = Some(here);
         self.past = self.cost();
-        self.due = None;
+        (self.due, self.room) = (None, None);
         self.snapped += snap.released;
         self.snaps += 1;
         self.index = snap.to.index;
@@ -427,7 +433,7 @@ impl<'a> Run<'a, Elastica, 2> {
         let given = Phase { v, ..state(0.0)? };
         let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
         if let Some(rod) = body.rod()
-            && let Some(Some(glide)) = run.motion.nears_straight(rod, false)
+            && let (_, Some(Some(glide))) = run.motion.nears_straight(rod, false, false)
         {
             run.go_straight(rod, glide);
             run.snapped = 0.0;

@@ -1,5 +1,6 @@
 //! A rod of small mass as the motion of the body at its end has it: where its mass is followed, and what is felt of it then.
 
+use super::loose::{LooseInertia, is_loose};
 use super::passage::fold_function;
 use super::straight::sections;
 use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
@@ -28,6 +29,8 @@ const UNFOLDED: f64 = 4.5;
 const PULLED_OUT: f64 = 2.0;
 /// Times T_i before a fold within which a rod is not followed, and beyond which it is again.
 const CLEAR: [f64; 2] = [2.0, 3.0];
+/// So many times that time before a fold there is as much room as there need be ([`RodMass::room`]).
+const AMPLE: f64 = 16.0;
 /// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
 /// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a
@@ -93,13 +96,17 @@ impl RodMass<2> for LightRod {
         let taut = TautInertia::at_load(p, lam).map(|rod| rod.to_part(error));
         let integrals = || Integrals::known(p, q[1], lam, point.energy);
         let gravity = seen(&self.gravity, frame);
-        let (mass, push) = match (taut, frame.filter(|frame| !frame.stands())) {
+        let moving = frame.filter(|frame| !frame.stands());
+        let slack = || RodInertia::known(p, integrals()).ok();
+        let loose = is_loose(&point.force, point.pose.x, error);
+        let (mass, push) = match (taut, moving) {
             (Some(rod), Some(frame)) => return self.felt_on(frame, &rod, v),
-            (None, Some(frame)) => {
-                let rod = RodInertia::known(p, integrals()).ok()?.to_part(error);
-                return self.felt_on(frame, &rod, v);
-            }
             (Some(rod), None) => rod.felt(v, &gravity)?,
+            (None, Some(frame)) if loose => {
+                return self.felt_on(frame, &LooseInertia::new(&slack()?)?, v);
+            }
+            (None, None) if loose => LooseInertia::new(&slack()?)?.felt(v, &gravity)?,
+            (None, Some(frame)) => return self.felt_on(frame, &slack()?.to_part(error), v),
             (None, None) => lanes::wide(Adding {
                 p,
                 integrals: integrals(),
@@ -167,44 +174,51 @@ impl RodMass<2> for LightRod {
             return self.energies_of(&rod.to_part(error), frame, v);
         }
         let rod = RodInertia::new(q[0], q[1]).ok()?;
+        let force = rod.turn().column(0) * rod.integrals.lam.powi(2);
+        if is_loose(&force, rod.place().x, error) {
+            return self.energies_of(&LooseInertia::new(&rod)?, frame, v);
+        }
         self.energies_of(&rod.to_part(error), frame, v)
     }
 
-    fn holds(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> bool {
+    fn room(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> f64 {
         let bound = usize::from(!followed);
         if let Some(rod) = TautInertia::new(q[0], q[1]) {
             let ([least, most], bend) = (BENT[bound], rod.bend());
             // It is at no fold before its bend is a loop (theory 2.9).
             if bend < most {
-                return bend > least;
+                return bend / least - 1.0;
             }
         }
         let Ok(rod) = RodInertia::new(q[0], q[1]) else {
-            return false;
+            return -1.0;
         };
-        let i = &rod.integrals;
-        let bent = STRAIGHT[bound];
-        let straight = i.kap.abs() <= bent && 1.0 - rod.place().x <= bent * bent;
-        if straight || !(i.lam < PULLED[bound]) {
-            return false;
-        }
-        if i.lam < UNFOLDED || q[1] < PULLED_OUT {
-            return true;
+        let (i, bent) = (&rod.integrals, STRAIGHT[bound]);
+        let bend = (i.kap.abs() / bent).max((1.0 - rod.place().x) / (bent * bent));
+        let free = (bend - 1.0).min(1.0 - i.lam / PULLED[bound]);
+        if !(free > 0.0) || i.lam < UNFOLDED || q[1] < PULLED_OUT {
+            return free;
         }
         let Some((_, rate)) = rod.chart_rate(v) else {
-            return false;
+            return -1.0;
         };
         // At a fold this function falls to 0 as the root of the time that is left. The normal form, which knows the shape of the fold, takes the rod to run straight
         // into it. Far away either may take for near what is not; near a fold they agree.
         let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
         let falls = gradient.dot(&rate);
         if fold * falls >= 0.0 {
-            return true;
+            return free;
         }
         let left = -0.5 * fold / falls;
-        let clear =
-            |fold: &Passage| left.max(fold.time_ahead()) > CLEAR[bound] * fold.inertial(self.mass);
+        let clear = |fold: &Passage| {
+            let inertial = CLEAR[bound] * fold.inertial(self.mass);
+            free.min((left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE)
+        };
         // Most folds are far away, which needs no integrals.
-        clear(&Passage::ahead_of(&rod, v).0) || clear(&Passage::of(&rod.to_part(ROUGH), v))
+        let far = clear(&Passage::ahead_of(&rod, v).0);
+        if far > 0.0 {
+            return far;
+        }
+        clear(&Passage::of(&rod.to_part(ROUGH), v))
     }
 }

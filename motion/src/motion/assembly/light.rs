@@ -71,7 +71,14 @@ impl AssemblyRun {
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
         let part = step.inside(&mut { f }, &mut cost).and_then(|dense| {
-            let fraction = changes(|x| dense.at(x), |state| changing(state).is_empty())?;
+            let room = |state: &Numbers| {
+                if changing(state).is_empty() {
+                    1.0
+                } else {
+                    -1.0
+                }
+            };
+            let fraction = changes(|x| dense.at(x), 1, room)?;
             part(&step, &mut { f }, fraction, &mut cost)
         });
         let due = part.as_ref().map(|part| changing(part.to()));

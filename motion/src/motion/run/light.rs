@@ -8,6 +8,11 @@ use crate::motion::locate::changes;
 
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
 const MOST_OF_BODY: f64 = 0.1;
+/// Places within a step at which it is looked whether the mass of a rod is begun to be followed, or given up: a body that is turned round may be slow enough for
+/// less than a step, and a fold near for less than one.
+const PLACES: u32 = 16;
+/// Room at both ends of a step with which a mass that is followed stays so.
+const AMPLE: f64 = 0.25;
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Kinetic energy and potential of the rod.
@@ -78,18 +83,25 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     fn step_on(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
         let end = self.options.duration;
-        let due = self.due.take();
-        if let Some(progress) = self.step_past_straight(rod)? {
+        let (due, mut room) = (self.due.take(), self.room.take());
+        let mut distance = 0.0;
+        if let Some(progress) = self.step_past_straight(rod, &mut distance)? {
             return Ok(progress);
         }
         let from = self.motion.phase();
-        let holds = due.unwrap_or_else(|| self.holds(rod, &from));
+        let holds = due.unwrap_or_else(|| (self.room(rod, &from) > 0.0) == self.followed);
         if holds != self.followed {
             self.follow(holds, from, from)?;
+            room = None;
         }
-        let progress = self.motion.step(end);
-        if self.ends_where_it_changes(rod) {
-            return Ok(Some(Progress::Moved));
+        let mut progress = self.motion.step(end);
+        if progress.is_some() {
+            if (self.motion).ends_at_straight(rod, (self.followed, false), distance) {
+                progress = Some(Progress::Moved);
+            }
+            if self.ends_where_it_changes(rod, (&from, room)) {
+                return Ok(Some(Progress::Moved));
+            }
         }
         if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
             // No step could be taken with the mass, or one came upon a fold of which its normal form did not tell.
@@ -99,31 +111,37 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         Ok(progress)
     }
 
-    /// True if the mass of the rod is to be followed on from here.
-    fn holds(&self, rod: &'a dyn RodMass<N>, at: &Phase<N>) -> bool {
-        rod.holds(&at.q, &at.v, self.followed) && (self.followed || self.bears(at))
+    /// Positive as long as the mass of the rod is to be followed on, or not, as it is now. A motion without the mass of its rod that shakes along an all but straight one would
+    /// have to get the energy of a rod that is swept across from nowhere; it is the rod that shakes there, and its equilibria are not what it is on.
+    fn room(&self, rod: &'a dyn RodMass<N>, at: &Phase<N>) -> f64 {
+        let room = rod.room(&at.q, &at.v, self.followed);
+        if self.followed {
+            return room;
+        }
+        let [kinetic, _] = self.of_rod(at);
+        (kinetic / (MOST_OF_BODY * self.describe(*at).ledger.kinetic) - 1.0).max(-room)
     }
 
     /// Looks whether the mass of the rod ceases to be followed in the step that was just taken, or begins to be, and ends the step at that moment: the motion
-    /// depends on it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is.
-    fn ends_where_it_changes(&mut self, rod: &'a dyn RodMass<N>) -> bool {
+    /// depends on it, so that it must not be where a step happens to end, nor missed where it lasts for less than a step. The next step goes on the other way. False where the step
+    /// stays as it is.
+    fn ends_where_it_changes(
+        &mut self,
+        rod: &'a dyn RodMass<N>,
+        (from, room): (&Phase<N>, Option<f64>),
+    ) -> bool {
         let now = self.followed;
-        if self.holds(rod, &self.motion.phase()) == now {
-            self.due = Some(now);
+        let before = room.unwrap_or_else(|| self.room(rod, from));
+        let after = self.room(rod, &self.motion.phase());
+        if now && before.min(after) > AMPLE {
+            (self.due, self.room) = (Some(now), Some(after));
             return false;
         }
         let inside = self.motion.inside();
-        let fraction = inside.and_then(|inside| changes(inside, |at| self.holds(rod, at) == now));
+        let fraction = inside.and_then(|inside| changes(inside, PLACES, |at| self.room(rod, at)));
         let ends = fraction.is_some_and(|fraction| self.motion.end_after(fraction));
-        self.due = ends.then_some(!now);
+        self.due = (ends || after > 0.0).then_some(ends != now);
         ends
-    }
-
-    /// True if the rod would have but a small part of the body's kinetic energy at once. A motion without its mass that shakes along an all but straight rod would have
-    /// to get the energy of a rod that is swept across from nowhere; it is the rod that shakes there, and its equilibria are not what it is on.
-    fn bears(&self, from: &Phase<N>) -> bool {
-        let [kinetic, _] = self.of_rod(from);
-        kinetic <= MOST_OF_BODY * self.describe(*from).ledger.kinetic
     }
 
     /// Goes on next to the straight rod with its mass.
@@ -139,15 +157,22 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         true
     }
 
-    /// A step next to the straight rod, with its mass where that can be followed; None elsewhere.
-    fn step_past_straight(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Option<Progress>>> {
+    /// A step next to the straight rod, with its mass where that can be followed; None elsewhere, at a `distance` from there.
+    fn step_past_straight(
+        &mut self,
+        rod: &'a dyn RodMass<N>,
+        distance: &mut f64,
+    ) -> Result<Option<Option<Progress>>> {
         let (from, end) = (self.motion.phase(), self.options.duration);
         if let Some(left) = self.motion.leaves_straight() {
             self.follow(left.is_some(), from, left.unwrap_or(from))?;
             return Ok(None);
         }
         if !self.motion.passes_straight() {
-            match self.motion.nears_straight(rod, self.followed) {
+            let (away, nears) = (self.motion).nears_straight(rod, self.followed, self.shakes);
+            *distance = away;
+            self.shakes = matches!(nears, Some(None));
+            match nears {
                 None => return Ok(None),
                 Some(Some(glide)) => {
                     if !self.go_straight(rod, glide) {
@@ -159,7 +184,14 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                     if self.followed {
                         self.follow(false, from, from)?;
                     }
-                    return Ok(Some(self.motion.step(end)));
+                    let progress = self.motion.step(end);
+                    let ends = progress.is_some()
+                        && self.motion.ends_at_straight(rod, (false, true), away);
+                    return Ok(Some(if ends {
+                        Some(Progress::Moved)
+                    } else {
+                        progress
+                    }));
                 }
             }
         }

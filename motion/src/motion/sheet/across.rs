@@ -10,6 +10,7 @@
 use super::glide::{Glide, Gliding, Moment, aside};
 use super::{Carried, OnSheet, Phase, rod_error, slope};
 use crate::manifold::{Bending, Multivalued, Patch, RodMass};
+use crate::motion::locate::changes;
 use nalgebra::SVector;
 
 /// Height of the end beyond which the chart takes over, and the one below which it ends.
@@ -22,6 +23,8 @@ const SLACK: [f64; 2] = [0.3, 0.2];
 const HIGHEST: [f64; 2] = [0.016, 0.012];
 /// Height from which on a rod is no longer next to the straight one, however it shakes.
 const FARTHEST: f64 = 0.024;
+/// Places within a step at which it is looked whether a rod is next to the straight one.
+const PLACES: u32 = 16;
 /// Shaking by more than this part of 1 + |N| is no linear one.
 const SHAKEN: f64 = 10.0;
 /// Time over which the rates of what the rod's own inertia does are measured.
@@ -38,6 +41,38 @@ struct Shifted<const N: usize> {
     /// What 1 - x is larger by, and the rate of it.
     missing: f64,
     shortening: f64,
+}
+
+/// A state of the chart, and how far it is from a motion next to the straight rod. Numbers are positive before what they tell of, and of size 1.
+struct Beside<const N: usize> {
+    /// From the end of the straight rod.
+    distance: f64,
+    /// Before it is near, ...
+    far: f64,
+    /// ... while it shakes too hard, ...
+    shaking: f64,
+    /// ... and as long as the chart serves there.
+    steady: f64,
+    /// The state by deflection and shaking.
+    start: Phase<N>,
+    /// What of its distance is shaking.
+    apart: f64,
+}
+
+impl<const N: usize> Beside<N> {
+    fn begins(&self) -> bool {
+        self.far < 0.0 && self.shaking < 0.0 && self.steady < 0.0
+    }
+
+    /// Positive as long as it neither begins nor shakes, or, of one that `shakes`, as long as it is near.
+    fn room(&self, shakes: bool) -> f64 {
+        match shakes {
+            true => -self.far,
+            false => self
+                .far
+                .max((-self.shaking).min(self.shaking.max(self.steady))),
+        }
+    }
 }
 
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
@@ -114,19 +149,26 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
     }
 
-    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there; None inside where it shakes too hard.
-    pub(super) fn begin_with_rod(
+    /// How far the state `at` in the chart `patch` is from a motion next to the straight rod, of one that `shakes` how far it is from there alone. None where that cannot be told.
+    fn beside(
         &self,
-        patch: Patch,
-        at: &Phase<N>,
-        followed: bool,
-        tolerance: f64,
-    ) -> Option<Option<Glide<N>>> {
+        (patch, at): (Patch, &Phase<N>),
+        (followed, shakes): (bool, bool),
+    ) -> Option<Beside<N>> {
         let straight = self.manifold.held(0.0)?;
         let point = self.manifold.point_in(patch, &at.q)?;
         let off = point.pose - straight.pose;
-        if !(off.norm() < FARTHEST && off.dot(&straight.along).abs() < FARTHEST * off.norm()) {
-            return None;
+        let distance = off.norm();
+        let far = distance.max(off.dot(&straight.along).abs() / distance) / FARTHEST - 1.0;
+        if shakes || !(far < 1.0) {
+            return Some(Beside {
+                distance,
+                far,
+                shaking: -1.0,
+                steady: 1.0,
+                start: *at,
+                apart: 0.0,
+            });
         }
         let only_across = |v: &SVector<f64, N>| straight.across * v.dot(&straight.across);
         let mut start = Phase {
@@ -157,17 +199,40 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         start.q += now.rod.along * shaken;
         start.v += now.rod.along * shaking;
         let Shifted { apart, .. } = self.shifted(&start)?;
-        let pull = now.pull.abs();
-        if !(apart[1] < SHAKEN * (1.0 + pull)) {
+        let (pull, height) = (now.pull.abs(), now.height.abs());
+        let unsteady = ((apart[0] + apart[1]) / (SHIFTED[1] * pull)).max(SLACK[1] / pull);
+        let low = (1.0 - unsteady).max(height / HIGHEST[1] - 1.0);
+        Some(Beside {
+            distance,
+            far,
+            shaking: apart[1] / (SHAKEN * (1.0 + pull)) - 1.0,
+            steady: low.min(height / HEIGHT[1] - 1.0),
+            start,
+            apart: (softened * apart[1] * now.height).abs() / distance.powi(2),
+        })
+    }
+
+    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there; None inside where it shakes too hard. One that `shakes` does so until it is far:
+    /// it seems calm for a moment wherever it is turned round.
+    fn begin_with_rod(
+        &self,
+        at: (Patch, &Phase<N>),
+        (followed, shakes): (bool, bool),
+        tolerance: f64,
+        distance: &mut f64,
+    ) -> Option<Option<Glide<N>>> {
+        let beside = self.beside(at, (followed, shakes))?;
+        *distance = beside.distance;
+        if beside.far < 0.0 && (shakes || !(beside.shaking < 0.0)) {
             return Some(None);
         }
-        let unsteady = apart[0] + apart[1] > SHIFTED[1] * pull || pull < SLACK[1];
-        let height = now.height.abs();
-        if !(height < HEIGHT[1] || unsteady && height < HIGHEST[1]) {
+        if !beside.begins() {
             return None;
         }
-        if (softened * apart[1] * now.height).abs() < tolerance * off.norm_squared() {
-            (start.q, start.v) = (only_across(&start.q), only_across(&start.v));
+        let mut start = beside.start;
+        if beside.apart < tolerance {
+            let across = self.manifold.held(0.0)?.across;
+            (start.q, start.v) = (across * start.q.dot(&across), across * start.v.dot(&across));
         }
         Some(self.started(start, tolerance, f64::INFINITY))
     }
@@ -216,19 +281,55 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The motion next to the straight rod with the mass of `rod`, if it should begin; None inside where it shakes so hard there that its mass is to be left out. `followed`
-    /// tells whether the motion has felt that mass until now.
+    /// The distance from the end of the straight rod, and the motion next to it with the mass of `rod`, if it should begin; None inside where it shakes so hard there that its mass is to be left out. `followed`
+    /// tells whether the motion has felt that mass until now, `shakes` whether it has shaken so hard.
     pub fn nears_straight(
         &self,
         rod: &'a dyn RodMass<N>,
         followed: bool,
-    ) -> Option<Option<Glide<N>>> {
-        self.with_mass(rod).begin_with_rod(
-            self.patch,
-            self.solver.state(),
-            followed,
-            self.tolerance,
-        )
+        shakes: bool,
+    ) -> (f64, Option<Option<Glide<N>>>) {
+        let at = (self.patch, self.solver.state());
+        let motion = self.with_mass(rod);
+        let mut distance = 0.0;
+        let begins = motion.begin_with_rod(at, (followed, shakes), self.tolerance, &mut distance);
+        (distance, begins)
+    }
+
+    /// Ends the last step where the motion next to the straight rod should begin, or, of one that `shakes` there, where that is over, if that is within it: what the
+    /// motions with and without the rod's mass, and in the chart and beside it, make of the same state differs by more than a tolerance, so that it must not be where
+    /// a step happens to end. The step began at `distance` from the end of the straight rod. False where it stays as it is.
+    pub fn ends_at_straight(
+        &mut self,
+        rod: &'a dyn RodMass<N>,
+        (followed, shakes): (bool, bool),
+        distance: f64,
+    ) -> bool {
+        let goes_on = match shakes {
+            true => self.nears_straight(rod, followed, shakes).1.is_some(),
+            false => !self.comes_near(distance),
+        };
+        if goes_on {
+            return false;
+        }
+        let inside = self.inside();
+        let fraction = inside.and_then(|inside| {
+            let motion = self.with_mass(rod);
+            changes(inside, PLACES, |at| {
+                let beside = motion.beside((Patch::Global, at), (followed, shakes));
+                beside.map_or(1.0, |beside| beside.room(shakes))
+            })
+        });
+        fraction.is_some_and(|fraction| self.end_after(fraction))
+    }
+
+    /// True if the end of the rod may have come next to that of the straight one in the last step, which began at that distance from it.
+    fn comes_near(&self, distance: f64) -> bool {
+        self.last.as_ref().is_some_and(|step| {
+            let (from, to) = (step.from(), step.to());
+            let way = 2.0 * from.v.norm().max(to.v.norm()) * (to.t - from.t);
+            distance < FARTHEST + way
+        })
     }
 
     /// Goes on by it, or None.

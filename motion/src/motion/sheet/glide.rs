@@ -11,6 +11,7 @@
 use super::Phase;
 use crate::body::{Body, EndMotion};
 use crate::manifold::{Across, Deflected, Held, Multivalued, Patch, RodMass};
+use crate::motion::locate::changes;
 use crate::solve::dop853::{Dense, Dop853, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
@@ -277,11 +278,28 @@ impl<const N: usize> Glide<N> {
             step.to.t = end;
             self.solver.rewind(step.to, *step.end_slope());
         }
-        let charted = gliding.charted(&step.to)?;
         self.over = match gliding.rod {
             Some(_) => gliding.leaves(&step.to)?,
             None => step.to.q.norm().max(step.to.v.norm()) > self.farthest,
         };
+        if self.over && gliding.rod.is_some() {
+            // What the chart makes of the same state differs by more than a tolerance: it takes over at the moment that asks for it, not where a step ends.
+            let dense = step.dense(|y| gliding.slope(y), &mut Default::default())?;
+            let room = |at: &Phase<N>| match gliding.leaves(at) {
+                Some(false) => 1.0,
+                _ => -1.0,
+            };
+            if let Some(fraction) = changes(|x| dense.at(x), 1, room) {
+                let part = fraction * step.h;
+                self.solver.rewind(from, gliding.slope(&from)?);
+                (self
+                    .solver
+                    .step_measured(written, relative, part, &mut step))
+                .ok()?;
+                self.over = step.h == part;
+            }
+        }
+        let charted = gliding.charted(&step.to)?;
         self.dense = None;
         self.last = Some(step);
         Some(charted)
