@@ -1,22 +1,23 @@
 //! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
 
+mod elastica;
 mod light;
+
+pub use elastica::on_elastica;
 
 use super::drive::{Carried, Motion};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
-use super::sheet::{Glide, OnSheet, Phase, Progress};
+use super::sheet::{OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{Seen, State};
-use super::straight::Opening;
 use crate::body::Body;
-use crate::elastica::Elastica;
 use crate::error::{Cause, Error, Result};
 use crate::manifold::{Multivalued, Patch, Sheet};
 use crate::solve::cost::Cost;
-use nalgebra::{DVector, SVector, UnitQuaternion, Vector2};
+use nalgebra::{DVector, SVector, UnitQuaternion};
 
 /// The state of a run at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,6 +61,8 @@ pub struct Run<'a, M, const N: usize> {
     unfelt: f64,
     /// True while the end shakes next to the straight rod, so hard that the mass of the rod is left out.
     shakes: bool,
+    /// True where the last step was ended because the motion comes next to the straight rod, or away from it.
+    at_edge: bool,
     index: usize,
     snapped: f64,
     snaps: u64,
@@ -153,6 +156,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             due: None,
             room: None,
             shakes: false,
+            at_edge: false,
             unfelt: 0.0,
             index,
             snapped,
@@ -412,55 +416,6 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
 fn dynamic<const N: usize>(v: &SVector<f64, N>) -> DVector<f64> {
     DVector::from_column_slice(v.as_slice())
-}
-
-impl<'a> Run<'a, Elastica, 2> {
-    /// A run of the straight rod let go at (1, 0) with a velocity across it, by its own start (see `straight.rs`).
-    ///
-    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads, and is then the only one
-    /// whose pull stays bounded as t -> 0.
-    ///
-    /// # Errors
-    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the straight rod is
-    /// unstable; a pull above 3600 EI/L^2.
-    pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
-        let opening = Opening::new(body, v, options.duration)?;
-        let state = |t: f64| {
-            opening.at(t).ok_or_else(|| {
-                Error::no_convergence("the start from the straight rod has no shape")
-            })
-        };
-        let given = Phase { v, ..state(0.0)? };
-        let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
-        if let Some(rod) = body.rod()
-            && let (_, Some(Some(glide))) = run.motion.nears_straight(rod, false, false)
-        {
-            run.go_straight(rod, glide);
-            run.snapped = 0.0;
-        }
-        run.given = given;
-        run.given_pose = Some((Vector2::new(1.0, 0.0), opening.of_rod(0.0)));
-        run.early = Some(Box::new(move |t| Some((opening.at(t)?, opening.of_rod(t)))));
-        Ok(run)
-    }
-}
-
-/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight rod, behind the one trait of
-/// all motions: whoever asks for one here compiles none again.
-///
-/// # Errors
-/// As [`Run::new`] and [`Run::straight`].
-pub fn on_elastica<'a>(
-    body: &'a Body<2>,
-    from: Option<Vector2<f64>>,
-    v: Vector2<f64>,
-    options: Options,
-) -> Result<Box<dyn Motion<'a> + 'a>> {
-    let run = match from {
-        Some(q) => Run::new(&Elastica, body, q, v, options)?,
-        None => Run::straight(body, v, options)?,
-    };
-    Ok(Box::new(run))
 }
 
 impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {

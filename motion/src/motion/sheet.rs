@@ -27,6 +27,7 @@ use crate::solve::gauss::Reversible;
 use crate::solve::integrator::Method;
 use crate::solve::roots::chandrupatla;
 use crate::solve::stepper::{Inside, Stepper, Taken};
+pub use across::Passage;
 use eightfold::{Both, Eight};
 pub use glide::Glide;
 use nalgebra::SVector;

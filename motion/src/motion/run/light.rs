@@ -1,10 +1,13 @@
 //! A run on a rod of small mass: where its mass is followed to first order, where not, and what energy changes hands between.
 
-use super::{Glide, OnSheet, Phase, Progress, Run, Sample};
+use super::{OnSheet, Phase, Progress, Run, Sample};
 use crate::error::Result;
 use crate::manifold::{Multivalued, RodMass};
 use crate::motion::carried::{force_of_mass, rod_error};
 use crate::motion::locate::changes;
+use crate::motion::sheet::{Glide, Passage};
+use std::mem;
+use std::ops::ControlFlow;
 
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
 const MOST_OF_BODY: f64 = 0.1;
@@ -84,10 +87,10 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     fn step_on(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
         let end = self.options.duration;
         let (due, mut room) = (self.due.take(), self.room.take());
-        let mut distance = 0.0;
-        if let Some(progress) = self.step_past_straight(rod, &mut distance)? {
-            return Ok(progress);
-        }
+        let distance = match self.step_past_straight(rod)? {
+            ControlFlow::Break(progress) => return Ok(progress),
+            ControlFlow::Continue(distance) => distance,
+        };
         let from = self.motion.phase();
         let holds = due.unwrap_or_else(|| (self.room(rod, &from) > 0.0) == self.followed);
         if holds != self.followed {
@@ -97,15 +100,17 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         let mut progress = self.motion.step(end);
         if progress.is_some() {
             if (self.motion).ends_at_straight(rod, (self.followed, false), distance) {
-                progress = Some(Progress::Moved);
+                (progress, self.at_edge) = (Some(Progress::Moved), true);
             }
             if self.ends_where_it_changes(rod, (&from, room)) {
+                self.at_edge = false;
                 return Ok(Some(Progress::Moved));
             }
         }
         if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
             // No step could be taken with the mass, or one came upon a fold of which its normal form did not tell.
             self.follow(false, from, from)?;
+            (self.due, self.room) = (None, None);
             return Ok(self.motion.step(end));
         }
         Ok(progress)
@@ -157,48 +162,46 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         true
     }
 
-    /// A step next to the straight rod, with its mass where that can be followed; None elsewhere, at a `distance` from there.
+    /// A step next to the straight rod, with its mass where that can be followed; elsewhere none, but how far it is from there.
     fn step_past_straight(
         &mut self,
         rod: &'a dyn RodMass<N>,
-        distance: &mut f64,
-    ) -> Result<Option<Option<Progress>>> {
+    ) -> Result<ControlFlow<Option<Progress>, f64>> {
         let (from, end) = (self.motion.phase(), self.options.duration);
         if let Some(left) = self.motion.leaves_straight() {
             self.follow(left.is_some(), from, left.unwrap_or(from))?;
-            return Ok(None);
+            return Ok(ControlFlow::Continue(0.0));
         }
         if !self.motion.passes_straight() {
-            let (away, nears) = (self.motion).nears_straight(rod, self.followed, self.shakes);
-            *distance = away;
-            self.shakes = matches!(nears, Some(None));
-            match nears {
-                None => return Ok(None),
-                Some(Some(glide)) => {
+            let (at_edge, known) = (mem::take(&mut self.at_edge), (self.followed, self.shakes));
+            let near = self.motion.nears_straight(rod, known, at_edge);
+            self.shakes = matches!(near.passage, Passage::Shakes);
+            match near.passage {
+                Passage::None => return Ok(ControlFlow::Continue(near.distance)),
+                Passage::Glides(glide) => {
                     if !self.go_straight(rod, glide) {
-                        return Ok(None);
+                        return Ok(ControlFlow::Continue(near.distance));
                     }
                 }
-                // It shakes too hard.
-                Some(None) => {
+                Passage::Shakes => {
                     if self.followed {
                         self.follow(false, from, from)?;
                     }
-                    let progress = self.motion.step(end);
-                    let ends = progress.is_some()
-                        && self.motion.ends_at_straight(rod, (false, true), away);
-                    return Ok(Some(if ends {
-                        Some(Progress::Moved)
-                    } else {
-                        progress
-                    }));
+                    let mut progress = self.motion.step(end);
+                    if progress.is_some()
+                        && (self.motion).ends_at_straight(rod, (false, true), near.distance)
+                    {
+                        (progress, self.at_edge) = (Some(Progress::Moved), true);
+                    }
+                    return Ok(ControlFlow::Break(progress));
                 }
             }
         }
         let progress = self.motion.glide(end);
         if progress.is_none() {
             self.follow(false, from, from)?;
+            return Ok(ControlFlow::Continue(0.0));
         }
-        Ok(progress.map(Some))
+        Ok(ControlFlow::Break(progress))
     }
 }

@@ -25,6 +25,9 @@ const HIGHEST: [f64; 2] = [0.016, 0.012];
 const FARTHEST: f64 = 0.024;
 /// Places within a step at which it is looked whether a rod is next to the straight one.
 const PLACES: u32 = 16;
+/// How far, of numbers of size 1, the state in which a step was ended where it comes near, or away, may be from there: what is found on the step's interpolant is
+/// made again by a shorter step.
+const FOUND_NEAR: f64 = 1e-2;
 /// Shaking by more than this part of 1 + |N| is no linear one.
 const SHAKEN: f64 = 10.0;
 /// Time over which the rates of what the rod's own inertia does are measured.
@@ -59,9 +62,27 @@ struct Beside<const N: usize> {
     apart: f64,
 }
 
+/// What a motion is to do with the mass of its rod, next to the straight one.
+pub enum Passage<const N: usize> {
+    /// Nothing: it is not there, or not to pass by.
+    None,
+    /// It shakes so hard that the mass is to be left out.
+    Shakes,
+    /// It goes on as a beam with its mass.
+    Glides(Glide<N>),
+}
+
+/// How near a motion is to the straight rod.
+pub struct Nearness<const N: usize> {
+    /// From its end; 0 where that cannot be told.
+    pub distance: f64,
+    /// What it is to do there.
+    pub passage: Passage<N>,
+}
+
 impl<const N: usize> Beside<N> {
-    fn begins(&self) -> bool {
-        self.far < 0.0 && self.shaking < 0.0 && self.steady < 0.0
+    fn begins(&self, edge: f64) -> bool {
+        self.far < edge && self.shaking < edge && self.steady < edge
     }
 
     /// Positive as long as it neither begins nor shakes, or, of one that `shakes`, as long as it is near.
@@ -212,29 +233,30 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         })
     }
 
-    /// The motion next to the straight rod from `at` in the chart `patch`, if it is there; None inside where it shakes too hard. One that `shakes` does so until it is far:
-    /// it seems calm for a moment wherever it is turned round.
-    fn begin_with_rod(
+    /// What a motion with the mass of the rod is to do at `beside`. One that `shakes` does so until it is far: it seems calm for a moment wherever it is turned round.
+    fn passage(
         &self,
-        at: (Patch, &Phase<N>),
-        (followed, shakes): (bool, bool),
+        beside: &Beside<N>,
+        (shakes, at_edge): (bool, bool),
         tolerance: f64,
-        distance: &mut f64,
-    ) -> Option<Option<Glide<N>>> {
-        let beside = self.beside(at, (followed, shakes))?;
-        *distance = beside.distance;
-        if beside.far < 0.0 && (shakes || !(beside.shaking < 0.0)) {
-            return Some(None);
+    ) -> Passage<N> {
+        let edge = match (at_edge, shakes) {
+            (false, _) => 0.0,
+            (true, false) => FOUND_NEAR,
+            (true, true) => -FOUND_NEAR,
+        };
+        if beside.far < edge && (shakes || !(beside.shaking < edge)) {
+            return Passage::Shakes;
         }
-        if !beside.begins() {
-            return None;
-        }
+        let straight = (self.manifold.held(0.0)).filter(|_| beside.begins(edge));
+        let Some(across) = straight.map(|straight| straight.across) else {
+            return Passage::None;
+        };
         let mut start = beside.start;
         if beside.apart < tolerance {
-            let across = self.manifold.held(0.0)?.across;
             (start.q, start.v) = (across * start.q.dot(&across), across * start.v.dot(&across));
         }
-        Some(self.started(start, tolerance, f64::INFINITY))
+        (self.started(start, tolerance, f64::INFINITY)).map_or(Passage::Shakes, Passage::Glides)
     }
 
     /// The equilibrium under `pull` with its end at the height `height`: its place in the global chart, and that of its end along the rod.
@@ -281,19 +303,23 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// The distance from the end of the straight rod, and the motion next to it with the mass of `rod`, if it should begin; None inside where it shakes so hard there that its mass is to be left out. `followed`
-    /// tells whether the motion has felt that mass until now, `shakes` whether it has shaken so hard.
+    /// Where the motion is from the straight rod, and what it is to do there with the mass of `rod`. `followed` tells whether it has felt that mass until now, `shakes`
+    /// whether it has shaken too hard for that, `at_edge` whether its last step was ended because either changes there.
     pub fn nears_straight(
         &self,
         rod: &'a dyn RodMass<N>,
-        followed: bool,
-        shakes: bool,
-    ) -> (f64, Option<Option<Glide<N>>>) {
+        (followed, shakes): (bool, bool),
+        at_edge: bool,
+    ) -> Nearness<N> {
         let at = (self.patch, self.solver.state());
         let motion = self.with_mass(rod);
-        let mut distance = 0.0;
-        let begins = motion.begin_with_rod(at, (followed, shakes), self.tolerance, &mut distance);
-        (distance, begins)
+        let beside = motion.beside(at, (followed, shakes));
+        Nearness {
+            distance: beside.as_ref().map_or(0.0, |beside| beside.distance),
+            passage: beside.map_or(Passage::None, |beside| {
+                motion.passage(&beside, (shakes, at_edge), self.tolerance)
+            }),
+        }
     }
 
     /// Ends the last step where the motion next to the straight rod should begin, or, of one that `shakes` there, where that is over, if that is within it: what the
@@ -306,7 +332,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         distance: f64,
     ) -> bool {
         let goes_on = match shakes {
-            true => self.nears_straight(rod, followed, shakes).1.is_some(),
+            true => !matches!(
+                self.nears_straight(rod, (followed, shakes), false).passage,
+                Passage::None
+            ),
             false => !self.comes_near(distance),
         };
         if goes_on {
