@@ -1,9 +1,9 @@
 //! A rod of small mass as the motion of the body at its end has it: where its mass is followed, and what is felt of it then.
 
 use super::loose::{LooseInertia, is_loose};
-use super::passage::fold_function;
+use super::passage::{Softest, fold_function};
 use super::straight::sections;
-use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
+use super::{Adding, OnEquilibria, ROUGH, RodInertia, TautInertia};
 use crate::elastica::chart::Integrals;
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::lanes;
@@ -27,10 +27,13 @@ pub struct LightRod {
 const UNFOLDED: f64 = 4.5;
 /// Nor is one whose amplitude w at the clamp, half the angle of the pull of a taut one, is below this: the first fold curve lies beyond 3.
 const PULLED_OUT: f64 = 2.0;
-/// Times T_i before a fold within which a rod is not followed, and beyond which it is again.
-const CLEAR: [f64; 2] = [2.0, 3.0];
-/// So many times that time before a fold there is as much room as there need be ([`RodMass::room`]).
+/// Radians by which a rod sways, the way it is softest, in the time that is left until a fold: below them it is not followed, and beyond them it is again. Near folds these are
+/// 2 T_i and 3 T_i (theory 2.8).
+const CLEAR: [f64; 2] = [3.363_585_661, 5.583_629_155];
+/// At so many times as many there is as much room as there need be ([`RodMass::room`]).
 const AMPLE: f64 = 16.0;
+/// Of a fold with as much room as that it is enough to know the least.
+const FAR: f64 = 0.25;
 /// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
 /// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a
@@ -202,23 +205,20 @@ impl RodMass<2> for LightRod {
         let Some((_, rate)) = rod.chart_rate(v) else {
             return -1.0;
         };
-        // At a fold this function falls to 0 as the root of the time that is left. The normal form, which knows the shape of the fold, takes the rod to run straight
-        // into it. Far away either may take for near what is not; near a fold they agree.
+        // At a fold this function falls to 0 as the root of the time that is left.
         let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
         let falls = gradient.dot(&rate);
         if fold * falls >= 0.0 {
             return free;
         }
         let left = -0.5 * fold / falls;
-        let clear = |fold: &Passage| {
-            let inertial = CLEAR[bound] * fold.inertial(self.mass);
-            free.min((left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE)
-        };
+        let soft = Softest::of(&rod);
+        let clear = |sways: f64| (sways / CLEAR[bound] - 1.0) / AMPLE;
         // Most folds are far away, which needs no integrals.
-        let far = clear(&Passage::ahead_of(&rod, v).0);
-        if far > 0.0 {
-            return far;
+        let far = clear(soft.sways_at_least(self.mass, left));
+        if far > FAR {
+            return free.min(far);
         }
-        clear(&Passage::of(&rod.to_part(ROUGH), v))
+        free.min(clear(soft.sways(&rod.to_part(ROUGH), self.mass, left)))
     }
 }

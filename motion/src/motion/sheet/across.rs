@@ -25,6 +25,8 @@ const HIGHEST: [f64; 2] = [0.016, 0.012];
 const FARTHEST: f64 = 0.024;
 /// Places within a step at which it is looked whether a rod is next to the straight one.
 const PLACES: u32 = 16;
+/// How far within its bound, of numbers of size 1, a motion that shakes there at both ends of a step does so all along.
+const WITHIN: f64 = 0.5;
 /// How far, of numbers of size 1, the state in which a step was ended where it comes near, or away, may be from there: what is found on the step's interpolant is
 /// made again by a shorter step.
 const FOUND_NEAR: f64 = 1e-2;
@@ -81,10 +83,6 @@ pub struct Nearness<const N: usize> {
 }
 
 impl<const N: usize> Beside<N> {
-    fn begins(&self, edge: f64) -> bool {
-        self.far < edge && self.shaking < edge && self.steady < edge
-    }
-
     /// Positive as long as it neither begins nor shakes, or, of one that `shakes`, as long as it is near.
     fn room(&self, shakes: bool) -> f64 {
         match shakes {
@@ -240,15 +238,13 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         (shakes, at_edge): (bool, bool),
         tolerance: f64,
     ) -> Passage<N> {
-        let edge = match (at_edge, shakes) {
-            (false, _) => 0.0,
-            (true, false) => FOUND_NEAR,
-            (true, true) => -FOUND_NEAR,
-        };
-        if beside.far < edge && (shakes || !(beside.shaking < edge)) {
+        let slack = if at_edge { FOUND_NEAR } else { 0.0 };
+        // What is all but at its bound there has just come to it.
+        let near = beside.far < if shakes { -slack } else { slack };
+        if near && (shakes || !(beside.shaking < -slack)) {
             return Passage::Shakes;
         }
-        let straight = (self.manifold.held(0.0)).filter(|_| beside.begins(edge));
+        let straight = (self.manifold.held(0.0)).filter(|_| near && beside.steady < slack);
         let Some(across) = straight.map(|straight| straight.across) else {
             return Passage::None;
         };
@@ -332,10 +328,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         distance: f64,
     ) -> bool {
         let goes_on = match shakes {
-            true => !matches!(
-                self.nears_straight(rod, (followed, shakes), false).passage,
-                Passage::None
-            ),
+            true => self.stays_near(rod),
             false => !self.comes_near(distance),
         };
         if goes_on {
@@ -359,6 +352,16 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             let way = 2.0 * from.v.norm().max(to.v.norm()) * (to.t - from.t);
             distance < FARTHEST + way
         })
+    }
+
+    /// True if a motion that shakes next to the straight rod was well within where it does so at both ends of the last step.
+    fn stays_near(&self, rod: &'a dyn RodMass<N>) -> bool {
+        let motion = self.with_mass(rod);
+        let well_within = |at: &Phase<N>| {
+            let beside = motion.beside((Patch::Global, at), (false, true));
+            beside.is_some_and(|beside| beside.room(true) > WITHIN)
+        };
+        (self.last.as_ref()).is_some_and(|step| well_within(step.from()) && well_within(step.to()))
     }
 
     /// Goes on by it, or None.
