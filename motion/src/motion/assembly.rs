@@ -140,6 +140,8 @@ pub struct AssemblyRun {
     pending: Option<Pending>,
     /// Rods whose mass begins to be felt at the end of the last step, or ceases to be, where that was asked.
     due: Option<Vec<(usize, bool)>>,
+    /// How much room there is for masses of rods to stay felt, or not, as they are now, where that was asked at the end of the last step.
+    room: Option<f64>,
     /// Rods whose mass could not be followed to where they are; until they land.
     unfit: Vec<bool>,
     /// For how long the mass of such rods was not felt.
@@ -262,6 +264,7 @@ impl AssemblyRun {
             folded: Vec::new(),
             pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
             due: None,
+            room: None,
             unfit: vec![false; links],
             unfelt: 0.0,
             near,
@@ -465,7 +468,7 @@ impl AssemblyRun {
         self.indices[snap.rod] = snap.to.index;
         self.largest[snap.rod] = 0.0;
         self.unfit[snap.rod] = false;
-        self.due = None;
+        (self.due, self.room) = (None, None);
         let h = self.solver.next_step();
         self.folded.retain(|(link, _)| *link != snap.rod);
         let rods = self.folded.clone();

@@ -146,7 +146,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
             }
         };
-        let rod = (body.rod()).filter(|rod| rod.room(&phase.q, &phase.v, false) > 0.0);
+        let rod = (body.rod()).filter(|rod| rod.room(&phase.q, &phase.v, true) > 0.0);
         let mut run = Self {
             manifold,
             body,

@@ -22,6 +22,9 @@ use crate::rod::{Generalized, Rates, SectionMass, Swaying, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::borrow::Cow;
 
+/// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of the bodies.
+const MOST_OF_BODIES: f64 = 0.1;
+
 /// What is known of the mass of a rod that is followed to first order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightRod {
@@ -329,13 +332,34 @@ impl Assembly {
         }
     }
 
-    /// True if the mass of rod `k` should be felt in this state.
+    /// True if the mass of rod `k` should be felt from this state on, in which a motion starts.
     pub fn should_feel(&self, k: usize, at: &Evaluated, tolerance: f64) -> bool {
-        let Some(Some(light)) = self.light.get(k) else {
-            return false;
-        };
+        (self.to_fold(k, at, true, tolerance)).is_some_and(|room| room > 0.0)
+    }
+
+    fn to_fold(&self, k: usize, at: &Evaluated, followed: bool, tolerance: f64) -> Option<f64> {
+        let light = self.light.get(k)?.as_ref()?;
         let rod = (&at.now.charts[k], &at.points[k]);
-        self.links[k].holds(light, rod, light.followed, tolerance)
+        let room = self.links[k].room(light, rod, followed, tolerance)?;
+        (!room.is_nan()).then_some(room)
+    }
+
+    /// Positive as long as the mass of rod `k` is to be felt on, or not, as it is now, in a motion on its way: from values of 1 and more it falls to 0 steadily towards where that ends. A
+    /// rod is felt again only where it then has but a small part of the kinetic energy of the bodies, for that comes from nowhere.
+    pub fn room(&self, k: usize, at: &Evaluated, tolerance: f64) -> f64 {
+        let followed = matches!(self.light.get(k), Some(Some(light)) if light.followed);
+        let room = self.to_fold(k, at, followed, tolerance);
+        if followed {
+            return room.unwrap_or(-1.0);
+        }
+        let free = || -> Option<f64> {
+            let bodies = self.carriers.iter().zip(&at.now.bodies);
+            let kinetic: f64 =
+                (bodies.map(|(body, place)| body.kinetic(at.integrals.time, place))).sum();
+            let rod = self.weighed(k, at, tolerance)?.kinetic;
+            Some((rod / (MOST_OF_BODIES * kinetic) - 1.0).max(-room?))
+        };
+        free().unwrap_or(1.0)
     }
 
     /// The clamp from which the bodies are seen, if they are.

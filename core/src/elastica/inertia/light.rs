@@ -3,7 +3,7 @@
 use super::loose::{LooseInertia, is_loose};
 use super::passage::{Softest, fold_function};
 use super::straight::sections;
-use super::{Adding, OnEquilibria, ROUGH, RodInertia, TautInertia};
+use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
 use crate::elastica::chart::Integrals;
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::lanes;
@@ -27,10 +27,12 @@ pub struct LightRod {
 const UNFOLDED: f64 = 4.5;
 /// Nor is one whose amplitude w at the clamp, half the angle of the pull of a taut one, is below this: the first fold curve lies beyond 3.
 const PULLED_OUT: f64 = 2.0;
-/// Radians by which a rod sways, the way it is softest, in the time that is left until a fold: below them it is not followed, and beyond them it is again. Near folds these are
-/// 2 T_i and 3 T_i (theory 2.8).
-const CLEAR: [f64; 2] = [3.363_585_661, 5.583_629_155];
-/// At so many times as many there is as much room as there need be ([`RodMass::room`]).
+/// Times T_i before a fold within which a rod is not followed, by its normal form.
+const CLEAR: f64 = 2.0;
+/// Radians by which a rod sways, the way it is softest, in the time that is left until a fold, below which it is not followed, and beyond which it is again: near folds these are 2 T_i
+/// and 3 T_i (theory 2.8, 2.9).
+const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
+/// So many times that before a fold there is as much room as there need be ([`RodMass::room`]).
 const AMPLE: f64 = 16.0;
 /// Of a fold with as much room as that it is enough to know the least.
 const FAR: f64 = 0.25;
@@ -212,13 +214,25 @@ impl RodMass<2> for LightRod {
             return free;
         }
         let left = -0.5 * fold / falls;
-        let soft = Softest::of(&rod);
-        let clear = |sways: f64| (sways / CLEAR[bound] - 1.0) / AMPLE;
+        // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
+        // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
+        let clear = |fold: &Passage| {
+            let inertial = CLEAR * fold.inertial(self.mass);
+            (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE
+        };
         // Most folds are far away, which needs no integrals.
-        let far = clear(soft.sways_at_least(self.mass, left));
-        if far > FAR {
-            return free.min(far);
+        if followed {
+            let far = clear(&Passage::ahead_of(&rod, v).0);
+            if far > FAR {
+                return free.min(far);
+            }
         }
-        free.min(clear(soft.sways(&rod.to_part(ROUGH), self.mass, left)))
+        let rod = rod.to_part(ROUGH);
+        let sways = Softest::of(&rod).sways(&rod, self.mass, left);
+        let mut room = (sways / SWAYS[bound] - 1.0) / AMPLE;
+        if followed {
+            room = room.max(clear(&Passage::of(&rod, v)));
+        }
+        free.min(room)
     }
 }

@@ -10,6 +10,13 @@ use crate::solve::cost::Cost;
 use crate::solve::integrator::Method;
 use std::sync::Arc;
 
+/// Places within a step at which it is looked whether the mass of a rod is begun to be felt, or given up. Where all are felt, with some room at both ends of the step, they are fewer, and with
+/// ample room there are none.
+const PLACES: [u32; 2] = [8, 4];
+const SOME: f64 = 0.25;
+const AMPLE: f64 = 1.0;
+/// Room with which a mass ceases to be felt, or begins to be, where that was found: it is 0 there up to rounding.
+const FOUND: f64 = 1e-6;
 /// Where the energy of a rod cannot be told at the tolerance along it, it is told at one that is so much looser.
 const LOOSER: f64 = 100.0;
 
@@ -35,63 +42,73 @@ impl AssemblyRun {
         }
         let at = (self.assembly).evaluated(&self.solver.state().0, self.along())?;
         self.extra.evaluations += 1;
-        let changed = due.unwrap_or_else(|| self.changing(&self.assembly, &at));
+        let changed = due.unwrap_or_else(|| self.changing(&self.assembly, &at, 0.0));
         self.change(&at, &changed)
     }
 
-    /// The rods whose mass is to be felt from a state on, and is not, or is, and is to be felt no more.
-    fn changing(&self, assembly: &Assembly, at: &Evaluated) -> Vec<(usize, bool)> {
+    /// How much room there is for the mass of each rod to stay felt, or not, as it is now.
+    fn rooms(&self, assembly: &Assembly, at: &Evaluated) -> Vec<(usize, bool, f64)> {
         let rods = assembly.light_rods();
-        let changed = rods.filter_map(|(k, light)| {
-            let holds = !self.unfit[k] && assembly.should_feel(k, at, self.along());
-            (holds != light.followed).then_some((k, holds))
+        let each = rods.map(|(k, light)| {
+            let room = match (self.unfit[k], light.followed) {
+                (true, true) => -1.0,
+                (true, false) => 1.0,
+                (false, _) => assembly.room(k, at, self.along()),
+            };
+            (k, light.followed, room)
         });
-        changed.collect()
+        each.collect()
+    }
+
+    /// The rods whose mass is to be felt from a state on, and is not, or is, and is to be felt no more: those with no more than so much room.
+    fn changing(&self, assembly: &Assembly, at: &Evaluated, room: f64) -> Vec<(usize, bool)> {
+        let rooms = self.rooms(assembly, at).into_iter();
+        let ended = rooms.filter(|(.., left)| !(*left > room));
+        ended.map(|(k, followed, _)| (k, !followed)).collect()
     }
 
     /// Looks whether the mass of a rod ceases to be felt in the step that was just taken, or begins to be, and ends the step at that moment: the motion depends on
-    /// it, so that it must not be where a step happens to end. The next step goes on the other way. False where the step stays as it is; None where the motion cannot
-    /// go on from there.
-    fn ends_where_it_changes(&mut self) -> Option<bool> {
+    /// it, so that it must not be where a step happens to end, nor missed where it lasts for less than one. The next step goes on the other way. False where the step stays as it is; None
+    /// where the motion cannot go on from there.
+    fn ends_where_it_changes(&mut self, room: Option<f64>) -> Option<bool> {
         let Some(taken) = &self.step else {
             return Some(false);
         };
         let (assembly, slowed) = self.taken_by.clone();
         let along = self.along();
-        let changing = |state: &Numbers| {
-            let at = assembly.evaluated(&state.0, along);
-            at.map_or_else(Vec::new, |at| self.changing(&assembly, &at))
+        let evaluated = |state: &Numbers| assembly.evaluated(&state.0, along);
+        let room_at = |state: &Numbers| {
+            let rooms = evaluated(state).map(|at| self.rooms(&assembly, &at));
+            let rooms = rooms.into_iter().flatten().map(|(.., room)| room);
+            rooms.fold(f64::INFINITY, f64::min)
         };
-        let due = changing(taken.to());
-        if due.is_empty() {
-            self.due = Some(due);
+        let before = room.unwrap_or_else(|| room_at(taken.from()));
+        let after = room_at(taken.to());
+        let all_felt = assembly.light_rods().all(|(_, light)| light.followed);
+        if all_felt && before.min(after) > AMPLE {
+            (self.due, self.room) = (Some(Vec::new()), Some(after));
             return Some(false);
         }
+        let places = PLACES[usize::from(all_felt && before.min(after) > SOME)];
         let mut step = taken.clone();
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
-        let part = step.inside(&mut { f }, &mut cost).and_then(|dense| {
-            let room = |state: &Numbers| {
-                if changing(state).is_empty() {
-                    1.0
-                } else {
-                    -1.0
-                }
-            };
-            let fraction = changes(|x| dense.at(x), 1, room)?;
-            part(&step, &mut { f }, fraction, &mut cost)
+        let found = step.inside(&mut { f }, &mut cost).and_then(|dense| {
+            let fraction = changes(|x| dense.at(x), places, room_at)?;
+            let due = self.changing(&assembly, &evaluated(&dense.at(fraction))?, FOUND);
+            Some((part(&step, &mut { f }, fraction, &mut cost)?, due))
         });
-        let due = part.as_ref().map(|part| changing(part.to()));
         self.extra.evaluations += cost.evaluations;
         self.extra.samples += cost.samples;
-        let Some(part) = part else {
+        let Some((part, due)) = found else {
+            (self.due, self.room) = ((after > 0.0).then(Vec::new), Some(after));
             return Some(false);
         };
         let h = self.solver.next_step();
         self.assembly = assembly;
         self.resume(part.to().clone(), slowed, h)?;
         (self.step, self.dense) = (Some(part), None);
-        self.due = due;
+        (self.due, self.room) = (Some(due), None);
         Some(true)
     }
 
@@ -118,6 +135,7 @@ impl AssemblyRun {
             self.released += if *felt { -energy } else { *energy };
             Arc::make_mut(&mut self.assembly).feel(*k, *felt);
         }
+        self.room = None;
         let (state, h) = (self.solver.state().clone(), self.solver.next_step());
         self.resume(state, self.slowed.clone(), h)
     }
@@ -137,9 +155,10 @@ impl AssemblyRun {
             return self.advance_to(end);
         }
         self.weigh()?;
+        let room = self.room.take();
         let (from, near) = (self.solver.state().clone(), self.near.clone());
         let progress = self.advance_to(end);
-        if progress.is_some() && self.ends_where_it_changes()? {
+        if progress.is_some() && self.ends_where_it_changes(room)? {
             self.near = near;
             return Some(Progress::Moved);
         }
@@ -161,7 +180,7 @@ impl AssemblyRun {
     pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
         let h = self.solver.next_step();
         self.resume(state, None, h)?;
-        self.due = None;
+        (self.due, self.room) = (None, None);
         for k in rods {
             self.unfit[*k] = true;
         }
