@@ -378,6 +378,25 @@ force = [0.0, -0.5, 0.0]
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
 
+/// Catches a model without a number that is compared as if it were one: the differences were NaN, and the field was said to tell nothing.
+#[test]
+fn a_model_without_a_number_is_refused_by_row_and_column() {
+    // Let go straight under its load the rod with friction is near no equilibrium at first; the row before has nothing to compare.
+    let scene =
+        SWING.replace("[body]", "damping = 0.5\n[body]") + "[loads]\ngravity = [0.0, -1.0]\n";
+    let data = Data::parse("t,lam,y\n0.01,,\n0.02,,0.0\n0.05,2.1,\n0.1,2.2,0.1\n").unwrap();
+    let free = vec![Vary::free("body.mass=0.5:2").unwrap()];
+    let fit = Fit::new(scene, Vec::new(), free, data, &[], &[]).unwrap();
+    let found = fit.search(&fit.start(0, 0), &mut Silent).unwrap();
+    assert!(found.is_none());
+    let why = fit.best(Vec::new(), 1, &mut Silent).unwrap_err();
+    let why = why.to_string();
+    assert!(
+        why.contains("row 3 of the data, t = 0.05") && why.contains("no number lam"),
+        "{why}"
+    );
+}
+
 /// Catches a message that does not say which line, column or option is meant.
 #[test]
 fn bad_data_are_refused_by_name() {

@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 use least::{Least, is_certain, is_seen};
 use nalgebra::DVector;
-use noise::Linear;
+use noise::{Linear, unweighed};
 
 /// The column of data over time.
 const TIME: &str = "t";
@@ -51,6 +51,8 @@ pub struct Fit {
     compared: Vec<Compared>,
     /// The column of times.
     time: Option<usize>,
+    /// The numbers of the rows in the data as they were given, from 1.
+    numbers: Vec<usize>,
 }
 
 /// A column that is compared with what the scene says.
@@ -177,7 +179,7 @@ impl Fit {
         if let Some((i, count)) = numbers.iter().find(alone)
             && numbers.len() > 1
         {
-            return Err(untold(&data.names[*i], *count));
+            return Err(unweighed(&data.names[*i], *count));
         }
         let needed = time.into_iter().chain(given.iter().map(|(i, _)| *i));
         for i in needed {
@@ -189,6 +191,7 @@ impl Fit {
                 ));
             }
         }
+        let mut rows: Vec<usize> = (1..=data.rows.len()).collect();
         if let Some(time) = time {
             let measured = |row: &Vec<f64>| numbers.iter().any(|(i, _)| !row[*i].is_nan());
             let early = |row: &Vec<f64>| row[time] < 0.0 && measured(row);
@@ -200,6 +203,7 @@ impl Fit {
                 ));
             }
             // A time at which nothing was measured need not be reached.
+            rows.retain(|number| measured(&data.rows[number - 1]));
             data.rows.retain(measured);
         }
         let fit = Self {
@@ -210,6 +214,7 @@ impl Fit {
             given,
             compared,
             time,
+            numbers: rows,
         };
         if fit.time.is_some()
             && let Ok(scene) = fit.scene(&fit.values(&fit.start(0, 0)))
@@ -399,7 +404,30 @@ impl Fit {
         let times: Vec<f64> = self.data.column(time).collect();
         let table = self.trajectory(&free, &times, hooks)?;
         let columns = self.over_time(&table).map_err(Fault::Fatal)?;
-        Ok(columns.into_iter().map(|(_, x)| x.to_vec()).collect())
+        let columns: Vec<Vec<f64>> = columns.into_iter().map(|(_, x)| x.to_vec()).collect();
+        self.is_told(&columns)?;
+        Ok(columns)
+    }
+
+    /// Refuses a trajectory that has no number where one was measured.
+    fn is_told(&self, columns: &[Vec<f64>]) -> std::result::Result<(), Fault> {
+        let Some(time) = self.time else {
+            return Ok(());
+        };
+        for (k, (row, number)) in self.data.rows.iter().zip(&self.numbers).enumerate() {
+            let missing = |(one, column): &(&Compared, &Vec<f64>)| {
+                !row[one.place].is_nan() && !column[k].is_finite()
+            };
+            if let Some((one, _)) = self.compared.iter().zip(columns).find(missing) {
+                let name = &self.data.names[one.place];
+                return Err(Fault::NoRun(format!(
+                    "row {number} of the data, {TIME} = {}: the trajectory has no number {name} then, as lam of a rod with friction or mass where it is near \
+                     no equilibrium; leave the cell empty, or the column out",
+                    row[time]
+                )));
+            }
+        }
+        Ok(())
     }
 
     /// The free fields at a point, as overrides.
@@ -536,7 +564,7 @@ impl Fit {
                 None => summary.as_ref().map(|summary| cell(summary, name)),
             };
             match found {
-                Some(Cell::Real(x)) => Ok(x),
+                Some(Cell::Real(x)) if x.is_finite() => Ok(x),
                 Some(Cell::Integer(n)) => Ok(n as f64),
                 _ if !asked => Ok(f64::NAN),
                 // A run that ended early has no such event, another may have it.
@@ -548,15 +576,6 @@ impl Fit {
         });
         each.collect()
     }
-}
-
-/// A column beside others whose noise is neither given nor to be estimated.
-fn untold(name: &str, count: usize) -> Error {
-    let numbers = if count == 1 { "number" } else { "numbers" };
-    Error::domain(format!(
-        "the noise of {name} cannot be estimated from {count} {numbers}, to which the free fields can go, and without it the column cannot be weighed \
-         against the others; give it as --noise {name}=SIGMA"
-    ))
 }
 
 /// Why there is no model at a point.

@@ -5,6 +5,7 @@
 //! would seem too exact, weigh too much, and seem more exact still. Weights that are estimated are uncertain, too: the covariance and
 //! the degrees of freedom of each field are those of Kenward and Roger (Biometrics 53, 1997).
 
+use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 
 /// A direction of the fields whose effect is smaller than this, relative to the largest, is not seen in the data.
@@ -248,6 +249,15 @@ fn seen_parts(
         |j: &usize| (unseen.iter()).any(|&k| v[(*j, k)].abs() > PART * v.column(k).amax());
     let parts = (0..fields).filter(has_part).collect();
     (u.select_columns(&seen), back, parts)
+}
+
+/// A column beside others whose noise is neither given nor to be estimated.
+pub(super) fn unweighed(name: &str, count: usize) -> Error {
+    let numbers = if count == 1 { "number" } else { "numbers" };
+    Error::domain(format!(
+        "the noise of {name} cannot be estimated from {count} {numbers}, to which the free fields can go, and without it the column cannot be weighed \
+         against the others; give it as --noise {name}=SIGMA"
+    ))
 }
 
 #[cfg(test)]

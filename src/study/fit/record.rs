@@ -1,8 +1,8 @@
 //! What a fit found.
 
 use super::least::{is_certain, is_seen};
-use super::noise::{self, Untold};
-use super::{Fit, Found, TIME, untold};
+use super::noise::{self, Untold, unweighed};
+use super::{Fit, Found, TIME};
 use crate::error::Result;
 use crate::study::fit::confidence::quantile;
 use crate::study::{Cell, Column, Table, Values};
@@ -91,7 +91,7 @@ impl Fit {
         let errors = match noise::errors(&linear, &noise) {
             Err(Untold::Noise(c)) if linear.len() > 1 => {
                 let one = &self.compared[c];
-                return Err(untold(&self.data.names[one.place], self.count(one)));
+                return Err(unweighed(&self.data.names[one.place], self.count(one)));
             }
             errors => errors,
         };
