@@ -28,19 +28,31 @@ pub(in crate::study) struct AtRest {
 /// # Errors
 /// No equilibrium found.
 pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
-    let mut model = ElasticSpace::new(scene)?;
-    let (mut assembly, mut now) = model.assembly()?;
-    // Strains that are given are those of a rod with friction: no equilibrium.
-    let strained = matches!(&scene.start.place, Place::Strain { strain } if strain.0.iter().any(Option::is_some));
-    let of_start = !strained && balanced(&assembly, &now)?;
-    if !of_start {
-        let mut settled = scene.clone();
-        settled.start.place = Place::Settled { settled: true };
-        model = ElasticSpace::new(&settled).map_err(|why| {
-            why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
-        })?;
-        (assembly, now) = model.assembly()?;
+    // Strains that are given are those of a rod with friction, and a rod under its weight is not straight: no equilibria.
+    let never = match &scene.start.place {
+        Place::Strain { strain } => !strain.is_unloaded() || scene.is_loaded_along(),
+        Place::Rest { .. } => scene.is_loaded_along(),
+        _ => false,
+    };
+    let mut start = None;
+    if !never {
+        let model = ElasticSpace::new(scene)?;
+        let (assembly, now) = model.assembly()?;
+        start = balanced(&assembly, &now)?.then_some((model, assembly, now));
     }
+    let of_start = start.is_some();
+    let (model, assembly, mut now) = match start {
+        Some(start) => start,
+        None => {
+            let mut settled = scene.clone();
+            settled.start.place = Place::Settled { settled: true };
+            let model = ElasticSpace::new(&settled).map_err(|why| {
+                why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
+            })?;
+            let (assembly, now) = model.assembly()?;
+            (model, assembly, now)
+        }
+    };
     // Newton's method, where it goes straight there.
     if let Ok(found) = assembly.equilibrium(Some(&now), EQUILIBRIUM)
         && found.route == AssemblyRoute::Guess

@@ -6,7 +6,8 @@ use crate::error::{Error, Result};
 use crate::math::order::{sort_eigenvalues, sort_few};
 use crate::rod::RodSection;
 use crate::solve::definite::definite;
-use nalgebra::{Complex, DMatrix, DVector, Schur, Vector6};
+use crate::spectrum::eigenvalues;
+use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
 /// Natural frequencies without drag and rotors: K x = omega^2 M x.
 #[derive(Debug, Clone, PartialEq)]
@@ -145,10 +146,9 @@ impl Assembly {
         first.view_mut((0, n), (n, n)).fill_diagonal(rate);
         first.view_mut((n, 0), (n, n)).copy_from(&(-k / rate));
         first.view_mut((n, n), (n, n)).copy_from(&-c);
-        let schur = Schur::try_new(first, f64::EPSILON, 10_000).ok_or_else(|| {
+        let mut values = eigenvalues(first).ok_or_else(|| {
             Error::no_convergence("the eigenvalues of small motions did not converge")
         })?;
-        let mut values: Vec<_> = schur.complex_eigenvalues().iter().copied().collect();
         sort_eigenvalues(&mut values);
         Ok(values)
     }
