@@ -7,7 +7,7 @@ mod rod;
 mod statics;
 mod trial;
 
-pub use trial::Trial;
+pub use trial::{Pace, Trial};
 
 use crate::error::Result;
 use crate::motion::Carried;
