@@ -142,12 +142,13 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
 }
 
 /// Where an elastic rod can run out of its sheet: the first fold about the clamp of these moments, both halves, for it may swing over; none if
-/// the clamp moves.
+/// the clamp moves, or if the rod is loaded along it, whose folds are others.
 ///
 /// # Errors
 /// As [`fold_curve`].
-pub fn first_folds(way: &[Moment], length: f64) -> Result<Vec<Curve>> {
-    let Some(first) = way.first() else {
+pub fn first_folds(way: &[Moment], record: &RunRecord) -> Result<Vec<Curve>> {
+    let length = record.scales.length;
+    let Some(first) = way.first().filter(|_| !record.loaded) else {
         return Ok(Vec::new());
     };
     let moved = |moment: &Moment| {
@@ -252,7 +253,7 @@ impl<'r> Drawn<'r> {
         Ok(Snapshots {
             shapes: chosen.into_iter().map(shape).collect(),
             path: Curve::new(self.way().iter().map(Moment::place)),
-            folds: first_folds(self.way(), self.length())?,
+            folds: first_folds(self.way(), self.record)?,
             snaps: self.line.snaps.iter().map(|(_, at)| *at).collect(),
             snaps_name: snaps_name(self.record).to_owned(),
             walls,

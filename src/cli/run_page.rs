@@ -49,7 +49,7 @@ pub fn single(
     let length = record.scales.length;
     let elastica = matches!(record.kind, ModelKind::Sheet | ModelKind::Planar);
     let folds = match elastica {
-        true => first_folds(&drawn.way, length)?,
+        true => first_folds(&drawn.way, record)?,
         false => Vec::new(),
     };
     let around = Scenery {

@@ -191,7 +191,7 @@ impl AssemblyRunRecord {
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
-        doubts(told, self.scales.energy, &self.bounds).or_else(|| self.unstable())
+        doubts(told, (self.scales.energy, self.units), &self.bounds).or_else(|| self.unstable())
     }
 
     fn unstable(&self) -> Option<String> {

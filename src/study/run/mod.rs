@@ -141,6 +141,7 @@ pub fn run(
         cut,
         driven: prepared.is_driven(),
         heavy: prepared.is_heavy(),
+        loaded: prepared.loaded,
         mass: prepared.mass.clone(),
         spring,
         viscosity: prepared.viscosity(),

@@ -29,6 +29,8 @@ pub struct Prepared {
     /// What was asked for.
     pub(super) run: Run,
     pub(super) fixed_nodes: bool,
+    /// Whether a load along the rod bends it; to first order its weight does not.
+    pub(super) loaded: bool,
     viscosity: Option<f64>,
     /// A rod of known mass on a clamp that stands.
     massive: Option<Massive>,
@@ -107,6 +109,7 @@ impl Prepared {
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,
             run: scene.run()?.clone(),
             fixed_nodes: scene.rod.nodes.is_some(),
+            loaded: scene.is_loaded_along() && !scene.rod.is_light(),
             viscosity: viscosity(scene)?,
             massive,
             relaxes: !scene.rod.relaxation.is_empty(),

@@ -40,6 +40,8 @@ pub struct RunRecord {
     pub driven: bool,
     /// True if the rod has mass.
     pub heavy: bool,
+    /// True if its weight, or another load along it, bends the rod, so that no sheet of the light elastica is its own.
+    pub loaded: bool,
     /// What is done with the mass of an elastic rod, if it is known.
     pub mass: Option<RodMassNote>,
     /// The folds that a rod of known mass passed.
@@ -279,11 +281,15 @@ const RELEASED: f64 = 1e-9;
 /// says how many nodes there are.
 pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>, fixed: bool) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
-    let first = if fixed { "leave out rod.nodes, " } else { "" };
+    let first = if fixed {
+        "leave out rod.nodes, or "
+    } else {
+        ""
+    };
     (worst > SPILL).then(|| {
         format!(
             "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
-             its nodes; {first}lower the tolerance, or give the rod damping"
+             its nodes; {first}give the rod damping, which they meet first; a lower tolerance resolves more of them, as far as rounding lets them be followed"
         )
     })
 }
@@ -343,7 +349,7 @@ impl RunRecord {
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
-        doubts(told, self.scales.energy, &self.bounds).or_else(|| self.unstable())
+        doubts(told, (self.scales.energy, self.units), &self.bounds).or_else(|| self.unstable())
     }
 
     /// When and why folds that the light rod passes are not told; None where all are, or there is none.

@@ -11,6 +11,7 @@ use crate::motion::creep::Layer;
 use crate::motion::{
     Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
 };
+use crate::scene::Units;
 use crate::study::beside::LightRods;
 use crate::study::thinned::Thinned;
 use crate::study::{Cell, Hooks, Sink};
@@ -122,18 +123,20 @@ pub(in crate::study) fn spent(times: impl Iterator<Item = f64>) -> Option<f64> {
 /// coefficients of its strain rates tell.
 pub(in crate::study) fn doubts<'a>(
     told: impl Iterator<Item = (&'a Closing, Option<f64>)> + Clone,
-    energy: f64,
+    (energy, units): (f64, Units),
     bounds: &Bounds,
 ) -> Option<String> {
     let rate_tails = told.clone().filter_map(|(_, rate_tail)| rate_tail);
-    unresolved(rate_tails, bounds.fixed_nodes)
-        .or_else(|| untrusted(told.map(|(closing, _)| closing), energy, bounds.tolerance))
+    unresolved(rate_tails, bounds.fixed_nodes).or_else(|| {
+        let closings = told.map(|(closing, _)| closing);
+        untrusted(closings, (energy, units), bounds.tolerance)
+    })
 }
 
 /// What is to be said of motions whose energies nobody can trust at the `tolerance`; one unit of energy is `energy`.
 fn untrusted<'a>(
     closings: impl Iterator<Item = &'a Closing>,
-    energy: f64,
+    (energy, units): (f64, Units),
     tolerance: f64,
 ) -> Option<String> {
     let mut open = closings.filter(|closing| closing.is_open(energy));
@@ -141,8 +144,10 @@ fn untrusted<'a>(
     // Of mass 1.
     let speed = (2.0 * closing.largest / energy).sqrt();
     let off = format!(
-        "the energies are off by {:.1e} of the largest",
-        closing.relative()
+        "the energies are off by {:.1e} of the largest, {:.1e}{}",
+        closing.relative(),
+        closing.largest,
+        Units::behind(units.energy())
     );
     Some(match RESOLVED * tolerance > speed {
         true => format!(
