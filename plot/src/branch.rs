@@ -97,6 +97,8 @@ pub struct BranchDiagram {
     pub panels: Vec<BranchPanel>,
     /// The lines are curves of folds: each point stands for two equilibria that meet, of its index and the next.
     pub folds: bool,
+    /// The loads have no potential: the index does not decide stability, and nothing is called stable.
+    pub without_potential: bool,
 }
 
 /// Draws branches over a parameter as SVG: stable ones (index 0) thick and solid, index 1 dashed, index 2 in
@@ -159,14 +161,23 @@ enum Style {
 }
 
 impl Style {
-    /// Each with its words, and those where lines are curves of folds.
+    /// Each with its words, and those where lines are curves of folds; where the index decides stability, one that is 0 is called stable.
     const ALL: [(Self, [&'static str; 2]); 5] = [
-        (Self::Stable, ["stable (index 0)", "stable meets index 1"]),
+        (Self::Stable, ["index 0", "indices 0 and 1"]),
         (Self::One, ["index 1", "indices 1 and 2"]),
         (Self::Two, ["index 2", "indices 2 and 3"]),
         (Self::More, ["index ≥ 3", "indices ≥ 3"]),
         (Self::Unknown, ["index unknown"; 2]),
     ];
+
+    fn words(self, data: &BranchDiagram) -> &'static str {
+        let own = Self::ALL.iter().find(|(style, _)| *style == self);
+        match (self, data.folds) {
+            (Self::Stable, false) if !data.without_potential => "stable (index 0)",
+            (Self::Stable, true) if !data.without_potential => "stable meets index 1",
+            (_, folds) => own.map_or("", |(_, words)| words[usize::from(folds)]),
+        }
+    }
 
     fn new(index: Option<usize>) -> Self {
         match index {
@@ -219,9 +230,7 @@ fn legends(data: &BranchDiagram) -> Vec<Vec<Entry>> {
     let lines = Style::ALL
         .into_iter()
         .filter(|(style, _)| seen.contains(style))
-        .map(|(style, words)| {
-            Entry::new(Key::Line(style.pen(INK)), words[usize::from(data.folds)])
-        });
+        .map(|(style, _)| Entry::new(Key::Line(style.pen(INK)), style.words(data)));
     let marks = SpecialKind::ALL
         .into_iter()
         .filter(|(kind, ..)| {
@@ -230,6 +239,9 @@ fn legends(data: &BranchDiagram) -> Vec<Vec<Entry>> {
         })
         .map(|(kind, mark, word)| match kind {
             SpecialKind::Fold if data.folds => Entry::new(Key::Mark(mark, INK), "turning point"),
+            SpecialKind::StabilityChange if data.without_potential => {
+                Entry::new(Key::Mark(mark, INK), "index change")
+            }
             _ => Entry::new(Key::Mark(mark, INK), word),
         });
     vec![names.collect(), lines.collect(), marks.collect()]
@@ -315,6 +327,36 @@ fn cut(pixels: &[Pixel], styles: &[Style], spots: &[Pixel]) -> Vec<(Style, Vec<P
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Catches index 0 that is called stable where it does not decide that.
+    #[test]
+    fn without_a_potential_nothing_is_called_stable() {
+        let branches = vec![BranchLine {
+            x: vec![0.0, 1.0, 2.0],
+            y: vec![0.0, 1.0, 0.0],
+            index: vec![Some(0), Some(0), Some(2)],
+            ..BranchLine::default()
+        }];
+        let specials = vec![Special {
+            x: 1.0,
+            y: 1.0,
+            kind: SpecialKind::StabilityChange,
+            label: String::new(),
+        }];
+        let panel = BranchPanel {
+            branches,
+            specials,
+            ..BranchPanel::default()
+        };
+        let data = BranchDiagram {
+            panels: vec![panel],
+            without_potential: true,
+            ..BranchDiagram::default()
+        };
+        let svg = branch_diagram(&data, &Paper::SCREEN).unwrap();
+        assert!(svg.contains("index 0") && svg.contains("index change"));
+        assert!(!svg.contains("stable") && !svg.contains("stability"));
+    }
 
     /// Catches a style that changes at a data point instead of at the fold between two of them, or
     /// that trusts the index computed at the fold itself.

@@ -26,6 +26,37 @@ fn followed(text: &str, set: &[&str]) -> BranchRecord {
     branch(&Scene::parse_with(text, set).unwrap(), &mut Silent).unwrap()
 }
 
+/// Catches an index that is said to decide stability under loads without a potential, or one that is missing without a word.
+#[test]
+fn loads_without_a_potential_are_told() {
+    let text = |end: &str, parameter: &str| {
+        format!(
+            "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = {{ bending = [1.0, 1.5], torsion = 0.8 }}\n[end]\n{end}\n[continue]\n\
+             parameter = \"{parameter}\"\nfrom = 0.0\nto = 4.0"
+        )
+    };
+    let told = |end: &str, parameter: &str| {
+        let record = followed(&text(end, parameter), &[]);
+        let summary = record.summary();
+        assert_eq!(summary["conservative"], record.conservative);
+        let index = record.branches.points.integers("index")[0];
+        (record.conservative, index, record.remarks.join("\n"))
+    };
+    let (conservative, index, remarks) = told("force = [0.0, 0.0, -1.0]", "end.load");
+    assert!(
+        conservative && index == Some(0) && !remarks.contains("no potential"),
+        "{remarks}"
+    );
+    // A couple that begins at 0.
+    let (conservative, index, remarks) = told("couple = [0.0, 0.0, 1.0]", "end.couple.z");
+    assert!(!conservative && index == Some(0), "{remarks}");
+    assert!(remarks.contains("does not decide stability"), "{remarks}");
+    let (conservative, index, remarks) =
+        told("force = [0.0, 0.0, -1.0]\nfollower = true", "end.load");
+    assert!(!conservative && index.is_none(), "{remarks}");
+    assert!(remarks.contains("equilibria have no index"), "{remarks}");
+}
+
 /// The first fold, and the parameter there.
 fn fold(record: &BranchRecord) -> (f64, FoldAtRest) {
     let mut all = record.branches.specials.iter();

@@ -265,6 +265,11 @@ impl Problem {
         !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
     }
 
+    /// True if the load turns with the end: equilibria have no index then.
+    pub fn is_followed(&self) -> bool {
+        self.end.follower
+    }
+
     /// The arm of the force where the end has this rotation.
     pub(super) fn lever(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
         rotation * self.arm

@@ -164,7 +164,12 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
     let ps = set.points.reals("parameter");
     let (measured, column) = measure(record);
     let values = set.points.reals(column);
-    let energy = Units::label("stored energy", record.units.energy());
+    // That of an assembly holds the potential of gravity and constant forces as well.
+    let energy = match record.taken {
+        Some(_) => "stored energy",
+        None => "total potential energy",
+    };
+    let energy = Units::label(energy, record.units.energy());
     BranchDiagram {
         title: String::new(),
         x_label: record.parameter.label(record.units),
@@ -174,6 +179,7 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
             panel("branch", set, energy, ps, set.points.reals("energy")),
         ],
         folds: false,
+        without_potential: !record.conservative,
     }
 }
 
@@ -188,6 +194,7 @@ pub fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> BranchDiagram {
         x_range: None,
         panels: vec![panel("fold curve", &folds.curves, y_label, ps, qs)],
         folds: true,
+        without_potential: !record.conservative,
     }
 }
 

@@ -10,6 +10,7 @@ use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
 use snaprod::plot::{branch_diagram, rod_shapes};
+use snaprod::solve::special::SpecialKind;
 use snaprod::study::{self, BranchRecord, Hooks, branch::CurveSet, branch::SpecialPoint};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -120,20 +121,25 @@ fn text(record: &BranchRecord) -> String {
     };
     let points = branches.points.rows();
     let mut text = format!("{points} points of {which} in {}\n", record.parameter);
-    found(&mut text, branches);
+    found(&mut text, branches, record.conservative);
     if let Some(folds) = &record.fold_curves {
         let (points, first, second) = (folds.curves.points.rows(), record.parameter, folds.second);
         let _ = writeln!(text, "{points} points of fold curves in {first}, {second}");
-        found(&mut text, &folds.curves);
+        found(&mut text, &folds.curves, record.conservative);
     }
     if let Some(taken) = &record.taken {
         let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
     }
-    for at in &record.masses {
+    let masses = record.masses.iter().map(|at| {
         let parameter = format!("{} = {}", record.parameter, exact(at.parameter));
-        let words = at.mass.text(record.units);
-        if !words.is_empty() {
-            let _ = writeln!(text, "mass at {parameter}: {words}");
+        (parameter, at.mass.text(record.units))
+    });
+    // Branches that are mirror images of each other have the same, which is told once.
+    let mut told = Vec::new();
+    for of in masses.filter(|(_, words)| !words.is_empty()) {
+        if !told.contains(&of) {
+            let _ = writeln!(text, "mass at {}: {}", of.0, of.1);
+            told.push(of);
         }
     }
     for remark in &record.remarks {
@@ -143,17 +149,22 @@ fn text(record: &BranchRecord) -> String {
 }
 
 /// The special points and how the curves ended.
-fn found(text: &mut String, set: &CurveSet) {
+fn found(text: &mut String, set: &CurveSet, conservative: bool) {
     for at in &set.specials {
-        line(text, at);
+        line(text, at, conservative);
     }
     for end in set.curves.iter().flat_map(|curve| &curve.ends) {
         let _ = writeln!(text, "end: {end}");
     }
 }
 
-fn line(text: &mut String, at: &SpecialPoint) {
-    let (label, kind) = (&at.label, at.kind_name());
+fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
+    let label = &at.label;
+    // Without a potential of the loads the index does not decide stability.
+    let kind = match (at.kind, conservative) {
+        (SpecialKind::StabilityChange, false) => "index change".to_owned(),
+        _ => at.kind_name(),
+    };
     let _ = match at.second {
         Some(second) => write!(
             text,

@@ -47,7 +47,10 @@ function mark(axes, points) {
   });
 }
 
-/** A column over the parameter; unstable points dashed. */
+/** What a kind of special points is called: without a potential of the loads the index does not decide stability. */
+const called = (kind) => (data.conservative ? kind : kind.replace("stability change", "index change"));
+
+/** A column over the parameter; points of another index than 0 dashed. */
 class Diagram {
   constructor(board, pick) {
     this.board = board;
@@ -60,9 +63,9 @@ class Diagram {
       this.draw(this.row);
     });
     board.legend.append("over the parameter: ", select);
-    board.key("stable", { colour: INK });
-    board.key("unstable", { colour: INK, dash: [4, 4] });
-    for (const kind of new Set(data.specials.map((one) => one.kind))) board.key(kind, { colour: markOf(kind), corners: formOf(kind) });
+    board.key(data.conservative ? "stable" : "index 0", { colour: INK });
+    board.key(data.conservative ? "unstable" : "another index, or unknown", { colour: INK, dash: [4, 4] });
+    for (const kind of new Set(data.specials.map((one) => one.kind))) board.key(called(kind), { colour: markOf(kind), corners: formOf(kind) });
     this.choose(columns[0]);
     const nearest = (e) => {
       const box = board.canvas.getBoundingClientRect(), [x, y] = [e.clientX - box.left, e.clientY - box.top];
@@ -188,8 +191,8 @@ function show(k) {
   status.textContent = [
     `${data.parameter} = ${told(at[row])}`,
     many > 1 ? `branch ${data.branch[row]}` : "",
-    index === null ? "index unknown" : index ? `unstable, Morse index ${index}` : "stable, Morse index 0",
-    here ? `${here.kind} ${here.label}` : "",
+    index === null ? "index unknown" : [data.conservative && (index ? "unstable" : "stable"), `Morse index ${index}`].filter(Boolean).join(", "),
+    here ? `${called(here.kind)} ${here.label}` : "",
     `${columns[0].name} = ${exactly(columns[0], row)}`,
   ].filter(Boolean).join(" · ");
   table.textContent = columns.map((column) => `${column.name} = ${exactly(column, row)}${column.unit && ` ${column.unit}`}`).join("; ") + ".";

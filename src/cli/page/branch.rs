@@ -48,6 +48,7 @@ pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
         "units": { "length": record.units.length() },
         "length": record.length,
         "parameter": record.parameter.label(record.units),
+        "conservative": record.conservative,
         "at": coarse(&pick(table.reals("parameter"))),
         "branch": rows.iter().map(|k| numbers[*k]).collect::<Vec<_>>(),
         "index": rows.iter().map(|k| index[*k]).collect::<Vec<_>>(),

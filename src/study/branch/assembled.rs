@@ -1,7 +1,7 @@
 //! Branches of an assembly.
 
 use super::follow::TYPICAL;
-use super::subject::{State, Subject};
+use super::subject::{INDEX, Loads, State, Subject};
 use crate::assembly::{Assembly, AssemblyFamily, Joint, Motion};
 use crate::error::{Error, Result};
 use crate::inertia::held::{Massive, Sweep, resistance};
@@ -31,8 +31,6 @@ pub struct Assembled<'a> {
     /// Velocities of the bodies, and number of the rods.
     freedoms: Vec<usize>,
     rods: usize,
-    /// What is to be said before anything is followed.
-    pub remarks: Vec<String>,
 }
 
 /// The assemblies of a scene over one of its parameters.
@@ -61,14 +59,6 @@ impl<'a> Assembled<'a> {
             wanted.to - wanted.from,
             tolerance(scene),
         )?;
-        let mut remarks = Vec::new();
-        if first.assembly.is_followed(0.0) {
-            remarks.push(
-                "loads turn with the bodies: equilibria have no index, and stability may be lost by growing oscillations, which \
-                 `snaprod modes` shows"
-                    .to_owned(),
-            );
-        }
         let x = from_start.unknowns(&start, wanted.from)?;
         let carriers = first.assembly.carriers().iter();
         let this = Self {
@@ -76,7 +66,6 @@ impl<'a> Assembled<'a> {
             from_start,
             freedoms: carriers.map(|carrier| carrier.freedoms()).collect(),
             rods: first.assembly.links().len(),
-            remarks,
         };
         Ok((this, x))
     }
@@ -230,11 +219,19 @@ impl Subject for Assembled<'_> {
     }
 
     fn index(&self) -> Column {
-        Column::integers("index", "Morse index, the bodies being free: 0 is stable")
+        Column::integers("index", INDEX)
     }
 
     fn shown(&self) -> usize {
         8
+    }
+
+    fn loads(&self, scene: &Scene) -> Result<Loads> {
+        let assembly = AssemblySetup::new(scene)?.assembly;
+        Ok(Loads::new(
+            assembly.is_conservative(0.0),
+            assembly.is_followed(0.0),
+        ))
     }
 
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {

@@ -2,7 +2,7 @@
 
 use super::record::CurveRecord;
 use super::subject::{State, Subject};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::family::Family;
@@ -177,12 +177,26 @@ impl<'a> Study<'a> {
             };
             // At an end of the range only the other way leads into it.
             if p != ahead {
-                let branch = Continuation::new(family, x.clone(), p, options)?;
+                let branch = Continuation::new(family, x.clone(), p, options);
+                let branch = branch.map_err(|why| self.not_begun(why, p))?;
                 branches.push((way == Direction::Backward, branch));
             }
         }
         self.follow(origin, branches);
         Ok(())
+    }
+
+    /// Why no branch begins there. It is told here where equilibria are not isolated: what goes on from them is not the continuation's to know.
+    fn not_begun(&self, why: Error, p: f64) -> Error {
+        let parameter = self.wanted.parameter;
+        match why.is_ambiguous() {
+            false => why,
+            true => Error::ambiguous(format!(
+                "the branch begins at {parameter} = {p} at a fold, a branch point, or a member of a continuous family of equilibria, as a symmetry makes one: \
+                 under equal bending stiffnesses a rod that is bent between held ends can stand in every plane through them; begin at another value of \
+                 {parameter} (from), or break the symmetry a little, as by bending stiffnesses that differ by a thousandth"
+            )),
+        }
     }
 
     fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_>)>) {

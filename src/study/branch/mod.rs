@@ -26,7 +26,7 @@ use folds::fold_curves;
 use follow::{Located, Study, Watch};
 use nalgebra::DVector;
 use rod::SingleRod;
-use subject::Subject;
+use subject::{Loads, Subject};
 
 /// Follows the branch that the scene's `[continue]` describes, and what it asks for beside it.
 ///
@@ -70,9 +70,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
         let record = followed(task, &subject, x, hooks).map_err(in_units)?;
-        let mut record = record.ok_or_else(left)?;
-        record.remarks.splice(0..0, subject.remarks);
-        return Ok(record);
+        return record.ok_or_else(left);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
@@ -236,7 +234,9 @@ fn followed(
         }),
         None => None,
     };
-    let mut remarks = std::mem::take(&mut study.remarks);
+    let loads = loads((scene, wanted), subject)?;
+    let mut remarks: Vec<String> = loads.remark().map(str::to_owned).into_iter().collect();
+    remarks.append(&mut study.remarks);
     let mut fold = |at: &Located| {
         let fold = match at.special.kind {
             SpecialKind::Fold => subject.fold((scene, wanted), &at.special.point),
@@ -258,6 +258,7 @@ fn followed(
         parameter: wanted.parameter,
         units: scene.units,
         length: scene.rod.length,
+        conservative: loads == Loads::Conservative,
         taken: None,
         branches: CurveSet {
             points: record::table(scene, wanted, None, subject, &study.rows)?,
@@ -272,6 +273,18 @@ fn followed(
         remarks,
         interrupted: study.watch.interrupted,
     }))
+}
+
+/// What loads are to the index all along: the worst at the ends of the ranges, for a load that is 0 at one of them is there as good as none.
+fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<Loads> {
+    let own = [wanted.from, wanted.to].map(|p| (wanted.parameter, p));
+    let second = wanted.second.iter();
+    let second = second.flat_map(|second| [second.from, second.to].map(|p| (second.parameter, p)));
+    let mut worst = Loads::Conservative;
+    for (parameter, p) in own.into_iter().chain(second) {
+        worst = worst.max(subject.loads(&scene.with(&parameter, p))?);
+    }
+    Ok(worst)
 }
 
 /// The scene to tighter tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to

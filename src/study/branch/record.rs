@@ -19,6 +19,8 @@ pub struct BranchRecord {
     pub units: Units,
     /// Length of the rod, of an assembly that of its first one.
     pub length: f64,
+    /// True if the loads have a potential all along, so that the index decides stability.
+    pub conservative: bool,
     /// How the equilibria were computed, and why so; None of an assembly, for which there is one way.
     pub taken: Option<Taken>,
     /// The branches: the scene's own first, then those that cross it, then those found by deflation.
@@ -400,6 +402,7 @@ impl BranchRecord {
             "parameter": self.parameter.to_string(),
             "path": self.taken.as_ref().map(|taken| json!({ "kind": taken.path.as_str(), "why": taken.why })),
             "points": branches.points.rows(),
+            "conservative": self.conservative,
             "branches": branches.curve_summaries(),
             "special_points": branches.special_summaries(),
             "complete": branches.is_complete(),

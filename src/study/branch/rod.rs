@@ -2,7 +2,7 @@
 
 use super::FINEST;
 use super::follow::TYPICAL;
-use super::subject::{State, Subject};
+use super::subject::{INDEX, Loads, State, Subject};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::inertia::held::{Sweep, resistance};
 use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench};
@@ -148,11 +148,16 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     }
 
     fn index(&self) -> Column {
-        Column::integers("index", "Morse index: 0 is stable")
+        Column::integers("index", INDEX)
     }
 
     fn shown(&self) -> usize {
         12
+    }
+
+    fn loads(&self, scene: &Scene) -> Result<Loads> {
+        let problem = scene.problem()?;
+        Ok(Loads::new(problem.is_conservative(), problem.is_followed()))
     }
 
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {

@@ -19,6 +19,47 @@ pub struct State {
     pub left: bool,
 }
 
+/// What the column of the index says.
+pub const INDEX: &str =
+    "Morse index, bodies being free: 0 is stable where the loads have a potential";
+
+/// What loads are to the index.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Loads {
+    /// They have a potential: the index decides stability.
+    Conservative,
+    /// They have none: the index is that of the same loads kept dead.
+    WithoutPotential,
+    /// They turn with what carries them: there is no index.
+    Followed,
+}
+
+impl Loads {
+    /// By what a problem says of its loads.
+    pub fn new(conservative: bool, followed: bool) -> Self {
+        match (conservative, followed) {
+            (_, true) => Self::Followed,
+            (false, false) => Self::WithoutPotential,
+            (true, false) => Self::Conservative,
+        }
+    }
+
+    /// What is to be said of the index.
+    pub fn remark(self) -> Option<&'static str> {
+        match self {
+            Self::Conservative => None,
+            Self::WithoutPotential => Some(
+                "the loads have no potential, as a couple whose end is free to turn: the index is that of the same loads kept dead and does not decide \
+                 stability, which may be lost by growing oscillations as well",
+            ),
+            Self::Followed => Some(
+                "loads turn with what carries them and have no potential: equilibria have no index, and stability may be lost by growing oscillations, \
+                 which `snaprod modes` shows of bodies",
+            ),
+        }
+    }
+}
+
 /// A rod or an assembly whose branches are followed, all in the same unknowns.
 pub trait Subject {
     /// The equilibria of a scene over one of its parameters. Derivatives by the parameter may be taken by steps in proportion to
@@ -48,6 +89,12 @@ pub trait Subject {
 
     /// How many equilibria a record shows.
     fn shown(&self) -> usize;
+
+    /// What the loads do in a scene, by which it is told what the index says.
+    ///
+    /// # Errors
+    /// Those of the scene and of its rods.
+    fn loads(&self, scene: &Scene) -> Result<Loads>;
 
     /// The sections of every rod.
     ///
