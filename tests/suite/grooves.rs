@@ -423,13 +423,15 @@ fn scenes_have_grooves_and_report_their_force() {
     );
     let parsed =
         |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-    let alone = parsed(&format!(
-        "[rod]\n{rod}[clamp]\n{}\n[body]\nmass = {m}\njoint = \"ball\"\n{ring}[start]\npose = {{ position = {} }}\nvelocity = {}\n{last}",
-        pose.replace(", quaternion", "\nquaternion"),
-        text(place(at)),
-        text(turned(v))
-    ));
-    let prepared = run::Prepared::new(&alone).expect("a scene that runs");
+    let alone = |v: Vector3<f64>| {
+        parsed(&format!(
+            "[rod]\n{rod}[clamp]\n{}\n[body]\nmass = {m}\njoint = \"ball\"\n{ring}[start]\npose = {{ position = {} }}\nvelocity = {}\n{last}",
+            pose.replace(", quaternion", "\nquaternion"),
+            text(place(at)),
+            text(turned(v))
+        ))
+    };
+    let prepared = run::Prepared::new(&alone(v)).expect("a scene that runs");
     let mut tables: Vec<Table> = Vec::new();
     let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a run");
     assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
@@ -454,6 +456,22 @@ fn scenes_have_grooves_and_report_their_force() {
     let refusal = run::Prepared::new(&beside).and_then(|p| p.motion().map(drop));
     let message = refusal.expect_err("a start beside the groove").to_string();
     assert!(message.contains("beside its groove"), "{message}");
+    // In the groove with a velocity across it: the message says along what it can go.
+    let across = |v| run::Prepared::new(&alone(v)).and_then(|p| p.motion().map(drop));
+    let message = across(Vector3::z())
+        .expect_err("a start across the groove")
+        .to_string();
+    let (_, list) = message.split_once('[').expect("a direction");
+    let along: Vec<f64> = list
+        .trim_end_matches(']')
+        .split(", ")
+        .map(|x| x.parse().unwrap())
+        .collect();
+    let tangent = Vector3::new(-phi.sin(), phi.cos(), 0.0);
+    assert!(
+        Vector3::from_row_slice(&along).cross(&tangent).norm() < 1e-5,
+        "{message}"
+    );
 
     // An assembly at its equilibrium in a straight groove: what pushes along it vanishes.
     let text = format!(

@@ -28,6 +28,13 @@ fn refused(text: &str, words: &[&str]) {
     }
 }
 
+/// Catches models that are not named because the scene looks like one of another.
+#[test]
+fn all_models_are_named() {
+    let text = "[rod]\nmodel = \"beam\"\nlength = 1.0\nbending_stiffness = 1.0\n";
+    refused(text, &["elastica", "cosserat", "bar"]);
+}
+
 /// Catches a scene that is refused without a word, and fields that are read and do nothing.
 #[test]
 fn what_does_nothing_is_refused() {

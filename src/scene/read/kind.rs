@@ -6,6 +6,9 @@ use crate::scene::Model;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+/// The words of `rod.model`.
+pub(super) const MODELS: [&str; 3] = ["elastica", "cosserat", "bar"];
+
 /// `rod.model`, whatever it is.
 fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
     document.get("rod")?.get_ref().as_table()?.get("model")
@@ -48,7 +51,7 @@ pub(super) fn kind_of(document: &DeTable) -> Kinds {
 
 fn guess_model(document: &DeTable) -> Model {
     let word = model_of(document).and_then(|value| value.get_ref().as_str());
-    match word.and_then(|word| nearest(word, &mut ["elastica", "cosserat", "bar"].into_iter())) {
+    match word.and_then(|word| nearest(word, &mut MODELS.into_iter())) {
         Some("cosserat") => return Model::Cosserat,
         Some("bar") => return Model::Bar,
         Some(_) => return Model::Elastica,

@@ -1,6 +1,7 @@
 //! One table of the document: its fields, read by what the tables of fields say of them.
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
+use super::kind::MODELS;
 use super::reader::{Hint, Reader};
 use super::rule::{FINITE, Rule};
 use super::words::{listed, nearest, shorten, vector_words};
@@ -381,7 +382,11 @@ impl<'a> Table<'a> {
         };
         let pairs: Vec<(&'static str, T)> =
             words.iter().copied().zip(choices.iter().cloned()).collect();
-        let allowed = listed(words);
+        // Which kind a scene is follows from its model: those of the others are as good.
+        let allowed = match name == "model" && self.reader.kind.get() != ASSEMBLY {
+            true => listed(&MODELS),
+            false => listed(words),
+        };
         let default = |_: &str| choices.first().cloned();
         self.by_form(name, &allowed, default, |field, value| {
             self.reader.choice(field, value, &pairs, &allowed)

@@ -1,7 +1,7 @@
 //! The bodies of an assembly: rigid ones, and point masses.
 
 use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
-use crate::error::{Error, Result};
+use crate::error::{Error, Message, Quantity, Result};
 use crate::math::se3::{halves, joined, spin, unit};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
@@ -201,15 +201,15 @@ impl Carrier {
         }
     }
 
-    /// How far a place is from the groove, and how fast it would leave it; 0 of a free body.
-    pub fn beside_groove(&self, place: &Place) -> (f64, f64) {
+    /// How far a place is from the groove, how fast it would leave it, and where that leads there; 0 of a free body.
+    pub fn beside_groove(&self, place: &Place) -> (f64, f64, Vector3<f64>) {
         let Some(groove) = &self.groove else {
-            return (0.0, 0.0);
+            return (0.0, 0.0, Vector3::zeros());
         };
         let (r, v) = (place.pose.translation.vector, halves(&place.twist).1);
         let [x, along, _] = groove.at(groove.nearest(&r));
         let along = along.normalize();
-        ((x - r).norm(), (v - along * along.dot(&v)).norm())
+        ((x - r).norm(), (v - along * along.dot(&v)).norm(), along)
     }
 
     /// An error unless bodies that slide in grooves start there, with a velocity along them.
@@ -218,14 +218,19 @@ impl Carrier {
     /// A body beside its groove.
     pub fn start_in_grooves(carriers: &[Self], places: &[Place]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
-            let (beside, leaving) = carrier.beside_groove(place);
+            let (beside, leaving, along) = carrier.beside_groove(place);
             let speed = halves(&place.twist).1.norm();
             if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
-                let body = Self::told(carriers, body);
-                return Err(Error::domain(format!(
-                    "{body} starts {beside:.1e} beside its groove and would leave it at the speed {leaving:.1e}: start it in the \
-                     groove, with a velocity along it"
-                )));
+                let starts = Message::from(Self::told(carriers, body)).words(" starts ");
+                let place = match beside <= BESIDE {
+                    true => starts.words("in"),
+                    _ => starts.size(beside, Quantity::Length).words(" beside"),
+                };
+                let told = (place.words(" its groove and would leave it at the speed "))
+                    .size(leaving, Quantity::Velocity)
+                    .words(": start it in the groove, with a velocity along it, a multiple of ")
+                    .list(along.as_slice(), |_| Quantity::Ratio);
+                return Err(Error::domain(told));
             }
         }
         Ok(())
@@ -237,8 +242,7 @@ impl Carrier {
     /// As said.
     pub fn within_ends(carriers: &[Self], places: &[Place]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
-            let r = &place.pose.translation.vector;
-            let groove = carrier.groove.as_ref();
+            let (r, groove) = (&place.pose.translation.vector, carrier.groove.as_ref());
             let Some(way) = groove.and_then(|groove| groove.way_out(groove.nearest(r))) else {
                 continue;
             };
@@ -262,8 +266,7 @@ impl Carrier {
         }
     }
 
-    /// True of a part of a state and its slope in which the body stands at an end of its groove and leaves it: it moves outward, or rests and is
-    /// pushed outward by more than `least`, what an equilibrium leaves.
+    /// True where the body stands at an end of its groove and leaves it: it moves outward, or rests and is pushed so by more than `least` of an equilibrium.
     pub(crate) fn leaves_groove(&self, state: &[f64], slope: &[f64], least: f64) -> bool {
         let [_, position, _, velocity] = self.slots();
         let groove = self.groove.as_ref();
