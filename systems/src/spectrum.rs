@@ -92,7 +92,7 @@ fn of_two([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
 /// The two shifts of a step in the block: the eigenvalues of its last two rows or, of real ones, twice the nearer to its last entry.
 fn shifts(h: &DMatrix<f64>, (start, end): (usize, usize), step: usize) -> [Complex<f64>; 2] {
     let last = h[(end - 1, end - 1)];
-    if step % EXCEPTIONAL == 0 {
+    if step.is_multiple_of(EXCEPTIONAL) {
         let (corner, size) = match step % (2 * EXCEPTIONAL) {
             0 => (last, h[(end - 1, end - 2)].abs()),
             _ => (h[(start, start)], h[(start + 1, start)].abs()),

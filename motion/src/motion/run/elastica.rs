@@ -34,7 +34,7 @@ impl<'a> Run<'a, Elastica, 2> {
                 .nears_straight(rod, (false, false), false)
                 .passage
         {
-            run.go_straight(rod, glide);
+            run.go_straight(rod, *glide);
             run.snapped = 0.0;
         }
         run.given = given;

@@ -180,7 +180,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             match near.passage {
                 Passage::None => return Ok(ControlFlow::Continue(near.distance)),
                 Passage::Glides(glide) => {
-                    if !self.go_straight(rod, glide) {
+                    if !self.go_straight(rod, *glide) {
                         return Ok(ControlFlow::Continue(near.distance));
                     }
                 }

@@ -71,7 +71,7 @@ pub enum Passage<const N: usize> {
     /// It shakes so hard that the mass is to be left out.
     Shakes,
     /// It goes on as a beam with its mass.
-    Glides(Glide<N>),
+    Glides(Box<Glide<N>>),
 }
 
 /// How near a motion is to the straight rod.
@@ -252,7 +252,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         if beside.apart < tolerance {
             (start.q, start.v) = (across * start.q.dot(&across), across * start.v.dot(&across));
         }
-        (self.started(start, tolerance, f64::INFINITY)).map_or(Passage::Shakes, Passage::Glides)
+        (self.started(start, tolerance, f64::INFINITY))
+            .map_or(Passage::Shakes, |glide| Passage::Glides(Box::new(glide)))
     }
 
     /// The equilibrium under `pull` with its end at the height `height`: its place in the global chart, and that of its end along the rod.
