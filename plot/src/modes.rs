@@ -21,7 +21,7 @@ const TURN: f64 = 0.35;
 /// Modes of vibration.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModeShapes {
-    /// The rods in equilibrium.
+    /// The rods in equilibrium, each with what of the ground it is on.
     pub rods: Vec<SpaceRod>,
     /// The modes.
     pub modes: Vec<ModeShape>,
@@ -80,7 +80,7 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     let scenery = |(rods, extent): (&Vec<SpaceRod>, &Extent)| {
         // Three triads for each of several rods would cover the rods, so they stand only where nothing else shows the motion.
         let triads = data.rods.len() == 1 || extent.turns();
-        let mut scenery = Scenery::new(rods, 0.0, true, triads)?;
+        let mut scenery = Scenery::new(rods, 0.0, false, triads)?;
         scenery.dashed_unnamed = true;
         scenery.view = Some(view);
         Ok(scenery)
@@ -214,7 +214,7 @@ fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<Block<'a>> {
             };
             let radius = if rod.unstable { 3.5 } else { 5.0 };
             panel.mark(canvas, at(last), Mark::Disc, radius, colour(rod));
-            if !rod.unstable && first < last {
+            if !rod.unstable && first < last && rod.ground[0].is_some() {
                 wall(canvas, at(first), at(first + 1), 11.0);
             }
         }

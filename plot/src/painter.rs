@@ -281,15 +281,12 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// A thin line: the path of a point. It is hidden by what is before it.
-    pub(crate) fn path(&mut self, points: &[Point], colour: Colour) {
+    /// A line, as the path of a point. It is hidden by what is before it.
+    pub(crate) fn path(&mut self, points: &[Point], pen: Pen) {
         for pair in points.windows(2).filter(|pair| pair.iter().all(drawable)) {
             let line = pair.iter().map(|p| self.stage.pixel(*p)).collect();
             let middle = between(pair[0], pair[1], 0.5);
-            self.add(
-                middle,
-                vec![Ink::Line(line, Pen::new(colour.tint(0.35), 0.9))],
-            );
+            self.add(middle, vec![Ink::Line(line, pen)]);
         }
     }
 

@@ -1,12 +1,14 @@
 //! Rods in space: centrelines, ribbons that show the twist, clamps, triads.
 
+use super::canvas::Pen;
 use super::data::{AxisUnits, View};
+use super::geometry::drawable;
 use super::legend::{ColourBar, Entry, Key, Tones};
 use super::page::{Block, Page, WIDTH, Width};
 use super::painter::Painter;
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
-use super::scenery::{Scenery, SpaceBody, SpaceRod, pen};
+use super::scenery::{GROOVE, GROOVE_NAME, Scenery, SpaceBody, SpaceRod, pen};
 use snaprod_core::error::Result;
 
 /// Rods in space.
@@ -20,6 +22,8 @@ pub struct RodShapes {
     pub bodies: Vec<SpaceBody>,
     /// Thin lines: the paths of points.
     pub paths: Vec<Vec<[f64; 3]>>,
+    /// Curves that bodies slide in.
+    pub grooves: Vec<Vec<[f64; 3]>>,
     /// What [`SpaceRod::value`] is, with its unit.
     pub value_label: String,
     /// The width of the strip along d1 that shows the twist, as a length; 0 for a line alone.
@@ -42,6 +46,7 @@ impl Default for RodShapes {
             rods: Vec::new(),
             bodies: Vec::new(),
             paths: Vec::new(),
+            grooves: Vec::new(),
             value_label: String::new(),
             ribbon: 0.0,
             clamp: true,
@@ -66,8 +71,8 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     scenery.view = data.view;
     let corners = data.bodies.iter().filter_map(SpaceBody::corners);
     scenery.hold(&corners.flatten().collect::<Vec<_>>());
-    for path in &data.paths {
-        scenery.hold(path);
+    for line in data.paths.iter().chain(&data.grooves) {
+        scenery.hold(line);
     }
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
     // A flat box does not need all of it.
@@ -75,8 +80,11 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     let needed = stage([0.0, 0.0, WIDTH, HEIGHT]).height();
     let mut block = Block::space(needed.clamp(least, HEIGHT), stage, |canvas, stage| {
         let mut painter = Painter::new(stage, !scenery.plane);
+        for groove in &data.grooves {
+            painter.path(groove, GROOVE);
+        }
         for path in &data.paths {
-            painter.path(path, GREY);
+            painter.path(path, Pen::new(GREY.tint(0.35), 0.9));
         }
         for (i, rod) in data.rods.iter().enumerate() {
             painter.rod(rod, colour(i), &scenery);
@@ -118,6 +126,9 @@ fn entries(data: &RodShapes, colour: &impl Fn(usize) -> Colour) -> Vec<Entry> {
             };
             entries.push(Entry::new(Key::Line(pen(&rod, INK)), word));
         }
+    }
+    if data.grooves.iter().flatten().any(drawable) {
+        entries.push(Entry::new(Key::Line(GROOVE), GROOVE_NAME));
     }
     entries
 }

@@ -93,6 +93,10 @@ impl SpaceBody {
     }
 }
 
+/// A curve that a body slides in: a broad pale line, on which the path of the body is seen.
+pub(crate) const GROOVE: Pen = Pen::new(Colour(190, 190, 190), 3.6);
+pub(crate) const GROOVE_NAME: &str = "groove";
+
 /// Drawn at the middle of the box.
 pub(crate) fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
     if rod.unstable {

@@ -15,6 +15,8 @@ const DISTANCE: f64 = 3.0;
 const SHALLOW: f64 = 0.16;
 /// Round the words of the axes, in pixels.
 const MARGIN: f64 = 8.0;
+/// Rounds in which a box and its words find their places.
+const ROUNDS: usize = 8;
 
 /// The longest edge of a box; 1, or what can be told from roundoff, if it is a point.
 pub(crate) fn size_of(bounds: &Bounds) -> f64 {
@@ -138,9 +140,10 @@ impl Stage {
             edges: Default::default(),
             used: [0.0; 4],
         };
-        // The words' room depends on the scale, hence a few rounds.
+        // The words' room depends on the scale, hence a few rounds. From the third on it only grows, for where words go over to other edges it
+        // might go to and fro, and be too small in the end.
         let mut room = [60.0, 14.0, 60.0, 50.0];
-        for _ in 0..3 {
+        for round in 0..ROUNDS {
             let corners: [Point; 8] = std::array::from_fn(|c| stage.boxed(stage.corner(c)));
             stage.camera.fit(corners.into_iter(), rectangle, room);
             stage.lay_out_axes(labels);
@@ -150,8 +153,15 @@ impl Stage {
                 hull([b, a].map(|b| [(b[0], b[1]), (b[2], b[3])]).concat())
             });
             let sign = [-1.0, -1.0, 1.0, 1.0];
-            room = std::array::from_fn(|i| sign[i] * (all[i] - frame[i]) + MARGIN);
             stage.used = all;
+            let taken: [f64; 4] = std::array::from_fn(|i| sign[i] * (all[i] - frame[i]) + MARGIN);
+            if round < 2 {
+                room = taken;
+            } else if (0..4).all(|i| taken[i] <= room[i] + 0.5) {
+                break;
+            } else {
+                room = std::array::from_fn(|i| room[i].max(taken[i]));
+            }
         }
         stage
     }

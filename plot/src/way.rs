@@ -10,6 +10,7 @@ use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
+use super::scenery::{GROOVE, GROOVE_NAME};
 use super::spread::Spread;
 use super::stage::{Stage, size_of};
 use snaprod_core::error::{Error, Result};
@@ -23,6 +24,8 @@ pub struct SpaceWay {
     pub time: Vec<f64>,
     /// The point at each of them; one that is not finite breaks the way.
     pub points: Vec<[f64; 3]>,
+    /// The curve that the point slides in, if it does; what lies outside the box of the way is cut off.
+    pub groove: Vec<[f64; 3]>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
     /// What the legend calls them; if empty "snap".
@@ -35,6 +38,10 @@ const FIGURE: &str = "figure of a way in space";
 /// The width of the box of space, and of the panels beside it.
 const BOX: f64 = 400.0;
 const PANELS: f64 = 440.0;
+/// The height of the three panels together.
+const BESIDE: f64 = 364.0;
+/// A way in a coordinate plane that is so many times as long as wide has axes of different scales.
+const UNEQUAL: f64 = 4.0;
 /// A way that spreads less than this part of its length across itself is a line, which needs no box.
 const LINE: f64 = 1e-3;
 /// A coordinate that moves by less than this part of the longest one is still, but for errors of the motion.
@@ -43,7 +50,8 @@ const STILL: f64 = 1e-6;
 const TONES: f64 = 64.0;
 
 /// Draws the way in a box of its own size, coloured by time, with start, end and snaps, and beside it the three coordinates over time, each on
-/// a scale of its own, as SVG. A way along a line has no box. A coordinate that moves by less than a millionth of what another does
+/// a scale of its own, as SVG. A way along a line has no box; one in a coordinate plane is drawn in that plane, over axes of different scales where it is long
+/// and narrow. A coordinate that moves by less than a millionth of what another does
 /// is a level line.
 ///
 /// Errs if no point is finite, if there are not as many points as times, or if the times have no span.
@@ -65,10 +73,11 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     let x = Axis::linear(start, end, &time_label, 6);
     let snaps =
         |canvas: &mut Canvas, panel: &super::axes::Panel| snap_lines(canvas, panel, &data.snaps);
+    let still = |i: &usize| bounds[*i][1] - bounds[*i][0] <= STILL * size_of(&bounds);
     let mut panels = Vec::new();
     for (i, name) in ["x", "y", "z"].into_iter().enumerate() {
         let values: Vec<f64> = data.points.iter().map(|p| p[i]).collect();
-        let still = bounds[i][1] - bounds[i][0] <= STILL * size_of(&bounds);
+        let still = still(&i);
         let level = 0.5 * (bounds[i][0] + bounds[i][1]);
         let values = if still {
             vec![level; values.len()]
@@ -99,58 +108,75 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     }
     entries.insert(0, Entry::new(Key::Mark(Mark::Ring, INK), "start"));
     entries.insert(1, Entry::new(Key::Mark(Mark::Square, INK), "end"));
+    if data.groove.iter().any(drawable) {
+        entries.push(Entry::new(Key::Line(GROOVE), GROOVE_NAME));
+    }
     let tones = Tones::over(&data.time).ok_or_else(nothing)?;
     let labels = ["x", "y", "z"].map(|name| data.units.length_of(name));
-    let view = spread.view();
-    let labels = &labels;
-    let place = move |place| Stage::new(bounds, labels, view, place);
-    let needed = place([0.0, 0.0, BOX, BOX]).height();
-    let mut space = Block::space(needed.clamp(200.0, BOX), place, |canvas, stage| {
-        // Every point counts: of a fast motion few of them would make another way.
-        let tone = |t: f64| {
-            ((t - start) / (end - start) * TONES)
-                .floor()
-                .min(TONES - 1.0)
-        };
-        let places: Vec<Pixel> = data.points.iter().map(|p| stage.pixel(*p)).collect();
-        let mut first = 0;
-        for run in data.time.chunk_by(|a, b| tone(*a) == tone(*b)) {
-            let last = (first + run.len()).min(places.len() - 1);
-            let pen = Pen::new(tones.colour(run[0]).tint(0.2), 0.9);
-            for part in places[first..=last].split(|place| !finite(place)) {
-                canvas.line(&thin(part, 0.06), pen);
-            }
-            first += run.len();
+    let moving: Vec<usize> = (0..3).filter(|i| !still(i)).collect();
+    let mut way = match moving[..] {
+        // Seen along the coordinate that is still.
+        [i, j] => {
+            let axis = |i: usize| {
+                let values: Vec<f64> = data.points.iter().map(|p| p[i]).collect();
+                Axis::over(&values, None, &labels[i], 5).ok_or_else(nothing)
+            };
+            let (x, y) = (axis(i)?, axis(j)?);
+            let ratio = (y.hi - y.lo) / (x.hi - x.lo);
+            let height = match (1.0 / UNEQUAL..UNEQUAL).contains(&ratio) {
+                true => Height::Equal(140.0, BESIDE),
+                false => Height::Pixels(BESIDE),
+            };
+            Block::plane(x, y, height, Vec::new())
+                .over(move |canvas, panel| paint(canvas, data, tones, |p| panel.at(p[i], p[j])))
         }
-        let mark = |canvas: &mut Canvas, point: Option<&Point>, mark: Mark, colour| {
-            if let Some(point) = point {
-                draw_mark(canvas, stage.pixel(*point), mark, 4.2, colour);
-            }
-        };
-        for snap in &data.snaps {
-            let next = data.time.partition_point(|t| t < snap);
-            mark(
-                canvas,
-                data.points.get(next).filter(|p| drawable(p)),
-                Mark::Cross,
-                ALARM,
-            );
+        _ => {
+            let (view, labels) = (spread.view(), &labels);
+            let place = move |place| Stage::new(bounds, labels, view, place);
+            let needed = place([0.0, 0.0, BOX, BOX]).height();
+            Block::space(needed.clamp(200.0, BOX), place, move |canvas, stage| {
+                paint(canvas, data, tones, |p| stage.pixel(*p))
+            })
         }
-        mark(
-            canvas,
-            data.points.iter().find(|p| drawable(p)),
-            Mark::Ring,
-            INK,
-        );
-        mark(
-            canvas,
-            data.points.iter().rfind(|p| drawable(p)),
-            Mark::Square,
-            INK,
-        );
-    });
-    space.bar = Some(tones.bar(&time_label));
+    };
+    way.bar = Some(tones.bar(&time_label));
     let page = Page::new("Way of a point in space", &data.title, vec![entries]);
-    let page = page.column(Width::Whole(BOX + 60.0), vec![space]);
+    let page = page.column(Width::Whole(BOX + 60.0), vec![way]);
     page.column(Width::Whole(PANELS), panels).draw(paper)
+}
+
+/// The way coloured by time, on its groove, with its start, its end and snaps; `at` tells where a point is seen.
+fn paint(canvas: &mut Canvas, data: &SpaceWay, tones: Tones, at: impl Fn(&Point) -> Pixel) {
+    let groove: Vec<Pixel> = data.groove.iter().map(&at).collect();
+    canvas.line(&thin(&groove, 0.06), GROOVE);
+    let (start, end) = extent(&data.time).unwrap_or_default();
+    // Every point counts: of a fast motion few of them would make another way.
+    let tone = |t: f64| {
+        ((t - start) / (end - start) * TONES)
+            .floor()
+            .min(TONES - 1.0)
+    };
+    let places: Vec<Pixel> = data.points.iter().map(&at).collect();
+    let mut first = 0;
+    for run in data.time.chunk_by(|a, b| tone(*a) == tone(*b)) {
+        let last = (first + run.len()).min(places.len() - 1);
+        let pen = Pen::new(tones.colour(run[0]).tint(0.2), 0.9);
+        for part in places[first..=last].split(|place| !finite(place)) {
+            canvas.line(&thin(part, 0.06), pen);
+        }
+        first += run.len();
+    }
+    let mut mark = |point: Option<&Point>, mark: Mark, colour| {
+        if let Some(point) = point {
+            draw_mark(canvas, at(point), mark, 4.2, colour);
+        }
+    };
+    for snap in &data.snaps {
+        let next = data.time.partition_point(|t| t < snap);
+        let point = data.points.get(next).filter(|p| drawable(p));
+        mark(point, Mark::Cross, ALARM);
+    }
+    let mut drawn = data.points.iter().filter(|p| drawable(p));
+    mark(drawn.next(), Mark::Ring, INK);
+    mark(drawn.next_back(), Mark::Square, INK);
 }

@@ -13,7 +13,7 @@ use snaprod::assembly::Joint;
 use snaprod::math::se3::halves;
 use snaprod::motion::{Ledger, Outcome};
 use snaprod::plot::{
-    self, AxisUnits, Energies, Ground, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
+    self, AxisUnits, Energies, RodShapes, SpaceRod, SpaceWay, rod_shapes, space_way,
 };
 use snaprod::scene::{AssemblyScene, RodMassNote, Scene, Units};
 use snaprod::study::Solid;
@@ -24,6 +24,8 @@ use snaprod::study::assembly::{
 use std::fmt::Write;
 use std::path::Path;
 
+/// The colour of bodies in equilibrium, the grey of the palette: those of the rods tell these apart.
+const BODY: usize = 6;
 /// Snaps that are told one by one.
 const SHOWN: usize = 20;
 
@@ -97,6 +99,7 @@ fn way(record: &AssemblyRunRecord, body: usize) -> SpaceWay {
         title: record.bodies[body].clone(),
         time: last.track.iter().map(|at| at.t).collect(),
         points: last.track.iter().map(centre).collect(),
+        groove: solid.groove_along(last.track.iter().map(|at| &at.bodies[body].pose)),
         snaps: snap_times(record),
         units: rod_figures::scaled(record.units, &record.scales),
         ..SpaceWay::default()
@@ -135,9 +138,14 @@ fn moments(record: &AssemblyRunRecord, grounds: &[[Option<Joint>; 2]]) -> RodSha
             .map(|at| solid.centre(&at.bodies[i].pose).into())
             .collect()
     };
+    let groove = |(i, solid): (usize, &Solid)| {
+        let poses = last.track.iter().map(|at| &at.bodies[i].pose);
+        solid.groove_around(poses, record.scales.length)
+    };
     RodShapes {
         bodies: bodies.collect(),
         paths: record.solids.iter().enumerate().map(way).collect(),
+        grooves: record.solids.iter().enumerate().map(groove).collect(),
         triads: false,
         ..figure(
             rods.collect(),
@@ -151,17 +159,13 @@ fn drawn(rod: &[Isometry3<f64>], ground: &[Option<Joint>; 2]) -> SpaceRod {
         let turn = pose.rotation.to_rotation_matrix();
         std::array::from_fn(|j| turn.matrix().column(j).into_owned().into())
     };
-    let held = |joint: Joint| match joint {
-        Joint::Weld => Ground::Clamp,
-        Joint::Ball | Joint::Pins => Ground::Ball,
-    };
     SpaceRod {
         points: rod
             .iter()
             .map(|pose| pose.translation.vector.into())
             .collect(),
         directors: rod.iter().map(directors).collect(),
-        ground: ground.map(|joint| joint.map(held)),
+        ground: rod_figures::ground(ground),
         ..SpaceRod::default()
     }
 }
@@ -300,6 +304,13 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
             .map(|rod| rod.iter().map(|(_, pose)| *pose).collect());
         let shapes: Vec<Vec<Isometry3<f64>>> = poses.collect();
         let grounds = scene.assembly.iter().flat_map(AssemblyScene::grounds);
+        let held = record.solids.iter().zip(&record.bodies);
+        let bodies = held
+            .clone()
+            .map(|(solid, (_, pose))| rod_figures::body(solid, pose, None, Some(BODY)));
+        let length = scene.rod.length;
+        let grooves =
+            held.map(|(solid, (_, pose))| solid.groove_around([pose].into_iter(), length));
         let rods = names
             .zip(shapes.iter().zip(grounds))
             .map(|(name, (rod, ground))| SpaceRod {
@@ -307,11 +318,13 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
                 unstable,
                 ..drawn(rod, &ground)
             });
-        out.figure(
-            "equilibrium",
-            || Ok(figure(rods.collect(), rod_figures::units(record.units))),
-            rod_shapes,
-        );
+        let data = RodShapes {
+            bodies: bodies.collect(),
+            grooves: grooves.collect(),
+            triads: false,
+            ..figure(rods.collect(), rod_figures::units(record.units))
+        };
+        out.figure("equilibrium", || Ok(data), rod_shapes);
         out.finish()?;
     }
     if args.json {

@@ -5,6 +5,7 @@ use super::files::{json_text, print, print_json, rounded};
 use super::output::{FigureArgs, Output};
 use super::{Ending, Refusal, rod_figures};
 use clap::Args;
+use snaprod::assembly::Joint;
 use snaprod::plot::{ModeShape, ModeShapes, SpaceRod, mode_shapes};
 use snaprod::study::modes::Station;
 use snaprod::study::{self, ModesRecord};
@@ -33,12 +34,16 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     let scene = read_modes(&args.scene)?;
     let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     if let Some(directory) = &args.out {
+        let grounds = match &scene.assembly {
+            Some(given) => given.grounds(),
+            None => vec![[Some(Joint::Weld), None]],
+        };
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
         out.table(&record.table()?)?;
         // Under loads that turn with bodies no motion has a shape.
         if !record.motions.modes.is_empty() {
-            out.figure("modes", || Ok(shapes(&record)), mode_shapes);
+            out.figure("modes", || Ok(shapes(&record, &grounds)), mode_shapes);
         }
         out.finish()?;
     }
@@ -138,7 +143,7 @@ fn text(record: &ModesRecord) -> String {
     text
 }
 
-fn shapes(record: &ModesRecord) -> ModeShapes {
+fn shapes(record: &ModesRecord, grounds: &[[Option<Joint>; 2]]) -> ModeShapes {
     let rod = |stations: &Vec<Station>| SpaceRod {
         points: stations.iter().map(|s| s.position.into()).collect(),
         directors: match record.planar {
@@ -172,7 +177,12 @@ fn shapes(record: &ModesRecord) -> ModeShapes {
             rods: mode.rods.iter().map(rod).collect(),
         });
     ModeShapes {
-        rods: record.motions.rods.iter().map(rod).collect(),
+        rods: (record.motions.rods.iter().zip(grounds))
+            .map(|(stations, ground)| SpaceRod {
+                ground: rod_figures::ground(ground),
+                ..rod(stations)
+            })
+            .collect(),
         modes: modes.collect(),
         planar: record.planar,
         units: rod_figures::units(record.units),

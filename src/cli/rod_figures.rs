@@ -1,8 +1,9 @@
 //! Rods in space as figures want them, from records.
 
 use nalgebra::{Isometry3, Vector3};
+use snaprod::assembly::Joint;
 use snaprod::motion::Ledger;
-use snaprod::plot::{AxisUnits, Energies, RodState, SpaceBody, SpaceRod};
+use snaprod::plot::{AxisUnits, Energies, Ground, RodState, SpaceBody, SpaceRod};
 use snaprod::rod::RodSection;
 use snaprod::scene::{Scales, Units};
 use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
@@ -35,6 +36,15 @@ pub fn body(
         value,
         colour,
     }
+}
+
+/// What of the ground the base and the end of a rod are on.
+pub fn ground(joints: &[Option<Joint>; 2]) -> [Option<Ground>; 2] {
+    let held = |joint: Joint| match joint {
+        Joint::Weld => Ground::Clamp,
+        Joint::Ball | Joint::Pins => Ground::Ball,
+    };
+    joints.map(|joint| joint.map(held))
 }
 
 /// The ledger over time, of states with their times in order.

@@ -428,10 +428,12 @@ impl<'r> Drawn<'r> {
             .map(|moment| rod_figures::body(solid, &moment.pose, Some(moment.t), None));
         let path = self.way().iter();
         let path = path.map(|moment| solid.centre(&moment.pose).into());
+        let groove = solid.groove_around(self.way().iter().map(|m| &m.pose), self.length());
         RodShapes {
             rods: rods.collect(),
             bodies: bodies.collect(),
             paths: vec![path.collect()],
+            grooves: vec![groove],
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
             triads: false,
@@ -447,6 +449,10 @@ impl<'r> Drawn<'r> {
             title: String::new(),
             time: self.times(),
             points: way.map(|moment| moment.position().into()).collect(),
+            groove: self
+                .record
+                .solid
+                .groove_along(self.way().iter().map(|m| &m.pose)),
             snaps: self.snap_times(),
             snaps_name: snaps_name(self.record).to_owned(),
             units: self.units.clone(),

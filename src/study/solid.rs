@@ -1,22 +1,31 @@
 //! Bodies as figures show them.
 
-use crate::body::RigidBody;
+use crate::body::{Groove, RigidBody};
+use crate::scene::{self, AssemblyBody};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 /// A body in the scene's units: the homogeneous box of its mass and inertia about its centre of mass.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Solid {
     /// Centre of mass in the frame of the body.
     pub offset: Vector3<f64>,
     /// From the centre to the middles of three faces, by columns, in the same frame; 0 for a point mass.
     pub half_edges: Matrix3<f64>,
+    /// The groove that the origin of its frame slides in.
+    pub groove: Option<Groove>,
 }
+
+/// Points of a way by which the groove beside it is found.
+const POINTS: usize = 200;
+/// The part of a way by which its groove is shown beyond it.
+const BEYOND: f64 = 0.03;
 
 impl Solid {
     pub(super) fn point() -> Self {
         Self {
             offset: Vector3::zeros(),
             half_edges: Matrix3::zeros(),
+            groove: None,
         }
     }
 
@@ -26,7 +35,61 @@ impl Solid {
         Self {
             offset: Vector3::from(*offset),
             half_edges: half_edges.unwrap_or_default(),
+            groove: None,
         }
+    }
+
+    /// A body of an assembly.
+    pub(super) fn of(body: &AssemblyBody) -> Self {
+        let solid = match &body.extent {
+            None => Self::point(),
+            Some(extent) => Self::new(body.mass, &extent.inertia, &extent.offset),
+        };
+        solid.within(body.groove.as_ref())
+    }
+
+    /// The same body in a groove of the scene, if it is in one.
+    pub(super) fn within(self, groove: Option<&scene::Groove>) -> Self {
+        Self {
+            // One that is no curve is refused where the motion is made.
+            groove: groove.and_then(|groove| groove.curve(1.0).ok()),
+            ..self
+        }
+    }
+
+    /// The groove of a body that has these poses one after the other, as far as it lies within half of `length` of its way.
+    pub fn groove_around<'a>(
+        &self,
+        poses: impl ExactSizeIterator<Item = &'a Isometry3<f64>>,
+        length: f64,
+    ) -> Vec<[f64; 3]> {
+        self.groove_beside(poses, |_| 0.5 * length)
+    }
+
+    /// The groove along the way itself, and a little beyond it.
+    pub fn groove_along<'a>(
+        &self,
+        poses: impl ExactSizeIterator<Item = &'a Isometry3<f64>>,
+    ) -> Vec<[f64; 3]> {
+        self.groove_beside(poses, |way| {
+            let far = way.iter().map(|at| (at - way[0]).norm());
+            BEYOND * far.fold(0.0, f64::max)
+        })
+    }
+
+    fn groove_beside<'a>(
+        &self,
+        poses: impl ExactSizeIterator<Item = &'a Isometry3<f64>>,
+        beyond: impl FnOnce(&[Vector3<f64>]) -> f64,
+    ) -> Vec<[f64; 3]> {
+        let Some(groove) = &self.groove else {
+            return Vec::new();
+        };
+        let every = poses.len().div_ceil(POINTS).max(1);
+        let way = poses.map(|pose| pose.translation.vector).step_by(every);
+        let way: Vec<Vector3<f64>> = way.collect();
+        let points = groove.beside(&way, beyond(&way));
+        points.into_iter().map(Into::into).collect()
     }
 
     /// The centre of mass where the body has this pose.

@@ -41,6 +41,41 @@ fn course(
     }
 }
 
+/// Would catch a groove that is drawn aside of where a body goes, twice round, beyond its ends, or only as far as it goes.
+#[test]
+fn a_groove_is_drawn_beside_the_way() {
+    let line = Groove::line(Vector3::y(), Vector3::x() * 3.0).expect("a line");
+    let drawn = line.beside(&[Vector3::x(), -Vector3::x()], 0.5);
+    let ends = [drawn[0], drawn[drawn.len() - 1]];
+    assert!((ends[0] - Vector3::new(-1.5, 1.0, 0.0)).norm() < 1e-12);
+    assert!((ends[1] - Vector3::new(1.5, 1.0, 0.0)).norm() < 1e-12);
+
+    let circle = Groove::circle(Vector3::zeros(), Vector3::z(), 2.0, None).expect("a circle");
+    let at = |phi: f64| circle.at(phi)[0];
+    let long = |points: &[Vector3<f64>]| -> f64 {
+        points
+            .windows(2)
+            .map(|pair| (pair[1] - pair[0]).norm())
+            .sum()
+    };
+    // Over the angle pi, where the nearest parameter jumps.
+    let arc = circle.beside(&[at(3.0), at(3.3)], 0.2);
+    assert!((long(&arc) - 1.0).abs() < 1e-4, "{}", long(&arc));
+    let round: Vec<Vector3<f64>> = (0..40).map(|k| at(0.4 * f64::from(k))).collect();
+    let length = long(&circle.beside(&round, 1.0));
+    assert!(
+        (length - 2.0 * std::f64::consts::TAU).abs() < 1e-2,
+        "{length}"
+    );
+
+    let points = [[0.0, 0.0], [1.0, 0.5], [2.0, 0.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
+    let spline = Groove::spline(&points, false).expect("a spline");
+    let drawn = spline.beside(&[points[1]], 9.0);
+    assert!((drawn[0] - points[0]).norm() < 1e-9);
+    assert!((drawn[drawn.len() - 1] - points[2]).norm() < 1e-9);
+    assert!(spline.beside(&[], 1.0).is_empty());
+}
+
 /// Would catch a wrong curve, sign or mass in the equation along the groove, or a force of the groove that is not what the other
 /// program has.
 #[test]

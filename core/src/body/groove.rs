@@ -11,6 +11,8 @@ const MOST_POINTS: usize = 200;
 const PLACES: usize = 12;
 /// Newton steps to the nearest place.
 const STEPS: usize = 50;
+/// Pieces of a line that is drawn.
+const DRAWN: usize = 200;
 /// A parameter this near to a knot, relative to all of it, is at it.
 const AT_KNOT: f64 = 1e-12;
 
@@ -204,6 +206,31 @@ impl Groove {
             }
         }
         phi
+    }
+
+    /// Points close enough for a smooth line, where a point goes this `way` in the groove: along it, and `beyond` it by this length on both sides, as
+    /// far as the groove goes, once round one that is closed. None where the way has no points.
+    pub fn beside(&self, way: &[Vector3<f64>], beyond: f64) -> Vec<Vector3<f64>> {
+        let Some(first) = way.first() else {
+            return Vec::new();
+        };
+        let mut phi = self.nearest(first);
+        let speed = self.at(phi)[1].norm();
+        let (mut low, mut high) = (phi, phi);
+        for point in way {
+            phi += self.between(phi, self.nearest(point));
+            (low, high) = (low.min(phi), high.max(phi));
+        }
+        (low, high) = (low - beyond / speed, high + beyond / speed);
+        if let Some([first, last]) = self.ends() {
+            (low, high) = (low.max(first), high.min(last));
+        }
+        if let Some(period) = self.period() {
+            high = high.min(low + period);
+        }
+        (0..=DRAWN)
+            .map(|k| self.at(low + (high - low) * k as f64 / DRAWN as f64)[0])
+            .collect()
     }
 
     /// `to` less `from`, the short way round a closed curve.

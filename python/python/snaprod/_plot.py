@@ -145,7 +145,7 @@ def energy(result: _results.Run, ax: Axes | None) -> Axes:
             label = "kinetic of the rod" if name == "rod_kinetic" else name
             axes.plot(data["t"], data[name], label=label, ls="--" if name == "work" else "-")
     if "total" in data:
-        axes.plot(data["t"], data["total"], "k--", label="total")
+        axes.plot(data["t"], data["total"], "k--", label="total with losses and work")
     unit = data.units["kinetic"]
     axes.set(xlabel=data.label("t"), ylabel=f"energy [{unit}]" if unit else "energy")
     axes.legend()

@@ -10,6 +10,7 @@ const bodies = data.bodies.map((body) => ({
   way: body.way.map(reals),
   speed: body.speed.map(reals),
 }));
+const grooves = data.grooves.map((of) => of.map(reals));
 const energies = data.energies.map((one) => ({ ...one, values: reals(one.values), trace: reals(one.trace) }));
 // Curves have points of their own, closer than the pictures; up to each picture so many of them.
 const trace = reals(data.trace);
@@ -59,7 +60,8 @@ const bounds = axes.map((_, k) => {
     const [a, b] = range(body.at[k]);
     return isPoint(body) ? [[a, b]] : [[a - reach, b + reach]];
   });
-  return [...of, ...bulk].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
+  const beside = grooves.map((groove) => range(groove[k]));
+  return [...of, ...bulk, ...beside].reduce(([a, b], [c, d]) => [Math.min(a, c), Math.max(b, d)]);
 });
 
 /** Ends of rods on the ground, which may move. */
@@ -68,6 +70,7 @@ const grounds = rods.flatMap((rod) => [0, rod.sections - 1].map((k, end) => ({ r
 const ROD = { colour: BLUE, width: 3.2 }, GHOST = { colour: "#5f7890", width: 1.3 }, BODY = "#3d3d3d";
 const BEFORE = { colour: ORANGE, width: 2, dash: [7, 4] }, AFTER = { colour: GREEN, width: 2, dash: [2, 4] };
 const FALL = { colour: ORANGE, width: 1, alpha: 0.45 }, WAY = { colour: PINK, width: 1.6 }, MARKED = { colour: ORANGE, width: 1, alpha: 0.5 };
+const GROOVE = { colour: "#bebebe", width: 4 };
 const hasFolds = data.place.includes("f"), hasLayers = data.place.includes("y");
 
 /** Pictures whose shapes stand behind that of picture i: some ten from the last second and a half, by what they show. */
@@ -99,6 +102,7 @@ class FlatView {
   draw(i, ghosts) {
     const at = this.axes, g = at.begin();
     for (const fold of this.folds) at.line(fold.x, fold.y, { colour: AMBER, width: 1.2, dash: [6, 3, 1, 3] });
+    for (const groove of grooves) at.line(groove[0], groove[1], GROOVE);
     const rod = (one, k, style) => {
       const points = shape(one, k);
       at.line(points.map((p) => p[0]), points.map((p) => p[1]), style);
@@ -172,6 +176,7 @@ class SpaceView {
     const space = this.space;
     space.begin();
     space.box();
+    for (const groove of grooves) space.line(Array.from(groove[0], (_, k) => groove.map((of) => of[k])), GROOVE);
     if (ghosts) for (const [k, alpha] of past(i)) for (const rod of rods) space.line(rounded(shape(rod, k)), { ...GHOST, alpha });
     for (const body of bodies) {
       // Of a body its middle, which the trace does not tell.
@@ -198,18 +203,21 @@ class SpaceView {
   }
 }
 
+/** The sum of all terms, which stays what it is. */
+const TOTAL = energies.at(-1).name;
+
 /** The energies over time, with a cursor. */
 class EnergyView {
   constructor(board) {
     const looks = {
       kinetic: { colour: BLUE }, "rod kinetic": { colour: SKY, dash: [6, 3] }, elastic: { colour: ORANGE }, potential: { colour: GREEN, dash: [8, 3] },
-      dissipated: { colour: PINK, dash: [3, 3] }, work: { colour: AMBER, dash: [9, 3, 2, 3] }, total: { colour: INK, dash: [1, 4], width: 2 },
+      dissipated: { colour: PINK, dash: [3, 3] }, work: { colour: AMBER, dash: [9, 3, 2, 3] }, [TOTAL]: { colour: INK, dash: [1, 4], width: 2 },
     };
     // Where gravity's constant would hide all else, what it adds is told from the start on.
     const potential = energies.find(({ name }) => name === "potential");
-    const others = energies.filter(({ name }) => name !== "potential" && name !== "total").flatMap(({ trace }) => range(trace));
+    const others = energies.filter(({ name }) => name !== "potential" && name !== TOTAL).flatMap(({ trace }) => range(trace));
     const base = potential && Math.abs(potential.trace[0]) > 5 * Math.max(...others.map(Math.abs)) ? potential.trace[0] : 0;
-    const less = ({ name }) => (name === "potential" || name === "total" ? base : 0);
+    const less = ({ name }) => (name === "potential" || name === TOTAL ? base : 0);
     this.lines = energies.map((one) => ({
       values: one.values.map((x) => x - less(one)),
       trace: one.trace.map((x) => x - less(one)),
@@ -359,6 +367,7 @@ stage.key(bodies.length > 1 ? "paths of the bodies" : "path of the body", WAY);
 if (hasFolds) stage.key("before the snap", BEFORE);
 if (hasLayers) stage.key("falling", FALL);
 if (hasFolds) stage.key("after it", AFTER);
+if (grooves.length) stage.key("groove", GROOVE);
 if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
 const picture = flat ? new FlatView(stage) : new SpaceView(stage);
 views = [picture, new EnergyView(new Board("wide", "energies over time"))];

@@ -67,6 +67,7 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
         "steps": film.steps,
         "rods": rods(stills, around, flat),
         "bodies": bodies(film, around),
+        "grooves": grooves(film, around),
         "energies": energies(film),
         "trace": coarse(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
         "on": names(stills),
@@ -159,31 +160,52 @@ fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
     around.bodies.iter().enumerate().map(body).collect()
 }
 
-/// The terms of the ledger that are not zero throughout, with their sum: in all pictures, and along the trace.
+/// The grooves that bodies slide in.
+fn grooves(film: &Film, around: &Scenery) -> Vec<Value> {
+    let groove = |(k, (_, solid)): (usize, &(String, Solid))| {
+        let poses = film.trace.iter().map(|at| &at.bodies[k].0);
+        let points = solid.groove_around(poses, around.length);
+        let part = |i: usize| coarse(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
+        (!points.is_empty()).then(|| json!([part(0), part(1), part(2)]))
+    };
+    around
+        .bodies
+        .iter()
+        .enumerate()
+        .filter_map(groove)
+        .collect()
+}
+
+/// The terms of the ledger that are not zero throughout, with their sum, which stays what it is: in all pictures, and along the trace.
 fn energies(film: &Film) -> Vec<Value> {
     type Term = fn(&Ledger) -> f64;
-    let terms: [(&str, Term); 7] = [
+    let terms: [(&str, Term); 6] = [
         ("kinetic", |l| l.kinetic),
         ("rod kinetic", |l| l.rod_kinetic),
         ("elastic", |l| l.elastic),
         ("potential", |l| l.potential),
         ("dissipated", |l| l.dissipated),
         ("work", |l| l.work),
-        ("total", Ledger::total),
     ];
-    let value = |(name, term): (&str, Term)| {
-        let stills = film.stills.iter().map(|at| term(&at.now.ledger));
-        let (values, trace) = (
-            stills.collect::<Vec<_>>(),
-            film.trace
-                .iter()
-                .map(|at| term(&at.ledger))
-                .collect::<Vec<_>>(),
-        );
-        let used = name == "total" || values.iter().chain(&trace).any(|x| *x != 0.0);
-        used.then(|| json!({ "name": name, "values": coarse(&values), "trace": coarse(&trace) }))
+    let ledgers = || film.stills.iter().map(|at| &at.now).chain(&film.trace);
+    let used: Vec<&(&str, Term)> = (terms.iter())
+        .filter(|(_, term)| ledgers().any(|at| term(&at.ledger) != 0.0))
+        .collect();
+    // What energies.svg calls the total mechanical energy is the same where nothing is lost and no work is done.
+    let more = used
+        .iter()
+        .any(|(name, _)| ["dissipated", "work"].contains(name));
+    let total: (&str, Term) = match more {
+        true => ("total with losses and work", Ledger::total),
+        false => ("total mechanical", Ledger::total),
     };
-    terms.into_iter().filter_map(value).collect()
+    let value = |(name, term): &(&str, Term)| {
+        let stills = film.stills.iter().map(|at| term(&at.now.ledger));
+        let trace = film.trace.iter().map(|at| term(&at.ledger));
+        let (values, trace): (Vec<f64>, Vec<f64>) = (stills.collect(), trace.collect());
+        json!({ "name": name, "values": coarse(&values), "trace": coarse(&trace) })
+    };
+    used.into_iter().chain([&total]).map(value).collect()
 }
 
 /// The sheets that the rod is on, or near: their names, and which of them in each picture; -1 for none.

@@ -5,7 +5,7 @@ use crate::math::se3::halves;
 use crate::motion::RodCurve;
 use crate::scene::{AssemblySetup, Scene, Units};
 use crate::study::space::upward;
-use crate::study::{Cell, Column, Table};
+use crate::study::{Cell, Column, Solid, Table};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use serde_json::{Map, Value, json};
 
@@ -19,6 +19,8 @@ pub struct AssemblyEquilibriumRecord {
     pub units: Units,
     /// Every body: its name, and the pose of its frame in the world.
     pub bodies: Vec<(String, Isometry3<f64>)>,
+    /// The bodies as figures show them.
+    pub solids: Vec<Solid>,
     /// Every rod: its name, and the wrench (couple, force) at its base in the world; those with a free end last.
     pub rods: Vec<(String, Vector6<f64>)>,
     /// The names of those with a free end.
@@ -87,6 +89,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         pose.translation.vector *= k.length;
         (body.name.clone(), pose)
     });
+    let solids = given.iter().flat_map(|given| &given.bodies).map(Solid::of);
     let rods = given.iter().flat_map(|given| &given.rods);
     let free = given.iter().flat_map(|given| &given.free);
     let near = found.route.is_near_guess();
@@ -105,6 +108,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         conservative: setup.assembly.is_conservative(0.0),
         residual: found.residual,
         from_guess: guess.then_some(near),
+        solids: solids.collect(),
         overdrawn: setup.overdrawn()?.map(str::to_owned),
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })

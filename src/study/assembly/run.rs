@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::motion::{
     Beside, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive,
 };
-use crate::scene::{AssemblyBody, AssemblyScene, AssemblySetup, Run, Scales, Scene, Units};
+use crate::scene::{AssemblyScene, AssemblySetup, Run, Scales, Scene, Units};
 use crate::study::beside::LightRods;
 use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounces;
@@ -151,11 +151,7 @@ impl AssemblyPrepared {
     pub(in crate::study) fn solids(&self) -> Vec<Solid> {
         let given = self.scene.assembly.iter();
         let bodies = given.flat_map(|given| &given.bodies);
-        let solid = |body: &AssemblyBody| match &body.extent {
-            None => Solid::point(),
-            Some(extent) => Solid::new(body.mass, &extent.inertia, &extent.offset),
-        };
-        bodies.map(solid).collect()
+        bodies.map(Solid::of).collect()
     }
 
     fn rod_names(&self) -> Vec<String> {

@@ -120,7 +120,8 @@ impl Prepared {
                 Joint::Weld {
                     offset, inertia, ..
                 } => Solid::new(scene.body()?.mass, inertia, offset),
-            },
+            }
+            .within(scene.body()?.groove.as_ref()),
             grooved: scene.body()?.groove.is_some(),
         })
     }
