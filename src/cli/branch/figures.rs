@@ -1,24 +1,31 @@
 //! Figures of branches: the bifurcation diagram, fold curves, shapes.
 
 use super::super::rod_figures::{drawn, units};
+use nalgebra::{Quaternion, UnitQuaternion};
 use snaprod::plot::{
     BranchDiagram, BranchLine as Line, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
-use snaprod::scene::Units;
+use snaprod::scene::{Parameter, Units};
 use snaprod::solve::special::SpecialKind as Kind;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
+use std::f64::consts::TAU;
 
 /// More branches than this have no names in a figure.
 const MOST_NAMES: usize = 8;
 /// Branches that differ by this part of the widest component are seen to differ.
 const APART: f64 = 0.02;
+/// Components that move by less than this part of the widest one are not shown in its place.
+const MOVES: f64 = 0.5;
+/// A turn that stays below this many radians is none.
+const TURNS: f64 = 1e-3;
+const AXES: [&str; 3] = ["x", "y", "z"];
 /// Points of a branch whose distance from another one is measured.
 const TRIED: usize = 64;
 /// If there are more special points than this, only those of the first branch have labels.
 const MOST_LABELS: usize = 16;
 
-/// The component of the end's position, or of a body's, that tells most branches from each other and, of several, shows most beside the
-/// parameter itself, or else of a base couple: its name in figures, and its column.
+/// The component of the end's position, or of a body's, that tells most branches from each other and, of several, the one along which the load acts
+/// that is the parameter, or else the one that shows most beside the parameter itself; or else a base couple: its name in figures, and its column.
 pub fn measure(record: &BranchRecord) -> (String, &str) {
     let (table, units) = (&record.branches.points, record.units);
     let ps = table.reals("parameter");
@@ -38,21 +45,31 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         Some((of, name)) => (Some(of.to_owned()), name.to_owned()),
         None => (None, name.to_owned()),
     };
+    let along_load = match record.parameter {
+        Parameter::EndForce(i) => Some(AXES[i].to_owned()),
+        Parameter::BodyForce(body, i) => Some(format!("{}{}", body_columns(record, body), AXES[i])),
+        _ => None,
+    };
     let best = |names: [&'static str; 3]| {
         let columns = table.columns.iter().map(|column| column.name.as_ref());
         let columns = columns.filter(|column: &&str| names.contains(&parts(column).1.as_str()));
         let columns: Vec<&str> = columns.collect();
         let widest = (columns.iter()).map(|name| span(table.reals(name)));
         let widest = widest.fold(0.0, f64::max);
-        let scored = columns.into_iter().map(|name| {
+        // Of what hardly moves beside the others no curve tells how far anything goes.
+        let moving = columns
+            .into_iter()
+            .filter(|name| span(table.reals(name)) >= MOVES * widest);
+        let scored = moving.map(|name| {
             let values = table.reals(name);
             let apart = told_apart(&record.branches, ps, values, APART * widest);
-            (apart, score(values), name)
+            let is_along = along_load.as_deref() == Some(name);
+            ((apart, is_along), score(values), name)
         });
         let best = scored.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
         best.map_or((0.0, names[0]), |(_, score, name)| (score, name))
     };
-    let (shown, column) = best(["x", "y", "z"]);
+    let (shown, column) = best(AXES);
     // A held component is constant or the parameter.
     if shown > 2e-3 * record.length {
         let (of, name) = parts(column);
@@ -67,6 +84,50 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         label = format!("{label} of {of}");
     }
     (Units::label(&label, units.couple()), column)
+}
+
+/// What the names of the columns of a body begin with.
+fn body_columns(record: &BranchRecord, body: usize) -> String {
+    let names = record.branches.points.columns.iter();
+    let mut bodies = names.filter_map(|column| column.name.strip_suffix("qw"));
+    bodies.nth(body).unwrap_or_default().to_owned()
+}
+
+/// Where a couple is the parameter, the turn about its axis of what it acts on, counted from the first point and beyond full turns: its name in figures, and
+/// its values; None where there is none to see.
+fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
+    let (columns, axis) = match record.parameter {
+        Parameter::EndCouple(i) => (String::new(), i),
+        Parameter::BodyCouple(body, i) => (body_columns(record, body), i),
+        _ => return None,
+    };
+    let set = &record.branches;
+    let [w, x, y, z] =
+        ["qw", "qx", "qy", "qz"].map(|part| set.points.reals(&format!("{columns}{part}")));
+    let all = (0..w.len()).map(|k| Quaternion::new(w[k], x[k], y[k], z[k]));
+    let poses: Vec<_> = all.map(UnitQuaternion::from_quaternion).collect();
+    let (ps, numbers) = (set.points.reals("parameter"), set.numbers());
+    let mut turns: Vec<f64> = Vec::with_capacity(poses.len());
+    for k in 0..poses.len() {
+        let since = poses[k] * poses[0].inverse();
+        let turn = 2.0 * since.coords[axis].atan2(since.w);
+        // A branch goes on from its own last point, and begins near one of another branch.
+        let before = match k > 0 && numbers[k] == numbers[k - 1] {
+            true => Some(k - 1),
+            false => {
+                let far = |i: &usize| (ps[*i] - ps[k]).abs();
+                (0..k).min_by(|a, b| far(a).total_cmp(&far(b)))
+            }
+        };
+        let last = before.map_or(0.0, |i| turns[i]);
+        turns.push(turn - TAU * ((turn - last) / TAU).round());
+    }
+    let of = match columns.strip_suffix('.') {
+        Some(name) => name,
+        None => "the end",
+    };
+    let label = format!("turn of {of} about {} (rad)", AXES[axis]);
+    (span(&turns) > TURNS).then_some((label, turns))
 }
 
 /// How many pairs of branches differ by more than `least` somewhere, at one value of the parameter; of many branches the first ones.
@@ -162,8 +223,10 @@ fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> B
 pub fn diagram(record: &BranchRecord) -> BranchDiagram {
     let set = &record.branches;
     let ps = set.points.reals("parameter");
-    let (measured, column) = measure(record);
-    let values = set.points.reals(column);
+    let (measured, values) = turn(record).unwrap_or_else(|| {
+        let (label, column) = measure(record);
+        (label, set.points.reals(column).to_vec())
+    });
     // That of an assembly holds the potential of gravity and constant forces as well.
     let energy = match record.taken {
         Some(_) => "stored energy",
@@ -175,7 +238,7 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
         x_label: record.parameter.label(record.units),
         x_range: None,
         panels: vec![
-            panel("branch", set, measured, ps, values),
+            panel("branch", set, measured, ps, &values),
             panel("branch", set, energy, ps, set.points.reals("energy")),
         ],
         folds: false,
