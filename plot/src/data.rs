@@ -83,6 +83,15 @@ impl AxisUnits {
         )
     }
 
+    /// The unit of viscosity: energy x length x time.
+    pub(crate) fn viscosity(&self) -> String {
+        self.derived(
+            "√(μEI ℓ³)",
+            "N m² s",
+            format!("{}·{}·{}", self.energy, self.length, self.time),
+        )
+    }
+
     /// A unit made of these, in short where it has a short form.
     fn derived(&self, scaled: &str, si: &str, other: String) -> String {
         let own = [&self.length, &self.time, &self.energy];
@@ -303,6 +312,30 @@ impl Patch {
         self.rows > 1
             && self.columns > 1
             && self.rows.checked_mul(self.columns) == Some(self.points.len())
+    }
+
+    /// The places in the lists of the corners of a face, whose first one is in this row and column.
+    fn corners(&self, row: usize, column: usize) -> [usize; 4] {
+        [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| (row + i) * self.columns + column + j)
+    }
+
+    /// True if a corner of the face is unstable.
+    pub(crate) fn is_greyed(&self, row: usize, column: usize) -> bool {
+        let mut corners = self.corners(row, column).into_iter();
+        corners.any(|at| self.unstable.get(at) == Some(&true))
+    }
+
+    /// True if some face is drawn in the colour of what is stable, or else of what is not.
+    pub(crate) fn shows(&self, stable: bool) -> bool {
+        let faces = |row| (0..self.columns - 1).map(move |column| (row, column));
+        let drawn = |(row, column)| {
+            let mut corners = self.corners(row, column).into_iter();
+            corners.all(|at| self.points[at].iter().all(|c| c.is_finite()))
+        };
+        self.is_sound()
+            && (0..self.rows - 1)
+                .flat_map(faces)
+                .any(|face| drawn(face) && self.is_greyed(face.0, face.1) != stable)
     }
 }
 

@@ -122,10 +122,10 @@ impl Faces {
                 if !corners.iter().flatten().all(|c| c.is_finite()) {
                     continue;
                 }
-                let places = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-                let unstable = |(i, j): (usize, usize)| patch.unstable.get(i * patch.columns + j);
-                let greyed = places.into_iter().any(|at| unstable(at) == Some(&true));
-                let own = if greyed { base.unstable() } else { base };
+                let own = match patch.is_greyed(i, j) {
+                    true => base.unstable(),
+                    false => base,
+                };
                 let colour = self.shaded(corners, own);
                 // Sides in the order of the corners, each with the grid line it belongs to.
                 let sides = [(i, j, 1), (i + 1, j, 0), (i, j + 1, 1), (i, j, 0)];

@@ -2,7 +2,7 @@
 
 use super::axes::Axis;
 use super::canvas::Pen;
-use super::data::as_many;
+use super::data::{as_many, with_unit};
 use super::legend::{Drawn, Key, Mark, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, category};
@@ -12,8 +12,10 @@ use snaprod_core::error::{Error, Result};
 /// One quantity: what was measured, and what the model says.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FittedCurve {
-    /// What its axis says.
-    pub label: String,
+    /// Its name.
+    pub name: String,
+    /// Its unit; may be empty.
+    pub unit: String,
     /// Measured numbers, one for each place of the figure; NaN where none was.
     pub data: Vec<f64>,
     /// Those of the model, as many.
@@ -59,8 +61,9 @@ pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
         let left = curve.data.iter().zip(&curve.model);
         let left: Vec<f64> = left.map(|(x, m)| x - m).collect();
         let all = curve.data.iter().chain(&curve.model).chain(&curve.curve);
-        let y = Axis::fit(all, false, &curve.label, 5).ok_or_else(nothing)?;
-        let below = Axis::fit(&left, false, "data - model", 4);
+        let y =
+            Axis::fit(all, false, &with_unit(&curve.name, &curve.unit), 5).ok_or_else(nothing)?;
+        let below = Axis::fit(&left, false, &with_unit("data − model", &curve.unit), 4);
         let dots = |name: &str, y: &[f64]| {
             Drawn::new(Key::Mark(Mark::Dot, category(0)), name, &figure.x, y)
         };

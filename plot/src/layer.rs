@@ -161,8 +161,10 @@ fn lower_entries(data: &LayerFigure) -> Vec<Vec<Entry>> {
         .iter()
         .enumerate()
         .filter(|(_, run)| run.eta.is_finite());
+    let unit = data.units.viscosity();
     let runs = runs.map(|(i, run)| {
-        let name = format!("η = {}", text::short(run.eta, 4));
+        let name = format!("η = {} {unit}", text::short(run.eta, 4));
+        let name = name.trim_end();
         Entry::new(Key::Line(pens(i, data.runs.len())[0]), name)
     });
     vec![kinds.collect(), runs.collect()]

@@ -25,6 +25,7 @@
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`mode_shapes`] | small vibrations about an equilibrium, both ways |
 //! | [`outcome_map`] | what comes of a sweep over two fields of a scene |
+//! | [`swept_curves`] | what comes of a sweep over one field |
 //! | [`fit`](fit()) | measured data, the model fitted to them, and what is left |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
@@ -70,6 +71,7 @@ mod spread;
 mod stage;
 mod state;
 mod surfaces;
+mod swept;
 mod text;
 mod ticks;
 mod way;
@@ -103,4 +105,5 @@ pub use state::{RodState, rod_state};
 pub use surfaces::{
     PathOnSurface, Sheets, SpaceCurve, path_on_surface, sheets_lambda_alpha, sheets_over_disc,
 };
+pub use swept::{SweptCurves, swept_curves};
 pub use way::{SpaceWay, space_way};

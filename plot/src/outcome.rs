@@ -46,7 +46,7 @@ pub struct OutcomeMap {
 
 const FIGURE: &str = "outcome map";
 /// Words with colours of their own; the others share the next.
-const NAMED: usize = 7;
+pub(crate) const NAMED: usize = 7;
 
 impl SweptAxis {
     /// The axis, and the edges of the cells as parts of it.
@@ -73,9 +73,20 @@ impl SweptAxis {
             true => Scale::Log,
             false => Scale::Linear,
         };
+        // The cells at the border go as far beyond their values as the others do.
+        let beyond = |at: f64, before: f64| match self.log {
+            true => at * (at / before).sqrt(),
+            false => at + 0.5 * (at - before),
+        };
+        let n = self.values.len();
+        let ends = [
+            beyond(first, self.values[1]),
+            beyond(last, self.values[n - 2]),
+        ];
+        let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
         let axis = Axis::scaled(scale, low, high, &self.label, 6);
         let places: Vec<f64> = self.values.iter().map(|x| axis.place(*x)).collect();
-        let edges = edges(&places, places[0], places[places.len() - 1]);
+        let edges = edges(&places, axis.place(ends[0]), axis.place(ends[1]));
         Ok((axis, edges))
     }
 }
@@ -158,7 +169,7 @@ pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
 }
 
 /// The words from the one that occurs most often; of equals the first in the alphabet first. Where all are numbers, those that have colours of their own rise.
-fn named(words: &[String]) -> Vec<&str> {
+pub(crate) fn named(words: &[String]) -> Vec<&str> {
     let mut counts = std::collections::BTreeMap::<&str, usize>::new();
     for word in words.iter().filter(|word| !word.is_empty()) {
         *counts.entry(word).or_default() += 1;

@@ -92,7 +92,7 @@ impl Colour {
 
     /// The colour of what is not stable, of a thing whose colour this is: nearly grey, and duller than the pale back of what is stable.
     pub(crate) fn unstable(self) -> Colour {
-        self.mix(Colour(125, 125, 125), 0.78)
+        self.mix(Colour(125, 125, 125), 0.66)
     }
 
     /// A paler version; 0 leaves it, 1 is white.

@@ -259,11 +259,12 @@ fn draw_motion(canvas: &mut Canvas, scene: &Faces, motion: &PathOnSurface) {
 fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     let pale = if motion.is_some() { 0.35 } else { 0.12 };
     let all = || panels.iter().flat_map(|sheets| &sheets.patches);
-    let patches = all().map(|patch| {
+    let drawn = |stable: bool| move |patch: &&Patch| patch.shows(stable);
+    let patches = all().filter(drawn(true)).map(|patch| {
         let fill = Key::Fill(category(patch.colour).tint(pale));
         (patch.name.clone(), fill)
     });
-    let unstable = all().filter(|patch| patch.unstable.contains(&true));
+    let unstable = all().filter(drawn(false));
     let unstable = unstable.map(|patch| {
         let fill = Key::Fill(category(patch.colour).unstable().tint(pale));
         let name = format!("{} unstable", patch.name);

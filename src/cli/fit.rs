@@ -9,6 +9,7 @@ use super::{Ending, Refusal};
 use clap::Args;
 use rayon::prelude::*;
 use snaprod::plot::{self, FitFigure, FittedCurve};
+use snaprod::scene::Units;
 use snaprod::study::fit::Found;
 use snaprod::study::{Data, Fit, FitRecord, Values, Vary};
 use std::fmt::Write;
@@ -132,20 +133,17 @@ fn planned(args: &FitArgs) -> Result<Fit, Refusal> {
 }
 
 fn figure(record: &FitRecord) -> FitFigure {
-    let with_unit = |name: &str, unit: &str| match unit {
-        "" => name.to_owned(),
-        unit => format!("{name} ({unit})"),
-    };
     let along = &record.along;
     let curves = record.columns.iter().map(|one| FittedCurve {
-        label: with_unit(&one.name, &one.unit),
+        name: one.name.clone(),
+        unit: one.unit.clone(),
         data: one.data.clone(),
         model: one.model.clone(),
         curve: one.curve.clone(),
     });
     FitFigure {
         title: String::new(),
-        x_label: with_unit(&along.name, &along.unit),
+        x_label: Units::label(&along.name, &along.unit),
         x: match &along.values {
             Values::Reals(x) => x.clone(),
             _ => Vec::new(),

@@ -12,7 +12,7 @@ use super::{Ending, Refusal, sweep_map};
 use clap::Args;
 use rayon::prelude::*;
 use serde_json::json;
-use snaprod::plot::outcome_map;
+use snaprod::plot::{outcome_map, swept_curves};
 use snaprod::study::Hooks;
 use snaprod::study::sweep::{Directory, Sweep, Vary};
 use std::fmt::Write;
@@ -58,7 +58,7 @@ pub struct SweepArgs {
 }
 
 /// Files that are made anew at the end; the chunks and what they belong to stay.
-const FILES: &[&str] = &["sweep.csv", "map.*"];
+const FILES: &[&str] = &["sweep.csv", "map.*", "curves.*"];
 
 /// Makes the sweep, or what is missing of it.
 pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
@@ -133,6 +133,12 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             outcome_map,
         );
     }
+    if is_over(sweep.sweep(), 1) {
+        let data = sweep_map::curves(sweep.sweep(), &rows);
+        if !data.curves.is_empty() {
+            out.figure("curves", || Ok(data), swept_curves);
+        }
+    }
     out.finish()?;
     let asked = args.column.iter().map(|path| ("--column", path));
     for (option, path) in asked.chain(args.map_columns().iter().map(|path| ("--map", path))) {
@@ -185,6 +191,14 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
     }
 }
 
+/// True of a grid over so many ranges.
+fn is_over(sweep: &Sweep, fields: usize) -> bool {
+    let mut vary = sweep.vary().iter();
+    sweep.is_grid()
+        && vary.len() == fields
+        && vary.all(|one| !one.is_list() && one.count() > Some(1))
+}
+
 impl SweepArgs {
     /// What `--map` names.
     fn map_columns(&self) -> Vec<String> {
@@ -195,12 +209,7 @@ impl SweepArgs {
 
     /// The columns of the map; None where there is none.
     fn mapped(&self, sweep: &Sweep) -> Result<Option<Vec<String>>, Refusal> {
-        let two = sweep.is_grid()
-            && sweep.vary().len() == 2
-            && sweep
-                .vary()
-                .iter()
-                .all(|one| !one.is_list() && one.count() > Some(1));
+        let two = is_over(sweep, 2);
         let named = self.map_columns();
         let known = sweep.quantities();
         match &self.map {

@@ -1,24 +1,16 @@
-//! The map of a sweep over two fields: its data, and the names of fields and of what is told, in words and with units.
+//! The map of a sweep over two fields, and the curves of one over one field: their data, and the names of fields and of what is told, in words and with units.
 
 use super::sheets::figures::sheet_name;
 use snaprod::manifold::{Sheet, Sign};
-use snaprod::plot::{OutcomeMap, Outcomes, SweptAxis};
+use snaprod::plot::{OutcomeMap, Outcomes, SweptAxis, SweptCurves};
 use snaprod::scene::{Scene, Units};
 use snaprod::study::sweep::{Rows, Sweep};
 
+/// Most panels of curves.
+const MOST_CURVES: usize = 6;
+
 /// The map over the two fields: numbers if one column is shown and holds some that are not whole, or words.
 pub fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
-    // Where the first point is no scene, the last one is.
-    let ends = [0, sweep.points() - 1].map(|point| sweep.scene(point).ok());
-    let axis = |k: usize| {
-        let one = &sweep.vary()[k];
-        let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
-        SweptAxis {
-            label: field(&ends, &one.path),
-            values: values.map(|x| x.parse().unwrap_or(f64::NAN)).collect(),
-            log: one.is_logarithmic(),
-        }
-    };
     let mut words = vec![String::new(); rows.cells.len()];
     for column in columns {
         for (word, part) in words.iter_mut().zip(rows.column(column)) {
@@ -40,13 +32,13 @@ pub fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
             .all(|word| word.is_empty() || number(word).is_some())
         && !words.iter().all(whole);
     let title = of_sheets.unwrap_or_else(|| {
-        let told: Vec<String> = columns.iter().map(|column| told(column)).collect();
+        let told: Vec<String> = columns.iter().map(|column| label(sweep, column)).collect();
         told.join(", ")
     });
     OutcomeMap {
         title: title.clone(),
-        x: axis(0),
-        y: axis(1),
+        x: axis(sweep, 0),
+        y: axis(sweep, 1),
         outcomes: if numbers {
             Outcomes::Numbers(
                 words
@@ -59,6 +51,60 @@ pub fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
             Outcomes::Words(words)
         },
     }
+}
+
+/// The curves over the one field: of what is told those numbers that are not the same everywhere, in the colours of how many snaps there were, or else of
+/// what came of it.
+pub fn curves(sweep: &Sweep, rows: &Rows) -> SweptCurves {
+    let known = sweep.quantities();
+    let marked = ["snaps", "outcome"];
+    let marked = marked
+        .iter()
+        .find(|name| known.iter().any(|one| one == **name));
+    let words = marked.map_or(Vec::new(), |name| {
+        rows.column(name).map(str::to_owned).collect()
+    });
+    let differ = words.iter().any(|word| *word != words[0]);
+    let curve = |column: &String| {
+        let cells: Vec<&str> = rows.column(column).collect();
+        let number = |cell: &&str| cell.is_empty() || cell.parse::<f64>().is_ok();
+        let drawn = cells.iter().all(number)
+            && cells.iter().any(|cell| *cell != cells[0])
+            && !marked.is_some_and(|name| name == column)
+            && !column.starts_with("energy_error");
+        let values = cells.iter().map(|cell| cell.parse().unwrap_or(f64::NAN));
+        drawn.then(|| (label(sweep, column), values.collect()))
+    };
+    SweptCurves {
+        title: match marked {
+            Some(name) if differ => told(name),
+            _ => String::new(),
+        },
+        x: axis(sweep, 0),
+        curves: known.iter().filter_map(curve).take(MOST_CURVES).collect(),
+        words: if differ { words } else { Vec::new() },
+    }
+}
+
+/// A field that is varied, with its values.
+fn axis(sweep: &Sweep, k: usize) -> SweptAxis {
+    // Where the first point is no scene, the last one is.
+    let ends = [0, sweep.points() - 1].map(|point| sweep.scene(point).ok());
+    let one = &sweep.vary()[k];
+    let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
+    SweptAxis {
+        label: field(&ends, &one.path),
+        values: values.map(|x| x.parse().unwrap_or(f64::NAN)).collect(),
+        log: one.is_logarithmic(),
+    }
+}
+
+/// What is told of each point, in words, with its unit.
+fn label(sweep: &Sweep, column: &str) -> String {
+    let unit = sweep
+        .described(column)
+        .map_or(String::new(), |[unit, _]| unit);
+    Units::label(&told(column), &unit)
 }
 
 /// A field in words, `start velocity x (m/s)` for `start.velocity[0]`, with the unit that figures of runs of the scenes at both ends of the sweep give.

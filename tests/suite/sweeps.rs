@@ -408,7 +408,7 @@ fn a_map_has_names_and_units() {
     for word in [
         "start velocity x (m/s)",
         "gravity y (m/s²)",
-        "dissipated at the end",
+        "dissipated at the end (J)",
     ] {
         assert!(si.contains(&format!("|{word}|")), "{word}: {si}");
     }
