@@ -109,8 +109,15 @@ fn label(sweep: &Sweep, column: &str) -> String {
 
 /// A field in words, `start velocity x (m/s)` for `start.velocity[0]`, with the unit that figures of runs of the scenes at both ends of the sweep give.
 fn field(ends: &[Option<Scene>; 2], path: &str) -> String {
+    // A component by its letter is the one by its number.
+    let letters = [".x", ".y", ".z"].into_iter().enumerate();
+    let numbered =
+        letters.filter_map(|(i, letter)| Some(format!("{}[{i}]", path.strip_suffix(letter)?)));
+    let numbered = numbered.last().unwrap_or_else(|| path.to_owned());
     let mut scenes = ends.iter().flatten();
-    let described = scenes.clone().find_map(|s| Some((s, s.described(path)?)));
+    let described = scenes
+        .clone()
+        .find_map(|s| Some((s, s.described(&numbered)?)));
     let Some((scene, (name, unit))) = described else {
         return path.to_owned();
     };

@@ -380,7 +380,7 @@ fn fields_that_count_are_drawn_whole() {
     assert!((400..600).contains(&below), "{low:?}");
 }
 
-/// Catches a map whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
+/// Catches a map, or curves over one field, whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
 #[test]
 fn a_map_has_names_and_units() {
     let place = Place::new("map_names");
@@ -411,6 +411,13 @@ fn a_map_has_names_and_units() {
         "dissipated at the end (J)",
     ] {
         assert!(si.contains(&format!("|{word}|")), "{word}: {si}");
+    }
+    let one = "sweep si.toml --vary start.velocity.x=-1:1:3 --out one --json";
+    let words: Vec<&str> = one.split(' ').collect();
+    place.run(&words).json(0);
+    let curves = place.read("one/curves.svg").replace('\n', "|");
+    for word in ["start velocity x (m/s)", "x at the end (m)"] {
+        assert!(curves.contains(&format!("|{word}|")), "{word}: {curves}");
     }
     let masses = map("scene.toml", "body.mass=1:2:2", "snaps");
     for word in ["start velocity x", "body mass", "snaps"] {
