@@ -124,6 +124,8 @@ mod plot_rods_data;
 mod plot_viscous;
 #[cfg(feature = "plot")]
 mod plot_viscous_data;
+#[cfg(feature = "plot")]
+mod plot_ways;
 #[cfg(feature = "cli")]
 mod printed;
 #[cfg(feature = "cli")]
