@@ -17,6 +17,8 @@ mod bounces_space;
 mod branch_folds;
 #[cfg(feature = "scene")]
 mod branch_folds_assemblies;
+#[cfg(feature = "scene")]
+mod branch_points;
 mod breaks;
 #[cfg(feature = "scene")]
 mod cheap_paths;

@@ -7,6 +7,7 @@
 //! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`); implicit ones leave a fold to explicit ones.
 
 mod bounce;
+mod branching;
 mod charts;
 mod events;
 mod implicit;
@@ -14,6 +15,7 @@ mod light;
 mod sample;
 mod step;
 
+use branching::Crossing;
 use implicit::Implicit;
 pub use sample::AssemblySample;
 
@@ -101,8 +103,8 @@ impl Numbers {
 /// What follows the step that was told last.
 #[derive(Debug, Clone)]
 enum Pending {
-    /// Rods are at their folds, the time of which is known so well.
-    Fold(f64),
+    /// Rods are at their folds, the time of which is known so well; or one is at a branch point.
+    Fold(f64, Option<Crossing>),
     /// The end.
     Stop(Outcome),
 }
@@ -136,6 +138,8 @@ pub struct AssemblyRun {
     /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for it. Several fold at one instant where
     /// an assembly is symmetric; the bodies stand while rods snap, so that it does not matter which does so first.
     folded: Vec<(usize, f64)>,
+    /// Rods that come to a branch point, to which nothing pushes them: they ask for no slow time.
+    unpushed: Vec<usize>,
     /// What the last step has led to.
     pending: Option<Pending>,
     /// Rods whose mass begins to be felt at the end of the last step, or ceases to be, where that was asked.
@@ -262,6 +266,7 @@ impl AssemblyRun {
             released: 0.0,
             snaps: 0,
             folded: Vec::new(),
+            unpushed: Vec::new(),
             pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
             due: None,
             room: None,
@@ -367,7 +372,9 @@ impl AssemblyRun {
     /// of another that folds with it would be 0/0.
     fn slow(&mut self, state: Numbers, link: usize, dets: &[f64]) -> Option<()> {
         let near = |k: usize| (dets[k] / self.largest[k]).abs();
-        let others = (0..dets.len()).filter(|k| *k != link && near(*k) < COMPANY * near(link));
+        let others = (0..dets.len()).filter(|k| {
+            *k != link && !self.unpushed.contains(k) && near(*k) < COMPANY * near(link)
+        });
         let rods = std::iter::once(link).chain(others);
         let slowed = Slowed {
             rods: rods.map(|k| (k, dets[k])).collect(),
@@ -391,8 +398,8 @@ impl AssemblyRun {
         self.stop(outcome)
     }
 
-    /// At the fold of a rod: finds its landings and, unless the run branches, goes on from there.
-    fn snap(&mut self, time_error: f64) -> Result<Event> {
+    /// At the fold of a rod, or a branch point: finds its landings and, unless the run branches, goes on from there.
+    fn snap(&mut self, time_error: f64, crossing: Option<Crossing>) -> Result<Event> {
         let link = self.folded[0].0;
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
@@ -411,6 +418,11 @@ impl AssemblyRun {
         let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
         let held = point.held();
         let folding = rod.clone().into_owned();
+        if let Some(crossing) = crossing
+            && (crossing == Crossing::AllRound || !rod.falls(&fold, &held, along))
+        {
+            return Ok(self.stay(link, point, crossing));
+        }
         let (landed, choices) = match self.options.landing {
             LandingRule::Viscous => (vec![rod.settle(&fold, &held, along)?], None),
             rule => {
@@ -469,11 +481,14 @@ impl AssemblyRun {
         self.largest[snap.rod] = 0.0;
         self.unfit[snap.rod] = false;
         (self.due, self.room) = (None, None);
+        self.unpushed.clear();
         let h = self.solver.next_step();
         self.folded.retain(|(link, _)| *link != snap.rod);
         let rods = self.folded.clone();
         let others = (!rods.is_empty()).then_some(Slowed { rods });
-        self.pending = others.is_some().then_some(Pending::Fold(snap.time_error));
+        self.pending = others
+            .is_some()
+            .then_some(Pending::Fold(snap.time_error, None));
         self.resume(state, others, h)
             .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
         self.solver.refit();

@@ -49,7 +49,12 @@ impl Link {
     /// # Errors
     /// No simple fold; a flow that does not settle.
     pub fn settle(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
-        Ok(self.fallen(q, held, tolerance, false)?.1)
+        Ok(self.fallen(q, held, tolerance, (false, false))?.1)
+    }
+
+    /// True if a rod falls from its branch point `q`, where paths of equilibria cross, however it is pushed: none that is stable begins there.
+    pub fn falls(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> bool {
+        self.fallen(q, held, tolerance, (false, true)).is_ok()
     }
 
     /// The shapes through which it falls, seen from its base, one after every step of the layer, and the landing. Those whose end is not yet back where it
@@ -63,7 +68,7 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<(Vec<Fallen>, Wrench)> {
-        self.fallen(q, held, tolerance, true)
+        self.fallen(q, held, tolerance, (true, false))
     }
 
     fn fallen(
@@ -71,7 +76,7 @@ impl Link {
         q: &Wrench,
         held: &Isometry3<f64>,
         tolerance: f64,
-        shown: bool,
+        (shown, crosses): (bool, bool),
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
@@ -79,8 +84,10 @@ impl Link {
             return self.fallen_taut(q, &kernel, (held, tolerance), shown);
         }
         match self.joint {
-            Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, shown),
-            Joint::Ball | Joint::Pins => self.settled::<3>(q, (&end, &kernel), tolerance, shown),
+            Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, (shown, crosses)),
+            Joint::Ball | Joint::Pins => {
+                self.settled::<3>(q, (&end, &kernel), tolerance, (shown, crosses))
+            }
         }
     }
 
@@ -203,13 +210,13 @@ impl Link {
     }
 
     /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it; with the shapes on the way
-    /// if they are to be shown.
+    /// if they are to be shown. Where paths of equilibria cross, as at the branch points of rods between two ball joints, it is pushed once.
     fn settled<const D: usize>(
         &self,
         q: &Wrench,
         (end, kernel): (&LinkEnd, &Wrench),
         tolerance: f64,
-        shown: bool,
+        (shown, crosses): (bool, bool),
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let scale = self.units();
         let wrench = joined(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
@@ -231,7 +238,7 @@ impl Link {
         let mut found: Option<(f64, Vec<DVector<f64>>, Wrench)> = None;
         let mut lost = None;
         // Where paths cross a rod that does not fall at once follows another path, along which it falls ever more slowly.
-        let crossing = self.crossing(end, NEUTRAL).is_some();
+        let crossing = crosses || self.crossing(end, NEUTRAL).is_some();
         let pushes = if crossing { &PUSHES[..1] } else { &PUSHES[..] };
         for &size in pushes {
             for side in [size, -size] {
@@ -275,8 +282,8 @@ impl Link {
             }
             if crossing {
                 return Error::domain(
-                    "a rod between two ball joints can buckle to either side alike here, as a straight column does at Euler's load: a small \
-                     rest curvature tells it to which",
+                    "a rod that is straight, or symmetric, can buckle to either side alike here, as a column does at Euler's load: a small rest \
+                     curvature tells it to which",
                 );
             }
             Error::no_convergence(format!(

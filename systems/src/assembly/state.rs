@@ -13,7 +13,7 @@ use super::{Assembly, Carrier, Give, LinkPoint, Place, Seen, Spin};
 use crate::manifold::adjugate_times;
 use crate::math::se3::halves;
 use crate::rod::Wrench;
-use nalgebra::{DVector, Isometry3, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix6, Vector3, Vector6};
 use std::ops::Range;
 
 /// Where everything is: the bodies, and the charts (m(0), n) of the rods in their bases' directors, in units B/L, B/L^2.
@@ -66,6 +66,10 @@ const SHOWN: f64 = 1e-12;
 pub struct Sight {
     /// det J: 0 at a fold.
     pub det: f64,
+    /// J, in radians and lengths of the rod.
+    pub jacobian: Matrix6<f64>,
+    /// xi, what the chart follows, in the same.
+    pub drive: Vector6<f64>,
     /// Distance of its end from its attachment, in radians and lengths of the rod.
     pub gap: f64,
     /// What its chart should stand for.
@@ -230,10 +234,13 @@ impl Assembly {
                 _ => (0.0, link.better_give(&point.end)),
             };
             let gap = link.apart(point);
+            let scale = link.gap_scale(&point.end);
             seen(
                 k,
                 Sight {
                     det,
+                    jacobian: scale * point.end.jacobian,
+                    drive: scale * drive,
                     gap,
                     better,
                     spring,

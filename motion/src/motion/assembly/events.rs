@@ -22,8 +22,8 @@ impl<'a> Motion<'a> for AssemblyRun {
         match self.pending.take() {
             None => {}
             Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
-            Some(Pending::Fold(time_error)) => {
-                return Some(self.snap(time_error).unwrap_or_else(|why| {
+            Some(Pending::Fold(time_error, crossing)) => {
+                return Some(self.snap(time_error, crossing).unwrap_or_else(|why| {
                     self.stuck(
                         Cause::Failed(why),
                         "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
@@ -78,18 +78,14 @@ impl<'a> Motion<'a> for AssemblyRun {
             ));
             return Some(self.stuck(Cause::Failed(why), remedy));
         }
-        if let Some(link) = self.round_column() {
-            let why = Error::domain(format!(
-                "{}, between two ball joints, can buckle any way round alike here, as a straight column does at Euler's load",
-                self.assembly.rod_name(link)
-            ));
-            let remedy = "give it a small rest curvature, which tells it to which side";
-            return Some(self.stuck(Cause::Failed(why), remedy));
-        }
         match progress {
-            Progress::Fold { rods, time_error } => {
+            Progress::Fold {
+                rods,
+                time_error,
+                crossing,
+            } => {
                 self.folded = rods;
-                self.pending = Some(Pending::Fold(time_error));
+                self.pending = Some(Pending::Fold(time_error, crossing));
             }
             Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
             Progress::Moved | Progress::Arrived => {}

@@ -1,7 +1,8 @@
 //! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
 
+use super::branching::Crossing;
 use super::{AssemblyRun, Numbers, first_step};
-use crate::assembly::{Joint, Sight, Slowed};
+use crate::assembly::{Sight, Slowed};
 use crate::body::Groove;
 use crate::motion::event::Outcome;
 use crate::motion::locate::{Guess, Located, Timed, at_time, first_fold, locate};
@@ -25,9 +26,6 @@ const DRIFTED: f64 = 3.0;
 /// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
 pub(super) const LOOSE: f64 = 1e3;
 
-/// A round column this near to where it buckles any way round is there.
-const NEUTRAL: f64 = 1e-6;
-
 /// Parts of a step at which a contact is looked for that may lie inside.
 const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
@@ -39,6 +37,8 @@ pub(super) enum Progress {
     Fold {
         rods: Vec<(usize, f64)>,
         time_error: f64,
+        /// Where it is a branch point, to which nothing pushes the rod.
+        crossing: Option<Crossing>,
     },
     /// At an end of the run.
     End(Outcome),
@@ -85,7 +85,8 @@ impl AssemblyRun {
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
     pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
-        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+        let watched = self.watch.clone();
+        let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
         let left = end - from.time();
         let implicit = match self.is_implicit() {
@@ -105,14 +106,16 @@ impl AssemblyRun {
             self.slow(from, nearest, &before)?;
             return self.slow_step(end);
         };
+        let branching = self.branch_point(&mut step, &watched);
         let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
-        if let Some(link) = crossed {
+        if let Some(link) = crossed.filter(|_| branching.is_none()) {
             self.slow(from, link, &before)?;
             return self.slow_step(end);
         }
         self.judge(&step, 1.0);
         let h = step.h();
-        let arrived = h >= left || (end - step.to().time()).abs() <= ROUNDING * (1.0 + end);
+        let arrived = branching.is_none()
+            && (h >= left || (end - step.to().time()).abs() <= ROUNDING * (1.0 + end));
         if arrived {
             *step.to_mut() = step.to().clone().at_time(end);
         }
@@ -128,16 +131,18 @@ impl AssemblyRun {
         }
         let to = step.to().clone();
         self.step = Some(step);
+        if branching.is_some() {
+            return branching;
+        }
         self.hold()?;
         if !self.look() && !is_implicit {
-            let falling = |k: &usize| {
-                let rate = (self.watch[*k].det - before[*k]) / h;
-                let time = -self.watch[*k].det / rate;
-                0.0 < time && time < NEAR * self.solver.next_step()
-            };
-            if let Some(link) = (0..before.len()).find(falling) {
+            let near = NEAR * self.solver.next_step() / h;
+            let falling = self.falling(&watched, near);
+            if let Some(link) = falling.into_iter().find(|k| !self.unpushed.contains(k)) {
                 let dets: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
                 self.slow(to, link, &dets)?;
+            } else if self.solver.is_symmetric() && self.unpushed.is_empty() {
+                self.resume(to, None, h)?;
             }
         }
         Some(if arrived {
@@ -174,28 +179,14 @@ impl AssemblyRun {
         Some((link, self.watch[link].gap, force.sqrt()))
     }
 
-    /// The rod between two ball joints, if there is one, that can buckle any way round alike: where it is neutral in two directions at once det J
-    /// has a double root, which slowed time never reaches.
-    pub(super) fn round_column(&self) -> Option<usize> {
-        self.slowed.as_ref()?;
-        let mut links = self.assembly.links().iter();
-        if !links.any(|link| link.joint() == Joint::Pins) {
-            return None;
-        }
-        let at = self
-            .assembly
-            .evaluated(&self.solver.state().0, self.along())?;
-        let mut rods = self.assembly.links().iter().zip(&at.points);
-        rods.position(|(link, point)| link.crossing(&point.end, NEUTRAL) == Some(2))
-    }
-
     /// The same with time slowed for the rod that nears its fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
         let f = &self.right_hand_side();
         let remaining = end - self.solver.state().time();
         let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
-        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+        let watched = self.watch.clone();
+        let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
         let mut cost = Cost::default();
         let (mut step, fold) = loop {
             let Some(mut step) = self.take_step(h_max) else {
@@ -207,7 +198,11 @@ impl AssemblyRun {
                 let time_error = ON_TIME * (1.0 + state.time());
                 let h = first_step(&state, self.solver.slope(), self.options.tolerance);
                 self.resume(state, self.slowed.clone(), h)?;
-                return Some(Progress::Fold { rods, time_error });
+                return Some(Progress::Fold {
+                    rods,
+                    time_error,
+                    crossing: None,
+                });
             };
             let fold = first_fold(&mut step, &mut { f }, &mut cost).and_then(|guess| {
                 locate(&step, &mut { f }, guess, |_, slope| slope.time(), &mut cost)
@@ -251,6 +246,7 @@ impl AssemblyRun {
             progress = Progress::Fold {
                 rods: self.at_folds(step.to(), true)?,
                 time_error,
+                crossing: None,
             };
         }
         self.extra.evaluations += cost.evaluations;
@@ -261,15 +257,24 @@ impl AssemblyRun {
                 .rewind(step.to().clone(), step.end_slope().clone());
             self.see()?;
         }
+        let branching = self.branch_point(&mut step, &watched);
         if let Some(ended) = self.cut(&mut step) {
             self.step = Some(step);
             self.see();
             return ended;
         }
+        if branching.is_some() {
+            self.step = Some(step);
+            return branching;
+        }
         let (cause, scale) = self.slowed.as_ref()?.rods[0];
         let rate = self.watch[cause].det / scale;
         self.judge(&step, rate.abs());
         self.step = Some(step);
+        if whole {
+            self.falling(&watched, NEAR);
+            self.leave_to_branch_points()?;
+        }
         if whole && rate > CLEAR {
             self.hold()?;
             self.look();
