@@ -11,6 +11,7 @@ mod bar_laws;
 #[cfg(feature = "scene")]
 mod bar_scenes;
 mod bar_schemes;
+mod bar_strong;
 mod bar_waves;
 mod bounces_space;
 #[cfg(feature = "scene")]

@@ -1,6 +1,6 @@
 //! When waves break: the envelope of characteristics from a loaded end, and the law of acceleration waves (docs/bars.md 1).
 
-use super::{Bar, End, Material};
+use super::{Bar, End, Material, WaveKind};
 
 /// Where and when the first shock forms.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,7 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
     let material = bar.material();
     let rest = bar.at_start(0.0)[0];
     let sign = if side == 0 { -1.0 } else { 1.0 };
-    // (c, X of the envelope) of the characteristic that leaves at tau; X is infinite where the wave spreads.
+    // (c, X of the envelope, stretch) of the characteristic that leaves at tau; X is infinite where the wave spreads.
     let ray = |tau: f64| {
         let [force, rate, _] = history.with_rates(tau);
         let lam = material.stretch(sign * force / bar.area()).ok()?;
@@ -59,18 +59,21 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
             } else {
                 f64::INFINITY
             },
+            lam,
         ))
     };
-    let crossing = |tau: f64| ray(tau).map_or(f64::INFINITY, |(c, x)| tau + x / c);
+    let crossing = |tau: f64| ray(tau).map_or(f64::INFINITY, |(c, x, _)| tau + x / c);
     // (time, emitted, X) of the first crossing of every smooth part of the history.
     let mut found = Vec::new();
     let mut start = 0.0;
-    let mut before = material.speed(rest);
+    let mut before = rest;
     while start < until {
         let stop = history.next_break(start).min(until);
-        // A jump towards a faster state is a shock at once, unless it is the noise of rounding.
-        let now = ray(start)?.0;
-        if now > before * (1.0 + 1e-9) {
+        // A jump whose hull has a chord is a shock at once, unless it is the noise of rounding.
+        let now = ray(start)?.2;
+        let waves = material.waves(before, now);
+        let shocks = waves.iter().any(|wave| wave.kind == WaveKind::Shock);
+        if shocks && (now - before).abs() > 1e-9 * before {
             found.push((start, start, 0.0));
         }
         let at = |i: usize| start + (stop.next_down() - start) * i as f64 / SAMPLES as f64;
@@ -89,13 +92,13 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
         }
         let tau = 0.5 * (a + b);
         found.push((crossing(tau), tau, ray(tau)?.1));
-        before = ray(stop.next_down())?.0;
+        before = ray(stop.next_down())?.2;
         start = stop;
     }
     let (time, tau, x) = found.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
     let faster = (0..=SAMPLES)
         .filter_map(|i| ray(until * i as f64 / SAMPLES as f64))
-        .map(|(c, _)| c);
+        .map(|(c, ..)| c);
     let fastest = faster.fold(material.speed(rest), f64::max);
     // A wave comes back from the other end, or begins there before.
     let back = bar.length() / material.speed(rest);

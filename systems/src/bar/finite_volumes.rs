@@ -1,7 +1,8 @@
 //! Finite volumes: limited slopes of the characteristic variables, a Riemann solver at every face, SSP-RK3.
 //!
 //! At a face the solver takes acoustic waves into both sides, with the impedance of the shock where that is greater: single shocks are
-//! exact. For stretch and momentum the energy is an entropy with the potential -sigma v, and the scheme loses at a face
+//! exact. Where the waves are strong, or an inflection of the stress lies between the states, it solves the Riemann problem of the
+//! cells exactly, by the hull of the stress. For stretch and momentum the energy is an entropy with the potential -sigma v, and the scheme loses at a face
 //!
 //! ```text
 //! D = [sigma] (v* - mean v) + [v] (sigma* - mean sigma)
@@ -10,7 +11,8 @@
 //! (Tadmor), brackets and means of the cells; their sum is the loss but for errors of the steps in time. Without slopes every D is
 //! positive, whatever the impedances.
 
-use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot, no_time};
+use super::edge::Edge;
+use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Snapshot, no_time};
 use crate::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by finite volumes.
@@ -23,6 +25,8 @@ pub struct FiniteVolumes {
     v: Vec<f64>,
     ends: [EndState; 2],
     extremes: [Extremes; 2],
+    /// The stresses of the inflections of the law.
+    bends: Vec<f64>,
     sums: Sums,
     /// Energy and momentum at the start.
     first: [f64; 2],
@@ -56,7 +60,13 @@ struct Scratch {
 }
 
 /// Step over h/speed. SSP-RK3 with slopes is stable up to about 1.
-const COURANT: f64 = 0.6;
+pub(super) const COURANT: f64 = 0.6;
+/// Slopes over the lesser jump to the neighbours, at most: as steep as keeps their bounds.
+pub(super) const STEEPEST: f64 = 2.0;
+/// Acoustic waves do for jumps up to this part of the stretch, by the slower of the two states.
+const WIDE: f64 = 0.3;
+/// Strains across an inflection below which the stress is as good as straight.
+const FAINT: f64 = 1e-6;
 
 impl FiniteVolumes {
     /// The bar in so many equal cells, at least 4.
@@ -84,6 +94,9 @@ impl FiniteVolumes {
             time: 0.0,
             ends: [at(0.0, 0.0), at(length, bar.length)],
             extremes: [Extremes::new(0.0, 0.0); 2],
+            bends: (bar.material.inflections().iter())
+                .map(|lam| bar.material.stress(*lam))
+                .collect(),
             sums: Sums::default(),
             first: [0.0; 2],
             cells: 0,
@@ -152,77 +165,17 @@ impl FiniteVolumes {
     fn look(&mut self) -> Result<()> {
         for side in 0..2 {
             let force = self.bar.ends[side].force_rate(self.time);
-            let (stress, velocity) =
-                self.edge(side, &self.lam, &self.v, self.ends[side].velocity, force)?;
-            self.ends[side].stress = stress;
-            self.ends[side].velocity = velocity;
+            let last = self.ends[side].velocity;
+            let edge = self
+                .bar
+                .edge(side, self.h, [&self.lam, &self.v], last, force)?;
+            self.ends[side].stress = edge.stress;
+            // The velocity of a mass is a state of its own.
+            if !matches!(self.bar.ends[side], End::Mass { .. }) {
+                self.ends[side].velocity = edge.velocity;
+            }
         }
         Ok(())
-    }
-
-    /// The one-sided Riemann problem at an end (0 left, 1 right): (stress, velocity) there, with the velocity of the mass and
-    /// the force of the load.
-    fn edge(
-        &self,
-        side: usize,
-        lam: &[f64],
-        v: &[f64],
-        mass: f64,
-        [force, rate]: [f64; 2],
-    ) -> Result<(f64, f64)> {
-        let material = &self.bar.material;
-        let place = |k: usize| if side == 0 { k } else { lam.len() - 1 - k };
-        // A wave into the bar from the right end goes towards -X, and adds its rise.
-        let sign = if side == 0 { -1.0 } else { 1.0 };
-        let [_, stress, slope, _] = material.jet(lam[place(0)]);
-        let next = material.stress(lam[place(1)]);
-        let [v0, v1, v2] = [0, 1, 2].map(|k| v[place(k)]);
-        // 1 where the velocity varies evenly, 0 in a shock, which would else overshoot as it is reflected.
-        let even = 1.0
-            - (8.0 * (v0 - 2.0 * v1 + v2) / (v0 - v2 + f64::MIN_POSITIVE))
-                .powi(2)
-                .min(1.0);
-        // From the last cell to the end. One variable is given there, and what the load or the mass does says how the other
-        // varies: density v_t = sigma_X, lam_t = v_X.
-        let half = 0.5 * sign * self.h;
-        let inside = match &self.bar.ends[side] {
-            End::Loaded(_) => {
-                let given = sign * force / self.bar.area;
-                let change = half * sign * rate / (self.bar.area * slope);
-                (
-                    stress + 0.5 * limited(stress - next, 2.0 * (given - stress)),
-                    v0 + bounded(change, v0 - v1),
-                )
-            }
-            End::Wall => (stress, v0 + 0.5 * even * limited(v0 - v1, -2.0 * v0)),
-            End::Mass { mass: m, .. } => {
-                let change =
-                    half * material.density() * (force - sign * self.bar.area * stress) / m;
-                (
-                    stress + bounded(change, stress - next),
-                    v0 + 0.5 * even * limited(v0 - v1, 2.0 * (mass - v0)),
-                )
-            }
-        };
-        let mut inside = (lam[place(0)] + (inside.0 - stress) / slope, inside.1);
-        if material.check(inside.0).is_err() {
-            inside = (lam[place(0)], v0);
-        }
-        Ok(match self.bar.ends[side] {
-            End::Loaded(_) => {
-                let stress = sign * force / self.bar.area;
-                let lam = material.stretch(stress)?;
-                (stress, inside.1 + sign * material.rise(inside.0, lam).0)
-            }
-            End::Wall | End::Mass { .. } => {
-                let velocity = match self.bar.ends[side] {
-                    End::Wall => 0.0,
-                    _ => mass,
-                };
-                let lam = material.behind(inside.0, sign * (velocity - inside.1))?;
-                (material.stress(lam), velocity)
-            }
-        })
     }
 
     /// Fills the faces from a state; the sum of the losses per time.
@@ -235,6 +188,8 @@ impl FiniteVolumes {
     ) -> Result<f64> {
         let density = self.bar.material.density();
         let n = lam.len();
+        // Steeper slopes would hold the jump of a compound wave together that must come apart.
+        let steep = if self.bends.is_empty() { STEEPEST } else { 1.0 };
         let Scratch { sigma, z, .. } = &mut self.work;
         if !self.bar.material.fill(lam, sigma, z) {
             return Err(self.outside(lam));
@@ -242,8 +197,10 @@ impl FiniteVolumes {
         for z in z.iter_mut() {
             *z = (density * *z).sqrt();
         }
-        let edges = [0, 1].map(|side| self.edge(side, lam, v, mass[side], force[side]));
-        let [left, right] = edges;
+        let [left, right] = [0, 1].map(|side| {
+            self.bar
+                .edge(side, self.h, [lam, v], mass[side], force[side])
+        });
         let (left, right) = (left?, right?);
         let Scratch {
             sigma,
@@ -255,17 +212,18 @@ impl FiniteVolumes {
             ..
         } = &mut self.work;
         // To the ends it is half a cell.
-        let first = [2.0 * (sigma[0] - left.0), 2.0 * (v[0] - left.1)];
-        let last = [2.0 * (right.0 - sigma[n - 1]), 2.0 * (right.1 - v[n - 1])];
+        let rises = |edge: &Edge, i: usize| [edge.stress - sigma[i], edge.velocity - v[i]];
+        let (into, out) = (rises(&left, 0), rises(&right, n - 1));
+        let (first, last) = (into.map(|rise| -2.0 * rise), out.map(|rise| 2.0 * rise));
+        (losses[0], losses[n]) = (into[0] * into[1], out[0] * out[1]);
         let [fs, fv] = faces;
-        for (face, (stress, velocity)) in [(0, left), (n, right)] {
-            (fs[face], fv[face]) = (stress, velocity);
+        for (face, edge) in [(0, left), (n, right)] {
+            (fs[face], fv[face]) = (edge.stress, edge.velocity);
+            tops[face] = density * edge.fastest;
         }
-        losses[0] = (sigma[0] - left.0) * (v[0] - left.1);
-        losses[n] = (right.0 - sigma[n - 1]) * (right.1 - v[n - 1]);
         let gap = |i: usize| [sigma[i + 1] - sigma[i], v[i + 1] - v[i]];
         for (i, before, after) in [(0, first, gap(0)), (n - 1, gap(n - 2), last)] {
-            let found = sloped(sigma[i], v[i], z[i], before, after);
+            let found = sloped(steep, sigma[i], v[i], z[i], before, after);
             for (side, found) in sides.iter_mut().zip(found) {
                 side[i] = found;
             }
@@ -282,7 +240,7 @@ impl FiniteVolumes {
                     [s1[i] - s0[i], v1[i] - v0[i]],
                     [s2[i] - s1[i], v2[i] - v1[i]],
                 );
-                [sl[i], vl[i], sr[i], vr[i]] = sloped(s1[i], v1[i], z[i], before, after);
+                [sl[i], vl[i], sr[i], vr[i]] = sloped(steep, s1[i], v1[i], z[i], before, after);
             }
         }
         let inner = n - 1;
@@ -295,6 +253,7 @@ impl FiniteVolumes {
         let (fs, fv) = (&mut fs[1..=inner], &mut fv[1..=inner]);
         let inside = &mut losses[1..=inner];
         let tops = &mut tops[1..=inner];
+        let mut wide = false;
         for i in 0..inner {
             let (ds, dv, dl) = (s1[i] - s0[i], v1[i] - v0[i], l1[i] - l0[i]);
             let shock = (density * ds * dl / (dl * dl + 1e-30)).sqrt();
@@ -309,12 +268,57 @@ impl FiniteVolumes {
             fs[i] = ms + to_s;
             fv[i] = mv + to_v;
             inside[i] = loss;
+            // No weak jump, by the slower of its sides.
+            let weakest = z0[i].min(z1[i]);
+            wide |= density * (to_s.abs() + 0.5 * ds.abs()) > WIDE * l0[i] * weakest * weakest;
+        }
+        if wide || !self.bends.is_empty() {
+            self.solve_exactly(lam, v)?;
         }
         let area = self.bar.area;
+        let losses = &mut self.work.losses;
         for loss in losses.iter_mut() {
             *loss *= area;
         }
         Ok(losses.iter().sum())
+    }
+
+    /// Solves the Riemann problem of the two cells exactly at the faces where acoustic waves do not do.
+    ///
+    /// Across an inflection of the stress waves may be compound, and a jump that meets the jump conditions need not be one that
+    /// the material makes: the impedance of the chord would keep it for ever. Where the waves are strong, those of the state
+    /// between the cells are faster than all that the cells know of.
+    fn solve_exactly(&mut self, lam: &[f64], v: &[f64]) -> Result<()> {
+        let (material, density) = (&self.bar.material, self.bar.material.density());
+        let Scratch {
+            sigma,
+            z,
+            faces: [fs, fv],
+            losses,
+            tops,
+            ..
+        } = &mut self.work;
+        for face in 1..lam.len() {
+            let (l, r) = (face - 1, face);
+            let (low, high) = (
+                sigma[l].min(sigma[r]).min(fs[face]),
+                sigma[l].max(sigma[r]).max(fs[face]),
+            );
+            let weakest = z[l].min(z[r]);
+            let strain = density * (high - low) / (weakest * weakest);
+            let bent = strain > FAINT && self.bends.iter().any(|bend| low < *bend && *bend < high);
+            if !(bent || strain > WIDE * lam[l]) {
+                continue;
+            }
+            let [stretch, velocity] = material.star([lam[l], v[l]], [lam[r], v[r]])?;
+            let stress = material.stress(stretch);
+            losses[face] = (sigma[r] - sigma[l]) * (velocity - 0.5 * (v[l] + v[r]))
+                + (v[r] - v[l]) * (stress - 0.5 * (sigma[l] + sigma[r]));
+            (fs[face], fv[face]) = (stress, velocity);
+            let fastest = [lam[l], lam[r]].map(|ahead| material.fastest(ahead, stretch));
+            tops[face] = density * fastest[0].max(fastest[1]);
+        }
+        Ok(())
     }
 
     fn outside(&self, lam: &[f64]) -> Error {
@@ -421,8 +425,7 @@ impl Motion for FiniteVolumes {
     }
 
     fn go(&mut self, until: f64, steps: usize) -> Result<(), Stuck> {
-        let remedy = "lower the loads, or check the law at this stretch";
-        let stuck = |at: f64, error| Stuck::new(at, Cause::Failed(error), remedy);
+        let stuck = |at: f64, error| Stuck::new(at, Cause::Failed(error), LOWER);
         for _ in 0..steps {
             if self.time >= until {
                 break;
@@ -481,27 +484,21 @@ impl Motion for FiniteVolumes {
 
 /// (sigma, v) at the left and at the right face of a cell, from the jumps of (sigma, v) before and after it.
 #[inline]
-fn sloped(sigma: f64, v: f64, z: f64, before: [f64; 2], after: [f64; 2]) -> [f64; 4] {
+fn sloped(steep: f64, sigma: f64, v: f64, z: f64, before: [f64; 2], after: [f64; 2]) -> [f64; 4] {
     let one = 1.0 / z;
     let (ap, am) = (before[1] + before[0] * one, before[1] - before[0] * one);
     let (bp, bm) = (after[1] + after[0] * one, after[1] - after[0] * one);
-    let (p, m) = (limited(ap, bp), limited(am, bm));
+    let (p, m) = (limited(steep, ap, bp), limited(steep, am, bm));
     let (ds, dv) = (0.25 * z * (p - m), 0.25 * (p + m));
     [sigma - ds, v - dv, sigma + ds, v + dv]
 }
 
-/// A change over half a cell, at most as great as that from the neighbour.
-fn bounded(change: f64, before: f64) -> f64 {
-    if change * before > 0.0 {
-        change.abs().min(before.abs()).copysign(before)
-    } else {
-        0.0
-    }
-}
-
-/// The central slope where that keeps the bounds of the neighbours (van Leer's monotonized central limiter).
+/// The central slope where that is at most `steep` times the lesser of both: with 2 it keeps the bounds of the neighbours (van Leer's
+/// monotonized central limiter), with 1 it is the lesser of them.
 #[inline]
-fn limited(a: f64, b: f64) -> f64 {
-    let size = (2.0 * a.abs()).min(2.0 * b.abs()).min(0.5 * (a + b).abs());
+pub(super) fn limited(steep: f64, a: f64, b: f64) -> f64 {
+    let size = (steep * a.abs())
+        .min(steep * b.abs())
+        .min(0.5 * (a + b).abs());
     if a * b > 0.0 { size.copysign(a) } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 //! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form. The stretch forms
 //! move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has the stretch of its load.
 
-use super::{Bar, End, EndState, Extremes, Ledger, Motion, Scheme, Snapshot, no_time};
+use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Scheme, Snapshot, no_time};
 use crate::error::{Cause, Error, Result, Stuck};
 
 /// A bar in motion by one of the thesis' schemes.
@@ -109,7 +109,7 @@ impl Lattice {
             extremes: [Extremes::new(0.0, 0.0); 2],
         };
         if !central {
-            lattice.load(0.0);
+            lattice.load(0.0)?;
         }
         lattice.extremes = lattice
             .snapshot()
@@ -152,15 +152,17 @@ impl Lattice {
     }
 
     /// Gives the nodes of loaded ends the stretch of the load at `t`.
-    fn load(&mut self, t: f64) {
+    ///
+    /// # Errors
+    /// A load beyond all stresses of the law.
+    fn load(&mut self, t: f64) -> Result<()> {
         let last = self.a.len() - 1;
         for (side, node) in [0, last].into_iter().enumerate() {
             if matches!(self.bar.ends[side], End::Loaded(_)) {
-                let sign = if side == 0 { -1.0 } else { 1.0 };
-                let stress = sign * self.bar.ends[side].force(t) / self.bar.area;
-                self.a[node] = self.bar.material.stretch(stress).unwrap_or(f64::NAN);
+                self.a[node] = self.bar.under_load(side, t)?;
             }
         }
+        Ok(())
     }
 
     /// Stretches of the elements by the places of their nodes.
@@ -225,7 +227,7 @@ impl Lattice {
         (force, walls)
     }
 
-    fn step(&mut self, dt: f64) {
+    fn step(&mut self, dt: f64) -> Result<()> {
         let t = self.time;
         let n = self.a.len();
         let material = self.bar.material.clone();
@@ -274,7 +276,7 @@ impl Lattice {
                     self.a[i] += dt * q + 0.5 * dt * dt * bend;
                 }
             }
-            self.load(t + dt);
+            self.load(t + dt)?;
             if self.scheme != Scheme::LaxWendroff {
                 for side in (0..2).filter(|side| loaded[*side]) {
                     let node = side * (n - 1);
@@ -290,6 +292,7 @@ impl Lattice {
         }
         self.last = dt;
         self.time += dt;
+        Ok(())
     }
 
     /// Richtmyer's two steps: by half a step to the middles of the elements, from there by a step.
@@ -349,7 +352,10 @@ impl Lattice {
                  an element collapses"
             ),
         };
-        let remedy = "use scheme = \"finite-volume\", or \"stretch-sequential\", or shorter steps";
+        let remedy = match self.scheme {
+            Scheme::StretchSequential => "use scheme = \"finite-volume\", or shorter steps",
+            _ => "use scheme = \"finite-volume\", or \"stretch-sequential\", or shorter steps",
+        };
         Stuck::new(self.time, Cause::Failed(Error::no_convergence(why)), remedy)
     }
 }
@@ -367,14 +373,17 @@ impl Motion for Lattice {
             if until + dt == until {
                 return Err(no_time(self.time));
             }
-            self.step(dt);
+            let at = self.time;
+            self.step(dt)
+                .map_err(|error| Stuck::new(at, Cause::Failed(error), LOWER))?;
             let now = self.snapshot();
             if now
                 .stretch
                 .iter()
                 .any(|lam| self.bar.material.check(*lam).is_err())
             {
-                return Err(self.blown_up(dt));
+                let time = self.time;
+                return Err((self.bar.overloaded(time)).unwrap_or_else(|| self.blown_up(dt)));
             }
             for side in 0..2 {
                 self.extremes[side].see(self.time, now.ends[side].stress);

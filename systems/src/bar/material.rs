@@ -142,6 +142,15 @@ impl Material {
         (self.jet(lam)[2] / self.density).sqrt()
     }
 
+    /// The greatest speed of waves at the stretches from `a` to `b`: none of the parts of the wave between them is faster.
+    pub(super) fn fastest(&self, a: f64, b: f64) -> f64 {
+        let (low, high) = (a.min(b), a.max(b));
+        let inner = self.inflections.iter().copied();
+        let inner = inner.filter(|lam| low < *lam && *lam < high);
+        let speeds = inner.map(|lam| self.speed(lam));
+        speeds.fold(self.speed(a).max(self.speed(b)), f64::max)
+    }
+
     /// The stretch that has the stress `sigma`.
     ///
     /// # Errors

@@ -11,6 +11,7 @@
 //! the law and solves Riemann problems exactly, of laws with inflections, too; [`breaking`] says when a load at an end makes a shock.
 
 pub mod breaking;
+mod edge;
 mod finite_volumes;
 pub mod heavy;
 mod hull;
@@ -186,6 +187,25 @@ impl Bar {
         Ok(states)
     }
 
+    /// The stretch that the load of the end `side` gives it at `t`.
+    ///
+    /// # Errors
+    /// A load beyond all stresses of the law.
+    fn under_load(&self, side: usize, t: f64) -> Result<f64> {
+        let sign = if side == 0 { -1.0 } else { 1.0 };
+        let force = sign * self.ends[side].force(t);
+        self.material.stretch(force / self.area)
+    }
+
+    /// What keeps the bar from going on at `t`, if it is a load that no stretch at its end bears.
+    fn overloaded(&self, t: f64) -> Option<Stuck> {
+        let loaded = |side: &usize| matches!(self.ends[*side], End::Loaded(_));
+        let error = (0..2)
+            .filter(loaded)
+            .find_map(|side| self.under_load(side, t).err())?;
+        Some(Stuck::new(t, Cause::Failed(error), LOWER))
+    }
+
     fn next_break(&self, t: f64) -> f64 {
         let [left, right] = &self.ends;
         left.next_break(t).min(right.next_break(t))
@@ -270,6 +290,9 @@ pub trait Motion {
     /// The bounds of the stress at the two ends so far.
     fn extremes(&self) -> [Extremes; 2];
 }
+
+/// What helps a bar that has come to the edge of its law.
+const LOWER: &str = "lower the loads, or check the law at this stretch";
 
 /// Steps that the digits of the time do not hold.
 fn no_time(at: f64) -> Stuck {

@@ -24,6 +24,18 @@ impl Material {
     /// # Errors
     /// States outside the reach of the law; states that part or meet so fast that the state between is outside.
     pub fn riemann(&self, left: [f64; 2], right: [f64; 2]) -> Result<Star> {
+        let [stretch, velocity] = self.star(left, right)?;
+        Ok(Star {
+            stretch,
+            velocity,
+            stress: self.stress(stretch),
+            left: self.waves(left[0], stretch),
+            right: self.waves(right[0], stretch),
+        })
+    }
+
+    /// \[stretch, velocity\] between the waves, see [`Material::riemann`].
+    pub(super) fn star(&self, left: [f64; 2], right: [f64; 2]) -> Result<[f64; 2]> {
         self.check(left[0])?;
         self.check(right[0])?;
         let speeds = [left[0], right[0]].map(|lam| self.speed(lam));
@@ -46,13 +58,7 @@ impl Material {
             self.rise(left[0], stretch).0,
             self.rise(right[0], stretch).0,
         );
-        Ok(Star {
-            stretch,
-            velocity: 0.5 * (left[1] + a + right[1] - b),
-            stress: self.stress(stretch),
-            left: self.waves(left[0], stretch),
-            right: self.waves(right[0], stretch),
-        })
+        Ok([stretch, 0.5 * (left[1] + a + right[1] - b)])
     }
 
     /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see [`Material::rise`]: at a

@@ -11,6 +11,8 @@ pub struct Spectral {
     element: Element,
     integrator: Dop853<DVector<f64>>,
     step: Step<DVector<f64>>,
+    /// The bar's own units of the states, against which errors count: metal in metres would else be asked for digits below rounding.
+    units: DVector<f64>,
     extremes: [Extremes; 2],
     /// Energy and momentum at the start.
     first: [f64; 2],
@@ -33,7 +35,8 @@ struct Element {
 const MOST: usize = 128;
 
 impl Spectral {
-    /// The bar with so many nodes; the tolerance bounds the error of a step relative to 1 + the states.
+    /// The bar with so many nodes; the tolerance bounds the error of a step relative to the states and to the bar's own
+    /// units: its length, the speed of waves at stretch 1, its mass.
     ///
     /// # Errors
     /// Fewer nodes than 3 or more than 128; a start outside the reach of the law.
@@ -69,10 +72,17 @@ impl Spectral {
         let h = 0.1 * element.x[1] / fastest;
         let integrator = Dop853::new(state, slope, h, tolerance);
         let step = integrator.blank();
+        let (length, speed) = (bar.length, bar.material.speed(1.0));
+        let momentum = bar.mass() * speed;
+        let mut units = DVector::from_element(2 * nodes + 3, length);
+        units.rows_mut(nodes, nodes).fill(speed);
+        let sums = [momentum * speed, momentum, length / speed];
+        units.rows_mut(2 * nodes, 3).copy_from_slice(&sums);
         let mut spectral = Self {
             element,
             integrator,
             step,
+            units,
             extremes: [Extremes::new(0.0, 0.0); 2],
             first: [0.0; 2],
         };
@@ -180,10 +190,26 @@ impl Motion for Spectral {
                 element,
                 integrator,
                 step,
+                units,
                 ..
             } = self;
             let slope = |y: &DVector<f64>, out: &mut DVector<f64>| element.slope(y, stop, out);
-            if integrator.step_into(slope, left, step).is_err() {
+            let mean_square = |error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>| {
+                let scales = units.iter().zip(from.iter().zip(to));
+                let scales = scales.map(|(unit, (a, b))| unit + a.abs().max(b.abs()));
+                let terms = error
+                    .iter()
+                    .zip(scales)
+                    .map(|(e, scale)| (e / scale).powi(2));
+                terms.sum::<f64>() / error.len() as f64
+            };
+            if integrator
+                .step_measured(slope, mean_square, left, step)
+                .is_err()
+            {
+                if let Some(stuck) = element.bar.overloaded(t) {
+                    return Err(stuck);
+                }
                 let tolerance = 1e-13;
                 let cause = Cause::StepCollapsed {
                     next: integrator.next_step(),
