@@ -70,7 +70,7 @@ pub fn curves(sweep: &Sweep, rows: &Rows) -> SweptCurves {
         let number = |cell: &&str| cell.is_empty() || cell.parse::<f64>().is_ok();
         let drawn = cells.iter().all(number)
             && cells.iter().any(|cell| *cell != cells[0])
-            && !marked.is_some_and(|name| name == column)
+            && marked.is_none_or(|name| name != column)
             && !column.starts_with("energy_error");
         let values = cells.iter().map(|cell| cell.parse().unwrap_or(f64::NAN));
         drawn.then(|| (label(sweep, column), values.collect()))
@@ -110,10 +110,10 @@ fn label(sweep: &Sweep, column: &str) -> String {
 /// A field in words, `start velocity x (m/s)` for `start.velocity[0]`, with the unit that figures of runs of the scenes at both ends of the sweep give.
 fn field(ends: &[Option<Scene>; 2], path: &str) -> String {
     // A component by its letter is the one by its number.
-    let letters = [".x", ".y", ".z"].into_iter().enumerate();
+    let mut letters = [".x", ".y", ".z"].into_iter().enumerate();
     let numbered =
-        letters.filter_map(|(i, letter)| Some(format!("{}[{i}]", path.strip_suffix(letter)?)));
-    let numbered = numbered.last().unwrap_or_else(|| path.to_owned());
+        letters.find_map(|(i, letter)| Some(format!("{}[{i}]", path.strip_suffix(letter)?)));
+    let numbered = numbered.unwrap_or_else(|| path.to_owned());
     let mut scenes = ends.iter().flatten();
     let described = scenes
         .clone()

@@ -122,10 +122,7 @@ fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
         let last = before.map_or(0.0, |i| turns[i]);
         turns.push(turn - TAU * ((turn - last) / TAU).round());
     }
-    let of = match columns.strip_suffix('.') {
-        Some(name) => name,
-        None => "the end",
-    };
+    let of = columns.strip_suffix('.').unwrap_or("the end");
     let label = format!("turn of {of} about {} (rad)", AXES[axis]);
     (span(&turns) > TURNS).then_some((label, turns))
 }

@@ -14,7 +14,7 @@ use crate::motion::locate::{Guess, Timed, locate};
 use crate::solve::cost::Cost;
 use crate::solve::stepper::Taken;
 
-/// A push that is rounding. Those of the least imperfections of a scene, such as an offset of the body of 1e-9, are larger, and followed.
+/// A push that is rounding. Those of small imperfections, such as an offset of the body of 1e-6, are larger, and followed.
 const ROUNDING: f64 = 1e-14;
 /// Resistance, relative to that at the start of the step, that counts as none.
 const NONE: f64 = 1e-6;
