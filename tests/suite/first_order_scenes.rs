@@ -558,7 +558,8 @@ fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {
         );
         let [a, b] = ["1e-7", "1e-8"].map(|tolerance| {
             let ran = summary(&scene, &[&format!("run.tolerance={tolerance}")]);
-            assert!(number_at(&ran, "/end/dissipated") > -0.01, "{ran:#}");
+            // A tenth of the body's kinetic energy may be.
+            assert!(number_at(&ran, "/end/dissipated") > -0.02, "{ran:#}");
             ["/end/x", "/end/y", "/end/z", "/rod_unfelt"].map(|at| number_at(&ran, at))
         });
         for (a, b) in a.iter().zip(b) {

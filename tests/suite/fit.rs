@@ -573,7 +573,7 @@ fn the_program_fits_and_refuses() {
         serde_json::from_str(&place.read("out/bent-fit/fit.json")).unwrap();
     assert_eq!(found["columns"][0]["points"], 8);
     let figure = place.read("out/bent-fit/fit.svg");
-    assert!(figure.contains("measured") && figure.contains("data - model"));
+    assert!(figure.contains("measured") && figure.contains("data − model"));
     let refused = place.run(&[
         "fit",
         "bent.toml",

@@ -497,11 +497,8 @@ fn scenes_have_grooves_and_report_their_force() {
         .expect_err("a start across the groove")
         .to_string();
     let (_, list) = message.split_once('[').expect("a direction");
-    let along: Vec<f64> = list
-        .trim_end_matches(']')
-        .split(", ")
-        .map(|x| x.parse().unwrap())
-        .collect();
+    let (list, _) = list.split_once(']').expect("a direction");
+    let along: Vec<f64> = list.split(", ").map(|x| x.parse().unwrap()).collect();
     let tangent = Vector3::new(-phi.sin(), phi.cos(), 0.0);
     assert!(
         Vector3::from_row_slice(&along).cross(&tangent).norm() < 1e-5,

@@ -130,7 +130,7 @@ fn a_page_holds_the_motion() {
         let all = data["energies"].as_array().unwrap();
         reals(&all.iter().find(|one| one["name"] == name).unwrap()["values"])
     };
-    let ((elastic, fine), (total, _)) = (energy("elastic"), energy("total"));
+    let ((elastic, fine), (total, _)) = (energy("elastic"), energy("total with losses and work"));
     assert!((fold..landing).all(|i| elastic[i + 1] < elastic[i]));
     let released = elastic[fold] - elastic[landing];
     assert!((released - snap["released"].as_f64().unwrap()).abs() < 2.0 * fine);

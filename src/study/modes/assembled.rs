@@ -38,7 +38,8 @@ pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
     if !never {
         let model = ElasticSpace::new(scene)?;
         let (assembly, now) = model.assembly()?;
-        start = balanced(&assembly, &now)?.then_some((model, assembly, now));
+        let settles = matches!(scene.start.place, Place::Settled { .. });
+        start = (settles || balanced(&assembly, &now)?).then_some((model, assembly, now));
     }
     let of_start = start.is_some();
     let (model, assembly, mut now) = match start {

@@ -94,14 +94,15 @@ impl Link {
             let (left, sways) = self.sways(light, &soft, rod, tolerance)?;
             Some((left, (sways / SWAYS[usize::from(!followed)] - 1.0) / AMPLE))
         };
-        if !followed {
-            return Some(swaying()?.1);
-        }
+        let fold = self.passage(light, &soft, rod, tolerance)?;
+        let far = fold.way / (NEAR * q.norm()) - 1.0;
         // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
         // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
-        let fold = self.passage(light, &soft, rod, tolerance)?;
+        if !followed {
+            return Some(swaying().map_or(far, |(_, regular)| far.max(regular)));
+        }
         let clear = |time: f64| (time / (CLEAR * fold.inertial) - 1.0) / AMPLE;
-        let room = (fold.way / (NEAR * q.norm()) - 1.0).max(clear(fold.ahead));
+        let room = far.max(clear(fold.ahead));
         if room > FAR {
             return Some(room);
         }
