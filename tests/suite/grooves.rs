@@ -496,7 +496,7 @@ fn scenes_have_grooves_and_report_their_force() {
     let message = across(Vector3::z())
         .expect_err("a start across the groove")
         .to_string();
-    let (_, list) = message.split_once('[').expect("a direction");
+    let (_, list) = message.rsplit_once('[').expect("a direction");
     let (list, _) = list.split_once(']').expect("a direction");
     let along: Vec<f64> = list.split(", ").map(|x| x.parse().unwrap()).collect();
     let tangent = Vector3::new(-phi.sin(), phi.cos(), 0.0);
