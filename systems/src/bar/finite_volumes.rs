@@ -253,7 +253,7 @@ impl FiniteVolumes {
         let (fs, fv) = (&mut fs[1..=inner], &mut fv[1..=inner]);
         let inside = &mut losses[1..=inner];
         let tops = &mut tops[1..=inner];
-        let mut wide = false;
+        let (mut wide, scale) = (false, density / WIDE);
         for i in 0..inner {
             let (ds, dv, dl) = (s1[i] - s0[i], v1[i] - v0[i], l1[i] - l0[i]);
             let shock = (density * ds * dl / (dl * dl + 1e-30)).sqrt();
@@ -268,9 +268,9 @@ impl FiniteVolumes {
             fs[i] = ms + to_s;
             fv[i] = mv + to_v;
             inside[i] = loss;
-            // No weak jump, by the slower of its sides.
+            // Perhaps no weak jump, by the slower of its sides.
             let weakest = z0[i].min(z1[i]);
-            wide |= density * (to_s.abs() + 0.5 * ds.abs()) > WIDE * l0[i] * weakest * weakest;
+            wide |= scale * (to_s.abs() + ds.abs()) > l0[i] * weakest * weakest;
         }
         if wide || !self.bends.is_empty() {
             self.solve_exactly(lam, v)?;

@@ -10,11 +10,10 @@ use crate::solve::cost::Cost;
 use crate::solve::integrator::Method;
 use std::sync::Arc;
 
-/// Places within a step at which it is looked whether the mass of a rod is begun to be felt, or given up. Where all are felt, with some room at both ends of the step, they are fewer, and with
-/// ample room there are none.
-const PLACES: [u32; 2] = [8, 4];
-const SOME: f64 = 0.25;
-const AMPLE: f64 = 1.0;
+/// Places within a step at which it is looked whether the mass of a rod is begun to be felt, or given up.
+const PLACES: u32 = 8;
+/// Room at both ends of a step with which masses that are felt stay so.
+const AMPLE: f64 = 0.25;
 /// Room with which a mass ceases to be felt, or begins to be, where that was found: it is 0 there up to rounding.
 const FOUND: f64 = 1e-6;
 /// Where the energy of a rod cannot be told at the tolerance along it, it is told at one that is so much looser.
@@ -89,12 +88,11 @@ impl AssemblyRun {
             (self.due, self.room) = (Some(Vec::new()), Some(after));
             return Some(false);
         }
-        let places = PLACES[usize::from(all_felt && before.min(after) > SOME)];
         let mut step = taken.clone();
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
         let found = step.inside(&mut { f }, &mut cost).and_then(|dense| {
-            let fraction = changes(|x| dense.at(x), places, room_at)?;
+            let fraction = changes(|x| dense.at(x), PLACES, room_at)?;
             let due = self.changing(&assembly, &evaluated(&dense.at(fraction))?, FOUND);
             Some((part(&step, &mut { f }, fraction, &mut cost)?, due))
         });

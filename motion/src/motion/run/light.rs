@@ -12,10 +12,10 @@ use std::ops::ControlFlow;
 /// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
 const MOST_OF_BODY: f64 = 0.1;
 /// Places within a step at which it is looked whether the mass of a rod is begun to be followed, or given up: a body that is turned round may be slow enough for
-/// less than a step, and a fold near for less than one. Of a mass that is followed, with some room at both ends of the step, they are fewer, and with ample room there are none.
-const PLACES: [u32; 2] = [16, 4];
-const SOME: f64 = 0.25;
-const AMPLE: f64 = 1.0;
+/// less than a step, and a fold near for less than one.
+const PLACES: u32 = 16;
+/// Room at both ends of a step with which a mass that is followed stays so. Lows between are not looked for: that would cost a quarter of a step.
+const AMPLE: f64 = 0.25;
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Kinetic energy and potential of the rod.
@@ -142,9 +142,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             (self.due, self.room) = (Some(now), Some(after));
             return false;
         }
-        let places = PLACES[usize::from(now && before.min(after) > SOME)];
         let inside = self.motion.inside();
-        let fraction = inside.and_then(|inside| changes(inside, places, |at| self.room(rod, at)));
+        let fraction = inside.and_then(|inside| changes(inside, PLACES, |at| self.room(rod, at)));
         let ends = fraction.is_some_and(|fraction| self.motion.end_after(fraction));
         self.due = (ends || after > 0.0).then_some(ends != now);
         ends
