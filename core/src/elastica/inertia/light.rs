@@ -35,7 +35,7 @@ const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// So many times that before a fold there is as much room as there need be ([`RodMass::room`]).
 const AMPLE: f64 = 16.0;
 /// Of a fold with as much room as that it is enough to know the least.
-const FAR: f64 = 0.25;
+const FAR: f64 = 0.1;
 /// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
 /// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a

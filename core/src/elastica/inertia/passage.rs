@@ -86,8 +86,6 @@ pub(super) struct Softest {
     along: Vector2<f64>,
     /// ell = -df(z), what the force of the rod changes by.
     force: Vector2<f64>,
-    /// |ell| |dr(z)|, which near a fold, where they are parallel, is 2 B times the distance from it. Elsewhere they may be across each other.
-    stiffness: f64,
 }
 
 impl Softest {
@@ -107,15 +105,19 @@ impl Softest {
         Self {
             along: z,
             force: ell,
-            // `by` is lam dr.
-            stiffness: ell.norm() * (rod.by * z).norm() / i.lam,
         }
+    }
+
+    /// |ell| |dr(z)|, which near a fold, where they are parallel, is 2 B times the distance from it. Elsewhere they may be across each other.
+    fn stiffness(&self, rod: &RodInertia) -> f64 {
+        // `by` is lam dr.
+        self.force.norm() * (rod.by * self.along).norm() / rod.integrals.lam
     }
 
     /// By how many radians `rod`, with its mass along it, sways that way in so long a time.
     pub(super) fn sways(&self, rod: &RodInertia, mass: f64, time: f64) -> f64 {
         let (n, _) = rod.metric();
-        time * (self.stiffness / (mass * self.along.dot(&(n * self.along)))).sqrt()
+        time * (self.stiffness(rod) / (mass * self.along.dot(&(n * self.along)))).sqrt()
     }
 }
 
@@ -167,7 +169,8 @@ mod tests {
             for j in 1..100 {
                 let rod = RodInertia::new(0.01 * f64::from(k), 0.03 * f64::from(j)).unwrap();
                 let soft = Softest::of(&rod);
-                least = least.min(soft.stiffness / soft.along.dot(&(rod.metric().0 * soft.along)));
+                least = least
+                    .min(soft.stiffness(&rod) / soft.along.dot(&(rod.metric().0 * soft.along)));
             }
         }
         assert!(least > 1.0, "{least}");

@@ -244,8 +244,10 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         if near && (shakes || !(beside.shaking < -slack)) {
             return Passage::Shakes;
         }
-        let straight = (self.manifold.held(0.0)).filter(|_| near && beside.steady < slack);
-        let Some(across) = straight.map(|straight| straight.across) else {
+        if !(near && beside.steady < slack) {
+            return Passage::None;
+        }
+        let Some(across) = self.manifold.held(0.0).map(|straight| straight.across) else {
             return Passage::None;
         };
         let mut start = beside.start;
