@@ -31,7 +31,7 @@ pub struct Trial {
 pub struct Pace {
     /// Seconds that the whole duration takes in steps like the last ones.
     pub seconds: f64,
-    /// True if the steps still grow, as those of a rod with friction do that is let go: the rest takes less than that.
+    /// True if the steps still grow, as those of a rod with friction do that is let go: the rest takes less than that, if they shrink no more.
     pub grows: bool,
 }
 
@@ -79,7 +79,7 @@ impl Trial {
         self.whole().filter(|(_, grows)| !grows).map(|(all, _)| all)
     }
 
-    /// Seconds of which it takes less, where its steps still grow.
+    /// Seconds of which it takes less, where its steps still grow and if they shrink no more.
     pub fn at_most(&self) -> Option<f64> {
         self.whole().filter(|(_, grows)| *grows).map(|(all, _)| all)
     }
@@ -134,7 +134,7 @@ impl Trial {
                 long(all)
             ),
             (None, false, Some((all, true))) if all < FAR => format!(
-                "{came}, and its steps still grow: less than {} for the whole, figures and files aside; more --seconds tell it better",
+                "{came}, and its steps still grow: {} for the whole or less, if they shrink no more, figures and files aside; more --seconds tell it better",
                 long(all)
             ),
             (None, false, Some((_, true))) => format!(

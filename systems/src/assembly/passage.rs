@@ -90,7 +90,7 @@ impl Link {
             (q, point),
             Softest::of(&point.end, self.gap_scale(&point.end))?,
         );
-        let swaying = || -> Option<(f64, f64)> {
+        let meanwhile = || -> Option<(f64, f64)> {
             let (left, sways) = self.sways(light, &soft, rod, tolerance)?;
             Some((left, (sways / SWAYS[usize::from(!followed)] - 1.0) / AMPLE))
         };
@@ -99,14 +99,14 @@ impl Link {
         // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
         // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
         if !followed {
-            return Some(swaying().map_or(far, |(_, regular)| far.max(regular)));
+            return Some(meanwhile().map_or(far, |(_, regular)| far.max(regular)));
         }
         let clear = |time: f64| (time / (CLEAR * fold.inertial) - 1.0) / AMPLE;
         let room = far.max(clear(fold.ahead));
         if room > FAR {
             return Some(room);
         }
-        Some(swaying().map_or(room, |(left, regular)| room.max(clear(left)).max(regular)))
+        Some(meanwhile().map_or(room, |(left, regular)| room.max(clear(left)).max(regular)))
     }
 
     /// The time that is left until the fold, and by how many radians the rod sways meanwhile, the way it is softest: t omega, omega^2 = s sigma/M0.
