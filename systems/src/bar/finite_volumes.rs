@@ -305,7 +305,9 @@ impl FiniteVolumes {
                 sigma[l].max(sigma[r]).max(fs[face]),
             );
             let weakest = z[l].min(z[r]);
-            let strain = density * (high - low) / (weakest * weakest);
+            let beyond = (fs[face] - 0.5 * (sigma[l] + sigma[r])).abs();
+            let jump = beyond + 0.5 * (sigma[r] - sigma[l]).abs();
+            let strain = density * jump / (weakest * weakest);
             let bent = strain > FAINT && self.bends.iter().any(|bend| low < *bend && *bend < high);
             if !(bent || strain > WIDE * lam[l]) {
                 continue;
