@@ -12,7 +12,7 @@ use snaprod::motion::{Event, Motion, Options};
 use snaprod::rod::{Rod, SectionMass, Tip};
 use snaprod::section::{Barrier, Linear};
 
-fn light(mass: f64, rotary: [f64; 3], followed: bool) -> Vec<Option<LightRod>> {
+pub(crate) fn light(mass: f64, rotary: [f64; 3], followed: bool) -> Vec<Option<LightRod>> {
     vec![Some(LightRod {
         sections: SectionMass {
             mass,
@@ -22,12 +22,12 @@ fn light(mass: f64, rotary: [f64; 3], followed: bool) -> Vec<Option<LightRod>> {
     })]
 }
 
-const FREE: Tip = Tip::Loaded {
+pub(crate) const FREE: Tip = Tip::Loaded {
     couple: Vector3::new(0.0, 0.0, 0.0),
     arm: Vector3::new(0.0, 0.0, 0.0),
 };
 
-fn random() -> impl FnMut() -> f64 {
+pub(crate) fn random() -> impl FnMut() -> f64 {
     let mut seed = 4711_u64;
     move || {
         seed = seed
@@ -37,7 +37,7 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-fn block(mass: f64, offset: [f64; 3]) -> Carrier {
+pub(crate) fn block(mass: f64, offset: [f64; 3]) -> Carrier {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
     Carrier::rigid(body.with_centre(offset.into()).unwrap())
@@ -135,13 +135,13 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
     }
 }
 
-fn sheared(law: Linear) -> Linear {
+pub(crate) fn sheared(law: Linear) -> Linear {
     let law = law.with_shear([300.0, 200.0]).unwrap();
     law.with_axial(400.0).unwrap()
 }
 
 /// Rates of the bodies, without those of the chart and the integrals.
-fn rates(assembly: &Assembly, state: &DVector<f64>) -> DVector<f64> {
+pub(crate) fn rates(assembly: &Assembly, state: &DVector<f64>) -> DVector<f64> {
     let mut slope = DVector::zeros(state.len());
     assembly
         .write_slope(state, None, 1e-13, &mut slope, |_, _| ())

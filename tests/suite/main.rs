@@ -188,6 +188,7 @@ mod sweeps;
 mod symmetric;
 mod taut;
 mod taut_branches;
+mod taut_loads;
 mod taut_mass;
 mod truss;
 mod viscous;

@@ -202,8 +202,8 @@ impl BothEnds {
             };
             let b = joined(&given.m, &given.n);
             let start = start.map(|beside| &beside.found.shape);
-            let law = &problem.rod.law;
-            let found = solved(law, &b, (&tip, &spring), start, FINER * problem.tolerance)?;
+            let tolerance = FINER * problem.tolerance;
+            let found = solved(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
             Ok(Beside { found, spring })
         };
         let string = given.n.norm() / given.place.norm().max(1e-3);

@@ -216,7 +216,7 @@ impl Distributed {
 }
 
 /// The load in the clamp's frame and the numerics' units: B/L^3.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weight {
     load: Distributed,
     /// Potential in the world of a rod that shrinks to its clamp, in B/L.
@@ -286,6 +286,11 @@ impl Weight {
     /// f all along the rod.
     pub(super) fn total(&self) -> Vector3<f64> {
         self.gathered(1.0)
+    }
+
+    /// Places inside the rod at which it is not smooth.
+    pub(super) fn breaks(&self) -> Vec<f64> {
+        self.load.breaks()
     }
 
     /// The mean of sqrt|n| along the rod whose end bears `force`: the logarithm of how much an error at the clamp grows under a

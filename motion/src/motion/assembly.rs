@@ -193,7 +193,7 @@ impl AssemblyRun {
         let mut at = followed(&assembly, &state)?;
         // From here on a chart changes between steps alone.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
-            let better = assembly.links()[k].better_seen(q, &point.held());
+            let better = assembly.links()[k].better_seen(q, point);
             let felt = assembly.should_feel(k, &at, along);
             let assembly = Arc::make_mut(&mut assembly);
             assembly.see(k, better);

@@ -7,8 +7,8 @@
 //! J q' = xi - E omega,
 //! ```
 //! xi the twist of the attachment seen from the base and omega the spin of the base, along its directors; of a ball joint the first rows
-//! are those of m(1), which stays 0. The taut chart and rods between two ball joints rest on a force that is the same all along the rod, and
-//! have no load.
+//! are those of m(1), which stays 0. Of a taut rod, whose m(0) follows, the turn changes that too, and the force n(0) that it bears beside
+//! its spring. Rods between two ball joints rest on a force along their chord, and have no load.
 
 use super::{Joint, Link, LinkEnd, On};
 use crate::error::{Error, Result};
@@ -34,6 +34,8 @@ pub(super) struct Along {
     pub potential: f64,
     /// d(rotation, position, m(1)) by a turn of the base; 0 where that stands.
     pub turned: SMatrix<f64, 9, 3>,
+    /// d(m(0), n(0)) by the same, of a taut rod.
+    pub base: SMatrix<f64, 6, 3>,
     /// The same of what a motion of the attachment prescribes: the rows of [`LinkEnd::jacobian`].
     pub prescribed: SMatrix<f64, 6, 3>,
 }
@@ -151,6 +153,7 @@ impl Link {
                 total: n - section.force,
                 potential,
                 turned,
+                base: SMatrix::zeros(),
                 prescribed,
             }),
             energy: section.energy,

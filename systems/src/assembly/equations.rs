@@ -187,7 +187,9 @@ impl Frame {
         for (k, (link, q)) in assembly.links().iter().zip(&now.charts).enumerate() {
             let (m, n) = halves(q);
             let [base, tip] = [link.from(), link.to()].map(|site| site.at(0.0, &now.bodies).pose);
-            let taut = n.iter().all(|x| x.is_finite()) && link.is_taut(q, &base.inv_mul(&tip));
+            let held = base.inv_mul(&tip);
+            let finite = n.iter().all(|x| x.is_finite());
+            let taut = finite && link.facing(&base.rotation).is_taut(q, &held);
             if !(taut || m.norm() < WILD.0 && n.norm() < WILD.1) {
                 return Err(Error::ill_conditioned(format!(
                     "{} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \

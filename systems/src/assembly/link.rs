@@ -10,6 +10,7 @@ use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
 use crate::solve::warm::Warm;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
@@ -363,6 +364,9 @@ impl Link {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
         let seen = self.facing(&base.pose.rotation);
         let end = seen.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
+        if let (Some(found), Cow::Owned(_)) = (&end.taut, &seen) {
+            self.warm.keep(found);
+        }
         Ok(self.placed(t, bodies, end))
     }
 

@@ -228,7 +228,7 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-            let better = link.better_seen(&now.charts[k], &point.held());
+            let better = link.better_seen(&now.charts[k], point);
             let (spring, give) = match better {
                 Seen::Taut => (link.better_spring(&point.end), None),
                 _ => (0.0, link.better_give(&point.end)),

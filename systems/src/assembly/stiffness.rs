@@ -172,6 +172,11 @@ impl LinkPoint {
             block -= couple;
             let mut block = by.fixed_view_mut::<3, 3>(9, 0);
             block += (turn * along.total).cross_matrix();
+            let base = |row| turn.matrix() * along.base.fixed_rows::<3>(row) * back.matrix();
+            for (row, change) in [(0, base(0)), (3, base(3)), (9, -base(3))] {
+                let mut block = by.fixed_view_mut::<3, 3>(row, 0);
+                block += change;
+            }
         }
         by
     }

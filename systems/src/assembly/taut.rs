@@ -17,17 +17,21 @@
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
 
-use super::{Joint, Link, LinkEnd};
+use super::along::Along;
+use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
 use std::sync::Arc;
 
-/// (L/B) n.r(1) beyond which a rod is taut, and below which it is slack again; and the same of one whose mass is known. What the base wrench tells of
+/// The pull beyond which a rod is taut, and below which it is slack again; and the same of one whose mass is known. What the base wrench tells of
 /// the mass is the square of what it tells of the end, and so are the digits that it loses.
 const TAUT: [f64; 2] = [100.0, 36.0];
 const SLACK: [f64; 2] = [64.0, 25.0];
+
+/// Places along a rod at which the force in it is looked at.
+const PARTS: usize = 16;
 
 /// What the chart of a rod stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -58,9 +62,27 @@ impl Link {
         link
     }
 
-    /// (L/B) n.r(1), of a rod that holds its end at `held`.
-    fn pull(&self, q: &Wrench, held: &Isometry3<f64>) -> f64 {
-        halves(q).1.dot(&held.translation.vector) / self.rod.length()
+    /// (L/B) n.r(1), of a rod that holds its end at `held`; of one under a load along it, which `gathered` has in B/L^2 from the base to
+    /// x = s/L, the square of the mean root of that with n(s), for errors at the base grow by its exponential on the way to the end.
+    fn pull(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        gathered: Option<&dyn Fn(f64) -> Vector3<f64>>,
+    ) -> f64 {
+        let along = |n: Vector3<f64>| n.dot(&held.translation.vector) / self.rod.length();
+        let n = halves(q).1;
+        gathered.map_or_else(
+            || along(n),
+            |gathered| {
+                let root = |k: usize| {
+                    let x = (k as f64 + 0.5) / PARTS as f64;
+                    along(n - gathered(x)).max(0.0).sqrt()
+                };
+                let mean = (0..PARTS).map(root).sum::<f64>() / PARTS as f64;
+                mean * mean
+            },
+        )
     }
 
     /// Sets the spring beside a taut rod's end, in B/L^3: a chart between a neutral force and a fold.
@@ -100,12 +122,17 @@ impl Link {
     }
 
     /// What its chart should stand for, with hysteresis.
-    pub fn better_seen(&self, q: &Wrench, held: &Isometry3<f64>) -> Seen {
-        if self.joint == Joint::Pins || self.load.is_some() {
+    pub fn better_seen(&self, q: &Wrench, point: &LinkPoint) -> Seen {
+        if self.joint == Joint::Pins {
             return Seen::FromBase;
         }
         let borders = if self.seen == Seen::Taut { SLACK } else { TAUT };
-        if self.pull(q, held) > borders[usize::from(self.keeps_trace)] {
+        let unit = self.rod.length() / self.units()[3];
+        let gathered = self.distributed().map(|load| {
+            move |x: f64| point.base.pose.rotation.inverse() * (load.gathered(x) * unit)
+        });
+        let gathered = gathered.as_ref().map(|gathered| gathered as _);
+        if self.pull(q, &point.held(), gathered) > borders[usize::from(self.keeps_trace)] {
             Seen::Taut
         } else {
             Seen::FromBase
@@ -113,11 +140,16 @@ impl Link {
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
-        if self.joint == Joint::Pins || self.load.is_some() {
+        if self.joint == Joint::Pins {
             return false;
         }
+        let pull = || {
+            let unit = self.rod.length() / self.units()[3];
+            let gathered = (self.borne()).map(|load| move |x: f64| load.gathered(x) * unit);
+            self.pull(q, held, gathered.as_ref().map(|gathered| gathered as _))
+        };
         match self.seen {
-            Seen::ByPull => self.pull(q, held) > TAUT[usize::from(self.keeps_trace)],
+            Seen::ByPull => pull() > TAUT[usize::from(self.keeps_trace)],
             seen => seen == Seen::Taut,
         }
     }
@@ -177,13 +209,34 @@ impl Link {
                 drive.fixed_view_mut::<3, 3>(row, 0).copy_from(&by);
             }
         }
-        let m = halves(&found.base).0;
+        let (m, n) = halves(&found.base);
+        let along = self.borne().map(|_| {
+            let mut along = Along {
+                total: n - found.end.force,
+                potential: found.potential,
+                turned: SMatrix::zeros(),
+                base: SMatrix::zeros(),
+                prescribed: SMatrix::zeros(),
+            };
+            if let Some(by) = &found.by_turn {
+                for (row, by) in [(0, by.turn), (3, by.position), (6, by.couple)] {
+                    along.turned.fixed_rows_mut::<3>(row).copy_from(&by);
+                }
+                for (row, by) in [(0, by.base_couple), (3, by.position * -stiffness)] {
+                    along.base.fixed_rows_mut::<3>(row).copy_from(&by);
+                }
+                for (row, by) in [(0, -by.base_couple), (3, by.position)] {
+                    along.prescribed.fixed_rows_mut::<3>(row).copy_from(&by);
+                }
+            }
+            along
+        });
         Ok(LinkEnd {
             pose: found.end.pose(),
             base_couple: m,
             couple: found.end.couple,
-            force: found.end.force,
-            along: None,
+            force: n,
+            along,
             energy: found.end.energy,
             tangent,
             resultants,
@@ -222,10 +275,11 @@ impl Link {
         let base = q.component_mul(&self.units());
         let spring = self.spring_beside(held);
         let last = self.warm.last();
+        let load = (self.borne(), self.base_turns());
         let begun = |start: Option<&Taut>| {
             let found = self
                 .rod
-                .taut_beside(&base, (&tip, &spring), start, tolerance)?;
+                .taut_beside(&base, (&tip, &spring), load, start, tolerance)?;
             let off = (found.end.position - held.translation.vector).norm();
             let units = self.units();
             let couple = (halves(&found.base).0 / units[0] - halves(q).0).norm();

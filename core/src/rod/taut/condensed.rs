@@ -47,9 +47,9 @@ pub(super) struct Variations {
     by_turn: [Matrix3<f64>; STAGES],
     way_by_turn: [Matrix3<f64>; STAGES],
     /// What phi' and mu' have of dn.
-    by_force: [[Matrix3<f64>; 2]; STAGES],
+    pub by_force: [[Matrix3<f64>; 2]; STAGES],
     /// [n].
-    pull: Matrix3<f64>,
+    pull: [Matrix3<f64>; STAGES],
     /// The stages of mu by what mu' has of everything but mu, if shear and flexure are coupled.
     transfer: Option<DMatrix<f64>>,
 }
@@ -90,8 +90,8 @@ impl Pulled<'_> {
     ) -> Result<Option<Variations>> {
         let (h, kappa) = (to - from, self.kappa);
         let slopes = self.slopes((from, to), stages)?;
-        let pull = self.n.cross_matrix();
         let zero = Matrix3::zeros();
+        let mut pull = [zero; STAGES];
         let mut by_turn = [zero; STAGES];
         let mut way_by_turn = [zero; STAGES];
         let mut by_force = [[zero; 2]; STAGES];
@@ -99,9 +99,10 @@ impl Pulled<'_> {
             let [uu, uv, vu, vv] = &slope.e;
             let bend = stages[i].m.cross_matrix();
             let along = slope.r.cross_matrix();
-            by_turn[i] = uu * bend + uv * pull;
-            way_by_turn[i] = vu * bend + vv * pull - along;
-            by_force[i] = [*uv, (pull * vv - along) / kappa];
+            pull[i] = slope.n.cross_matrix();
+            by_turn[i] = uu * bend + uv * pull[i];
+            way_by_turn[i] = vu * bend + vv * pull[i] - along;
+            by_force[i] = [*uv, (pull[i] * vv - along) / kappa];
         }
         let mut found = Variations {
             h,
@@ -113,7 +114,8 @@ impl Pulled<'_> {
             pull,
             transfer: None,
         };
-        let coupled = found.slopes.iter().any(|slope| pull * slope.e[2] != zero);
+        let mut shears = found.slopes.iter().zip(&pull);
+        let coupled = shears.any(|(slope, pull)| pull * slope.e[2] != zero);
         if coupled {
             found.transfer = found.transferred();
         }
@@ -140,7 +142,7 @@ impl Pulled<'_> {
             let off = product(&(slope.turn * by.h - turn), &conjugate(&stages[i].turn))
                 / stages[i].turn.norm_squared();
             left.turned[i] = 2.0 * Vector3::new(off[1], off[2], off[3]);
-            left.bent[i] = (self.n.cross(&slope.r) * by.h - couple) / self.kappa;
+            left.bent[i] = (slope.n.cross(&slope.r) * by.h - couple) / self.kappa;
             for (length, a) in left.lengths.iter_mut().zip(&scheme.integrate) {
                 *length += a[i] * off[0];
             }
@@ -173,7 +175,7 @@ impl Variations {
             for j in 0..STAGES {
                 let mut block = Matrix3::identity() * scheme.differentiate[i][j];
                 if i == j {
-                    block -= self.pull * self.slopes[i].e[2] * self.h;
+                    block -= self.pull[i] * self.slopes[i].e[2] * self.h;
                 }
                 matrix
                     .fixed_view_mut::<3, 3>(3 * i, 3 * j)
@@ -204,7 +206,7 @@ impl Variations {
 
     /// h of what mu' at stage `k` has of phi.
     fn pull(&self, k: usize) -> Matrix3<f64> {
-        self.pull * self.way_by_turn[k] * (self.h / self.kappa)
+        self.pull[k] * self.way_by_turn[k] * (self.h / self.kappa)
     }
 
     /// The interval with its stages eliminated, nothing left over; None where they are singular.

@@ -172,11 +172,11 @@ impl Pulled<'_> {
             let mut strains = [Strain::zeros(); STAGES];
             for ((x, at), strain) in nodes.iter().zip(sections).zip(&mut strains) {
                 let turn = frame(&at.turn);
-                let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&shape.n));
+                let s = pair[0] + x * (pair[1] - pair[0]);
+                let n = self.under(&shape.n).force(s);
+                let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&n));
                 let local = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
-                *strain = self
-                    .inverse(pair[0] + x * (pair[1] - pair[0]), &local)?
-                    .strain;
+                *strain = self.inverse(s, &local)?.strain;
             }
             stages.push(strains);
         }
@@ -226,7 +226,7 @@ impl Pulled<'_> {
                 };
                 if found
                     .as_ref()
-                    .is_none_or(|(_, lowest, _)| solved.energy < lowest.energy)
+                    .is_none_or(|(_, lowest, _)| solved.whole_energy() < lowest.whole_energy())
                 {
                     found = Some((way, solved, spring));
                 }
@@ -254,14 +254,14 @@ impl Pulled<'_> {
             stiffness: f64::INFINITY,
             at,
         };
-        let there = Self::new(self.law, shape.n);
+        let there = self.bearing(shape.n);
         let shape = there.refined(shape, tip, &held, tolerance)?.shape;
         // What it bears is known: beside a spring it is the same.
         let spring = Spring {
             stiffness: BESIDE * shape.n.norm() / at.norm(),
             at,
         };
-        let there = Self::new(self.law, shape.n);
+        let there = self.bearing(shape.n);
         Ok((there.refined(shape, tip, &spring, tolerance)?, spring))
     }
 
@@ -270,7 +270,7 @@ impl Pulled<'_> {
             return false;
         };
         let axes = [0, 1, 2].map(|i| Vector3::ith(i, 1.0));
-        let there = Self::new(self.law, found.shape.n);
+        let there = self.bearing(found.shape.n);
         let compliance = spring.alone(&found.by_force.position);
         compliance.is_ok_and(|compliance| {
             let index = there.index(&found.shape, tip, &compliance, &axes);
@@ -333,10 +333,8 @@ impl Pulled<'_> {
                 step: h,
             };
             let creeping = Pulled {
-                law: self.law,
-                n: self.n,
-                kappa: self.kappa,
                 creeping: Some(&step),
+                ..*self
             };
             let mut next = shape.clone();
             let taken = creeping.newton(&mut next, tip, &held, TOLERANCE);

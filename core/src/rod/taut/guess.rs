@@ -7,7 +7,8 @@ use crate::error::{Error, Result};
 use crate::math::se3::{
     Turn, conjugate, exponential, frame, halves, identity, product, rotation_vector,
 };
-use crate::rod::line::{Wrench, sections};
+use crate::rod::line::{LineState, Wrench, loaded_sections, sections};
+use crate::rod::weight::{Carried, Heavy};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::TAU;
 
@@ -99,7 +100,13 @@ impl Pulled<'_> {
         }
         let pieces = self.law.pieces();
         let breaks = pieces.iter().skip(1).map(|(from, _)| *from);
-        Ok(places(lam.max(1.0), breaks, tolerance, longest))
+        let loads = self.weight.iter().flat_map(|weight| weight.breaks());
+        Ok(places(
+            lam.max(1.0),
+            breaks.chain(loads),
+            tolerance,
+            longest,
+        ))
     }
 
     /// The same without layers, where sections turn at the rate `lam`.
@@ -116,20 +123,23 @@ impl Pulled<'_> {
             at.extend(inner.map(|x| pair[0] + x * (pair[1] - pair[0])));
             at.push(pair[1]);
         }
-        let (m0, n) = halves(b);
-        let found = sections::<0>(self.law, b, FINE, &at).ok()?;
-        let all: Vec<Section> = found
-            .iter()
-            .map(|at| Section {
-                turn: at.turn(),
-                m: m0 - at.position().cross(&n),
-            })
-            .collect();
+        let n = halves(b).1;
+        let all = match self.weight {
+            None => told(&sections::<0>(self.law, b, FINE, &at).ok()?, b, &()),
+            Some(weight) => {
+                let rod = (self.law, weight);
+                told(
+                    &loaded_sections::<0, Heavy<0>>(rod, b, FINE, &at).ok()?,
+                    b,
+                    weight,
+                )
+            }
+        };
         let last = all.last()?;
         let missed = match tip {
             Tip::Turned(target) => rotation_vector(&(target * frame(&last.turn).transpose())),
             Tip::Loaded { couple, arm } => {
-                (couple + (frame(&last.turn) * arm).cross(&n) - last.m) / self.kappa
+                (couple + (frame(&last.turn) * arm).cross(&self.force(1.0)) - last.m) / self.kappa
             }
         };
         (missed.norm() < MISSED).then(|| Shape {
@@ -147,14 +157,15 @@ impl Pulled<'_> {
     /// sqrt(c |n|) of the steeper flexure at `s`, and the mean flexure.
     fn lam(&self, s: f64, local: &Wrench) -> Result<(f64, f64)> {
         let c = self.law.inverse(s, local)?.compliance.matrix();
-        let lam = (c[(0, 0)].max(c[(1, 1)]) * self.n.norm()).sqrt();
+        let most = self.n.norm().max(self.force(1.0).norm());
+        let lam = (c[(0, 0)].max(c[(1, 1)]) * most).sqrt();
         Ok((lam, 0.5 * (c[(0, 0)] + c[(1, 1)])))
     }
 
-    /// Straight along the force between its layers.
+    /// Straight along the force between its layers, a string where a load along the rod turns that.
     pub(super) fn guessed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Result<Shape> {
         let (m0, n) = halves(b);
-        let pull = n.normalize();
+        let (pull, at_end) = (n.normalize(), self.force(1.0));
         let about = match tip {
             Tip::Turned(_) => m0.dot(&pull),
             Tip::Loaded { couple, .. } => couple.dot(&pull),
@@ -167,13 +178,22 @@ impl Pulled<'_> {
         let first = Layer::new(&Vector3::z(), &n, near);
         let straight = first.turn(first.angle);
         let twisted = middle.strain[2];
+        // Turns the force at the base into that at a place.
+        let swung = |s: f64| match self.weight {
+            None => identity(),
+            Some(_) => {
+                let string = Layer::new(&pull, &self.force(s), near);
+                string.turn(string.angle)
+            }
+        };
         let (last, twist) = match tip {
             Tip::Loaded { arm, .. } => {
                 let end = product(&exponential(&(pull * twisted)), &straight);
-                (Layer::beside(&(frame(&end) * arm), &n, far), twisted)
+                let end = product(&swung(1.0), &end);
+                (Layer::beside(&(frame(&end) * arm), &at_end, far), twisted)
             }
             Tip::Turned(target) => {
-                let layer = Layer::new(&target.column(2).into_owned(), &n, far);
+                let layer = Layer::new(&target.column(2).into_owned(), &at_end, far);
                 let wanted = UnitQuaternion::from_rotation_matrix(
                     &Rotation3::from_matrix_unchecked(*target),
                 );
@@ -181,8 +201,9 @@ impl Pulled<'_> {
                     &layer.turn(layer.angle),
                     &Turn::new(wanted.w, wanted.i, wanted.j, wanted.k),
                 );
-                let between = product(&end, &conjugate(&straight));
+                let between = product(&end, &conjugate(&product(&swung(1.0), &straight)));
                 // A rotation about the pull.
+                let pull = at_end.normalize();
                 let along = Vector3::new(between[1], between[2], between[3]).dot(&pull);
                 let angle = 2.0 * along.atan2(between[0]);
                 let angle = angle - TAU * (angle / TAU).round();
@@ -198,7 +219,8 @@ impl Pulled<'_> {
         };
         let section = |s: f64| {
             let mut turn = product(&exponential(&(pull * (twist * s))), &straight);
-            let mut m = pull * couple;
+            turn = product(&swung(s), &turn);
+            let mut m = self.force(s).normalize() * couple;
             if let Some(layer) = &last {
                 let left = layer.left(1.0 - s);
                 turn = product(&layer.turn(-left), &turn);
@@ -227,4 +249,13 @@ impl Pulled<'_> {
         };
         Ok(shape)
     }
+}
+
+/// Frames and couples of sections.
+fn told<C: Carried<0>>(found: &[LineState<0, C>], b: &Wrench, load: &C::Load) -> Vec<Section> {
+    let section = |at: &LineState<0, C>| Section {
+        turn: at.turn(),
+        m: at.resultants(b, load).0,
+    };
+    found.iter().map(section).collect()
 }

@@ -6,6 +6,8 @@ use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, joined};
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::path::{Path, Taken};
+use crate::rod::scaled_law::ScaledLaw;
+use crate::rod::weight::Weight;
 use crate::rod::{Plane, Problem, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -26,6 +28,11 @@ const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
 const RANGE: (f64, f64) = (3.0, 1e6);
 
 impl Problem {
+    /// The law and the load along the rod.
+    pub(in crate::rod) fn bearing(&self) -> (&ScaledLaw, Option<&Weight>) {
+        (&self.rod.law, self.weight.as_ref())
+    }
+
     pub(in crate::rod) fn tip(&self) -> Tip {
         match self.orientation {
             Some(directors) => Tip::Turned(directors),
@@ -60,7 +67,7 @@ impl Problem {
             return None;
         }
         let found = solved(
-            &self.rod.law,
+            self.bearing(),
             b,
             (&self.tip(), &Spring::NONE),
             None,
@@ -79,7 +86,7 @@ impl Problem {
             .filter(|(held, _)| *held)
             .map(|(_, axis)| *axis)
             .collect();
-        let pulled = Pulled::new(&self.rod.law, found.shape.n);
+        let pulled = Pulled::new(self.bearing(), found.shape.n);
         let alone = spring.alone(&found.by_force.position)?;
         pulled.index(&found.shape, &self.tip(), &alone, &axes)
     }
@@ -93,7 +100,7 @@ impl Problem {
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
         let borne = n + (found.position - spring.at) * spring.stiffness;
-        let pulled = Pulled::new(&self.rod.law, borne);
+        let pulled = Pulled::new(self.bearing(), borne);
         let tip = self.tip();
         let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
         let sections = sections.iter().zip(at);
@@ -173,7 +180,7 @@ impl Problem {
         let mut last = match from_guess {
             true => None,
             false => {
-                let straight = Pulled::new(&self.rod.law, n);
+                let straight = Pulled::new(self.bearing(), n);
                 Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
             }
         };
@@ -185,7 +192,7 @@ impl Problem {
         for _ in 0..STEPS {
             let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
             let found = solved(
-                &self.rod.law,
+                self.bearing(),
                 &b,
                 (&tip, &Spring::NONE),
                 last.as_ref(),
@@ -252,7 +259,7 @@ impl Problem {
                     .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
                 let end = (&self.tip(), &Spring::NONE);
                 found = solved(
-                    &self.rod.law,
+                    self.bearing(),
                     &joined(&m, &force),
                     end,
                     start.as_ref(),

@@ -104,7 +104,7 @@ impl Pulled<'_> {
             // A dead force beside the end.
             let last = &shape.nodes[shape.nodes.len() - 1];
             let (n, c) = (
-                self.n.cross_matrix(),
+                self.force(1.0).cross_matrix(),
                 (frame(&last.turn) * arm).cross_matrix(),
             );
             end -= (n * c + c * n) * (0.5 / self.kappa);
@@ -120,15 +120,14 @@ impl Pulled<'_> {
         functions: &[Function; INNER + 2],
     ) -> Result<DMatrix<f64>> {
         let h = to - from;
-        let pull = self.n.cross_matrix();
         let mut sum = DMatrix::zeros(SIZE, SIZE);
         for (i, slope) in self.slopes((from, to), stages)?.iter().enumerate() {
             let [uu, uv, vu, vv] = &slope.e;
-            let bend = stages[i].m.cross_matrix();
+            let (bend, pull) = (stages[i].m.cross_matrix(), slope.n.cross_matrix());
             let a = uu * bend * 0.5 + uv * pull;
             // p' = mu' + (m' x phi + m x phi')/2, all over kappa.
             let way = vu * bend + vv * pull - slope.r.cross_matrix();
-            let couple = self.n.cross(&slope.r).cross_matrix();
+            let couple = slope.n.cross(&slope.r).cross_matrix();
             let g =
                 (pull * way - pull * vu * bend * 0.5 + couple * 0.5 + bend * a * 0.5) / self.kappa;
             let g = (g + g.transpose()) * 0.5;

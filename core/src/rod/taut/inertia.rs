@@ -13,6 +13,7 @@
 use super::chain::{Answers, Chained, Forces, Hold, REST, chain, follow};
 use super::condensed::{Block, Condensed, Residual, Variations};
 use super::interval::{Pulled, STAGES, Scheme};
+use super::loaded::Turning;
 use super::{Shape, Spring, Taut, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::frame;
@@ -32,36 +33,36 @@ pub enum Rates {
 }
 
 /// By the force or the place, by the turn (or couple) of the end, and 1.
-type Columns = SMatrix<f64, 3, 7>;
+pub(super) type Columns = SMatrix<f64, 3, 7>;
 
 /// A stage that varies.
-struct Varied {
-    turn: Columns,
-    couple: Columns,
-    place: Columns,
+pub(super) struct Varied {
+    pub turn: Columns,
+    pub couple: Columns,
+    pub place: Columns,
     /// d(place)/ds.
-    slope: Columns,
+    pub slope: Columns,
 }
 
 /// The variations of all intervals, and what holds the end.
-struct Swept<'a> {
-    pulled: &'a Pulled<'a>,
+pub(super) struct Swept<'a> {
+    pub pulled: &'a Pulled<'a>,
     shape: &'a Shape,
     tip: &'a Tip,
     hold: Hold,
-    intervals: Vec<Variations>,
+    pub intervals: Vec<Variations>,
 }
 
 /// What the right-hand sides of all intervals make of the rod.
-struct Answered {
-    condensed: Vec<Condensed>,
-    nodes: Vec<Answers>,
-    force: Forces,
+pub(super) struct Answered {
+    pub condensed: Vec<Condensed>,
+    pub nodes: Vec<Answers>,
+    pub force: Forces,
 }
 
 impl<'a> Swept<'a> {
     /// None where a stage is singular.
-    fn new(
+    pub fn new(
         pulled: &'a Pulled<'a>,
         (shape, tip): (&'a Shape, &'a Tip),
         hold: Hold,
@@ -84,12 +85,12 @@ impl<'a> Swept<'a> {
     }
 
     /// The intervals with their stages eliminated; None where one is singular.
-    fn condensed(&self) -> Option<Vec<Condensed>> {
+    pub fn condensed(&self) -> Option<Vec<Condensed>> {
         self.intervals.iter().map(Variations::condensed).collect()
     }
 
     /// The answers to unit rates of what holds the end, and to what is left over in the intervals; None where the rod is singular.
-    fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
+    pub fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
         end.right.column_mut(REST).fill(0.0);
@@ -102,7 +103,7 @@ impl<'a> Swept<'a> {
     }
 
     /// The stages of interval `k`, whose place at its start is `start`; and the place at its end.
-    fn stages(
+    pub fn stages(
         &self,
         k: usize,
         answered: &Answered,
@@ -140,6 +141,8 @@ struct Motion<'a> {
     spin: Vector3<f64>,
     /// Columns by the rates of what holds the end.
     columns: SMatrix<f64, 7, 6>,
+    /// What a load along the rod makes of turns of the base.
+    turning: Option<Turning>,
 }
 
 impl Motion<'_> {
@@ -153,18 +156,26 @@ impl Motion<'_> {
     ) -> (Moving, Vector3<f64>) {
         let (spin, rates) = (&self.spin, &self.rates);
         let at = &self.swept.shape.stages[k][i];
-        let n = self.swept.pulled.n;
-        let moving = Moving {
+        let along = &self.swept.intervals[k].slopes[i];
+        let mut moving = Moving {
             turn: frame(&at.turn),
             r,
             omega: spin + varied.turn * rates,
             v: spin.cross(&r) + varied.place * rates,
             m: at.m,
-            n,
+            n: along.n,
             m_t: spin.cross(&at.m) + varied.couple * rates,
-            n_t: spin.cross(&n) + force * rates,
+            n_t: spin.cross(&self.swept.pulled.n) + force * rates,
         };
-        let slope = spin.cross(&self.swept.intervals[k].slopes[i].r) + varied.slope * rates;
+        let mut slope = spin.cross(&along.r) + varied.slope * rates;
+        if let Some(turning) = &self.turning {
+            let by = &turning.stages[k][i];
+            moving.omega += by.turn * spin;
+            moving.v += by.place * spin;
+            moving.m_t += by.couple * spin;
+            moving.n_t += turning.force * spin;
+            slope += by.slope * spin;
+        }
         (moving, slope)
     }
 
@@ -205,9 +216,17 @@ impl Motion<'_> {
     }
 
     /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; None where the law refuses.
-    fn inertia(&self, rotary: &Vector3<f64>) -> Result<Option<(Sums<9>, Second, Vector3<f64>)>> {
+    fn inertia(
+        &mut self,
+        rotary: &Vector3<f64>,
+    ) -> Result<Option<(Sums<9>, Second, Vector3<f64>)>> {
+        let mut condensed = self.swept.condensed().ok_or_else(neutral)?;
+        if self.swept.pulled.weight.is_some() {
+            let found = Turning::of(&self.swept, condensed).ok_or_else(neutral)?;
+            condensed = found.1;
+            self.turning = Some(found.0);
+        }
         let swept = &self.swept;
-        let condensed = swept.condensed().ok_or_else(neutral)?;
         let first = swept.answered(condensed).ok_or_else(neutral)?;
         let Some(left) = self.quadratic(&first) else {
             return Ok(None);
@@ -222,7 +241,7 @@ impl Motion<'_> {
             let (stages, reached) = self.swept.stages(k, &found, left, &place);
             for (i, (varied, r)) in stages.iter().zip(places).enumerate() {
                 let (at, _) = self.moving((k, i), r, varied, &found.force);
-                let tangent = self.tangent(varied, &r);
+                let tangent = self.tangent((k, i), varied, &r);
                 let second = second(&varied.turn, &varied.place);
                 let weight = h * Scheme::get().weights[i];
                 sums.add(weight, (&tangent, &at), &second, rotary);
@@ -236,11 +255,16 @@ impl Motion<'_> {
     }
 
     /// By the rates of what holds the end, and by a turn of the base, which is one of the whole rod.
-    fn tangent(&self, varied: &Varied, r: &Vector3<f64>) -> Tangent<9> {
-        let rows = [
+    fn tangent(&self, (k, i): (usize, usize), varied: &Varied, r: &Vector3<f64>) -> Tangent<9> {
+        let mut rows = [
             (varied.turn * self.columns, Matrix3::identity()),
             (varied.place * self.columns, -r.cross_matrix()),
         ];
+        if let Some(turning) = &self.turning {
+            let by = &turning.stages[k][i];
+            rows[0].1 += by.turn;
+            rows[1].1 += by.place;
+        }
         let by = std::array::from_fn(|i| {
             let (rates, spin) = &rows[i / 3];
             std::array::from_fn(|k| match k {
@@ -264,13 +288,13 @@ fn second(turn: &Columns, place: &Columns) -> Second {
     })
 }
 
-fn neutral() -> Error {
+pub(super) fn neutral() -> Error {
     Error::ill_conditioned("the motion of a taut rod is undefined: it is neutral as it is held")
 }
 
 impl Rates {
     /// What gives the force of a rod beside `spring`, forces measured by `unit`; and what its columns are by these rates.
-    fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
+    pub(super) fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
         let (give, stiffness, per) = match self {
             Self::End => (0.0, unit, unit),
             Self::Force => (1.0, spring.stiffness, 1.0),
@@ -306,16 +330,17 @@ impl Rod {
         (found, rates): (&Taut, Rates),
         motion: &Swaying,
     ) -> Result<Generalized> {
-        let pulled = Pulled::new(&self.law, found.shape.n);
+        let pulled = self.pulled(found, found.shape.n);
         let unit = pulled.kappa * pulled.kappa;
         let (hold, columns) = rates.held(&found.tip, &found.spring, unit);
         let swept = Swept::new(&pulled, (&found.shape, &found.tip), hold)?.ok_or_else(neutral)?;
-        let motion = Motion {
+        let mut motion = Motion {
             swept,
             sections: Strained::of(self),
             rates: columns * motion.rate,
             spin: motion.spin,
             columns,
+            turning: None,
         };
         let (sums, end, couple) = (motion.inertia(&mass.per_mass(self.length))?)
             .ok_or_else(|| self.refused(&self.inward(&found.base)))?;

@@ -7,6 +7,7 @@
 //! In this form no stage slope, which may be of the size of lam h, is added up: it holds for any lam h.
 
 use super::super::scaled_law::{Response, ScaledLaw};
+use super::super::weight::Weight;
 use super::fall::Creeping;
 use crate::error::Result;
 use crate::math::gauss::Rule;
@@ -95,6 +96,8 @@ pub(super) struct Passed {
     /// r(1) - r(0).
     pub way: Vector3<f64>,
     pub energy: f64,
+    /// int f.(r - r(0)) ds of the load along it.
+    pub work: f64,
     /// Estimated error of frame and couple over kappa at its end.
     pub error: f64,
     /// By how much sections turn along it, in radians.
@@ -107,19 +110,58 @@ pub(super) struct Slope {
     /// R u of the strains, and r' = R v.
     u: Vector3<f64>,
     pub r: Vector3<f64>,
+    /// The force n(s).
+    pub n: Vector3<f64>,
     energy: f64,
     /// R C R^T by blocks: uu, uv, vu, vv.
     pub e: [Matrix3<f64>; 4],
 }
 
 /// The rod under a given force.
+#[derive(Clone, Copy)]
 pub(super) struct Pulled<'a> {
     pub law: &'a ScaledLaw,
+    /// n(0): all along the rod, if it bears no load there.
     pub n: Vector3<f64>,
+    /// The load along it.
+    pub weight: Option<&'a Weight>,
     /// The unit of couples: sqrt|n|.
     pub kappa: f64,
     /// A step of the fast layer, if this is one.
     pub creeping: Option<&'a Creeping>,
+}
+
+impl<'a> Pulled<'a> {
+    pub(super) fn new((law, weight): (&'a ScaledLaw, Option<&'a Weight>), n: Vector3<f64>) -> Self {
+        let mut pulled = Self {
+            law,
+            n,
+            weight,
+            kappa: 1.0,
+            creeping: None,
+        };
+        let most = n.norm().max(pulled.force(1.0).norm());
+        pulled.kappa = most.sqrt().max(1.0);
+        pulled
+    }
+
+    /// The same rod under another force n(0), and couples measured by that.
+    pub(super) fn bearing(&self, n: Vector3<f64>) -> Self {
+        Self::new((self.law, self.weight), n)
+    }
+
+    /// The same rod under another force n(0), couples measured alike.
+    pub(super) fn under(&self, n: &Vector3<f64>) -> Self {
+        Self { n: *n, ..*self }
+    }
+
+    /// n(s) = n(0) - int_0^s f.
+    pub(super) fn force(&self, s: f64) -> Vector3<f64> {
+        match self.weight {
+            None => self.n,
+            Some(weight) => self.n - weight.gathered(s),
+        }
+    }
 }
 
 impl Pulled<'_> {
@@ -134,7 +176,8 @@ impl Pulled<'_> {
 
     fn slope(&self, s: f64, at: &Section) -> Result<Slope> {
         let turn = frame(&at.turn);
-        let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&self.n));
+        let force = self.force(s);
+        let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&force));
         let local = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
         let inverse = self.inverse(s, &local)?;
         let (u, v) = (
@@ -147,6 +190,7 @@ impl Pulled<'_> {
             turn: spin(&at.turn, &u),
             u: turn * u,
             r: turn * v,
+            n: force,
             energy: inverse.energy,
             e: [block(0, 0), block(0, 3), block(3, 0), block(3, 3)],
         })
@@ -173,21 +217,26 @@ impl Pulled<'_> {
     pub fn passed(&self, (from, to): (f64, f64), stages: &[Section; STAGES]) -> Result<Passed> {
         let (scheme, h) = (Scheme::get(), to - from);
         let slopes = self.slopes((from, to), stages)?;
-        let (mut way, mut energy) = (Vector3::zeros(), 0.0);
+        let (mut way, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
         let mut modes = [Vector6::<f64>::zeros(); 3];
         let (mut rate, mut turn) = (0.0_f64, 0.0_f64);
         for (j, slope) in slopes.iter().enumerate() {
             let weight = h * scheme.weights[j];
             way += slope.r * weight;
             energy += slope.energy * weight;
-            let couple = self.n.cross(&slope.r) / self.kappa;
+            if let Some(load) = self.weight {
+                let parts = slopes.iter().zip(&scheme.integrate[j]);
+                let place = parts.fold(Vector3::zeros(), |sum, (at, a)| sum + at.r * (h * a));
+                work += weight * load.density(from + scheme.nodes[j] * h).dot(&place);
+            }
+            let couple = slope.n.cross(&slope.r) / self.kappa;
             for (mode, by) in modes.iter_mut().zip(&scheme.modes) {
                 for i in 0..3 {
                     mode[i] += h * by[j] * slope.u[i];
                     mode[3 + i] += h * by[j] * couple[i];
                 }
             }
-            let growth = (slope.e[0].norm() * self.n.norm()).sqrt();
+            let growth = (slope.e[0].norm() * slope.n.norm()).sqrt();
             rate = rate.max(growth + slope.u.norm());
             turn = turn.max(h * slope.u.norm());
         }
@@ -206,6 +255,7 @@ impl Pulled<'_> {
         Ok(Passed {
             way,
             energy,
+            work,
             error: tail * green.min(1.0),
             turn,
         })

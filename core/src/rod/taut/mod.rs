@@ -14,12 +14,14 @@ mod held;
 mod index;
 mod inertia;
 mod interval;
+mod loaded;
 mod mesh;
 mod pulled;
 mod spring;
 
 use super::line::Wrench;
 use super::scaled_law::ScaledLaw;
+use super::weight::Weight;
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, rotation_vector};
 use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow, rest};
@@ -65,6 +67,8 @@ pub(in crate::rod) struct Solved {
     pub base_couple: Vector3<f64>,
     pub position: Vector3<f64>,
     pub energy: f64,
+    /// int f.r ds of the load along it.
+    pub work: f64,
     /// Derivatives by the force given, and by the turn (or couple) of the end.
     pub by_force: Derivatives,
     pub by_tip: Derivatives,
@@ -86,6 +90,13 @@ pub struct Derivatives {
     pub turn: Matrix3<f64>,
     /// Position of the end.
     pub position: Matrix3<f64>,
+}
+
+impl Solved {
+    /// Stored energy and the potential of the load, but for a constant.
+    fn whole_energy(&self) -> f64 {
+        self.energy - self.work
+    }
 }
 
 /// Newton steps at most, and meshes tried.
@@ -197,13 +208,13 @@ struct Correction {
     size: f64,
 }
 
-/// The rod under the base wrench's force `b.n`, borne with `spring`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is
+/// The rod, and the load along it, under the base wrench's force `b.n`, borne with `spring`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is
 /// meant. To `tolerance` in turns and couples over sqrt|n|.
 ///
 /// # Errors
 /// A law that refuses; no convergence.
 pub(in crate::rod) fn solved(
-    law: &ScaledLaw,
+    rod: (&ScaledLaw, Option<&Weight>),
     b: &Wrench,
     (tip, spring): (&Tip, &Spring),
     start: Option<&Shape>,
@@ -211,36 +222,30 @@ pub(in crate::rod) fn solved(
 ) -> Result<Solved> {
     let tolerance = tolerance.clamp(FINEST, COARSEST);
     let (m, n) = halves(b);
-    let pulled = Pulled::new(law, n);
+    let pulled = Pulled::new(rod, n);
     let begun = |shape: Shape| pulled.refined(shape, tip, spring, tolerance);
-    let start = start.filter(|shape| (shape.nodes[0].m - m).norm() < NEAR * pulled.kappa);
-    if let Some(start) = start.filter(|shape| shape.serves(&n, tolerance))
-        && let Ok(found) = begun(start.clone())
-    {
-        return Ok(found);
-    }
-    if pulled.kappa < FOLLOWED
-        && let Some(start) = pulled.followed(b, tip, tolerance)
-        && let Ok(found) = begun(start)
-    {
-        return Ok(found);
-    }
-    if let Some(start) = start
-        && let Some(found) = pulled.led(start, tip, spring, tolerance)
-    {
-        return Ok(found);
-    }
-    begun(pulled.guessed(b, tip, tolerance)?)
-}
-
-impl<'a> Pulled<'a> {
-    pub(super) fn new(law: &'a ScaledLaw, n: Vector3<f64>) -> Self {
-        Self {
-            law,
-            n,
-            kappa: n.norm().sqrt().max(1.0),
-            creeping: None,
+    let near = |couple: &Vector3<f64>| (couple - m).norm() < NEAR * pulled.kappa;
+    let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
+    let ways: [&dyn Fn() -> Option<Solved>; 4] = [
+        &|| begun(beside?.clone()).ok(),
+        &|| match pulled.kappa < FOLLOWED {
+            true => begun(pulled.followed(b, tip, tolerance)?).ok(),
+            false => None,
+        },
+        &|| pulled.led(start?, tip, spring, tolerance),
+        &|| begun(pulled.guessed(b, tip, tolerance).ok()?).ok(),
+    ];
+    // The first rod that is found may be another equilibrium than that which is meant.
+    let mut other = None;
+    for way in ways {
+        match way() {
+            Some(found) if near(&found.base_couple) => return Ok(found),
+            found => other = other.or(found),
         }
+    }
+    match other {
+        Some(found) => Ok(found),
+        None => begun(pulled.guessed(b, tip, tolerance)?),
     }
 }
 
@@ -251,11 +256,14 @@ impl Pulled<'_> {
         shape.tolerance = shape.tolerance.min(tolerance);
         let last = shape.nodes[shape.nodes.len() - 1];
         let (mut place, turn) = (Vector3::zeros(), frame(&last.turn));
-        let there = Self::new(self.law, shape.n);
+        let there = self.bearing(shape.n);
         for (k, stages) in shape.stages.iter().enumerate() {
             let passed = there.passed((shape.places[k], shape.places[k + 1]), stages);
             place += passed.ok()?.way;
         }
+        let same = |before: &Shape, found: &Solved| {
+            (found.base_couple - before.nodes[0].m).norm() < NEAR * self.kappa
+        };
         let (mut done, mut step) = (0.0, 0.5);
         while step > LEAST {
             let part = (done + step).min(1.0);
@@ -266,7 +274,7 @@ impl Pulled<'_> {
                     Tip::Turned(frame(&exponential(&(turning * part))) * turn)
                 }
                 Tip::Loaded { couple, arm } => {
-                    let own = last.m - (turn * arm).cross(&shape.n);
+                    let own = last.m - (turn * arm).cross(&there.force(1.0));
                     Tip::Loaded {
                         couple: way(&own, couple),
                         arm: *arm,
@@ -277,8 +285,10 @@ impl Pulled<'_> {
                 at: way(&place, &spring.at),
                 ..*spring
             };
-            let there = Self::new(self.law, way(&start.n, &self.n));
+            let there = self.bearing(way(&start.n, &self.n));
             match there.refined(shape.clone(), &tip, &spring, tolerance) {
+                // What jumps is another equilibrium.
+                Ok(found) if !same(&shape, &found) => step *= 0.5,
                 Ok(found) if part == 1.0 => return Some(found),
                 Ok(found) => {
                     (shape, done) = (found.shape, part);
@@ -312,16 +322,20 @@ impl Pulled<'_> {
             let there = self.under(&shape.n);
             iterations += steps;
             let mut split = Vec::with_capacity(shape.stages.len());
-            let (mut position, mut energy, mut error) = (Vector3::zeros(), 0.0, 0.0_f64);
+            let (mut position, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
+            let mut error = 0.0_f64;
             for (k, stages) in shape.stages.iter().enumerate() {
-                let passed = there.passed((shape.places[k], shape.places[k + 1]), stages)?;
+                let (from, to) = (shape.places[k], shape.places[k + 1]);
+                let passed = there.passed((from, to), stages)?;
+                work += (there.force(from) - there.force(to)).dot(&position) + passed.work;
                 position += passed.way;
                 energy += passed.energy;
                 error = error.max(passed.error);
                 split.push(!(passed.error <= tolerance && passed.turn <= TURNED));
             }
             if !split.contains(&true) {
-                return Ok(self.told(shape, correction, (position, energy), error, iterations));
+                let reached = (position, energy, work);
+                return Ok(self.told(shape, correction, reached, error, iterations));
             }
             if shape.stages.len() > INTERVALS {
                 break;
@@ -331,11 +345,6 @@ impl Pulled<'_> {
         Err(Error::no_convergence(format!(
             "a taut rod is not resolved to {tolerance:.0e} by {INTERVALS} intervals along it; loosen the tolerance"
         )))
-    }
-
-    /// The same under another force, measured alike.
-    fn under(&self, n: &Vector3<f64>) -> Self {
-        Self { n: *n, ..*self }
     }
 
     /// Newton's method on the mesh of `shape`, with the last step taken; None on a mesh too coarse for it. The variations are collocated
@@ -462,9 +471,9 @@ impl Pulled<'_> {
             }
             Tip::Loaded { couple, arm } => {
                 // m = couple + R arm x n.
-                let lever = frame(&last.turn) * arm;
-                let off = couple + lever.cross(&self.n) - last.m;
-                let turned = -(self.n.cross_matrix() * lever.cross_matrix()) / self.kappa;
+                let (lever, n) = (frame(&last.turn) * arm, self.force(1.0));
+                let off = couple + lever.cross(&n) - last.m;
+                let turned = -(n.cross_matrix() * lever.cross_matrix()) / self.kappa;
                 end.by.fixed_columns_mut::<3>(0).copy_from(&turned);
                 end.by.fixed_columns_mut::<3>(3).copy_from(&unit);
                 let by_force = lever.cross_matrix() / self.kappa;
@@ -481,7 +490,7 @@ impl Pulled<'_> {
         &self,
         shape: Shape,
         correction: Correction,
-        (position, energy): (Vector3<f64>, f64),
+        (position, energy, work): (Vector3<f64>, f64, f64),
         error: f64,
         iterations: usize,
     ) -> Solved {
@@ -501,6 +510,7 @@ impl Pulled<'_> {
             base_couple: shape.nodes[0].m,
             position,
             energy,
+            work,
             by_force: derivatives(0),
             by_tip: derivatives(3),
             sign: correction.sign,

@@ -1,10 +1,12 @@
 //! Taut rods in the world and in the user's units.
 
 use super::interval::{Pulled, Section};
+use super::loaded::Turning;
 use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solved};
 use crate::error::Result;
 use crate::math::se3::{frame, joined};
-use crate::rod::{Rod, RodSection, Wrench};
+use crate::rod::weight::Weight;
+use crate::rod::{Distributed, Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// A rod under a given force with its end held as a [`Tip`] says, good at any pull.
@@ -14,10 +16,15 @@ pub struct Taut {
     pub base: Wrench,
     /// The section at the end.
     pub end: RodSection,
+    /// -int f.r ds, the potential of the load along it.
+    pub potential: f64,
     /// Derivatives by the force given at held [`Tip`].
     pub by_force: Derivatives,
     /// Derivatives by the turn of the tip, or by the couple on it, at held force.
     pub by_tip: Derivatives,
+    /// Derivatives by a turn of the clamp, seen from there, at the same force given and the same [`Tip`] along its directors: what the load along the
+    /// rod, which does not turn along, makes of it. None if it was not asked for.
+    pub by_turn: Option<Derivatives>,
     /// The sign of the determinant of the boundary-value problem: it changes where the rod under this force is neutral.
     pub sign: f64,
     /// Estimated error of the directors, and of couples over sqrt(F B).
@@ -31,6 +38,8 @@ pub struct Taut {
     place: Vector3<f64>,
     give: Matrix3<f64>,
     pub(super) shape: Shape,
+    /// The load along it.
+    pub(super) weight: Option<Weight>,
 }
 
 impl Taut {
@@ -47,7 +56,7 @@ impl Taut {
 }
 
 impl Rod {
-    /// The equilibrium under the force of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
+    /// The equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
     /// `start`, tell which one is meant. Frame and couple are good to `tolerance`.
     ///
     /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]); force and tip do.
@@ -61,11 +70,12 @@ impl Rod {
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
-        self.taut_beside(base, (tip, &Spring::NONE), start, tolerance)
+        self.taut_beside(base, (tip, &Spring::NONE), (None, false), start, tolerance)
     }
 
     /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has what the rod bears,
-    /// derivatives by the force are by that given.
+    /// derivatives by the force are by that given. It bears a dead load along it too, if there is one; `turns` asks for what a turn of the
+    /// clamp makes of that, [`Taut::by_turn`].
     ///
     /// # Errors
     /// As [`Rod::taut`].
@@ -73,10 +83,12 @@ impl Rod {
         &self,
         base: &Wrench,
         (tip, spring): (&Tip, &Spring),
+        (load, turns): (Option<&Distributed>, bool),
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
         let (couple, force) = self.units();
+        let weight = load.map(|load| Weight::new(load, self));
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let b = self.inward(base);
         let tip = match tip {
@@ -91,18 +103,31 @@ impl Rod {
             at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
         };
         let found = solved(
-            &self.law,
+            (&self.law, weight.as_ref()),
             &b,
             (&tip, &spring),
             start.map(|start| &start.shape),
             tolerance,
         )?;
-        self.outward_taut(found, tip, spring)
+        let turned = match &weight {
+            Some(weight) if turns => {
+                let turning = Turning::new((&self.law, weight), &found.shape, (&tip, &spring));
+                Some(turning?.derivatives())
+            }
+            _ => None,
+        };
+        self.outward_taut(found, (tip, spring), (weight, turned))
     }
 
     /// In the world and the units of the user what was found in those of the rod.
-    fn outward_taut(&self, found: Solved, tip: Tip, spring: Spring) -> Result<Taut> {
+    fn outward_taut(
+        &self,
+        found: Solved,
+        (tip, spring): (Tip, Spring),
+        (weight, turned): (Option<Weight>, Option<Derivatives>),
+    ) -> Result<Taut> {
         let (couple, force) = self.units();
+        let pulled = Pulled::new((&self.law, weight.as_ref()), found.shape.n);
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
         let out = |by: &Derivatives, unit: f64| Derivatives {
@@ -116,13 +141,19 @@ impl Rod {
             Tip::Loaded { .. } => couple,
         };
         let last = found.shape.at(1.0);
-        let end =
-            self.outward_section(1.0, &last, &found.position, found.energy, &found.shape.n)?;
+        let n = pulled.force(1.0);
+        let end = self.outward_section(1.0, &last, &found.position, found.energy, &n)?;
+        let potential = (weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
         Ok(Taut {
-            base: joined(&(turn * found.base_couple * couple), &end.force),
+            base: joined(
+                &(turn * found.base_couple * couple),
+                &(turn * found.shape.n * force),
+            ),
             end,
+            potential: potential * couple,
             by_force: out(&found.by_force, force),
             by_tip: out(&found.by_tip, by_tip),
+            by_turn: turned.map(|by| out(&by, 1.0)),
             sign: found.sign,
             error: found.error,
             iterations: found.iterations,
@@ -131,7 +162,13 @@ impl Rod {
             place: found.position,
             give: found.by_force.position,
             shape: found.shape,
+            weight,
         })
+    }
+
+    /// The rod under the force `n`, with the load along it.
+    pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> Pulled<'a> {
+        Pulled::new((&self.law, found.weight.as_ref()), n)
     }
 
     /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
@@ -147,7 +184,7 @@ impl Rod {
         tolerance: f64,
         shown: bool,
     ) -> Result<(Vec<Fallen>, Taut)> {
-        let pulled = Pulled::new(&self.law, found.shape.n);
+        let pulled = self.pulled(found, found.shape.n);
         let beside = beside.map(|taut| &taut.shape);
         let held = (&found.tip, found.place);
         let (mut way, rested, spring) =
@@ -158,7 +195,8 @@ impl Rod {
                 at.translation.vector *= self.length;
             }
         }
-        Ok((way, self.outward_taut(rested, found.tip, spring)?))
+        let load = (found.weight.clone(), None);
+        Ok((way, self.outward_taut(rested, (found.tip, spring), load)?))
     }
 
     pub(in crate::rod) fn outward_section(
@@ -191,7 +229,7 @@ impl Rod {
     /// # Errors
     /// As [`Rod::taut`].
     pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
-        let pulled = Pulled::new(&self.law, found.borne());
+        let pulled = self.pulled(found, found.borne());
         // Between its nodes a mesh is of half the order: it is halved until the polynomials are as good.
         let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
         let sections = pulled.sections(
@@ -203,7 +241,8 @@ impl Rod {
         let sections = sections.iter().zip(&places);
         sections
             .map(|((section, r, energy), s)| {
-                self.outward_section(s.clamp(0.0, 1.0), section, r, *energy, &found.shape.n)
+                let (s, pulled) = (s.clamp(0.0, 1.0), pulled.under(&found.shape.n));
+                self.outward_section(s, section, r, *energy, &pulled.force(s))
             })
             .collect()
     }
@@ -223,7 +262,7 @@ impl Rod {
         found: &Taut,
         axes: &[Vector3<f64>],
     ) -> Result<usize> {
-        let pulled = Pulled::new(&self.law, found.shape.n);
+        let pulled = self.pulled(found, found.shape.n);
         pulled.index(
             &found.shape,
             &found.tip,

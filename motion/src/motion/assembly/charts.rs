@@ -59,7 +59,7 @@ impl AssemblyRun {
         let rod = &self.assembly.links()[link];
         let q = &now.charts[link];
         let point = rod.sought().point(t, &now.bodies, q, self.along())?;
-        let seen = rod.better_seen(q, &point.held());
+        let seen = rod.better_seen(q, &point);
         let spring = rod.better_spring(&point.end);
         let give = rod.better_give(&point.end);
         let taut = seen == Chart::Taut;
