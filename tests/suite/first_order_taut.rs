@@ -37,7 +37,7 @@ pub(crate) fn random() -> impl FnMut() -> f64 {
     }
 }
 
-pub(crate) fn block(mass: f64, offset: [f64; 3]) -> Carrier {
+fn block(mass: f64, offset: [f64; 3]) -> Carrier {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
     Carrier::rigid(body.with_centre(offset.into()).unwrap())
@@ -135,7 +135,7 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
     }
 }
 
-pub(crate) fn sheared(law: Linear) -> Linear {
+fn sheared(law: Linear) -> Linear {
     let law = law.with_shear([300.0, 200.0]).unwrap();
     law.with_axial(400.0).unwrap()
 }
