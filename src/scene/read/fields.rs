@@ -138,7 +138,7 @@ pub(super) static SITE: Spec = spec("site", &[
     field("position", ASSEMBLY, Vector(&VALUE), "m", Or("[0.0, 0.0, 0.0]"), "Place of the attachment: in the frame of the body, or in the world."),
     field("quaternion", ASSEMBLY, Numbers(4), "", No, "Directors of the attachment in the same frame, a unit quaternion [w, x, y, z]; or rotation. Without both, along the axes."),
     field("rotation", ASSEMBLY, Table(&ROTATION), "", No, "Directors of the attachment, by axis and angle."),
-    field("joint", ASSEMBLY, Word(&["weld", "ball"]), "", Or("\"weld\""), "Whether the rod's directors turn with the attachment, or the rod is free to turn there (always on a point mass). Between two ball joints it is a spring along its chord, and spins about it freely, which its own mass alone feels."),
+    field("joint", ASSEMBLY, Word(&["weld", "ball"]), "", Or("\"weld\""), "Whether the rod's directors turn with the attachment, or the rod is free to turn there. A point mass turns nothing: a rod that ends on one needs no joint and is free to turn, whatever is the default elsewhere. Between two ball joints it is a spring along its chord, and spins about it freely, which its own mass alone feels."),
     field("motion", ASSEMBLY, Table(&CLAMP_MOTION), "", No, "How a place on the ground moves, in a motion; the displacement is from `position`."),
 ]);
 

@@ -115,7 +115,10 @@ pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
     [
         energy("kinetic", "kinetic energy of the body"),
         energy("elastic", "energy stored in the rod"),
-        energy("potential", "potential of gravity and constant loads"),
+        energy(
+            "potential",
+            "potential of gravity and constant loads, 0 where these act at the origin of the world (of one rod in space on a clamp that stands still, at the clamp)",
+        ),
         energy("dissipated", "dissipated so far"),
         energy("work", "work of the forces in time so far"),
         energy(
