@@ -37,7 +37,11 @@ impl Default for Solve {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Continue {
     /// What varies.
+    #[serde(skip)]
     pub parameter: Parameter,
+    /// Its path with the names of the scene ([`Scene::name_of`](super::Scene::name_of)), as messages and figures have it.
+    #[serde(rename = "parameter")]
+    pub name: String,
     /// Its first value; default the one in the scene.
     pub from: f64,
     /// The value at which the branch ends, not `from`.
@@ -89,7 +93,11 @@ impl Continue {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Second {
     /// What varies, not the first parameter.
+    #[serde(skip)]
     pub parameter: Parameter,
+    /// Its path with the names of the scene.
+    #[serde(rename = "parameter")]
+    pub name: String,
     /// One end of its range; default the value in the scene.
     pub from: f64,
     /// The other end, not `from`. The value in the scene lies between them, or is one of them.

@@ -10,21 +10,22 @@ use std::str::FromStr;
 
 /// A number of a scene by its path, which `Display` and [`FromStr`] write and read.
 ///
-/// An index counts from 0; of three components it may also be written as a letter, `end.force.z` for
-/// `end.force[2]`. Indices that a scene does not have name nothing.
+/// Components along the axes of space have letters, `end.force.z`, and an index counts from 0, as in
+/// `rod.section.bending[0]`; `end.force[2]` is read, too. Indices that a scene does not have name nothing. Bodies and rods of
+/// an assembly are numbers here; by the names that the scene has for them [`Scene::name_of`] writes them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
-    /// `end.force[i]`, i in 0..3.
+    /// `end.force`, component i in 0..3.
     EndForce(usize),
-    /// `end.couple[i]`, i in 0..3.
+    /// `end.couple`, component i in 0..3.
     EndCouple(usize),
     /// `end.load` (or `load`): the common factor of force and couple.
     EndLoad,
-    /// `end.position[i]`, i in 0..3.
+    /// `end.position`, component i in 0..3.
     EndPosition(usize),
     /// `end.rotation.angle`, radians.
     EndAngle,
-    /// `clamp.position[i]`, i in 0..3.
+    /// `clamp.position`, component i in 0..3.
     ClampPosition(usize),
     /// `clamp.rotation.angle`, radians.
     ClampAngle,
@@ -42,19 +43,19 @@ pub enum Parameter {
     Curvature(usize),
     /// `rod.rest.twist`.
     Twist,
-    /// Of an assembly: `body[k].force[i]`, a constant one.
+    /// Of an assembly: `body[k].force`, component i of a constant one.
     BodyForce(usize, usize),
-    /// `body[k].couple[i]`, a constant one.
+    /// `body[k].couple`, component i of a constant one.
     BodyCouple(usize, usize),
-    /// `loads.gravity[i]`, of an assembly or of a rod with mass, i in 0..3.
+    /// `loads.gravity`, of an assembly or of a rod with mass, component i in 0..3.
     Gravity(usize),
-    /// `loads.distributed[i]`, i in 0..3.
+    /// `loads.distributed`, component i in 0..3.
     Distributed(usize),
     /// `loads.load`: the common factor of gravity and distributed.
     LoadsLoad,
-    /// `rod[k].from.position[i]` on the ground.
+    /// `rod[k].from.position` on the ground, component i.
     FromPosition(usize, usize),
-    /// `rod[k].to.position[i]` on the ground.
+    /// `rod[k].to.position` on the ground, component i.
     ToPosition(usize, usize),
     /// `rod[k].from.rotation.angle` on the ground, radians.
     FromAngle(usize),
@@ -63,6 +64,9 @@ pub enum Parameter {
 }
 
 use Parameter::*;
+
+/// The letters of components in space.
+const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Parameter {
     /// Every parameter that some scene of one rod has.
@@ -133,22 +137,17 @@ impl Parameter {
             Curvature(_) | Twist => units.curvature(),
         }
     }
-
-    /// Its path with its unit, for the axes of figures.
-    pub fn label(self, units: Units) -> String {
-        Units::label(&self.to_string(), self.unit(units))
-    }
 }
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            EndForce(i) => write!(f, "end.force[{i}]"),
-            EndCouple(i) => write!(f, "end.couple[{i}]"),
+            EndForce(i) => write!(f, "end.force.{}", AXES[*i]),
+            EndCouple(i) => write!(f, "end.couple.{}", AXES[*i]),
             EndLoad => f.write_str("end.load"),
-            EndPosition(i) => write!(f, "end.position[{i}]"),
+            EndPosition(i) => write!(f, "end.position.{}", AXES[*i]),
             EndAngle => f.write_str("end.rotation.angle"),
-            ClampPosition(i) => write!(f, "clamp.position[{i}]"),
+            ClampPosition(i) => write!(f, "clamp.position.{}", AXES[*i]),
             ClampAngle => f.write_str("clamp.rotation.angle"),
             Length => f.write_str("rod.length"),
             Bending(i) => write!(f, "rod.section.bending[{i}]"),
@@ -157,13 +156,13 @@ impl fmt::Display for Parameter {
             Axial => f.write_str("rod.section.axial"),
             Curvature(i) => write!(f, "rod.rest.curvature[{i}]"),
             Twist => f.write_str("rod.rest.twist"),
-            BodyForce(k, i) => write!(f, "body[{k}].force[{i}]"),
-            BodyCouple(k, i) => write!(f, "body[{k}].couple[{i}]"),
-            Gravity(i) => write!(f, "loads.gravity[{i}]"),
-            Distributed(i) => write!(f, "loads.distributed[{i}]"),
+            BodyForce(k, i) => write!(f, "body[{k}].force.{}", AXES[*i]),
+            BodyCouple(k, i) => write!(f, "body[{k}].couple.{}", AXES[*i]),
+            Gravity(i) => write!(f, "loads.gravity.{}", AXES[*i]),
+            Distributed(i) => write!(f, "loads.distributed.{}", AXES[*i]),
             LoadsLoad => f.write_str("loads.load"),
-            FromPosition(k, i) => write!(f, "rod[{k}].from.position[{i}]"),
-            ToPosition(k, i) => write!(f, "rod[{k}].to.position[{i}]"),
+            FromPosition(k, i) => write!(f, "rod[{k}].from.position.{}", AXES[*i]),
+            ToPosition(k, i) => write!(f, "rod[{k}].to.position.{}", AXES[*i]),
             FromAngle(k) => write!(f, "rod[{k}].from.rotation.angle"),
             ToAngle(k) => write!(f, "rod[{k}].to.rotation.angle"),
         }
@@ -179,28 +178,26 @@ impl FromStr for Parameter {
         if path == "load" {
             return Ok(EndLoad);
         }
+        // A component by its number is the one by its letter.
+        let lettered = || {
+            let (stem, index) = path.strip_suffix(']')?.split_once('[')?;
+            Some(format!(
+                "{stem}.{}",
+                AXES.iter()
+                    .zip(0..)
+                    .find(|(_, k)| k.to_string() == index)?
+                    .0
+            ))
+        };
+        let lettered = lettered();
         let same = |parameter: &&Self| {
             let name = parameter.to_string();
-            let letter = || {
-                let (stem, index) = name.strip_suffix(']')?.split_once('[')?;
-                let three = matches!(
-                    parameter,
-                    EndForce(_)
-                        | EndCouple(_)
-                        | EndPosition(_)
-                        | ClampPosition(_)
-                        | Gravity(_)
-                        | Distributed(_)
-                );
-                let letter = ["x", "y", "z"].get(index.parse::<usize>().ok()?)?;
-                Some(three && path == format!("{stem}.{letter}"))
-            };
-            path == name || letter() == Some(true)
+            path == name || lettered.as_ref() == Some(&name)
         };
         let known = Self::ALL.iter().find(same).copied();
         known.or_else(|| of_assembly(path)).ok_or_else(|| {
             Error::domain(format!(
-                "parameter = {path:?}: must be the path of a number of the scene, such as \"end.force[2]\""
+                "parameter = {path:?}: must be the path of a number of the scene, such as \"end.force.z\""
             ))
         })
     }
@@ -212,7 +209,10 @@ fn of_assembly(path: &str) -> Option<Parameter> {
     let component = |field: &str, name: &str| -> Option<usize> {
         let rest = field.strip_prefix(name)?;
         let index = ["[0]", "[1]", "[2]"].iter().position(|i| *i == rest);
-        index.or_else(|| [".x", ".y", ".z"].iter().position(|i| *i == rest))
+        index.or_else(|| {
+            AXES.iter()
+                .position(|axis| rest.strip_prefix('.') == Some(axis))
+        })
     };
     let (list, rest) = path.split_once('[')?;
     let (number, field) = rest.split_once("].")?;
@@ -238,6 +238,23 @@ impl Serialize for Parameter {
 }
 
 impl Scene {
+    /// The path of a parameter with the names that the scene has for its bodies and rods: `body.crown.force.z`.
+    pub fn name_of(&self, parameter: &Parameter) -> String {
+        let path = parameter.to_string();
+        let named = || {
+            let assembly = self.assembly.as_ref()?;
+            let (list, rest) = path.split_once('[')?;
+            let (number, field) = rest.split_once("].")?;
+            let k: usize = number.parse().ok()?;
+            let name = match list {
+                "body" => &assembly.bodies.get(k)?.name,
+                _ => &assembly.rods.get(k)?.name,
+            };
+            Some(format!("{list}.{name}.{field}"))
+        };
+        named().unwrap_or(path)
+    }
+
     /// The value of a parameter; NaN where the scene has no such number ([`Scene::has`]).
     pub fn value(&self, parameter: &Parameter) -> f64 {
         let mut scene = self.clone();

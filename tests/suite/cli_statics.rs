@@ -215,7 +215,7 @@ fn a_branch_has_its_folds() {
     let stop = stop.last().unwrap().as_str().unwrap();
     for words in [
         "branch 0",
-        "short of end.position[0] = -0.75",
+        "short of end.position.x = -0.75",
         "160 points",
         "raise",
     ] {
@@ -350,7 +350,7 @@ fn fold_curves_are_those_of_the_elastica() {
     }
     assert!(place.files("out").contains(&"fold_curve.svg".to_owned()));
     let figure = place.read("out/fold_curve.svg");
-    assert!(figure.contains("CP1") && figure.contains("end.position[2]"));
+    assert!(figure.contains("CP1") && figure.contains("end.position.z"));
 }
 
 /// Catches branches that are not left at their branch points, or the wrong ones: Euler's loads, and the post-buckled cantilever of the
@@ -411,7 +411,7 @@ fn deflation_finds_the_other_side() {
     let remarks = summary["remarks"].to_string();
     for words in [
         "deflation found",
-        "5 values of end.position[0]",
+        "5 values of end.position.x",
         "there may be more",
     ] {
         assert!(remarks.contains(words), "{remarks}");

@@ -498,7 +498,16 @@ fn the_arch_is_pushed_through_from_a_scene() {
         "continue={ parameter = \"body.crown.force.z\", from = 1.5, to = -12.0, points = 400 }";
     let scene = Scene::read_with(&path, &[follow, "solve.tolerance=1e-11"]).expect("arch.toml");
     let record = snaprod::study::branch(&scene, &mut Silent).expect("a branch");
-    assert_eq!(record.parameter.to_string(), "body[0].force[2]");
+    // Records, figures and the scene as it was read call it as the scene does, however it was written.
+    let numbered = follow.replace("body.crown.force.z", "body[0].force[2]");
+    let other = Scene::read_with(&path, &[&numbered]).expect("arch.toml");
+    assert_eq!(other.continuation, scene.continuation);
+    assert_eq!(record.name, "body.crown.force.z");
+    assert!(record.summary()["parameter"] == record.name.as_str());
+    let written = serde_json::to_value(&other).expect("a scene");
+    assert_eq!(written["continue"]["parameter"], "body.crown.force.z");
+    let ends = &record.branches.curves[0].ends;
+    assert!(ends[0].contains("body.crown.force.z = -12"), "{ends:?}");
     assert!(record.is_complete(), "{:?}", record.branches.curves);
     let limits: Vec<&Value> = given
         .iter()
@@ -550,7 +559,7 @@ fn the_arch_is_pushed_through_from_a_scene() {
         faults.to_string()
     };
     let told = faults("continue={ parameter = \"rod.length\", to = 2.0 }");
-    assert!(told.contains("body[0].force[2]"), "{told}");
+    assert!(told.contains("body.crown.force.z"), "{told}");
 }
 
 /// Would catch a rod between two ball joints that bears a couple or a force beside its chord: a weight on two of them, each of another length

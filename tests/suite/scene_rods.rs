@@ -138,6 +138,7 @@ fn every_field_and_default() {
     let branch = scene.continuation.unwrap();
     let expected = Continue {
         parameter: Parameter::EndLoad,
+        name: "end.load".to_owned(),
         from: 1.0,
         to: 3.0,
         step: 0.01,
@@ -464,14 +465,14 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         // A branch.
         (SAMPLE.split_once("\n[end]").unwrap().0.to_owned(), 12, "end", Missing, "left empty"),
         (branch("from = -1.5, to", "from = -0.5, to"), 35, "continue.second.from", Value, "the value in the scene"),
-        (go("to = 1"), 16, "continue.parameter", Missing, "end.force[0]"),
+        (go("to = 1"), 16, "continue.parameter", Missing, "end.force.x"),
         (go("parameter = \"end.force[0]\""), 16, "continue.to", Missing, "to = 1.0"),
-        (go("parameter = \"end.forc[0]\"\nto = 3"), 17, "continue.parameter", Value, "did you mean \"end.force[0]\""),
-        (go("parameter = \"end.force[3]\"\nto = 3"), 17, "continue.parameter", Value, "one of end.force[0], end.force[1]"),
+        (go("parameter = \"end.forc.x\"\nto = 3"), 17, "continue.parameter", Value, "did you mean \"end.force.x\""),
+        (go("parameter = \"end.force[3]\"\nto = 3"), 17, "continue.parameter", Value, "one of end.force.x, end.force.y"),
         (go("parameter = 3\nto = 3"), 17, "continue.parameter", Type, "an integer"),
         (go("parameter = \"end.position.x\"\nto = 3"), 17, "continue.parameter", Value, "not held"),
         (go("parameter = \"clamp.rotation.angle\"\nto = 3"), 17, "continue.parameter", Value, "rotation = {"),
-        (go("parameter = \"end.force.y\"\nto = -2"), 18, "continue.to", Value, "end.force[1] = -2 in the scene"),
+        (go("parameter = \"end.force.y\"\nto = -2"), 18, "continue.to", Value, "end.force.y = -2 in the scene"),
         (go("parameter = \"end.force.y\"\nfrom = 1\nto = 1"), 19, "continue.to", Value, "one value to another"),
         (go("parameter = \"rod.section.torsion\"\nto = 0"), 18, "continue.to", Value, "> 0"),
         (go("parameter = \"rod.length\"\nfrom = -1\nto = 3"), 18, "continue.from", Value, "> 0"),

@@ -232,7 +232,7 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
     let energy = Units::label(energy, record.units.energy());
     BranchDiagram {
         title: String::new(),
-        x_label: record.parameter.label(record.units),
+        x_label: record.label(),
         x_range: None,
         panels: vec![
             panel("branch", set, measured, ps, &values),
@@ -247,10 +247,10 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
 pub fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> BranchDiagram {
     let points = &folds.curves.points;
     let (ps, qs) = (points.reals("parameter"), points.reals("second"));
-    let y_label = folds.second.label(record.units);
+    let y_label = folds.label(record.units);
     BranchDiagram {
         title: String::new(),
-        x_label: record.parameter.label(record.units),
+        x_label: record.label(),
         x_range: None,
         panels: vec![panel("fold curve", &folds.curves, y_label, ps, qs)],
         folds: true,
@@ -265,7 +265,7 @@ pub fn shapes(record: &BranchRecord) -> RodShapes {
         rods: shapes
             .map(|shape| drawn(&shape.sections, Some(shape.parameter), shape.unstable))
             .collect(),
-        value_label: record.parameter.label(record.units),
+        value_label: record.label(),
         ribbon: 0.03 * record.length,
         triads: false,
         // Rods of an assembly begin on a body as often as on the ground.

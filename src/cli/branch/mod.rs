@@ -120,10 +120,10 @@ fn text(record: &BranchRecord) -> String {
         n => format!("{n} branches"),
     };
     let points = branches.points.rows();
-    let mut text = format!("{points} points of {which} in {}\n", record.parameter);
+    let mut text = format!("{points} points of {which} in {}\n", record.name);
     found(&mut text, branches, record.conservative);
     if let Some(folds) = &record.fold_curves {
-        let (points, first, second) = (folds.curves.points.rows(), record.parameter, folds.second);
+        let (points, first, second) = (folds.curves.points.rows(), &record.name, &folds.name);
         let _ = writeln!(text, "{points} points of fold curves in {first}, {second}");
         found(&mut text, &folds.curves, record.conservative);
     }
@@ -131,7 +131,7 @@ fn text(record: &BranchRecord) -> String {
         let _ = writeln!(text, "path: {}, because {}", taken.path.as_str(), taken.why);
     }
     let masses = record.masses.iter().map(|at| {
-        let parameter = format!("{} = {}", record.parameter, exact(at.parameter));
+        let parameter = format!("{} = {}", record.name, exact(at.parameter));
         (parameter, at.mass.text(record.units))
     });
     // Branches that are mirror images of each other have the same, which is told once.

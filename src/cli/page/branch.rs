@@ -47,7 +47,7 @@ pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
         "kind": "branch",
         "units": { "length": record.units.length() },
         "length": record.length,
-        "parameter": record.parameter.label(record.units),
+        "parameter": record.label(),
         "conservative": record.conservative,
         "at": coarse(&pick(table.reals("parameter"))),
         "branch": rows.iter().map(|k| numbers[*k]).collect::<Vec<_>>(),
@@ -166,8 +166,8 @@ fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> Value {
         json!({ "label": at.label, "kind": at.kind_name(), "x": at.parameter, "y": at.second })
     });
     json!({
-        "x": record.parameter.label(record.units),
-        "y": folds.second.label(record.units),
+        "x": record.label(),
+        "y": folds.label(record.units),
         "curves": (0..curves.len()).map(curve).collect::<Vec<_>>(),
         "specials": special.collect::<Vec<_>>(),
     })

@@ -20,7 +20,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let at = table.read("at", words, Absent::Or(Vec::new()), |field, value| {
         reader.numbers(field, value, words, &VALUE)
     });
-    let allowed = "a table such as { parameter = \"end.force[0]\", to = 1.0 }";
+    let allowed = "a table such as { parameter = \"end.force.x\", to = 1.0 }";
     let second = table.maybe("second", |field, value| {
         second(
             &reader.table(field, value, &SECOND, allowed)?,
@@ -31,6 +31,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     let (from, to) = ends?;
     let continuation = Continue {
         parameter: parameter?,
+        name: scene?.name_of(&parameter?),
         from,
         to,
         step: step?,
@@ -62,18 +63,21 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
 /// A path to a number of the scene.
 fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
     let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Scene::parameters);
-    let paths: Vec<String> = all.iter().map(Parameter::to_string).collect();
+    let name = |parameter: &Parameter| {
+        scene.map_or_else(|| parameter.to_string(), |s| s.name_of(parameter))
+    };
+    let paths: Vec<String> = all.iter().map(name).collect();
     let allowed = format!("one of {}", paths.join(", "));
     table.read("parameter", &allowed, Absent::Fault, |field, value| {
         let Some(path) = value.get_ref().as_str() else {
             table.reader.wrong_type(field, value, &allowed, None);
             return None;
         };
-        let path = scene.map_or_else(|| path.to_owned(), |scene| numbered(path, scene));
-        let hint = match path.parse::<Parameter>() {
+        let numbered = scene.map_or_else(|| path.to_owned(), |scene| numbered(path, scene));
+        let hint = match numbered.parse::<Parameter>() {
             Ok(parameter) if all.contains(&parameter) => return Some(parameter),
             Ok(parameter) => Some(absence(parameter).to_owned()),
-            Err(_) => nearest(&path, &mut paths.iter().map(String::as_str))
+            Err(_) => nearest(path, &mut paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };
         table
@@ -82,7 +86,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
     })
 }
 
-/// The path with the numbers of bodies and rods in place of their names, `body.crown.force[2]`.
+/// The path with the numbers of bodies and rods in place of their names, `body[0].force.z` for `body.crown.force.z`.
 fn numbered(path: &str, scene: &Scene) -> String {
     let (Some(assembly), Some((list, rest))) = (&scene.assembly, path.split_once('.')) else {
         return path.to_owned();
@@ -169,7 +173,10 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
         let shown = Short(from);
         let hint = match table.get("from") {
             Some(_) => "a branch goes from one value to another".to_owned(),
-            None => format!("{parameter} = {shown} in the scene, where the branch begins"),
+            None => format!(
+                "{} = {shown} in the scene, where the branch begins",
+                scene.name_of(&parameter)
+            ),
         };
         let allowed = format!("another number than `from`, {shown}");
         return table.refuse(FaultKind::Value, "to", allowed, hint);
@@ -212,7 +219,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     let (least, step, most) = steps(table);
     let points = table.count("points");
     if let (Some(parameter), true) = (parameter, parameter == first) {
-        let allowed = format!("another parameter than {parameter}");
+        let allowed = format!("another parameter than {}", scene?.name_of(&parameter));
         return table.refuse(FaultKind::Conflict, "parameter", allowed, None);
     }
     let (from, to) = ends?;
@@ -228,6 +235,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     }
     Some(Second {
         parameter: parameter?,
+        name: scene?.name_of(&parameter?),
         from,
         to,
         step: step?,

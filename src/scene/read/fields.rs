@@ -492,7 +492,7 @@ pub(super) static SOLVE: Spec = spec("solve", &[
 ]);
 #[rustfmt::skip]
 pub(super) static CONTINUE: Spec = spec("continue", &[
-    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body[0].force[2] or body.NAME.force.z, loads.gravity[2], or a place on the ground, rod[0].from.position[0] or rod[0].to.rotation.angle."),
+    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body.NAME.force.z, loads.gravity.z, or a place on the ground, rod.NAME.from.position.x or rod.NAME.to.rotation.angle. Numbers in place of names and letters are read, too: body[0].force[2]."),
     field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
     field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
     field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the branch; a change of the parameter alone from `from` to `to` has length 1."),
@@ -508,7 +508,7 @@ pub(super) static CONTINUE: Spec = spec("continue", &[
 ]);
 #[rustfmt::skip]
 pub(super) static SECOND: Spec = spec("continue.second", &[
-    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force[0]\""), "What varies, not the first parameter."),
+    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies, not the first parameter."),
     field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
     field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
     field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the curve."),

@@ -300,7 +300,7 @@ impl Subject for Assembled<'_> {
             let there = self.scene.with(&wanted.parameter, p);
             let setup = AssemblySetup::new(&there).ok()?;
             let why = there.in_own_units(setup.assembly.within_reach().err()?);
-            Some(format!("{} = {p} is out of reach: {why}", wanted.parameter))
+            Some(format!("{} = {p} is out of reach: {why}", wanted.name))
         })
     }
 

@@ -5,7 +5,7 @@ use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, si
 use super::record::{self, CurveRecord, CurveSet};
 use super::subject::Subject;
 use crate::error::Result;
-use crate::scene::{Parameter, Scene, Second};
+use crate::scene::{Continue, Scene, Second};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
 use crate::solve::family::Family;
 use crate::solve::fold_curve::{Crossed, FoldCurve};
@@ -25,7 +25,7 @@ struct Folds {
 struct Window<'a> {
     scene: &'a Scene,
     subject: &'a dyn Subject,
-    name: Parameter,
+    wanted: &'a Continue,
     range: (f64, f64),
     unit: f64,
     second: &'a Second,
@@ -76,7 +76,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     let window = Window {
         scene,
         subject,
-        name: wanted.parameter,
+        wanted,
         range: wanted.range(),
         unit,
         second,
@@ -129,7 +129,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     if !study.located.iter().any(|at| is_fold(&at)) {
         remarks.push(format!(
             "second = {}: the branches have no fold, so there is no fold curve to follow",
-            second.parameter
+            second.name
         ));
     }
     study.remarks.extend(remarks);
@@ -187,7 +187,7 @@ impl Folds {
             if !(low - slack <= p && p <= high + slack) {
                 let words = format!(
                     "fold curve {number} left the range of {} at {} = {q}",
-                    window.name, window.second.parameter
+                    window.wanted.name, window.second.name
                 );
                 self.end(true, words);
                 break;
@@ -210,9 +210,10 @@ impl Folds {
                 None => String::new(),
             };
             let scene = window.scene.with(&window.second.parameter, q);
-            let state = window
-                .subject
-                .state(&scene.with(&window.name, p), &x, point.error);
+            let state =
+                window
+                    .subject
+                    .state(&scene.with(&window.wanted.parameter, p), &x, point.error);
             match state {
                 Ok(state) => self.rows.push(Row {
                     curve: number,
@@ -232,7 +233,7 @@ impl Folds {
                 }
             }
             if watch.stops(p) {
-                let name = window.second.parameter;
+                let name = &window.second.name;
                 self.end(
                     false,
                     format!("fold curve {number} was interrupted at {name} = {q}"),
@@ -284,7 +285,7 @@ fn stem(special: &Special) -> &'static str {
 
 /// How an end was met, and whether it is as far as was asked.
 fn ended(number: usize, second: &Second, stop: &Stop) -> (bool, String) {
-    let name = second.parameter;
+    let name = &second.name;
     let done = |words: String| (true, format!("fold curve {number} {words}"));
     let short = |why: String| {
         let words =

@@ -188,7 +188,7 @@ impl<'a> Study<'a> {
 
     /// Why no branch begins there. It is told here where equilibria are not isolated: what goes on from them is not the continuation's to know.
     fn not_begun(&self, why: Error, p: f64) -> Error {
-        let parameter = self.wanted.parameter;
+        let parameter = &self.wanted.name;
         match why.is_ambiguous() {
             false => why,
             true => Error::ambiguous(format!(
@@ -287,7 +287,7 @@ impl<'a> Study<'a> {
             }),
             Err(e) => self.remarks.push(format!(
                 "branch {curve}: the point at {} = {} is left out: {e}",
-                self.wanted.parameter, point.p
+                self.wanted.name, point.p
             )),
         }
     }
@@ -385,10 +385,10 @@ pub fn number_labels(
 
 /// That a branch ended before its aim.
 fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String {
-    let Continue { parameter, to, .. } = wanted;
+    let Continue { name, to, .. } = wanted;
     let aim = match (number, backward) {
-        (0, false) => format!("{parameter} = {to}"),
-        _ => format!("the ends of the range of {parameter}"),
+        (0, false) => format!("{name} = {to}"),
+        _ => format!("the ends of the range of {name}"),
     };
     format!("branch {number} ended short of {aim}: {why}")
 }
@@ -402,7 +402,7 @@ fn ended(
     subject: &dyn Subject,
 ) -> (bool, String) {
     let Continue {
-        parameter,
+        name: parameter,
         from,
         to,
         points,

@@ -140,7 +140,7 @@ fn left() -> Error {
 /// A scene without `[continue]`.
 fn missing(scene: &Scene) -> Error {
     let example = match scene.assembly {
-        Some(_) => "body[0].force[2]",
+        Some(_) => "body.NAME.force.z",
         None => "end.load",
     };
     Error::domain(format!(
@@ -230,6 +230,7 @@ fn followed(
     let fold_curves = match &wanted.second {
         Some(second) => Some(FoldCurves {
             second: second.parameter,
+            name: second.name.clone(),
             curves: fold_curves(&mut study, second)?,
         }),
         None => None,
@@ -256,6 +257,7 @@ fn followed(
     let shapes = |chosen| record::shapes((scene, wanted), subject, &study.rows, chosen);
     Ok(Some(BranchRecord {
         parameter: wanted.parameter,
+        name: wanted.name.clone(),
         units: scene.units,
         length: scene.rod.length,
         conservative: loads == Loads::Conservative,

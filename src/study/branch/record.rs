@@ -15,6 +15,8 @@ use serde_json::{Value, json};
 pub struct BranchRecord {
     /// The parameter that varies along the branches.
     pub parameter: Parameter,
+    /// Its path with the names of the scene.
+    pub name: String,
     /// The units of every quantity.
     pub units: Units,
     /// Length of the rod, of an assembly that of its first one.
@@ -57,6 +59,8 @@ pub struct CurveSet {
 pub struct FoldCurves {
     /// The second parameter.
     pub second: Parameter,
+    /// Its path with the names of the scene.
+    pub name: String,
     /// The curves.
     pub curves: CurveSet,
 }
@@ -217,8 +221,9 @@ pub(super) fn table(
     rows: &[Row],
 ) -> Result<Table> {
     let units = scene.units;
-    let parameter =
-        |name: &'static str, of: Parameter| Column::reals(name, of.unit(units), of.to_string());
+    let parameter = |column: &'static str, of: Parameter, name: &String| {
+        Column::reals(column, of.unit(units), name.clone())
+    };
     let (name, curve) = match second {
         Some(_) => (
             "fold_curve",
@@ -226,8 +231,11 @@ pub(super) fn table(
         ),
         None => ("branch", Column::integers("branch", "number of the branch")),
     };
-    let mut columns = vec![curve, parameter("parameter", wanted.parameter)];
-    columns.extend(second.map(|second| parameter("second", second.parameter)));
+    let mut columns = vec![
+        curve,
+        parameter("parameter", wanted.parameter, &wanted.name),
+    ];
+    columns.extend(second.map(|second| parameter("second", second.parameter, &second.name)));
     columns.push(Column::reals(
         "arclength",
         "",
@@ -385,7 +393,19 @@ impl CurveSet {
     }
 }
 
+impl FoldCurves {
+    /// The second parameter with its unit, for the axes of figures.
+    pub fn label(&self, units: Units) -> String {
+        Units::label(&self.name, self.second.unit(units))
+    }
+}
+
 impl BranchRecord {
+    /// The parameter with its unit, for the axes of figures.
+    pub fn label(&self) -> String {
+        Units::label(&self.name, self.parameter.unit(self.units))
+    }
+
     /// True if everything was followed as far as was asked.
     pub fn is_complete(&self) -> bool {
         let folds = self.fold_curves.as_ref();
@@ -399,7 +419,7 @@ impl BranchRecord {
         let branches = &self.branches;
         let ends = branches.curves.iter().flat_map(|curve| &curve.ends);
         let mut summary = json!({
-            "parameter": self.parameter.to_string(),
+            "parameter": self.name,
             "path": self.taken.as_ref().map(|taken| json!({ "kind": taken.path.as_str(), "why": taken.why })),
             "points": branches.points.rows(),
             "conservative": self.conservative,
@@ -429,7 +449,7 @@ impl BranchRecord {
         }
         if let Some(folds) = &self.fold_curves {
             summary["fold_curves"] = json!({
-                "second": folds.second.to_string(),
+                "second": folds.name,
                 "points": folds.curves.points.rows(),
                 "curves": folds.curves.curve_summaries(),
                 "special_points": folds.curves.special_summaries(),

@@ -30,7 +30,7 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
 /// Searches, follows what is found, and reports.
 pub fn search(study: &mut Study<'_>) -> DeflationRecord {
     let values = values(study.wanted);
-    let parameter = study.wanted.parameter;
+    let parameter = &study.wanted.name;
     // Rods have equilibria of any order, at ever larger wrenches.
     let bound = 2.0 * study.size().max(TYPICAL);
     let (mut found, mut evaluations) = (0, 0);

@@ -67,7 +67,7 @@ fn branched(mut plan: Plan, scene: &Scene) -> Plan {
     plan.notes.extend(scene.continuation.as_ref().map(|wanted| {
         format!(
             "`snaprod branch` follows it in {}, by pseudo-arclength with these unknowns",
-            wanted.parameter
+            wanted.name
         )
     }));
     plan
