@@ -85,7 +85,8 @@ impl Word {
 }
 
 impl Edge {
-    /// Leaves out the numbers that stand so close to a word of another axis, as they do where both end in one corner, that they read as one.
+    /// Moves numbers that stand so close to a word of another axis, as they do where both end in one corner, that they read as one, a little towards the
+    /// middle of the edge; where that does not part them, the number goes with its mark.
     fn yield_to(&mut self, others: &[Word]) {
         let areas: Vec<[f64; 4]> = others.iter().map(Word::area).collect();
         let close = |word: &Word| {
@@ -93,11 +94,31 @@ impl Edge {
                 .iter()
                 .any(|area| meet(&word.area(), area, (10.0, -4.0)))
         };
-        // Numbers are in small letters, the name of the axis is not.
-        self.words
-            .retain(|word| word.font.size != SMALL || !close(word));
+        let [a, b] = self.ends;
+        let middle = (0.5 * (a.0 + b.0), 0.5 * (a.1 + b.1));
+        let marks = std::mem::take(&mut self.marks);
+        // Numbers come first, one for each mark; the name of the axis stays.
+        for (k, word) in std::mem::take(&mut self.words).into_iter().enumerate() {
+            let Some(mark) = marks.get(k) else {
+                self.words.push(word);
+                continue;
+            };
+            let (dx, dy) = (middle.0 - mark[0].0, middle.1 - mark[0].1);
+            let length = dx.hypot(dy).max(1e-9);
+            let moved = NUDGES.map(|by| Word {
+                at: (word.at.0 + by * dx / length, word.at.1 + by * dy / length),
+                ..word.clone()
+            });
+            if let Some(word) = moved.into_iter().find(|word| !close(word)) {
+                self.words.push(word);
+                self.marks.push(*mark);
+            }
+        }
     }
 }
+
+/// How far the number of a tick may be moved along its edge.
+const NUDGES: [f64; 4] = [0.0, 3.0, 6.0, 9.0];
 
 impl Stage {
     /// A box around `content` (with some room) seen from `view`, as large as it fits into the pixels
