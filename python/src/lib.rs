@@ -36,7 +36,7 @@ fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     convert::toml(field, value)
 }
 
-/// The path of a field as overrides have it: start.velocity[1] for start.velocity.1.
+/// The path of a field, if it is one: start.velocity[1] or start.velocity.1.
 #[pyfunction]
 fn path(path: &str) -> PyResult<String> {
     if path.trim().is_empty() || path.contains(['=', '\n']) {
@@ -44,7 +44,7 @@ fn path(path: &str) -> PyResult<String> {
             "{path:?}: must be the path of a field, names with dots as in start.velocity.1"
         ))));
     }
-    Ok(study::Vary::path_of(path))
+    Ok(path.trim().to_owned())
 }
 
 /// Reads and sets up a scene: the scene with its defaults, and what the mass of a planar rod changes.

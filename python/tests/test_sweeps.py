@@ -23,9 +23,10 @@ def test_a_sweep_is_its_runs(snap, tmp_path):
     """Catches rows of other points, and a directory that is made again or that holds another sweep."""
     vary = {"start.velocity.1": [-0.5, 0.25], "body.mass": [1.0, 2.0, 0.5]}
     swept = snaprod.sweep(snap, vary, columns=COLUMNS, out=tmp_path / "one")
+    assert list(swept.data)[1] == "start.velocity.1" and swept["start.velocity[1]"] is swept["start.velocity.1"]
     assert swept.shape == (2, 3) and swept.grid("end.x").shape == (2, 3)
     for row in range(6):
-        fields = {name: swept[name][row] for name in ("start.velocity[1]", "body.mass")}
+        fields = {name: swept[name][row] for name in ("start.velocity.1", "body.mass")}
         run = snaprod.run(snap, **fields)
         assert swept["end.x"][row] == run.summary["end"]["x"]
         assert swept["snaps"][row] == run.summary["snaps"]

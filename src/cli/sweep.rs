@@ -24,7 +24,7 @@ pub struct SweepArgs {
     #[command(flatten)]
     scene: SceneArgs,
     /// Vary a field: PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..]; may be repeated. Paths are those of --set:
-    /// start.velocity.1 and start.velocity.y are start.velocity[1], body.NAME.mass is that of the body of this name.
+    /// start.velocity.1, start.velocity[1] and start.velocity.y are one field, body.NAME.mass is that of the body of this name.
     #[arg(long, value_name = "PATH=VALUES", required = true)]
     vary: Vec<String>,
     /// So many points at random instead of a grid; ranges then have no count.
@@ -33,8 +33,8 @@ pub struct SweepArgs {
     /// The seed of the points at random.
     #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
     seed: u64,
-    /// What to tell of each point: a path into summary.json, or into events, as in end.x or events.-1.t; may be repeated. Without
-    /// it, what is usual for the scene.
+    /// What to tell of each point: a path into summary.json, or into events, as in end.x or events.-1.t; or the least or the greatest along the run of a
+    /// column of trajectory.csv, as in greatest.y; may be repeated. Without it, what is usual for the scene.
     #[arg(long, value_name = "PATH")]
     column: Vec<String>,
     /// The column that the map of a sweep over two fields shows, told of each point beside the others; several are joined, as in

@@ -109,15 +109,8 @@ fn label(sweep: &Sweep, column: &str) -> String {
 
 /// A field in words, `start velocity x (m/s)` for `start.velocity[0]`, with the unit that figures of runs of the scenes at both ends of the sweep give.
 fn field(ends: &[Option<Scene>; 2], path: &str) -> String {
-    // A component by its letter is the one by its number.
-    let mut letters = [".x", ".y", ".z"].into_iter().enumerate();
-    let numbered =
-        letters.find_map(|(i, letter)| Some(format!("{}[{i}]", path.strip_suffix(letter)?)));
-    let numbered = numbered.unwrap_or_else(|| path.to_owned());
     let mut scenes = ends.iter().flatten();
-    let described = scenes
-        .clone()
-        .find_map(|s| Some((s, s.described(&numbered)?)));
+    let described = scenes.clone().find_map(|s| Some((s, s.described(path)?)));
     let Some((scene, (name, unit))) = described else {
         return path.to_owned();
     };
@@ -156,10 +149,25 @@ fn natural(unit: &str) -> &'static str {
 
 /// What is told of each point, in words: `dissipated at the end` for `end.dissipated`, `t of the last event` for `events.-1.t`.
 fn told(column: &str) -> String {
-    let parts: Vec<&str> = column.split('.').collect();
+    let mut parts: Vec<&str> = column.split('.').collect();
+    // A component has a letter.
+    if let [
+        ..,
+        "position" | "velocity" | "angular_velocity" | "groove_force",
+        k,
+    ] = parts.as_mut_slice()
+    {
+        *k = match *k {
+            "0" => "x",
+            "1" => "y",
+            "2" => "z",
+            other => other,
+        };
+    }
     let (what, of) = match parts.as_slice() {
-        ["end", what @ ..] => (what, " at the end".to_owned()),
-        ["start", what @ ..] => (what, " at the start".to_owned()),
+        ["end", "bodies", what @ ..] | ["end", what @ ..] => (what, " at the end".to_owned()),
+        ["start", "bodies", what @ ..] | ["start", what @ ..] => (what, " at the start".to_owned()),
+        ["least" | "greatest", ..] => (parts.as_slice(), " along the run".to_owned()),
         ["events", k, what @ ..] => {
             let (what, of) = match what {
                 ["from", what @ ..] => (what, "before"),

@@ -62,6 +62,21 @@ pub fn motion(
     })
 }
 
+/// The trajectory of a scene of motion of any kind before its run: names, units and meanings of its columns.
+///
+/// # Errors
+/// Those of setting the scene up; a scene of statics.
+pub fn columns(scene: &Scene) -> Result<Table> {
+    if scene.bar.is_some() {
+        return Ok(bar::columns(scene));
+    }
+    scene.run()?;
+    match scene.assembly {
+        Some(_) => Ok(AssemblyPrepared::new(scene)?.columns()),
+        None => run::columns(scene),
+    }
+}
+
 /// The equilibrium of a scene of statics of any kind: its summary, and its shape.
 ///
 /// # Errors

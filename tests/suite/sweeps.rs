@@ -3,7 +3,7 @@
 use crate::program::Place;
 use snaprod::scene::Scene;
 use snaprod::study::sweep::{Sweep, Vary, fields, records};
-use snaprod::study::{Silent, Table, run};
+use snaprod::study::{Silent, Table, any, run};
 
 pub const SCENE: &str = r#"
 [rod]
@@ -102,7 +102,19 @@ fn what_is_varied_is_read_or_refused() {
             .collect()
     };
     assert_eq!(values("a.b.2=1:3:3"), ["1.0", "2.0", "3.0"]);
-    assert_eq!(Vary::parse("a.b.2=1:3:3").unwrap().path, "a.b[2]");
+    // It is called as it was written, and is the field however it is written.
+    let vary = Vary::parse("a.b.2=1:3:3").unwrap();
+    assert_eq!(vary.path, "a.b.2");
+    assert!(
+        ["a.b.2", "a.b[2]", "a.b.z"]
+            .iter()
+            .all(|path| vary.is_of(path))
+    );
+    assert!(
+        !["a.b", "a.b.1", "a.b[22]"]
+            .iter()
+            .any(|path| vary.is_of(path))
+    );
     assert_eq!(values("a=log:1e-2:1e2:3")[0], "0.01");
     assert_eq!(values("a=2:5:1"), ["2.0"]);
     assert_eq!(
@@ -216,7 +228,7 @@ fn a_column_stands_in_the_table_once() {
         let table = place.read(&format!("{out}/sweep.csv"));
         fields(table.lines().next().unwrap())
     };
-    let varied = ["point", "start.velocity[1]", "body.mass"];
+    let varied = ["point", "start.velocity.1", "body.mass"];
 
     run("asked --column snaps --map end.mode,end.sign").json(0);
     assert_eq!(
@@ -231,7 +243,7 @@ fn a_column_stands_in_the_table_once() {
     assert_eq!(usual.iter().filter(|name| *name == "snaps").count(), 1);
     assert_eq!(usual[usual.len() - 2..], ["end.sign", "why"]);
 
-    run("twice --column start.velocity.1 --column body.mass --column end.x --column end.x").json(0);
+    run("twice --column start.velocity[1] --column start.velocity.y --column body.mass --column end.x --column end.x").json(0);
     assert_eq!(names("twice"), [&varied[..], &["end.x", "why"]].concat());
 
     assert!(run("none --map ,").refusal().contains("no column is named"));
@@ -423,4 +435,94 @@ fn a_map_has_names_and_units() {
     for word in ["start velocity x", "body mass", "snaps"] {
         assert!(masses.contains(&format!("|{word}|")), "{word}: {masses}");
     }
+}
+
+/// Catches peaks of another run, or of its two ends alone, and a row that has none because the scene asks for few samples.
+#[test]
+fn peaks_are_those_of_the_trajectory() {
+    let scene = SCENE.replace("0.3]", "2.5]").replace("0.2\n", "2.0\n");
+    let columns = [
+        "greatest.y",
+        "least.y",
+        "least.index",
+        "greatest.t",
+        "end.y",
+    ];
+    let rows = |samples: usize| {
+        let columns = columns.map(str::to_owned).to_vec();
+        let vary = vec![Vary::parse("body.mass=[0.5, 2.0]").unwrap()];
+        let set = vec![format!("run.samples={samples}")];
+        let sweep = Sweep::new(scene.clone(), set, vary, None, columns).unwrap();
+        let rows = sweep.rows(0..2, &mut Silent).unwrap();
+        rows.lines().map(fields).collect::<Vec<_>>()
+    };
+    for (mass, row) in [0.5, 2.0].iter().zip(rows(1200)) {
+        let mass = format!("body.mass={mass}");
+        let scene = Scene::parse_with(&scene, &[mass.as_str(), "run.samples=1200"]).unwrap();
+        let mut tables: Vec<Table> = Vec::new();
+        any::motion(&scene, run::Fields::None, &mut tables, &mut Silent).unwrap();
+        let y = tables[0].reals("y");
+        let [least, greatest] = [f64::min, f64::max].map(|of| y.iter().copied().fold(y[0], of));
+        let told: Vec<f64> = row[2..5].iter().map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(told, [greatest, least, 0.0], "{row:?}");
+        assert!(row[4] == "0" && row[5] == "2.0", "{row:?}");
+        assert!(greatest > y[0].max(y[y.len() - 1]) + 1e-3, "no peak inside");
+    }
+    // Where two samples are asked for, peaks lie between them.
+    for (few, many) in rows(2).iter().zip(rows(1200)) {
+        let number = |cell: &String| cell.parse::<f64>().unwrap();
+        assert!((number(&few[2]) - number(&many[2])).abs() < 1e-3, "{few:?}");
+    }
+}
+
+/// Catches states of assemblies and bars, and numbers of summaries and events, without their units, and components that only numbers name.
+#[test]
+fn columns_of_every_kind_have_units() {
+    let units = |scene: &str, vary: &str, columns: &[(&str, &str)]| {
+        let vary = vec![Vary::parse(vary).unwrap()];
+        let sweep = Sweep::new(scene.to_owned(), Vec::new(), vary, None, Vec::new()).unwrap();
+        for (column, unit) in columns {
+            let [told, meaning] = sweep.described(column).expect(column);
+            assert_eq!(told, *unit, "{column}: {meaning}");
+            assert!(!meaning.is_empty(), "{column}");
+        }
+        assert!(sweep.described("outcome").is_none());
+    };
+    let assembly = include_str!("../../scenes/midspan.toml");
+    units(
+        assembly,
+        "body.mass.mass=0.01:0.02:2",
+        &[
+            ("end.t", "s"),
+            ("end.bodies.mass.position.2", "m"),
+            ("end.bodies.mass.position.z", "m"),
+            ("start.bodies.mass.velocity.0", "m/s"),
+            ("end.bodies.mass.angular_velocity.1", "rad/s"),
+            ("end.bodies.mass.quaternion.0", ""),
+            ("greatest.mass.z", "m"),
+            ("least.elastic", "J"),
+            ("events.-1.released", "J"),
+            ("energy_error.absolute", "J"),
+        ],
+    );
+    let bar = format!(
+        "units = \"si\"\n{}",
+        include_str!("../../scenes/pulse.toml")
+    );
+    units(
+        &bar,
+        "rod.area=0.03:0.04:2",
+        &[
+            ("end.tip.x", "m"),
+            ("end.tip.v", "m/s"),
+            ("end.base.stress", "Pa"),
+            ("end.ledger.dissipated_by_faces", "J"),
+            ("greatest.tip_stress", "Pa"),
+            ("breaking.time", "s"),
+            ("breaking.position", "m"),
+            ("tip.max", "Pa"),
+            ("events.0.X", "m"),
+            ("bar_mass", "kg"),
+        ],
+    );
 }

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._scene import numbers, whole
+from ._scene import numbers, same, whole
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -291,6 +291,16 @@ class Folds(Result):
     """The fold curves of the elastica; ``data`` has a row for each point."""
 
 
+class OfFields(dict[str, Any]):
+    """Something of each field, by its path as it was given, or as it may be written otherwise."""
+
+    def __missing__(self, name: str) -> Any:
+        for path, value in self.items():
+            if isinstance(name, str) and same(path) == same(name):
+                return value
+        raise KeyError(f"{name!r}: the fit has the fields {', '.join(self)}")
+
+
 class FitResult(Result):
     """A fit; ``data`` has what was measured, what the scene says and what is left, row by row, and ``tables["curve"]`` the model at closely
     spaced times."""
@@ -298,17 +308,17 @@ class FitResult(Result):
     @property
     def values(self) -> dict[str, float]:
         """The best value of each field."""
-        return {one["path"]: one["value"] for one in self.summary["parameters"]}
+        return OfFields({one["path"]: one["value"] for one in self.summary["parameters"]})
 
     @property
     def standard_errors(self) -> dict[str, float | None]:
         """The standard error of each value; None where the data do not tell it."""
-        return {one["path"]: one["standard_error"] for one in self.summary["parameters"]}
+        return OfFields({one["path"]: one["standard_error"] for one in self.summary["parameters"]})
 
     @property
     def intervals(self) -> dict[str, tuple[float, float] | None]:
         """The interval that holds each true value with a probability of 95 %, where model and noise are as assumed."""
-        return {one["path"]: one["interval"] and tuple(one["interval"]) for one in self.summary["parameters"]}
+        return OfFields({one["path"]: one["interval"] and tuple(one["interval"]) for one in self.summary["parameters"]})
 
     @property
     def correlations(self) -> Array:

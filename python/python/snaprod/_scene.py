@@ -52,6 +52,14 @@ def setting(path: str, value: Any) -> tuple[str, str]:
     return path, _core.toml(path, value)
 
 
+def same(path: str) -> str:
+    """A path of which two are alike if they name one field: ``velocity[1]``, ``velocity.1``, ``velocity.y`` and, with two underscores for a dot,
+    ``velocity__1``."""
+    dotted = path.replace("__", ".").replace("[", ".").replace("]", "")
+    steps = ({"x": "0", "y": "1", "z": "2"}.get(step, step) for step in dotted.split("."))
+    return ".".join(steps)
+
+
 def numbers(values: ArrayLike) -> NDArray[np.float64]:
     """An array of numbers; what is masked is NaN, not the number behind the mask."""
     return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ._scene import same
+
 if TYPE_CHECKING:
     import pandas
     import xarray
@@ -55,6 +57,10 @@ class Table(Mapping[str, NDArray[Any]]):
         try:
             return self._columns[name]
         except KeyError:
+            # Of a sweep columns are fields, too, each of which may be written in several ways.
+            for own in self._columns:
+                if isinstance(name, str) and same(own) == same(name):
+                    return self._columns[own]
             known = ", ".join(self._columns)
             raise KeyError(f"{name!r}: {self.name} has the columns {known}") from None
 

@@ -6,6 +6,9 @@ use crate::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
+/// The letters of components.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// The JSON Schema (2020-12) of scenes, for completion and checks in editors of TOML.
 ///
 /// It says which tables and fields there are, of which type, with defaults and one line of documentation each. What fields
@@ -155,40 +158,64 @@ pub fn reference() -> String {
 }
 
 impl Scene {
-    /// A field by its path, `start.velocity[0]`, in words, `start velocity x`, with its unit in SI, which is empty for a pure number; None if such scenes have no
-    /// such field.
+    /// A field by its path, `start.velocity[0]`, `start.velocity.0` or `start.velocity.x`, in words, `start velocity x`, with its unit in SI, which is empty for a
+    /// pure number; None if such scenes have no such field.
     pub fn described(&self, path: &str) -> Option<(String, &'static str)> {
         let kind = self.kind();
         let mut specs: Vec<&'static Spec> = vec![&TOP];
-        let (mut words, mut unit) = (Vec::new(), "");
-        for part in path.split('.') {
-            let (name, index) = match part.split_once('[') {
-                Some((name, index)) => (name, Some(index.trim_end_matches(']'))),
-                None => (part, None),
-            };
-            let field = specs.iter().find_map(|spec| spec.field(name, kind))?;
-            let word = name.replace('_', " ");
-            match index {
-                Some(k) if is_vector(&field.form) => {
-                    let component = ["x", "y", "z"].get(k.parse::<usize>().ok()?)?;
-                    words.push(format!("{word} {component}"));
+        let (mut words, mut unit): (Vec<String>, _) = (Vec::new(), "");
+        // The field whose elements may be named next.
+        let mut list: Option<&'static Form> = None;
+        for step in path
+            .split(['.', '['])
+            .map(|step| step.trim_end_matches(']'))
+        {
+            if let Some(form) = list.take() {
+                let number = step.parse::<usize>().ok();
+                let axis = AXES.iter().position(|axis| *axis == step);
+                let element = match number.or(axis) {
+                    Some(k) if is_vector(form) => Some(format!(" {}", AXES.get(k)?)),
+                    _ => number.map(|k| format!("[{k}]")),
+                };
+                if let Some(element) = element {
+                    words.last_mut()?.push_str(&element);
+                    continue;
                 }
-                Some(k) => words.push(format!("{word}[{k}]")),
-                // Loads are what they are without the name of their table.
-                None if word == "loads" => {}
-                None => words.push(word),
+            }
+            let Some(field) = specs.iter().find_map(|spec| spec.field(step, kind)) else {
+                // Of bodies and rods it may be the name of one.
+                let of = ["body", "rod"].iter().find(|of| words == [**of])?;
+                self.has_named(of, step).then_some(())?;
+                words.push(step.to_owned());
+                continue;
+            };
+            let word = step.replace('_', " ");
+            // Loads are what they are without the name of their table.
+            if word != "loads" {
+                words.push(word);
             }
             // Columns of a table have a unit each.
-            unit = if field.unit.contains(',') {
-                ""
-            } else {
-                field.unit
+            unit = match field.unit.contains(',') {
+                true => "",
+                false => field.unit,
             };
             let mut tables = Vec::new();
             collect(&field.form, "", &mut tables);
             specs = tables.into_iter().map(|(_, spec)| spec).collect();
+            list = Some(&field.form);
         }
         Some((words.join(" "), unit))
+    }
+
+    /// True if a body or a rod of an assembly has this name.
+    fn has_named(&self, of: &str, name: &str) -> bool {
+        self.assembly.as_ref().is_some_and(|assembly| match of {
+            "body" => assembly.bodies.iter().any(|body| body.name == name),
+            _ => {
+                let held = assembly.rods.iter().any(|rod| rod.name == name);
+                held || assembly.free.iter().any(|rod| rod.name == name)
+            }
+        })
     }
 
     fn kind(&self) -> Kinds {

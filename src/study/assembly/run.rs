@@ -165,6 +165,11 @@ impl AssemblyPrepared {
         self.setup.is_heavy() || self.setup.assembly.light_rods().next().is_some()
     }
 
+    /// The trajectory before the run: names, units and meanings of its columns.
+    pub fn columns(&self) -> Table {
+        self.trajectory(0)
+    }
+
     /// The trajectory of a branch, without rows.
     fn trajectory(&self, branch: usize) -> Table {
         let bodies = self.body_names();

@@ -188,6 +188,11 @@ fn thinned(count: usize) -> impl Iterator<Item = usize> {
     (0..count).filter(move |i| i % stride == 0 || i + 1 == count)
 }
 
+/// The trajectory of a bar before its run: names, units and meanings of its columns.
+pub fn columns(scene: &Scene) -> Table {
+    trajectory(scene.units)
+}
+
 fn trajectory(u: Units) -> Table {
     let momentum = if u == Units::Si { "N s" } else { "" };
     Table::new(

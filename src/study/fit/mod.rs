@@ -13,7 +13,7 @@ mod record;
 pub use data::Data;
 pub use record::{FitColumn, FitRecord, Parameter};
 
-use super::sweep::{Vary, cell, chance, outcome};
+use super::sweep::{Vary, cell, chance, is_extreme, outcome};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, any, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -94,7 +94,7 @@ impl Fit {
             return refuse("a fit has something free: give --free PATH=FROM:TO".to_owned());
         }
         for (i, one) in free.iter().enumerate() {
-            if free[..i].iter().any(|other| other.path == one.path) {
+            if free[..i].iter().any(|other| other.is_of(&one.path)) {
                 return refuse(format!("--free: {} is free twice", one.path));
             }
             if one.number(0.5).is_none() {
@@ -117,12 +117,12 @@ impl Fit {
         }
         let given: Result<Vec<(usize, String)>> = given
             .iter()
-            .map(|name| Ok((place("--given", name)?, Vary::path_of(name))))
+            .map(|name| Ok((place("--given", name)?, name.trim().to_owned())))
             .collect();
         let given = given?;
         if let Some((_, path)) = given
             .iter()
-            .find(|(_, path)| free.iter().any(|one| one.path == *path))
+            .find(|(_, path)| free.iter().any(|one| one.is_of(path)))
         {
             return refuse(format!(
                 "--given {path}: the field is free, too: it is either set row by row or searched; leave out --given or --free"
@@ -551,8 +551,9 @@ impl Fit {
             true => Some(modes(scene).map_err(no_run)?.summary()),
             false => None,
         };
+        let extremes = names().any(|(name, asked)| asked && is_extreme(name));
         let summary = match names().any(|(name, asked)| asked && !name.starts_with(MODES)) {
-            true => Some(outcome(scene.clone(), &mut Quiet(hooks)).map_err(no_run)?),
+            true => Some(outcome(scene.clone(), extremes, &mut Quiet(hooks)).map_err(no_run)?),
             false => None,
         };
         if hooks.interrupted() {

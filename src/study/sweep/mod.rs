@@ -5,18 +5,22 @@
 
 mod csv;
 mod directory;
+mod extremes;
 mod names;
+mod told;
 mod vary;
 
 pub use csv::{fields, records};
 pub use directory::{Directory, Made, Rows};
+pub(in crate::study) use extremes::is_extreme;
 pub use vary::Vary;
 
 use super::record::Nowhere;
-use super::run::{self, Fields};
-use super::{Cell, Column, Csv, Hooks, Quiet, Table, any};
+use super::run::Fields;
+use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, any};
 use crate::error::{Error, Result};
-use crate::scene::{Scene, Units};
+use crate::scene::Scene;
+use extremes::{Extremes, looked_at};
 use serde_json::{Value, json};
 use std::ops::Range;
 
@@ -30,7 +34,7 @@ pub struct Sweep {
     vary: Vec<Vary>,
     /// How many points at random, with the seed; None: all points of the grid, the last field varying fastest.
     random: Option<(usize, u64)>,
-    /// Paths into the summary, or into `events`: "end.x", "events.-1.t".
+    /// Paths into the summary, into `events`, or to an extreme of the trajectory: "end.x", "events.-1.t", "greatest.y".
     quantities: Vec<String>,
     /// Those of them that were asked for; the others are what is usual, which some scenes do not have.
     asked: Vec<String>,
@@ -51,7 +55,8 @@ const CHUNKS: usize = 64;
 
 impl Sweep {
     /// A sweep of a scene given as text. `set`: overrides of the scene; `quantities`: what is told of each point, by paths into
-    /// summary.json, with `events` for events.json; none: what is usual for the scene. What is varied has a column anyway.
+    /// summary.json, with `events` for events.json, `least.` and `greatest.` for the extremes of a column of the trajectory; none: what is usual for the
+    /// scene. What is varied has a column anyway.
     ///
     /// # Errors
     /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9; a
@@ -68,7 +73,7 @@ impl Sweep {
             return refuse("a sweep varies something: give --vary PATH=FROM:TO:COUNT".to_owned());
         }
         for (i, one) in vary.iter().enumerate() {
-            if vary[..i].iter().any(|other| other.path == one.path) {
+            if vary[..i].iter().any(|other| other.is_of(&one.path)) {
                 return refuse(format!("--vary: {} is varied twice", one.path));
             }
             match (one.count(), random) {
@@ -125,7 +130,7 @@ impl Sweep {
                 )));
             }
             let column = self.column_of(&path);
-            if self.varies(&column) {
+            if self.varied(&column).is_some() {
                 continue;
             }
             if !self.quantities.contains(&column) {
@@ -138,37 +143,12 @@ impl Sweep {
 
     /// The name of the column of a quantity, or of a field that is varied, however its path is written.
     pub fn column_of(&self, path: &str) -> String {
-        let field = Vary::path_of(path);
-        match self.varies(&field) {
-            true => field,
-            false => path.to_owned(),
-        }
+        let field = self.varied(path).map_or(path, |one| &one.path);
+        field.to_owned()
     }
 
-    fn varies(&self, field: &str) -> bool {
-        self.vary.iter().any(|one| one.path == field)
-    }
-
-    /// The unit and the meaning of a column, of fields that vary and of what trajectories have, too; None where they are not known.
-    pub fn described(&self, column: &str) -> Option<[String; 2]> {
-        // Where the first point is no scene, the last one is.
-        let ends = [0, self.points() - 1];
-        let scene = ends.iter().find_map(|point| self.scene(*point).ok())?;
-        if self.varies(column) {
-            let (name, unit) = scene.described(column)?;
-            let is_told = scene.units == Units::Si || unit == "rad";
-            return Some([if is_told { unit } else { "" }.to_owned(), name]);
-        }
-        let parts: Vec<&str> = column.split('.').collect();
-        let (name, when) = match parts.as_slice() {
-            ["start", name] => (name, ", at the start"),
-            ["end", name] => (name, ", at the end"),
-            ["events", _, "t"] => (&"t", " of the event"),
-            _ => return None,
-        };
-        let table = run::columns(&scene).ok()?;
-        let found = table.column(name)?;
-        Some([found.unit.to_string(), format!("{}{when}", found.meaning)])
+    fn varied(&self, path: &str) -> Option<&Vary> {
+        self.vary.iter().find(|one| one.is_of(path))
     }
 
     /// How many points it has.
@@ -358,9 +338,10 @@ impl Sweep {
         point: usize,
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<std::result::Result<Value, String>, Interrupted> {
+        let extremes = self.quantities.iter().any(|path| is_extreme(path));
         let found = self
             .scene(point)
-            .and_then(|scene| outcome(scene, hooks).map_err(|e| e.to_string()));
+            .and_then(|scene| outcome(scene, extremes, hooks).map_err(|e| e.to_string()));
         match found {
             Ok(summary) if summary["outcome"] == "interrupted" => Err(Interrupted),
             found => Ok(found),
@@ -394,10 +375,16 @@ impl Sweep {
     }
 }
 
-/// What comes of a scene of any kind, with its events.
-pub(in crate::study) fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Result<Value> {
-    // Two rows of a table that nobody reads.
-    if let Some(run) = &mut scene.run {
+/// What comes of a scene of any kind, with its events; `extremes`: and with the least and the greatest of what its trajectory has.
+pub(in crate::study) fn outcome(
+    mut scene: Scene,
+    extremes: bool,
+    hooks: &mut dyn Hooks,
+) -> Result<Value> {
+    if extremes {
+        looked_at(&mut scene);
+    } else if let Some(run) = &mut scene.run {
+        // Two rows of a table that nobody reads.
         run.samples = 2;
     }
     if scene.bar.is_none() && !scene.is_motion() {
@@ -405,8 +392,11 @@ pub(in crate::study) fn outcome(mut scene: Scene, hooks: &mut dyn Hooks) -> Resu
         summary["events"] = Value::Array(Vec::new());
         return Ok(summary);
     }
-    let found = any::motion(&scene, Fields::None, &mut Nowhere, &mut Quiet(hooks))?;
+    let mut seen = Extremes::default();
+    let sink: &mut dyn Sink = if extremes { &mut seen } else { &mut Nowhere };
+    let found = any::motion(&scene, Fields::None, sink, &mut Quiet(hooks))?;
     let mut summary = found.summary;
+    seen.put_into(&mut summary);
     summary["events"] = Value::Array(found.events);
     Ok(summary)
 }
@@ -436,8 +426,12 @@ pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     }
 }
 
-/// An element of a list by its number, below 0 counted from the end.
+/// An element of a list by its number, below 0 counted from the end; a component of a vector by its letter, too.
 fn element<'v>(list: &'v [Value], step: &str) -> Option<&'v Value> {
+    let axis = || ["x", "y", "z"].iter().position(|axis| *axis == step);
+    if let (true, Some(k)) = (list.len() <= 3, axis()) {
+        return list.get(k).filter(|component| component.is_number());
+    }
     let i = step.parse::<i64>().ok()?;
     let from_start = if i < 0 { list.len() as i64 + i } else { i };
     list.get(usize::try_from(from_start).ok()?)

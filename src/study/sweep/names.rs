@@ -53,7 +53,7 @@ impl Sweep {
             let meant = meant.map_or(String::new(), |name| format!("did you mean {name}? "));
             format!(
                 "column {path}: what comes of point {point} has no such number or word; {meant}{there}; what happens on the way is named as in \
-                 events.-1.t"
+                 events.-1.t, and peaks as in greatest.y"
             )
         }))
     }

@@ -8,7 +8,7 @@ use crate::study::exact;
 /// sweep without the count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vary {
-    /// The dotted path of the field, as overrides have it: `start.velocity[1]`.
+    /// The dotted path of the field, as it was written: `start.velocity.1` or `start.velocity[1]`.
     pub path: String,
     values: Values,
     /// True if the field is a whole number.
@@ -50,7 +50,7 @@ impl Vary {
         let Some((path, values)) = text.split_once('=') else {
             return refuse("there is no =");
         };
-        let path = indexed(path.trim());
+        let path = path.trim().to_owned();
         if path.is_empty() {
             return refuse("there is no path before =");
         }
@@ -113,9 +113,9 @@ impl Vary {
         }
     }
 
-    /// A path as overrides have it: `velocity[1]` for `velocity.1`.
-    pub fn path_of(text: &str) -> String {
-        indexed(text.trim())
+    /// True if it varies the field of this path, however that is written: `velocity.1` and `velocity.y` are `velocity[1]`.
+    pub fn is_of(&self, path: &str) -> bool {
+        indexed(path.trim()) == indexed(&self.path)
     }
 
     /// How many values a grid has in this direction; None if it is for random points alone.
@@ -236,12 +236,15 @@ fn between(part: f64, [from, to]: [f64; 2], log: bool) -> f64 {
     }
 }
 
-/// `velocity.1` as `velocity[1]`.
+/// `velocity.1` and `velocity.y` as `velocity[1]`.
 fn indexed(path: &str) -> String {
     let mut out = String::new();
     for step in path.split('.') {
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == step);
         if !step.is_empty() && step.bytes().all(|b| b.is_ascii_digit()) {
             out.push_str(&format!("[{step}]"));
+        } else if let (Some(k), false) = (axis, out.is_empty()) {
+            out.push_str(&format!("[{k}]"));
         } else {
             if !out.is_empty() {
                 out.push('.');
