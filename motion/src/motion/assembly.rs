@@ -134,6 +134,8 @@ pub struct AssemblyRun {
     /// Cost outside the steps.
     extra: Cost,
     released: f64,
+    /// What of it was booked after the last step, in which it does not count.
+    booked: f64,
     snaps: u64,
     /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for it. Several fold at one instant where
     /// an assembly is symmetric; the bodies stand while rods snap, so that it does not matter which does so first.
@@ -264,6 +266,7 @@ impl AssemblyRun {
             indices,
             extra: Cost::default(),
             released: 0.0,
+            booked: 0.0,
             snaps: 0,
             folded: Vec::new(),
             unpushed: Vec::new(),
@@ -317,14 +320,18 @@ impl AssemblyRun {
         }
         let state = self.inside(t)?;
         let assembly = &self.taken_by.0;
-        let sample = self.describe(assembly, &state)?;
+        let mut sample = self.describe(assembly, &state)?;
+        sample.ledger.dissipated -= self.booked;
         // What is interpolated is off by the tolerance: charts and poses no longer say the same, and the ledger would open.
         if sample.drift() <= self.drifted() {
             return Some(sample);
         }
         let held = assembly.joined(state, &sample.at);
-        held.and_then(|state| self.describe(assembly, &state))
-            .or(Some(sample))
+        let again = held.and_then(|state| self.describe(assembly, &state));
+        Some(again.map_or(sample, |mut again| {
+            again.ledger.dissipated -= self.booked;
+            again
+        }))
     }
 
     /// The state now. The chart of a tight rod near its fold is found from a neighbour alone, and no more once steps have failed: then the state is

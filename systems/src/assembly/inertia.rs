@@ -309,6 +309,7 @@ impl Assembly {
         for (link, light) in self.links.iter_mut().zip(&light) {
             link.keeps_trace = light.is_some();
             link.clamp_turns = clamp_turns;
+            link.felt = light.as_ref().is_some_and(|light| light.followed);
         }
         self.light = light;
         Ok(self)
@@ -329,6 +330,7 @@ impl Assembly {
     pub fn feel(&mut self, k: usize, followed: bool) {
         if let Some(Some(light)) = self.light.get_mut(k) {
             light.followed = followed;
+            self.links[k].felt = followed;
         }
     }
 

@@ -143,6 +143,8 @@ pub struct Link {
     /// Between the end of a rod that cannot stretch and its attachment, and how far that may give way, in lengths of the rod.
     pub(super) give: Option<Give>,
     pub(super) unseen: f64,
+    /// True while a motion feels its mass.
+    pub(super) felt: bool,
     pub(super) diameter: Option<f64>,
     /// What it bears along it.
     pub(super) load: Option<Borne>,
@@ -221,6 +223,7 @@ impl Link {
             spring: 0.0,
             give: None,
             unseen: 0.0,
+            felt: false,
             diameter: None,
             load: None,
             keeps_trace: false,
@@ -287,6 +290,7 @@ impl Link {
     /// # Errors
     /// As [`Rod::end`].
     pub fn end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
+        let tolerance = self.finer(tolerance);
         let end = match self.load {
             Some(_) => self.loaded_end(q, tolerance),
             None => self.unloaded_end(q, tolerance),

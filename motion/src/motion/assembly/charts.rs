@@ -40,12 +40,21 @@ impl AssemblyRun {
         let Some(state) = agrees.map(Numbers) else {
             return false;
         };
+        // The same motion of the bodies sways a rod with mass otherwise where its end gives way by more or less: that is lost, or got back.
+        let lost = match other.feels_rods() {
+            true => other.evaluated(&state.0, along).map_or(0.0, |after| {
+                self.assembly.rod_kinetic(&at, along) - other.rod_kinetic(&after, along)
+            }),
+            false => 0.0,
+        };
         let before = std::mem::replace(&mut self.assembly, Arc::new(other));
         let h = self.solver.next_step();
         if self.resume(state, None, h).is_none() {
             self.assembly = before;
             return false;
         }
+        self.released += lost;
+        self.booked = lost;
         // det J is another.
         for (k, _) in changed {
             self.largest[k] = 0.0;

@@ -85,6 +85,7 @@ impl AssemblyRun {
 
     /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
     pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
+        self.booked = 0.0;
         let watched = self.watch.clone();
         let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
