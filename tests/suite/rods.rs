@@ -306,3 +306,46 @@ fn a_load_on_a_mast_buckles_the_column_early() {
         );
     }
 }
+
+/// Catches starts of the search that are not mirrored with the problem: its images along d1, d2 and both had another stable state, of the energies 21.31 and 8.46. Laws, targets, couples and
+/// turns are mirrored; energy and the cost of the search are the same.
+#[test]
+fn mirror_images_have_mirror_images_as_equilibria() {
+    let (k, twist) = ([1.5156, -0.2055], 1.4127);
+    let (place, turn) = ([-0.0652, 0.0483, 0.7658], [0.8664, -0.4482, 0.1932, 0.1053]);
+    let (couple, force) = ([0.4, -0.3, 0.2], [-1.0, 0.6, -2.5]);
+    let solved = |one: f64, other: f64, held: bool| {
+        // Vectors along d1 and d2, and those that turn about them.
+        let polar = |v: [f64; 3]| Vector3::new(one * v[0], other * v[1], v[2]);
+        let axial = |v: [f64; 3]| Vector3::new(other * v[0], one * v[1], one * other * v[2]);
+        let rest = axial([k[0], k[1], twist]);
+        let law = Linear::diagonal([1.0, 1.8467], 1.3374)
+            .and_then(|law| law.with_rest([rest.x, rest.y], rest.z))
+            .expect("a law");
+        let rod = Rod::new(1.0, law).expect("a rod");
+        let about = axial([turn[1], turn[2], turn[3]]);
+        let turned = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
+            turn[0], about.x, about.y, about.z,
+        ));
+        let end = match held {
+            true => EndConditions::pose(polar(place), turned),
+            false => EndConditions::load(polar(force), axial(couple)),
+        };
+        let problem = Problem::new(rod, end, 1e-10).expect("a problem");
+        problem.solve(None).expect("an equilibrium")
+    };
+    for held in [true, false] {
+        let one = solved(1.0, 1.0, held);
+        for (x, y) in [(1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let other = solved(x, y, held);
+            let energies = [one.end.energy, other.end.energy];
+            assert!(
+                (energies[0] - energies[1]).abs() < 1e-8 * (1.0 + energies[0]),
+                "{x} {y}: {energies:?}"
+            );
+            assert_eq!(one.index, other.index);
+            let cost = [&one, &other].map(|found| found.route.evaluations as f64);
+            assert!((cost[0] - cost[1]).abs() < 0.1 * cost[0], "{cost:?}");
+        }
+    }
+}

@@ -8,7 +8,7 @@ use super::planar::Plane;
 use super::problem::{EndConditions, Problem};
 use crate::elastica::Elastica;
 use crate::manifold::Multivalued;
-use nalgebra::{Vector2, Vector3, Vector6};
+use nalgebra::{Rotation3, Vector2, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_3;
 
 /// Intrinsic flexures (u1, u2, u3 times L) that lead past bifurcations: generic directions, so that no symmetry is kept.
@@ -51,20 +51,25 @@ impl PathStart {
 impl Problem {
     /// In a plane.
     pub(super) fn planar_starts(&self, plane: &Plane) -> impl Iterator<Item = PathStart> {
-        let bends = PLANAR_IMPERFECTIONS.map(|size| PathStart::Bent(plane.normal() * size));
-        let arcs = self.arcs(&[plane.normal(), -plane.normal()]);
+        // To the same side of the data in both of two problems that are mirror images within the plane.
+        let [one, other] = self.hands();
+        let side = (one * plane.normal().y - other * plane.normal().x).signum();
+        let normal = plane.normal() * side;
+        let bends = PLANAR_IMPERFECTIONS.map(|size| PathStart::Bent(normal * size));
+        let arcs = self.arcs(&[normal, -normal]);
         // Bows to both sides, made by a force that follows the end.
         let held = self.end.position.iter().any(Option::is_some);
         let sides: &[f64] = if held { &[3.0, -3.0] } else { &[] };
-        let bows = sides.iter().filter_map(|across| {
-            let q = plane.lift(Vector2::new(-0.3, *across));
+        let sides = sides.iter().map(move |across| across * side);
+        let bows = sides.filter_map(|across| {
+            let q = plane.lift(Vector2::new(-0.3, across));
             FreeEnd
                 .wrench(self, &dynamic(q))
                 .ok()
                 .map(PathStart::Loaded)
         });
         std::iter::once(PathStart::Unloaded)
-            .chain(self.pulled(plane.normal()))
+            .chain(self.pulled(normal))
             .chain(self.ball_jointed())
             .chain(bows)
             .chain(bends)
@@ -85,7 +90,54 @@ impl Problem {
     }
 
     fn turned(&self) -> Option<PathStart> {
-        self.pulled(Vector3::new(0.6, 0.8, 0.0))
+        self.pulled(self.aside())
+    }
+
+    /// A generic axis across d3.
+    fn aside(&self) -> Vector3<f64> {
+        let [one, other] = self.hands();
+        Vector3::new(0.6 * other, 0.8 * one, 0.0)
+    }
+
+    /// The imperfections, mirrored as the problem is.
+    fn bends(&self) -> [PathStart; 4] {
+        let [one, other] = self.hands();
+        IMPERFECTIONS
+            .map(|[a, b, twist]| PathStart::Bent([other * a, one * b, one * other * twist].into()))
+    }
+
+    /// The sides of d1 and d2, 1 or -1, to which the data lie: the sign changes if the problem is mirrored along that director. A generic direction is taken
+    /// to these sides, so that the starts of a mirror image are the mirror images of the starts, and lead to the mirror images of what these lead to. Places and forces along d1, and couples
+    /// and flexures about d2, change if d1 is mirrored; couples and twist along d3 if either is.
+    fn hands(&self) -> [f64; 2] {
+        let part = |held: bool| -> Vector3<f64> {
+            let among = (0..3).filter(|i| self.end.position[*i].is_some() == held);
+            among.map(|i| self.axes[i] * self.targets[i]).sum()
+        };
+        let weight = self.weight.as_ref().map(|weight| weight.total());
+        let polar = [part(true), part(false), weight.unwrap_or_default()];
+        let rest = self.rod.law.inverse(0.0, &Vector6::zeros());
+        let rest = rest.map_or_else(
+            |_| Vector3::zeros(),
+            |at| at.strain.fixed_rows::<3>(0).into(),
+        );
+        let turn = self.orientation.map_or_else(Vector3::zeros, |target| {
+            Rotation3::from_matrix_unchecked(target).scaled_axis()
+        });
+        let axial = [self.couple, rest, turn];
+        // What is less of a vector is rounding.
+        let sign = |x: f64, of: &Vector3<f64>| (x.abs() > 1e-9 * of.norm()).then_some(x.signum());
+        let first = |along: usize, about: usize| {
+            let along = polar.iter().find_map(|v| sign(v[along], v));
+            along.or_else(|| axial.iter().find_map(|v| sign(v[about], v)))
+        };
+        let twist = axial.iter().find_map(|v| sign(v.z, v)).unwrap_or(1.0);
+        match (first(0, 1), first(1, 0)) {
+            (Some(one), Some(other)) => [one, other],
+            (Some(one), None) => [one, one * twist],
+            (None, Some(other)) => [other * twist, other],
+            (None, None) => [1.0, twist],
+        }
     }
 
     /// The force on the end, in the clamp's frame.
@@ -118,19 +170,19 @@ impl Problem {
 
     /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
     pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
-        let bends = IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into()));
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
-            .chain(bends)
+            .chain(self.bends())
             .chain(self.bowed())
     }
 
     /// Bows of a held end to six sides.
     fn bowed(&self) -> impl Iterator<Item = PathStart> {
         let held = self.end.position.iter().any(Option::is_some);
-        (0..if held { 6 } else { 0 }).filter_map(|k| {
+        let [one, other] = self.hands();
+        (0..if held { 6 } else { 0 }).filter_map(move |k| {
             let (sin, cos) = (1.1 + FRAC_PI_3 * f64::from(k)).sin_cos();
-            let q = Vector3::new(3.0 * cos, 3.0 * sin, -0.3);
+            let q = Vector3::new(3.0 * one * cos, 3.0 * other * sin, -0.3);
             FreeEnd
                 .wrench(self, &dynamic(q))
                 .ok()
@@ -143,8 +195,9 @@ impl Problem {
         let across = self.held_place().map(|place| Vector3::z().cross(&place));
         let axis = across
             .filter(|across| across.norm() > 1e-3)
-            .unwrap_or(Vector3::new(0.6, 0.8, 0.0));
-        let side = Vector3::z().cross(&axis);
+            .unwrap_or(self.aside());
+        let [one, other] = self.hands();
+        let side = Vector3::z().cross(&axis) * (one * other);
         let axes = [
             axis,
             axis + 0.5 * side,
@@ -154,12 +207,12 @@ impl Problem {
             -axis,
         ];
         // A little force, so that no symmetry is kept.
-        let force = Vector6::new(0.0, 0.0, 0.0, 0.1, 0.07, 0.05);
+        let force = Vector6::new(0.0, 0.0, 0.0, 0.1 * one, 0.07 * other, 0.05);
         let arcs = self.arcs(&axes).into_iter().map(move |b| b + force);
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
             .chain(self.ball_jointed())
-            .chain(IMPERFECTIONS.map(|bend| PathStart::Bent(bend.into())))
+            .chain(self.bends())
             .chain(arcs.map(PathStart::Loaded))
             .chain(
                 (self.weight.is_some())
