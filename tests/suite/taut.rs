@@ -4,6 +4,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3,
 use serde_json::Value;
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
 use snaprod::body::{Body, RigidBody};
+use snaprod::math::se3::{halves, joined};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome};
 use snaprod::rod::{EndConditions, Problem, Rod, Taut, Tip};
@@ -501,4 +502,31 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
         }
         assert!(out_of_plane >= 3, "torsion {torsion}: {out_of_plane}");
     }
+}
+
+/// Catches a rod that is lost between two evaluations of a motion whose pull falls fast, where the guess leads to the other side: a rod turned by more than pi from its clamp into the pull
+/// is led on that way from one with two thirds of the force, whose couple is far from its own.
+#[test]
+fn the_equilibrium_that_is_meant_is_led_to() {
+    let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.2], 0.8).unwrap()).unwrap();
+    let pull = |lam: f64, angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos()) * lam * lam;
+    // In small steps: first about the clamp, then with more force.
+    let turning = (0..=30).map(|k| (17.8, PI * (0.75 + 0.01 * f64::from(k))));
+    let pulling = (1..=43).map(|k| (17.8 + 0.1 * f64::from(k), 1.05 * PI));
+    let mut on_the_way: Vec<Taut> = Vec::new();
+    for (lam, angle) in turning.chain(pulling) {
+        let last = on_the_way.last();
+        let m = last.map_or(Vector3::zeros(), |last| halves(&last.base).0);
+        let found = rod.taut(&joined(&m, &pull(lam, angle)), &FREE, last, 1e-12);
+        on_the_way.push(found.unwrap());
+    }
+    let (far, meant) = (&on_the_way[30], &on_the_way[73]);
+    let off = |found: &Taut| (found.base - meant.base).norm() / meant.base.norm();
+    let led = rod.taut(&meant.base, &FREE, Some(far), 1e-12).unwrap();
+    assert!(off(&led) < 1e-10, "{:.1e}", off(&led));
+    assert!((led.end.position - meant.end.position).norm() < 1e-10);
+    // The couple is that of the long way round.
+    assert!(halves(&led.base).0.y > 0.0);
+    let guessed = rod.taut(&meant.base, &FREE, None, 1e-12).unwrap();
+    assert!(off(&guessed) > 0.1, "the guess serves as well");
 }

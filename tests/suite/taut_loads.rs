@@ -120,6 +120,10 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
                     .collect();
                 now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
                 now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+                let moving = assembly
+                    .points(0.0, &now.bodies, &now.charts, 1e-13)
+                    .unwrap();
+                let spin = halves(&moving[0].end_twist(&assembly.links()[0])).0;
                 let state = assembly.state(&now, &Integrals::default());
                 let alone = rates(&assembly, &state);
                 let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
@@ -138,7 +142,7 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
                     stiffness,
                     index,
                     shape,
-                    (alone, with, chart),
+                    (alone, with, chart, spin),
                     weighed,
                 )
             });
@@ -179,6 +183,11 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
             close(
                 "rate",
                 chart.fold(0.0, f64::max) / force,
+                1e-8 + 10.0 * lost,
+            );
+            close(
+                "spin of the end",
+                (one.3 - its.3).amax(),
                 1e-8 + 10.0 * lost,
             );
             close(

@@ -170,7 +170,7 @@ impl Problem {
     }
 
     /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies an error by is
-    /// exp(lam). Rods solved from both ends bear no load along them, so there is nothing beyond.
+    /// exp(lam). Problems under such a load are not solved from both ends, so there is nothing beyond.
     fn check_weight(&self, weight: &Weight) -> Result<()> {
         const LAM: f64 = 16.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());

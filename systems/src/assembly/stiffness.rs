@@ -71,12 +71,18 @@ impl LinkPoint {
         let scale = link.gap_scale(&self.end);
         let svd = (scale * self.end.jacobian).svd(true, true);
         let largest = svd.singular_values.max();
-        let (Some(v), Ok(q)) = (
+        let (Some(v), Ok(mut q)) = (
             &svd.v_t,
             svd.solve(&(scale * self.drive()), f64::EPSILON * largest),
         ) else {
             return Vector6::repeat(f64::NAN);
         };
+        if self.end.taut.is_some() {
+            // The force beside the spring, whose far end moves along.
+            let pulled = halves(&twist).1 * (link.spring() / link.rod().length());
+            let mut force = q.fixed_rows_mut::<3>(3);
+            force += pulled;
+        }
         let turned = self.end.tangent.fixed_rows::<3>(0);
         let mut spin = turned * q;
         if let Some(along) = &self.end.along {

@@ -53,9 +53,9 @@ impl Problem {
         0.5 * (a + b)
     }
 
-    /// False of rods that are not solved from both ends: those under a load along them, whose force is not known along the rod, and those under
-    /// a load that turns with the end. The end of such a rod turns into the force whatever its direction is, and what is left of the clamp there,
-    /// exp(-lam), is all that tells the direction: no chart is better than that.
+    /// False of problems that are not solved from both ends: those under a load along the rod, which they grow from nothing by the base wrench (rods between
+    /// bodies are), and those under a load that turns with the end. The end of such a rod turns into the force whatever its direction is, and what is
+    /// left of the clamp there, exp(-lam), is all that tells the direction: no chart is better than that.
     pub(in crate::rod) fn may_be_taut(&self) -> bool {
         self.weight.is_none() && !self.end.follower
     }

@@ -2,6 +2,7 @@
 
 use super::step::LOOSE;
 use super::{AssemblyRun, Chart, Numbers};
+use crate::assembly::Assembly;
 use crate::error::Result;
 use crate::motion::locate::Timed;
 use std::sync::Arc;
@@ -41,7 +42,10 @@ impl AssemblyRun {
             return false;
         };
         // The same motion of the bodies sways a rod with mass otherwise where its end gives way by more or less: that is lost, or got back.
-        let lost = match other.feels_rods() {
+        let compliance =
+            |rod: &Assembly, k: usize| rod.links()[k].give().map(|give| give.compliance);
+        let slides = |(k, _): &(usize, _)| compliance(&self.assembly, *k) != compliance(&other, *k);
+        let lost = match other.feels_rods() && changed.iter().any(slides) {
             true => other.evaluated(&state.0, along).map_or(0.0, |after| {
                 self.assembly.rod_kinetic(&at, along) - other.rod_kinetic(&after, along)
             }),

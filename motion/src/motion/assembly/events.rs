@@ -61,20 +61,10 @@ impl<'a> Motion<'a> for AssemblyRun {
         self.look_back(from);
         if let Some((link, gap, lambda)) = self.loose() {
             let which = self.assembly.rod_name(link);
-            let (reason, remedy) = match self.assembly.links()[link].distributed() {
-                None => (
-                    "its force does not either, since the rod is neutral under it, as a loop in a taut wire can be",
-                    "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut",
-                ),
-                Some(_) => (
-                    "a taut rod that bears a load along it, such as its weight, has no other chart",
-                    "give it friction (damping), end before it is taut, or leave out the load along it (no mass, a material by E and nu without a \
-                     density); in the plane inertia = \"first-order\" has the weight to first order",
-                ),
-            };
+            let remedy = "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut";
             let why = Error::ill_conditioned(format!(
                 "the end of {which} can be held no better than {gap:.1e} of its length: under sqrt(F L^2/B) = {lambda:.1} its base wrench \
-                 no longer tells where its end is, and {reason}"
+                 no longer tells where its end is, and its force does not either, since the rod is neutral under it, as a loop in a taut wire can be"
             ));
             return Some(self.stuck(Cause::Failed(why), remedy));
         }
