@@ -508,7 +508,7 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
 /// is led on that way from one with two thirds of the force, whose couple is far from its own.
 #[test]
 fn the_equilibrium_that_is_meant_is_led_to() {
-    let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.2], 0.8).unwrap()).unwrap();
+    let rod = Rod::new(1.0, Linear::diagonal([1.2, 1.0], 0.8).unwrap()).unwrap();
     let pull = |lam: f64, angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos()) * lam * lam;
     // In small steps: first about the clamp, then with more force.
     let turning = (0..=30).map(|k| (17.8, PI * (0.75 + 0.01 * f64::from(k))));

@@ -10,6 +10,9 @@ use snaprod::math::se3::{halves, joined};
 use snaprod::rod::{Distributed, Rod, Spring, Tip};
 use snaprod::section::Linear;
 
+/// Energy, and the wrenches on both bodies one after the other.
+type Told = (f64, Vec<f64>);
+
 /// A rod between two bodies under a load along it, their places, and its chart: pulled by lam^2 in its middle, its end turned aside.
 struct Case {
     link: Link,
@@ -221,7 +224,7 @@ fn loaded_taut_rods_give_back_their_work() {
         let lam = [20.0, 60.0][trial / 4];
         let case = Case::new(trial, lam, &mut random);
         let assembly = case.seen_as(Seen::ByPull, 0.0);
-        let moved = |twist: &[f64]| -> (f64, Vec<f64>) {
+        let moved = |twist: &[f64]| -> Told {
             let places: Vec<_> = (0..2)
                 .map(|k| {
                     let [turn, way] = [0, 3]
@@ -260,7 +263,7 @@ fn loaded_taut_rods_give_back_their_work() {
         // Forces change by their own size as an end comes nearer to the full reach, of the order of 1/lam.
         let step = 2e-3 / (lam * lam);
         let mut by = DMatrix::zeros(12, 12);
-        let mut work = vec![0.0; 12];
+        let mut work = [0.0; 12];
         for i in 0..12 {
             let at = |part: f64| {
                 let mut twist = [0.0; 12];
@@ -268,7 +271,7 @@ fn loaded_taut_rods_give_back_their_work() {
                 moved(&twist)
             };
             let [near, back, far, behind] = [1.0, -1.0, 2.0, -2.0].map(at);
-            let slope = |f: &dyn Fn(&(f64, Vec<f64>)) -> f64| {
+            let slope = |f: &dyn Fn(&Told) -> f64| {
                 (8.0 * (f(&near) - f(&back)) - (f(&far) - f(&behind))) / (12.0 * step)
             };
             work[i] = slope(&|at| at.0);
