@@ -215,13 +215,15 @@ impl Motion<'_> {
         Some(all)
     }
 
-    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; None where the law refuses.
+    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; with what turns of the base make of a load along the rod,
+    /// where it `turns`. None where the law refuses.
     fn inertia(
         &mut self,
         rotary: &Vector3<f64>,
+        turns: bool,
     ) -> Result<Option<(Sums<9>, Second, Vector3<f64>)>> {
         let mut condensed = self.swept.condensed().ok_or_else(neutral)?;
-        if self.swept.pulled.weight.is_some() {
+        if turns {
             let found = Turning::of(&self.swept, condensed).ok_or_else(neutral)?;
             condensed = found.1;
             self.turning = Some(found.0);
@@ -320,7 +322,8 @@ impl Rates {
 
 impl Rod {
     /// The inertia of a taut rod on its equilibria while it moves as `motion` says, whose rate is that of `rates`: along the directors of its base,
-    /// which are those of the clamp, as [`Rod::generalized_inertia`] has it for a rod that its base wrench charts.
+    /// which are those of the clamp, as [`Rod::generalized_inertia`] has it for a rod that its base wrench charts. If the rod bears a load and has no
+    /// [`Taut::by_turn`], its base must be at rest, and nothing is told of its turning.
     ///
     /// # Errors
     /// A rod that is neutral so held; a motion too fast for a law that is not linear.
@@ -342,8 +345,9 @@ impl Rod {
             columns,
             turning: None,
         };
-        let (sums, end, couple) = (motion.inertia(&mass.per_mass(self.length))?)
-            .ok_or_else(|| self.refused(&self.inward(&found.base)))?;
+        let (sums, end, couple) = (motion
+            .inertia(&mass.per_mass(self.length), found.by_turn.is_some())?)
+        .ok_or_else(|| self.refused(&self.inward(&found.base)))?;
         Ok(self.generalized(&sums, mass.mass, &end, couple))
     }
 }
