@@ -226,14 +226,13 @@ pub(in crate::rod) fn solved(
     let begun = |shape: Shape| pulled.refined(shape, tip, spring, tolerance);
     let near = |couple: &Vector3<f64>| (couple - m).norm() < NEAR * pulled.kappa;
     let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
-    let ways: [&dyn Fn() -> Option<Solved>; 4] = [
+    let ways: [&dyn Fn() -> Option<Solved>; 3] = [
         &|| begun(beside?.clone()).ok(),
         &|| match pulled.kappa < FOLLOWED {
             true => begun(pulled.followed(b, tip, tolerance)?).ok(),
             false => None,
         },
         &|| pulled.led(start?, tip, spring, tolerance),
-        &|| begun(pulled.guessed(b, tip, tolerance).ok()?).ok(),
     ];
     // The first rod that is found may be another equilibrium than that which is meant.
     let mut other = None;
@@ -243,9 +242,10 @@ pub(in crate::rod) fn solved(
             found => other = other.or(found),
         }
     }
-    match other {
-        Some(found) => Ok(found),
-        None => begun(pulled.guessed(b, tip, tolerance)?),
+    match (pulled.guessed(b, tip, tolerance).and_then(begun), other) {
+        (Ok(found), _) if near(&found.base_couple) => Ok(found),
+        (_, Some(other)) => Ok(other),
+        (guessed, None) => guessed,
     }
 }
 

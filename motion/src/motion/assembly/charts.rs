@@ -58,7 +58,7 @@ impl AssemblyRun {
             return false;
         }
         self.released += lost;
-        self.booked = lost;
+        self.booked += lost;
         // det J is another.
         for (k, _) in changed {
             self.largest[k] = 0.0;
