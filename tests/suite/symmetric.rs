@@ -168,16 +168,16 @@ fn the_energy_in_the_plane_does_not_drift() {
     let body = Body::<2>::new(1.0)
         .and_then(|b| b.with_dead_force(vector![-8.0, -2.0]))
         .expect("a body");
-    let [first, all] = errors(&mut swing(&body, 600.0, 1e-8, Method::Symmetric), 130.0);
+    let [first, all] = errors(&mut swing(&body, 1200.0, 1e-8, Method::Symmetric), 130.0);
     assert!(all < 5.0 * first, "{first:e}, later {all:e}");
     assert!(all < 5e-9, "{all:e}");
-    let mut explicit = swing_on(&OneByOne, &body, options(600.0, 1e-8, Method::Auto));
+    let mut explicit = swing_on(&OneByOne, &body, options(1200.0, 1e-8, Method::Auto));
     let [first, drifted] = errors(&mut explicit, 130.0);
     assert!(
         drifted > 4.0 * first && drifted > 50.0 * all,
         "explicit: {first:e}, later {drifted:e}; symmetric: {all:e}"
     );
-    let [_, fitted] = errors(&mut swing(&body, 600.0, 1e-8, Method::Auto), 130.0);
+    let [_, fitted] = errors(&mut swing(&body, 1200.0, 1e-8, Method::Auto), 130.0);
     assert!(
         fitted > 50.0 * all && fitted < drifted,
         "by collocation: {fitted:e}; explicit {drifted:e}; symmetric: {all:e}"

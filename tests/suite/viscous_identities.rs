@@ -301,21 +301,21 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
         .collect();
     let mut slopes = states.clone();
     system.balances(&states, &mut slopes).expect("slopes");
-    let strains: Vec<_> = states
-        .iter()
-        .map(|y| &y.as_slice()[..layout.field()])
+    let fields: Vec<_> = (states.iter())
+        .map(|y| {
+            (
+                y.as_slice(),
+                y.fixed_rows::<D>(layout.wrench()).into_owned(),
+            )
+        })
         .collect();
-    let wrenches: Vec<_> = states
-        .iter()
-        .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned())
-        .collect();
-    let mut resultants = vec![0.0; 9 * layout.field()];
+    let mut resultants = states.clone();
+    let mut heads: Vec<_> = (resultants.iter_mut().map(DVector::as_mut_slice)).collect();
+    let mut ends = vec![None; fields.len()];
     let rod = &system.rod;
-    let poses = rod
-        .kinematics
-        .loaded(&rod.grid, &strains, &wrenches, &mut resultants);
+    let together = (rod.kinematics).loaded(&rod.grid, None, &fields, &mut heads, &mut ends);
     let wide = K::PLACE != 2 && Registers::widest().is_some();
-    assert_eq!(poses.is_some(), wide && scaled < 10.0, "{what}");
+    assert_eq!(together, wide && scaled < 10.0, "{what}");
     for (k, (y, slope)) in states.iter().zip(&slopes).enumerate() {
         let rod = &system.rod;
         let at = rod.configuration(system.strains(y), system.memory(y));

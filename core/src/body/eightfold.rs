@@ -82,7 +82,9 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
             Eight::of(simd, self.points.det),
             Eight::of(simd, self.points.pace),
         ];
-        let slow = det.times_plus(det, pace * pace).sqrt().inverse() * self.orientation;
+        // One over the root: root and inverse side by side, not one after the other.
+        let square = det.times_plus(det, pace * pace);
+        let slow = square.sqrt() * (square.inverse() * self.orientation);
         let rate = slow * det;
         self.slow = slow.numbers();
         slopes.0[2 * N] = rate.numbers();

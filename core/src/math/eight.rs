@@ -193,7 +193,9 @@ impl<S: Simd> Extension<S> {
         let mut p = [Eight::all(simd, 1.0), x, x, x, x, x, x, x];
         for k in 1..7 {
             let n = k as f64;
-            p[k + 1] = x * p[k] * ((2.0 * n + 1.0) / (n + 1.0)) - p[k - 1] * (n / (n + 1.0));
+            // One operation waits for the last polynomial.
+            let steep = x * ((2.0 * n + 1.0) / (n + 1.0));
+            p[k + 1] = steep.times_plus(p[k], p[k - 1] * (-n / (n + 1.0)));
         }
         let mut by = p;
         for j in 0..8 {

@@ -103,8 +103,6 @@ const NOISE: f64 = 1e-12;
 /// Rounding in a part of a step that was taken, in tolerances.
 const ROUGH: f64 = 10.0;
 const STALLS: f64 = 0.5;
-/// What is expected of the first decrease.
-const EXPECTED: f64 = 0.3;
 /// Safety factor and bounds of a change of length.
 const SAFETY: f64 = 0.8;
 const SHRINK: f64 = 0.3;
@@ -343,7 +341,11 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         let [mut old, mut new] = slopes.each_mut();
         let mut at = Block::ZERO;
         integrated(simd, (from, start, old), *h, places..time, &mut at);
-        let (mut last, mean) = (f64::NAN, h * h / (8.0 * all));
+        // Squares are compared, for nothing waits for a root then.
+        let mean = h * h / (8.0 * all);
+        let left = (LEFT * tolerance) * (LEFT * tolerance);
+        let rough = (ROUGH * tolerance) * (ROUGH * tolerance);
+        let mut last = f64::NAN;
         for sweep in 1..=SWEEPS {
             integrated(simd, (from, start, old), *h, 0..places, &mut at);
             if timed {
@@ -354,23 +356,25 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             }
             integrated(simd, (from, start, new), *h, places..time, &mut at);
             motion.moves(simd, &at, new);
-            let change = changed(simd, [old, new], &scales, rows);
-            let moved = (change * mean).sqrt();
+            let moved = changed(simd, [old, new], &scales, rows) * mean;
             (old, new) = (new, old);
-            let ratio = if sweep == 1 { EXPECTED } else { moved / last };
-            let stalls = sweep > 3 && ratio > CONVERGES && moved > NOISE;
-            let rounding = moved < ROUNDING || sweep > 2 && moved < NOISE && ratio > STALLS;
+            let small = moved < NOISE * NOISE;
+            let stalls = sweep > 3 && moved > CONVERGES * CONVERGES * last && !small;
+            let noisy = sweep > 2 && small && moved > STALLS * STALLS * last;
             // A part of a step converges as the whole did: there, too, it is rounding that stays.
-            let rounding = rounding || !judged && stalls && moved < ROUGH * tolerance;
-            let stays = rounding || sweep > 1 && moved * ratio.min(1.0) < LEFT * tolerance;
+            let rounding =
+                moved < ROUNDING * ROUNDING || noisy || !judged && stalls && moved < rough;
+            // The next sweep moves by as much less as this one did than the last, if it is less at all.
+            let stays = rounding || sweep > 1 && moved * moved.min(last) < left * last;
             if stays || *judged && sweep == LOOK {
-                to.modes.fit(simd, start, old, rows);
+                to.modes.fit_high(simd, start, old, rows);
                 let tail = size(to.modes.tail(&scales, rows)) / all.sqrt();
                 let error = h * tail / (GOAL * tolerance.sqrt());
                 if stays {
+                    to.modes.fit_mean(simd, start, old, rows);
                     to.to = *from;
                     for i in 0..rows {
-                        to.to[i] += h * to.modes.low.0[i][0];
+                        to.to[i] += h * to.modes.mean[i];
                     }
                     to.slopes = *old;
                     (to.error, to.sweeps) = (error, sweep as u64);

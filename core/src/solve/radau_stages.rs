@@ -376,15 +376,16 @@ impl Newton {
             }
             for (m, factor) in factors.complex.iter().enumerate() {
                 let (re, im) = (2 * m + 1, 2 * m + 2);
-                for i in 0..n {
-                    pair[i] = Complex::new(increments[re][i], increments[im][i]);
+                let (first, second) = increments.split_at_mut(im);
+                let (re, im) = (first[re].as_mut_slice(), second[0].as_mut_slice());
+                for ((pair, re), im) in pair.as_mut_slice().iter_mut().zip(&*re).zip(&*im) {
+                    *pair = Complex::new(*re, *im);
                 }
                 if !factor.solve(pair) {
                     return Outcome::Slow(0.5);
                 }
-                for i in 0..n {
-                    increments[re][i] = pair[i].re;
-                    increments[im][i] = pair[i].im;
+                for ((pair, re), im) in pair.as_slice().iter().zip(re).zip(im) {
+                    (*re, *im) = (pair.re, pair.im);
                 }
             }
             wide(Advance {

@@ -1,6 +1,7 @@
 //! What the strains say about the shape of a rod, and what an end wrench does to its sections.
 
 use super::grid::Grid;
+use super::material::Constant;
 use nalgebra::{DMatrix, SMatrix, SVector, Vector3};
 use std::fmt::Debug;
 
@@ -8,6 +9,9 @@ use std::fmt::Debug;
 pub type Local<const M: usize> = SVector<f64, M>;
 /// A quantity of the end: its velocity, or the wrench on it.
 pub type AtEnd<const D: usize> = SVector<f64, D>;
+
+/// Where an end is, and the energy that its rod dissipates per time; None as long as it is not known.
+pub type Ended<P> = Option<(P, f64)>;
 
 /// What a dead load along a rod makes of it: local resultants g at the nodes, beside those of the end wrench, and its potential -int f.r.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,16 +81,18 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     /// The pose in these numbers.
     fn place(pose: &Self::Pose, out: &mut [f64]);
 
-    /// The poses of the end in several states at once, and Q_i w at the nodes, state by state and node by node into `resultants`. Each state has its strains,
-    /// node by node, and its end wrench. None if that is to be done one by one.
+    /// What end wrenches make of several states at once, Q_i w at the nodes, node by node at the head of each of `out`; each state begins with its strains,
+    /// node by node. With a `law` it is the strain rates that are put there. Where the ends are comes with the energy that is dissipated per
+    /// time, which is 0 without a law. False if that is to be done one by one.
     fn loaded(
         &self,
         _grid: &Grid,
-        _strains: &[&[f64]],
-        _wrenches: &[AtEnd<D>],
-        _resultants: &mut [f64],
-    ) -> Option<Vec<Self::Pose>> {
-        None
+        _law: Option<&Constant<M>>,
+        _states: &[(&[f64], AtEnd<D>)],
+        _out: &mut [&mut [f64]],
+        _ends: &mut [Ended<Self::Pose>],
+    ) -> bool {
+        false
     }
 
     /// The accuracy with which the nodes hold the shape itself, beyond what the tails of the strains say; 0 where the

@@ -2,7 +2,7 @@
 
 use super::kinematics::Local;
 use crate::error::{Error, Result};
-use crate::math::fixed::times;
+use crate::math::fixed::{add_times, times};
 use crate::rod::Distributed;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
@@ -16,17 +16,21 @@ pub struct Material<const M: usize> {
     /// Strains without load at the clamp; the values of the inactive ones hold all along the rod.
     rest: Strain,
     /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
-    hoisted: Option<Hoisted<M>>,
+    hoisted: Option<Constant<M>>,
     branches: Vec<MaxwellBranch<M>>,
     /// The dead load that it bears, in the frame of the clamp.
     load: Option<Distributed>,
 }
 
+/// A law that is linear and the same all along the rod, without memory: e_t = fluidity (resultants - stiffness (e - rest)).
 #[derive(Debug, Clone)]
-struct Hoisted<const M: usize> {
-    stiffness: SMatrix<f64, M, M>,
-    rest: Local<M>,
-    fluidity: SMatrix<f64, M, M>,
+pub struct Constant<const M: usize> {
+    /// The stiffness.
+    pub stiffness: SMatrix<f64, M, M>,
+    /// Strains without load.
+    pub rest: Local<M>,
+    /// Strain rates by overstress.
+    pub fluidity: SMatrix<f64, M, M>,
 }
 
 /// A Maxwell branch.
@@ -90,7 +94,7 @@ impl<const M: usize> Material<M> {
         if material.law.elastic.uniform_linear().is_some()
             && let Some(fluidity) = material.law.rate.uniform_fluidity()
         {
-            material.hoisted = Some(Hoisted {
+            material.hoisted = Some(Constant {
                 stiffness: material.among(&material.law.elastic.free(0.0, &material.rest)?.tangent),
                 rest: material.active_of(&material.rest),
                 fluidity: material.among(&fluidity),
@@ -140,6 +144,11 @@ impl<const M: usize> Material<M> {
     /// True if the rates are proportional to the overstress.
     pub fn is_linear(&self) -> bool {
         self.law.rate.is_linear()
+    }
+
+    /// The law, if it is a constant one.
+    pub fn constant(&self) -> Option<&Constant<M>> {
+        self.hoisted.as_ref().filter(|_| self.branches.is_empty())
     }
 
     /// True if stiffness and fluidity are the same everywhere and always.
@@ -199,6 +208,19 @@ impl<const M: usize> Material<M> {
         }
         let free = self.law.elastic.free(s, &self.all(e)).ok()?;
         Some(self.among(&free.tangent))
+    }
+
+    /// What [`Self::stored`] and [`Self::creep`] give without energy and derivatives: the strain rates under local resultants of which the
+    /// Maxwell branches have taken their share, and the overstress that the stored energy leaves of them.
+    #[inline(always)]
+    pub fn flowing(&self, s: f64, e: &Local<M>, left: &Local<M>) -> Option<(Local<M>, Local<M>)> {
+        let Some(h) = &self.hoisted else {
+            let overstress = left - self.stored(s, e)?.resultants;
+            return Some((self.creep(s, e, &overstress)?.rate, overstress));
+        };
+        let mut overstress = *left;
+        add_times(&mut overstress, &h.stiffness, &(h.rest - e));
+        Some((times(&h.fluidity, &overstress), overstress))
     }
 
     /// The strain rates under an overstress, with their derivatives; None outside the law's domain.

@@ -10,10 +10,10 @@
 //! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
 
 use super::grid::Grid;
-use super::kinematics::{AtEnd, Kinematics, Local};
+use super::kinematics::{AtEnd, Ended, Kinematics, Local};
 use super::material::Material;
 use crate::math::fixed::{add_times, add_transposed_times, times};
-use nalgebra::{DMatrix, DVector, SMatrix};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
 use std::sync::Arc;
 
 /// A viscoelastic rod on a grid.
@@ -167,43 +167,77 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         })
     }
 
-    /// The poses of the end in several states, and the resultants at the nodes that end wrenches and the load along the rod make, state by
-    /// state into `resultants`. Each state has its strains, node by node, and its wrench. None if a strain is not finite.
-    pub fn loaded(
+    /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of strains and memory; where its end is, and the
+    /// energy that it dissipates per time. Each state begins with its strains, node by node, and then has those of its dashpots, branch by
+    /// branch. None outside the law's domain, and if a strain is not finite.
+    pub fn flowing(
         &self,
-        strains: &[&[f64]],
-        wrenches: &[AtEnd<D>],
-        resultants: &mut [f64],
-    ) -> Option<Vec<K::Pose>> {
+        states: &[(&[f64], AtEnd<D>)],
+        out: &mut [&mut [f64]],
+        ends: &mut [Ended<K::Pose>],
+    ) -> Option<()> {
         let force = self.material.load_at(self.grid.nodes());
-        if force.is_none()
-            && let Some(poses) = self
-                .kinematics
-                .loaded(&self.grid, strains, wrenches, resultants)
-        {
-            return Some(poses);
+        let law = self.material.constant();
+        let kinematics = &self.kinematics;
+        let together = force.is_none() && kinematics.loaded(&self.grid, law, states, out, ends);
+        if together && law.is_some() {
+            return Some(());
         }
-        let states = strains.iter().zip(wrenches);
-        let resultants = resultants.chunks_exact_mut(self.grid.len() * M);
-        let poses = states.zip(resultants).map(|((strains, w), resultants)| {
-            let strains: Vec<_> = strains
-                .chunks_exact(M)
-                .map(Local::from_column_slice)
-                .collect();
-            let shape = self.kinematics.shape(&self.grid, &strains)?;
-            let borne = force
-                .as_ref()
-                .map(|force| self.kinematics.borne(&self.grid, &shape, force));
-            for (i, place) in resultants.chunks_exact_mut(M).enumerate() {
-                let mut local = times(&self.kinematics.transfer(&shape, i), w);
-                if let Some(borne) = &borne {
-                    local += borne.resultants[i];
-                }
-                place.copy_from_slice(local.as_slice());
+        for (((state, w), out), end) in states.iter().zip(out).zip(ends) {
+            let pose = match end.take().filter(|_| together) {
+                Some((pose, _)) => pose,
+                None => self.loaded(state, w, force.as_deref(), out)?,
+            };
+            *end = Some((pose, self.flowing_under(state, out)?));
+        }
+        Some(())
+    }
+
+    /// The pose of the end in a state, and at the head of `out` the resultants at the nodes that the end wrench and a force along the rod make.
+    fn loaded(
+        &self,
+        state: &[f64],
+        w: &AtEnd<D>,
+        force: Option<&[Vector3<f64>]>,
+        out: &mut [f64],
+    ) -> Option<K::Pose> {
+        let places = state.chunks_exact(M).take(self.grid.len());
+        let strains: Vec<_> = places.map(Local::from_column_slice).collect();
+        let shape = self.kinematics.shape(&self.grid, &strains)?;
+        let borne = force.map(|force| self.kinematics.borne(&self.grid, &shape, force));
+        for (i, place) in out.chunks_exact_mut(M).take(strains.len()).enumerate() {
+            let mut local = times(&self.kinematics.transfer(&shape, i), w);
+            if let Some(borne) = &borne {
+                local += borne.resultants[i];
             }
-            Some(self.kinematics.pose(&shape))
-        });
-        poses.collect()
+            place.copy_from_slice(local.as_slice());
+        }
+        Some(self.kinematics.pose(&shape))
+    }
+
+    /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is dissipated per time.
+    fn flowing_under(&self, state: &[f64], out: &mut [f64]) -> Option<f64> {
+        let n = self.grid.len() * M;
+        let mut dissipated = 0.0;
+        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
+        for (i, (s, weight)) in nodes.enumerate() {
+            let at = |k: usize| k * n + i * M..k * n + (i + 1) * M;
+            let e = Local::<M>::from_column_slice(&state[at(0)]);
+            let (mut left, mut density) = (Local::<M>::from_column_slice(&out[at(0)]), 0.0);
+            for (k, branch) in self.material.branches().iter().enumerate() {
+                let place = at(k + 1);
+                let stretched = e - Local::<M>::from_column_slice(&state[place.clone()]);
+                let (force, rate) = (times(&branch.modulus, &stretched), stretched / branch.time);
+                left -= force;
+                density += force.dot(&rate);
+                out[place].copy_from_slice(rate.as_slice());
+            }
+            let (rate, overstress) = self.material.flowing(*s, &e, &left)?;
+            density += overstress.dot(&rate);
+            dissipated += weight * density;
+            out[at(0)].copy_from_slice(rate.as_slice());
+        }
+        Some(dissipated)
     }
 
     /// The wrench and the rates while the end moves at `v`; None where a law has no answer.

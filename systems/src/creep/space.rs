@@ -13,11 +13,12 @@ mod eightfold;
 mod turn;
 
 use super::grid::{Element, Grid};
-use super::kinematics::{AtEnd, Borne, Kinematics, Local};
+use super::kinematics::{AtEnd, Borne, Ended, Kinematics, Local};
+use super::material::Constant;
 use crate::math::fixed::{add_times, times};
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
-use eightfold::{LANES, Loading};
+use eightfold::{End, Flowing, LANES, Loading};
 use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
 use turn::{Scratch, integrate, turn};
 
@@ -269,36 +270,45 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     fn loaded(
         &self,
         grid: &Grid,
-        strains: &[&[f64]],
-        wrenches: &[AtEnd<D>],
-        resultants: &mut [f64],
-    ) -> Option<Vec<Isometry3<f64>>> {
-        let mut ends = Vec::with_capacity(strains.len());
-        let wrenches: Vec<[f64; 6]> = wrenches
-            .iter()
-            .map(|w| {
+        law: Option<&Constant<M>>,
+        states: &[(&[f64], AtEnd<D>)],
+        out: &mut [&mut [f64]],
+        ends: &mut [Ended<Isometry3<f64>>],
+    ) -> bool {
+        let law = law.map(|law| Flowing {
+            stiffness: law.stiffness.as_slice(),
+            rest: law.rest.as_slice(),
+            fluidity: law.fluidity.as_slice(),
+        });
+        let places = states.chunks(LANES).zip(ends.chunks_mut(LANES));
+        for ((states, ends), out) in places.zip(out.chunks_mut(LANES)) {
+            // Lanes without a state of their own repeat the first.
+            let mut lanes = [states[0].0; LANES];
+            let mut wrenches = [[0.0; 6]; LANES];
+            for (k, (state, w)) in states.iter().enumerate() {
                 let (m, n) = Self::wrench(w);
-                [m.x, m.y, m.z, n.x, n.y, n.z]
-            })
-            .collect();
-        let states = strains.chunks(LANES).zip(wrenches.chunks(LANES));
-        let resultants = resultants.chunks_mut(LANES * grid.len() * M);
-        for ((strains, wrenches), resultants) in states.zip(resultants) {
+                lanes[k] = state;
+                wrenches[k] = [m.x, m.y, m.z, n.x, n.y, n.z];
+            }
+            let mut reached = [End::default(); LANES];
             let loading = Loading {
                 grid,
                 places: &Self::places(),
-                strains,
-                wrenches,
-                resultants,
-                ends: &mut ends,
+                states: &lanes,
+                wrenches: &wrenches,
+                law,
+                out,
+                ends: &mut reached,
             };
             if !loading.done() {
-                return None;
+                return false;
+            }
+            for (end, there) in ends.iter_mut().zip(reached) {
+                let at = pose(there.place.into(), &there.turn.into());
+                *end = Some((at, there.dissipated));
             }
         }
-        let poses = ends.into_iter();
-        let poses = poses.map(|(turn, place)| pose(place.into(), &turn.into()));
-        Some(poses.collect())
+        true
     }
 
     fn transfer(&self, curve: &Curve, i: usize) -> SMatrix<f64, M, D> {

@@ -54,6 +54,8 @@ pub struct Layout {
 /// The rate at which the velocity of the end along a straight inextensible rod, where it has drifted off by errors of the
 /// steps, returns to the velocity that the strain rates give it.
 const FADES: f64 = 10.0;
+/// States whose slopes are found together: as many as the stages of an implicit step at most.
+const STAGES: usize = 8;
 /// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
@@ -276,44 +278,21 @@ where
         );
     }
 
-    /// [`System::balance`] of [`Hold::Place`] from where the end is and the local resultants that its wrench makes.
+    /// What [`System::balance`] of [`Hold::Place`] is beside the rates of strains and memory, from where the end is and what the rod dissipates.
     fn held(
         &self,
         y: &DVector<f64>,
         pose: &K::Pose,
-        resultants: &[f64],
+        dissipated: f64,
         out: &mut DVector<f64>,
     ) -> Option<()> {
-        let (layout, material) = (self.layout(), &self.rod.material);
-        let n = layout.field();
-        let (from, slots) = (y.as_slice(), out.as_mut_slice());
-        let mut dissipated = 0.0;
-        let nodes = self.rod.grid.nodes().iter().zip(self.rod.grid.weights());
-        let resultants = resultants.chunks_exact(M);
-        for (i, ((s, weight), local)) in nodes.zip(resultants).enumerate() {
-            let local = Local::<M>::from_column_slice(local);
-            let first = i * M;
-            let e = Local::<M>::from_column_slice(&from[first..first + M]);
-            let mut overstress = local - material.stored(*s, &e)?.resultants;
-            let mut density = 0.0;
-            for (k, branch) in material.branches().iter().enumerate() {
-                let place = (k + 1) * n + first..(k + 1) * n + first + M;
-                let stretched = e - Local::<M>::from_column_slice(&from[place.clone()]);
-                let (force, rate) = (times(&branch.modulus, &stretched), stretched / branch.time);
-                overstress -= force;
-                density += force.dot(&rate);
-                slots[place].copy_from_slice(rate.as_slice());
-            }
-            let rate = material.creep(*s, &e, &overstress)?.rate;
-            density += overstress.dot(&rate);
-            dissipated += weight * density;
-            slots[first..first + M].copy_from_slice(rate.as_slice());
-        }
+        let (layout, slots) = (self.layout(), out.as_mut_slice());
         let wrench = y.fixed_rows::<D>(layout.wrench()).into_owned();
         self.write_body(y, pose, &wrench, dissipated, slots);
-        let mut reached = vec![0.0; K::PLACE];
-        K::place(pose, &mut reached);
-        let gap = place::gap::<D>(self.place(y), &reached);
+        let mut reached = [0.0; 7];
+        let reached = &mut reached[..K::PLACE];
+        K::place(pose, reached);
+        let gap = place::gap::<D>(self.place(y), reached);
         slots[layout.wrench()..].copy_from_slice(gap.as_slice());
         slots.iter().all(|x| x.is_finite()).then_some(())
     }
@@ -459,22 +438,32 @@ where
 
     /// By place the shapes of all states are found at once, and nothing of one state is needed for another.
     fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
-        let mut pairs = states.iter().zip(out);
         if self.hold != Hold::Place {
+            let mut pairs = states.iter().zip(out);
             return pairs.try_for_each(|(y, out)| self.balance(y, out));
         }
-        let (layout, nodes) = (self.layout(), self.rod.grid.len());
-        let strains = states.iter().map(|y| &y.as_slice()[..layout.field()]);
-        let wrenches = states
-            .iter()
-            .map(|y| y.fixed_rows::<D>(layout.wrench()).into_owned());
-        let (strains, wrenches): (Vec<_>, Vec<_>) = strains.zip(wrenches).unzip();
-        let mut resultants = vec![0.0; nodes * M * states.len()];
-        let poses = self.rod.loaded(&strains, &wrenches, &mut resultants)?;
-        let poses = poses.iter().zip(resultants.chunks_exact(nodes * M));
-        pairs
-            .zip(poses)
-            .try_for_each(|((y, out), (pose, resultants))| self.held(y, pose, resultants, out))
+        let (wrench, velocity) = (self.layout().wrench(), self.layout().velocity());
+        for (states, out) in states.chunks(STAGES).zip(out.chunks_mut(STAGES)) {
+            let n = states.len();
+            let mut fields = [(&[][..], AtEnd::zeros()); STAGES];
+            for ((field, w), y) in fields.iter_mut().zip(states) {
+                *field = &y.as_slice()[..velocity];
+                *w = y.fixed_rows::<D>(wrench).into_owned();
+            }
+            let mut ends = [const { None }; STAGES];
+            let mut slopes = out.iter_mut();
+            let mut rates: [&mut [f64]; STAGES] = std::array::from_fn(|_| match slopes.next() {
+                Some(out) => &mut out.as_mut_slice()[..velocity],
+                None => &mut [],
+            });
+            self.rod
+                .flowing(&fields[..n], &mut rates[..n], &mut ends[..n])?;
+            for ((y, out), end) in states.iter().zip(out).zip(&ends) {
+                let (pose, dissipated) = end.as_ref()?;
+                self.held(y, pose, *dissipated, out)?;
+            }
+        }
+        Some(())
     }
 
     fn settle(&self, y: &mut DVector<f64>) -> Option<()> {

@@ -113,7 +113,10 @@ pub(super) fn carried<S: Simd>(
     let kap = kap.times_plus(cosh, sinh) * over;
     let (s, c) = (s.times_plus(cos, c * sin), c * cos - s * sin);
     let across = kap * s;
-    let d = across.times_plus(across, kap_c * kap_c).sqrt();
+    let d2 = across.times_plus(across, kap_c * kap_c);
+    // Root and inverse side by side, not one after the other.
+    let d = d2.sqrt();
+    let inv_d = d2.inverse() * d;
     let (lam, b) = (before.lam, before.b);
     let mut here = At {
         kap,
@@ -121,7 +124,7 @@ pub(super) fn carried<S: Simd>(
         s,
         c,
         d,
-        inv_d: d.inverse(),
+        inv_d,
         lam,
         b,
     };

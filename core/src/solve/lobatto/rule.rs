@@ -19,11 +19,11 @@ impl Block {
     pub(super) const ZERO: Self = Self([[0.0; 8]; ROWS]);
 }
 
-/// By row, the coefficients of P_0 .. P_7, and that of P_8.
+/// By row, the coefficients of P_1 .. P_8, and that of P_0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Modes {
-    pub low: Block,
-    pub last: Row,
+    pub high: Block,
+    pub mean: Row,
 }
 
 /// Places on [-1, 1]; the first is -1.
@@ -153,38 +153,43 @@ impl WithSimd for Fitting {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Modes {
         let mut modes = Modes::ZERO;
-        modes.fit(simd, &self.start, &self.slopes, ROWS);
+        modes.fit_high(simd, &self.start, &self.slopes, ROWS);
+        modes.fit_mean(simd, &self.start, &self.slopes, ROWS);
         modes
     }
 }
 
 impl Modes {
     pub const ZERO: Self = Self {
-        low: Block::ZERO,
-        last: [0.0; 8],
+        high: Block::ZERO,
+        mean: [0.0; 8],
     };
 
-    /// Makes these those of the polynomials through these slopes; rows that have none stay.
+    /// Makes these those of the polynomials through these slopes, but for the means; rows that have none stay.
     #[inline(always)]
-    pub fn fit<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
-        let mut low = [Eight::all(simd, 0.0); 9];
-        let mut last = [0.0; 8];
+    pub fn fit_high<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
+        let mut high = [Eight::all(simd, 0.0); 9];
         for j in 0..9 {
             let mut at = [0.0; 8];
-            at.copy_from_slice(&MODES[j][..8]);
-            low[j] = Eight::of(simd, at);
-            if j > 0 {
-                last[j - 1] = MODES[j][8];
-            }
+            at.copy_from_slice(&MODES[j][1..]);
+            high[j] = Eight::of(simd, at);
         }
-        let last = Eight::of(simd, last);
         for i in 0..rows {
-            let mut sum = low[0] * start[i];
+            let mut sum = high[0] * start[i];
             for j in 0..8 {
-                sum = low[j + 1].times_plus(low[0].with(slopes.0[i][j]), sum);
+                sum = high[j + 1].times_plus(high[0].with(slopes.0[i][j]), sum);
             }
-            self.low.0[i] = sum.numbers();
-            self.last[i] = MODES[0][8] * start[i] + (last * Eight::of(simd, slopes.0[i])).total();
+            self.high.0[i] = sum.numbers();
+        }
+    }
+
+    /// Makes the means theirs.
+    #[inline(always)]
+    pub fn fit_mean<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
+        let weights = Eight::of(simd, WEIGHTS) * 0.5;
+        for i in 0..rows {
+            let rest = (weights * Eight::of(simd, slopes.0[i])).total();
+            self.mean[i] = (0.5 * FIRST) * start[i] + rest;
         }
     }
 
@@ -197,12 +202,14 @@ impl Modes {
         p[1] = x;
         for k in 1..8 {
             let n = k as f64;
-            p[k + 1] = x * p[k] * ((2.0 * n + 1.0) / (n + 1.0)) - p[k - 1] * (n / (n + 1.0));
+            // One operation waits for the last polynomial.
+            let steep = x * ((2.0 * n + 1.0) / (n + 1.0));
+            p[k + 1] = steep.times_plus(p[k], p[k - 1] * (-n / (n + 1.0)));
         }
         for i in 0..rows {
-            let mut sum = p[8] * self.last[i];
-            for k in 0..8 {
-                sum = p[k].times_plus(one.with(self.low.0[i][k]), sum);
+            let mut sum = one.with(self.mean[i]);
+            for k in 1..9 {
+                sum = p[k].times_plus(one.with(self.high.0[i][k - 1]), sum);
             }
             to.0[i] = sum.numbers();
         }
@@ -213,10 +220,9 @@ impl Modes {
     pub fn tail(&self, scales: &Row, rows: usize) -> [f64; 4] {
         let mut sizes = [0.0; 4];
         for i in 0..rows {
-            let low = &self.low.0[i];
-            let last = [low[5], low[6], low[7], self.last[i]];
             for k in 0..4 {
-                sizes[k] += (last[k] * scales[i]) * (last[k] * scales[i]);
+                let last = self.high.0[i][k + 4] * scales[i];
+                sizes[k] += last * last;
             }
         }
         for size in &mut sizes {

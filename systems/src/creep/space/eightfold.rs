@@ -1,6 +1,8 @@
 //! Up to eight states of a rod at once: the stages of an implicit step, whose shapes are found in wide registers, a state in each lane.
 //!
-//! The same equations in the same order as [`super::turn`], with one number of corrections for all states.
+//! The same equations in the same order as [`super::turn`], with one number of corrections for all states. What is inlined, always, is compiled for these registers; closures are not,
+//! and loops count by hand.
+#![allow(clippy::needless_range_loop)]
 
 use super::super::grid::{Element, Grid};
 use crate::math::eight::{Eight, Registers};
@@ -23,60 +25,88 @@ type Vector<S> = [Eight<S>; 3];
 /// (w, x, y, z) of a quaternion.
 type Turn<S> = [Eight<S>; 4];
 
-/// Rotation (w, x, y, z) and position of the end.
-pub(super) type End = ([f64; 4], [f64; 3]);
+/// Where the end is.
+#[derive(Clone, Copy, Default)]
+pub(super) struct End {
+    /// Its rotation (w, x, y, z).
+    pub turn: [f64; 4],
+    /// Its position.
+    pub place: [f64; 3],
+    /// What is dissipated per time, with a law.
+    pub dissipated: f64,
+}
 
-/// The local resultants that end wrenches make at the nodes, and where the ends are. Not generic in the strains and the end: it would be
-/// compiled for each.
-pub(super) struct Loading<'a> {
+/// A law of m strains, matrices by columns: rates = fluidity (resultants - stiffness (strains - rest)).
+#[derive(Clone, Copy)]
+pub(super) struct Flowing<'a> {
+    pub stiffness: &'a [f64],
+    pub rest: &'a [f64],
+    pub fluidity: &'a [f64],
+}
+
+/// The local resultants that end wrenches make at the nodes, or the strain rates under them, and where the ends are. Not generic in the strains and the
+/// end: it would be compiled for each.
+pub(super) struct Loading<'a, 'b> {
     pub grid: &'a Grid,
     /// Places of the strains that can change among u1 .. v3.
     pub places: &'a [usize],
-    /// The strains of at most [`LANES`] states, node by node.
-    pub strains: &'a [&'a [f64]],
+    /// States, which begin with the strains node by node.
+    pub states: &'a [&'a [f64]; LANES],
     /// (m1, n1) of each.
-    pub wrenches: &'a [[f64; 6]],
-    /// Q_i w, state by state and node by node.
-    pub resultants: &'a mut [f64],
-    /// One for each state.
-    pub ends: &'a mut Vec<End>,
+    pub wrenches: &'a [[f64; 6]; LANES],
+    /// With it rates, without it resultants are put into `out`.
+    pub law: Option<Flowing<'a>>,
+    /// At the head of each, node by node; there may be fewer than lanes.
+    pub out: &'a mut [&'b mut [f64]],
+    pub ends: &'a mut [End; LANES],
 }
 
-impl Loading<'_> {
+impl Loading<'_, '_> {
     /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what has been written is then of no use.
     pub(super) fn done(self) -> bool {
         Registers::widest().is_some_and(|registers| registers.work(self))
     }
 }
 
-impl WithSimd for Loading<'_> {
+impl WithSimd for Loading<'_, '_> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let (grid, n, m) = (self.grid, self.grid.len(), self.places.len());
         let zero = Eight::all(simd, 0.0);
-        // Lanes without a state of their own repeat the first.
-        let states: [&[f64]; LANES] =
-            std::array::from_fn(|lane| *self.strains.get(lane).unwrap_or(&self.strains[0]));
+        let states = self.states;
         // Aligned memory is dear: all of it is taken at once.
-        let mut room = vec![zero; n * (27 + 8 * USUAL)];
+        let stretched = if m > 3 { n } else { 0 };
+        let mut room = vec![zero; n * (21 + 8 * USUAL) + 3 * stretched];
         let mut room = Room(&mut room);
-        let strains = room.take::<6>(n);
-        for (i, strain) in strains.iter_mut().enumerate() {
-            strain[5] = zero.with(1.0);
+        let (u, v) = (room.take::<3>(n), room.take::<3>(stretched));
+        for v in &mut *v {
+            v[2] = zero.with(1.0);
+        }
+        for i in 0..n {
             for (k, place) in self.places.iter().enumerate() {
-                let mut at = [0.0; LANES];
-                for (x, state) in at.iter_mut().zip(states) {
-                    *x = state[i * m + k];
+                let at = i * m + k;
+                let strain = Eight::of(
+                    simd,
+                    [
+                        states[0][at],
+                        states[1][at],
+                        states[2][at],
+                        states[3][at],
+                        states[4][at],
+                        states[5][at],
+                        states[6][at],
+                        states[7][at],
+                    ],
+                );
+                match *place {
+                    0..3 => u[i][*place] = strain,
+                    _ => v[i][*place - 3] = strain,
                 }
-                strain[*place] = Eight::of(simd, at);
             }
         }
-        let (u, p, positions) = (room.take::<3>(n), room.take::<4>(n), room.take::<3>(n));
-        for (u, strain) in u.iter_mut().zip(&*strains) {
-            u.copy_from_slice(&strain[..3]);
-        }
+        let (p, positions) = (room.take::<4>(n), room.take::<3>(n));
         let mut start = [zero.with(1.0), zero, zero, zero];
         let mut scratch = Scratch {
             angles: room.take(n),
@@ -97,16 +127,12 @@ impl WithSimd for Loading<'_> {
         for element in grid.elements() {
             let nodes = element.nodes();
             let tangents = &mut scratch.angles[..nodes.len()];
-            for ((t, p), strain) in tangents
-                .iter_mut()
-                .zip(&p[nodes.clone()])
-                .zip(&strains[nodes.clone()])
-            {
-                let [d1, d2, d3] = directors(p);
+            for (t, i) in tangents.iter_mut().zip(nodes.clone()) {
+                let [d1, d2, d3] = directors(&p[i]);
                 *t = d3;
                 if m > 3 {
-                    let shear = added(&scaled(&d1, strain[3]), &scaled(&d2, strain[4]));
-                    *t = added(&shear, &scaled(&d3, strain[5]));
+                    let shear = added(&scaled(&d1, v[i][0]), &scaled(&d2, v[i][1]));
+                    *t = added(&shear, &scaled(&d3, v[i][2]));
                 }
             }
             let out = &mut positions[nodes.clone()];
@@ -121,37 +147,69 @@ impl WithSimd for Loading<'_> {
         let mut wrench = [zero; 6];
         for (k, wrench) in wrench.iter_mut().enumerate() {
             let mut at = [0.0; LANES];
-            for (x, w) in at.iter_mut().zip(self.wrenches) {
-                *x = w[k];
+            for lane in 0..LANES {
+                at[lane] = self.wrenches[lane][k];
             }
             *wrench = Eight::of(simd, at);
         }
         let [m1, m2, m3, n1, n2, n3] = wrench;
         let (couple, force) = ([m1, m2, m3], [n1, n2, n3]);
-        for (i, (p, r)) in p.iter().zip(&*positions).enumerate() {
+        let mut dissipated = zero;
+        for i in 0..n {
+            let r = &positions[i];
             let arm = [end[0] - r[0], end[1] - r[1], end[2] - r[2]];
             let moment = added(&cross(&arm, &force), &couple);
-            let directors = directors(p);
-            for (k, place) in self.places.iter().enumerate() {
-                let local = match *place {
+            let directors = directors(&p[i]);
+            let mut local = [zero; 6];
+            for (local, place) in local.iter_mut().zip(self.places) {
+                *local = match *place {
                     0..3 => dot(&directors[*place], &moment),
                     _ => dot(&directors[*place - 3], &force),
                 };
-                let states = self.resultants.chunks_exact_mut(n * m);
-                for (state, x) in states.zip(local.numbers()) {
-                    state[i * m + k] = x;
+            }
+            if let Some(law) = self.law {
+                // Sums that stay in their registers, for a number m of terms that the compiler does not know.
+                let (mut short, mut overstress) = ([zero; 6], [zero; 6]);
+                for (k, place) in self.places.iter().enumerate() {
+                    let strain = match *place {
+                        0..3 => u[i][*place],
+                        _ => v[i][*place - 3],
+                    };
+                    short[k] = zero.with(law.rest[k]) - strain;
+                }
+                for l in 0..m {
+                    overstress[l] = mixed(&law.stiffness[l..], m, &short, local[l]);
+                }
+                for l in 0..m {
+                    local[l] = mixed(&law.fluidity[l..], m, &overstress, zero);
+                }
+                let mut density = zero;
+                for k in 0..m {
+                    density = overstress[k].times_plus(local[k], density);
+                }
+                let weight = zero.with(grid.weights()[i]);
+                dissipated = density.times_plus(weight, dissipated);
+            }
+            for k in 0..m {
+                let numbers = local[k].numbers();
+                for lane in 0..self.out.len() {
+                    self.out[lane][i * m + k] = numbers[lane];
                 }
             }
         }
         let turns = start.map(Eight::numbers);
         let places = end.map(Eight::numbers);
-        for lane in 0..self.strains.len() {
-            let turn = turns.map(|x| x[lane]);
-            let place = places.map(|x| x[lane]);
-            if !(turn.iter().sum::<f64>() + place.iter().sum::<f64>()).is_finite() {
+        let dissipated = dissipated.numbers();
+        for lane in 0..self.out.len() {
+            let end = End {
+                turn: turns.map(|x| x[lane]),
+                place: places.map(|x| x[lane]),
+                dissipated: dissipated[lane],
+            };
+            if !(end.turn.iter().sum::<f64>() + end.place.iter().sum::<f64>()).is_finite() {
                 return false;
             }
-            self.ends.push((turn, place));
+            self.ends[lane] = end;
         }
         true
     }
@@ -451,6 +509,15 @@ fn exponential<S: Simd>(angle: &Vector<S>) -> Turn<S> {
         p = product(&p, &p);
     }
     p
+}
+
+/// Adds to a sum m numbers times those of a row, which stand m apart.
+#[inline(always)]
+fn mixed<S: Simd>(row: &[f64], m: usize, x: &[Eight<S>; 6], mut sum: Eight<S>) -> Eight<S> {
+    for k in 0..m {
+        sum = x[k].times_plus(sum.with(row[k * m]), sum);
+    }
+    sum
 }
 
 /// The product a b: first b, then a.

@@ -327,9 +327,8 @@ impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
             Solver::Local { blocks, wrench } => (blocks, wrench),
         };
         let rod = &self.linear.rod;
-        for (strain, block) in strains.chunks_exact_mut(M).zip(blocks) {
-            let alone = times(block, &SMatrix::<T, M, 1>::from_column_slice(strain));
-            strain.copy_from_slice(alone.as_slice());
+        for (strain, block) in strains.as_chunks_mut::<M>().0.iter_mut().zip(blocks) {
+            *strain = times(block, &SMatrix::<T, M, 1>::from(*strain)).data.0[0];
         }
         let mut missing = *pushed;
         add_times(
@@ -343,17 +342,18 @@ impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
         }
         let wrench = times(inverse, &missing);
         let pushing = rod.push.as_slice();
-        for (i, (strain, block)) in strains.chunks_exact_mut(M).zip(blocks).enumerate() {
+        let scaled = wrench.scale(self.unit);
+        let places = strains.as_chunks_mut::<M>().0.iter_mut().zip(blocks);
+        for (i, (strain, block)) in places.enumerate() {
             let mut rate = SMatrix::<T, M, 1>::zeros();
-            for (column, w) in pushing.chunks_exact(n).zip(wrench.iter()) {
-                for (rate, push) in rate.iter_mut().zip(&column[i * M..]) {
+            for (column, w) in pushing.chunks_exact(n).zip(&scaled.data.0[0]) {
+                for (rate, push) in rate.data.0[0].iter_mut().zip(&column[i * M..]) {
                     *rate = rate.plus_scaled(*push, *w);
                 }
             }
-            let more = times(block, &rate.scale(self.unit));
-            for (strain, more) in strain.iter_mut().zip(more.iter()) {
-                *strain += *more;
-            }
+            let mut sum = SMatrix::<T, M, 1>::from(*strain);
+            add_times(&mut sum, block, &rate);
+            *strain = sum.data.0[0];
         }
         Some(wrench)
     }
@@ -380,7 +380,7 @@ fn add_moved<T: Scalar, const M: usize, const D: usize>(
 /// The sum of the columns times the numbers of a field.
 fn gathered<T: Scalar, const D: usize>(columns: &DMatrix<f64>, field: &[T]) -> SMatrix<T, D, 1> {
     let mut sum = SMatrix::<T, D, 1>::zeros();
-    for (column, x) in columns.as_slice().chunks_exact(D).zip(field) {
+    for (column, x) in columns.as_slice().as_chunks::<D>().0.iter().zip(field) {
         for (sum, g) in sum.data.0[0].iter_mut().zip(column) {
             *sum = sum.plus_scaled(*g, *x);
         }
@@ -451,6 +451,7 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
                 Hold::Together | Hold::Place => wrench.scale(self.unit),
             };
         }
-        b.iter().all(|x| x.is_finite())
+        // Without branches.
+        (b.as_slice().iter()).fold(true, |finite, x| finite & x.is_finite())
     }
 }
