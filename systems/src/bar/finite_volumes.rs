@@ -138,8 +138,9 @@ impl FiniteVolumes {
     }
 
     /// Energy dissipated per time at the inner faces, as of the last stage; the face i stands at X = i h.
-    pub fn losses(&self) -> &[f64] {
-        &self.work.losses
+    pub fn losses(&self) -> impl Iterator<Item = f64> {
+        let area = self.bar.area;
+        self.work.losses.iter().map(move |loss| area * loss)
     }
 
     /// \[kinetic, strain, momentum\].
@@ -275,12 +276,7 @@ impl FiniteVolumes {
         if wide || !self.bends.is_empty() {
             self.solve_exactly(lam, v)?;
         }
-        let area = self.bar.area;
-        let losses = &mut self.work.losses;
-        for loss in losses.iter_mut() {
-            *loss *= area;
-        }
-        Ok(losses.iter().sum())
+        Ok(self.bar.area * self.work.losses.iter().sum::<f64>())
     }
 
     /// Solves the Riemann problem of the two cells exactly at the faces where acoustic waves do not do.
