@@ -284,15 +284,15 @@ fn viscous() -> Work {
     let body = Body::new(1.0).unwrap();
     Box::new(move || {
         const SLOPES: u64 = 200;
-        let system = ViscousSystem {
-            rod: Reduced {
+        let system = ViscousSystem::new(
+            Reduced {
                 kinematics: Plane,
                 material: material.clone(),
                 grid: Arc::new(Grid::uniform(24)),
             },
-            body: &body,
-            hold: Hold::Place,
-        };
+            &body,
+            Hold::Place,
+        );
         let strain = |s: &f64| Vector1::new(1.5 - s);
         let strains: Vec<_> = system.rod.grid.nodes().iter().map(strain).collect();
         let y = system.state(&strains, &[], &Vector2::new(0.1, -0.5));

@@ -142,11 +142,7 @@ fn slopes() {
             .iter()
             .map(|s| Vector1::new(1.5 - s))
             .collect();
-        let system = ViscousSystem {
-            rod,
-            body: &body,
-            hold: Hold::Place,
-        };
+        let system = ViscousSystem::new(rod, &body, Hold::Place);
         let y = system.state(&strains, &[], &Vector2::new(0.1, -0.5));
         time_of(&format!("plane, {nodes} nodes"), &system, y);
     }
@@ -163,11 +159,7 @@ fn slopes() {
             .iter()
             .map(|s| Vector3::new(0.3 + s, 0.5, 0.2 * s))
             .collect();
-        let system = ViscousSystem {
-            rod,
-            body: &body,
-            hold: Hold::Place,
-        };
+        let system = ViscousSystem::new(rod, &body, Hold::Place);
         let y = system.state(&strains, &[], &Vector6::repeat(0.1));
         time_of(
             &format!("space, 3 strains, welded, {nodes} nodes"),

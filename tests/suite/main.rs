@@ -101,6 +101,7 @@ mod loads;
 mod mass_motions;
 #[cfg(feature = "scene")]
 mod mass_numbers_space;
+mod memory;
 mod memory_kernel;
 mod memory_motion;
 #[cfg(feature = "scene")]

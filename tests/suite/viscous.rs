@@ -184,15 +184,15 @@ fn jacobian_is_that_of_the_slope_and_of_the_balance() {
 
 fn jacobian_in_the_form(hold: Hold) {
     let body = Body::new(1.3).unwrap().with_drag(0.4).unwrap();
-    let system = ViscousSystem {
-        rod: Reduced {
+    let system = ViscousSystem::new(
+        Reduced {
             kinematics: Plane,
             material: material(0.1, &[(0.7, 0.3), (0.2, 5.0)]),
             grid: Arc::new(Grid::new(&[0.4], &[6, 7])),
         },
-        body: &body,
+        &body,
         hold,
-    };
+    );
     let field = |f: &dyn Fn(f64) -> f64| -> Vec<_> {
         system
             .rod

@@ -1,5 +1,6 @@
 //! Viscoelastic rods: the Jacobian, and identities that hold along every run.
 
+use crate::memory::allocations;
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
 use snaprod::creep::grid::Grid;
@@ -82,7 +83,8 @@ fn field<const M: usize>(grid: &Grid, active: &[usize; M], number: usize) -> Vec
 
 const HALF_WIDTHS: [f64; 2] = [0.1, 0.25];
 
-/// Every kind of law that the strains allow, with two Maxwell branches, full matrices and a rest that is not straight.
+/// Every kind of law that the strains allow, with two Maxwell branches, full matrices and a rest that is not straight; one without memory, which is a
+/// constant one.
 fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
     let base = Linear::full(full([1.0, 1.4, 0.8, 30.0, 40.0, 60.0], 3))
         .and_then(|law| law.rigid(rigid)?.with_rest([0.2, -0.3], 0.4))
@@ -117,7 +119,10 @@ fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
             .and_then(|law| law.with_branch(branch([0.2, 0.1, 0.4, 5.0, 9.0, 3.0], 31, 5.0)));
         (name, law.expect("a section"))
     };
-    pairs.into_iter().map(law).collect()
+    let constant = Viscoelastic::new(pairs[0].1.clone(), pairs[0].2.clone()).expect("a section");
+    let mut laws: Vec<_> = pairs.into_iter().map(law).collect();
+    laws.push(("without memory", constant));
+    laws
 }
 
 /// Offset, full inertia, gravity, loads of every kind, both drags.
@@ -161,15 +166,15 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     let what = format!("{name}, M = {M}, D = {D}");
     let grid = Arc::new(Grid::new(&[0.4], &[14, 15]));
     let branches = law.branches.len();
-    let mut system = ViscousSystem {
-        rod: Reduced {
+    let mut system = ViscousSystem::new(
+        Reduced {
             kinematics,
             material: Material::new(law, active).expect("a material"),
             grid: grid.clone(),
         },
         body,
-        hold: Hold::Velocity,
-    };
+        Hold::Velocity,
+    );
     let state = |number: usize| {
         let memory: Vec<_> = (0..branches)
             .map(|k| field(&grid, &active, 900 + 50 * k + number))
@@ -313,9 +318,22 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     let mut heads: Vec<_> = (resultants.iter_mut().map(DVector::as_mut_slice)).collect();
     let mut ends = vec![None; fields.len()];
     let rod = &system.rod;
-    let together = (rod.kinematics).loaded(&rod.grid, None, &fields, &mut heads, &mut ends);
+    let room = &mut K::Room::default();
+    let together = (rod.kinematics).loaded(&rod.grid, None, &fields, &mut heads, &mut ends, room);
     let wide = K::PLACE != 2 && Registers::widest().is_some();
     assert_eq!(together, wide && scaled < 10.0, "{what}");
+    assert_eq!(rod.material.constant().is_some(), layout.branches == 0);
+    // Once there is room for all of it, a right-hand side asks for no memory.
+    if scaled < 10.0 {
+        for hold in [Hold::Velocity, Hold::Together, Hold::Place] {
+            system.hold = hold;
+            let again = &mut slopes.clone();
+            system.balances(&states, again).expect("slopes");
+            let count = allocations(|| system.balances(&states, again).expect("slopes"));
+            assert_eq!(count, 0, "{what}, {hold:?}");
+        }
+        system.hold = Hold::Place;
+    }
     for (k, (y, slope)) in states.iter().zip(&slopes).enumerate() {
         let rod = &system.rod;
         let at = rod.configuration(system.strains(y), system.memory(y));

@@ -310,21 +310,19 @@ impl Element {
     ) {
         let n = f.len();
         let half = n / 2;
-        let mut sums = vec![SVector::<f64, K>::zeros(); n - half];
-        let mut differences = vec![SVector::<f64, K>::zeros(); half];
-        for j in 0..half {
-            sums[j] = f[j] + f[n - 1 - j];
-            differences[j] = f[j] - f[n - 1 - j];
-        }
-        if n > 2 * half {
-            // The middle node mirrors itself.
-            sums[half] = f[half];
-        }
         let (near, far) = out.split_at_mut(n - half);
         near.fill(SVector::zeros());
         far.fill(SVector::zeros());
-        multiply_add(&self.antisymmetric, &differences, near);
-        multiply_add(&self.symmetric, &sums, far);
+        multiply_add(&self.antisymmetric, |j| f[j] - f[n - 1 - j], near);
+        // The middle node mirrors itself.
+        let sum = |j: usize| {
+            if 2 * j + 1 == n {
+                f[j]
+            } else {
+                f[j] + f[n - 1 - j]
+            }
+        };
+        multiply_add(&self.symmetric, sum, far);
         for (odd, even) in near.iter_mut().zip(far.iter_mut()) {
             (*odd, *even) = (before + *even + *odd, before + total - *even + *odd);
         }
@@ -376,7 +374,7 @@ impl Element {
 /// out += matrix x, four columns at a time.
 fn multiply_add<const K: usize>(
     matrix: &DMatrix<f64>,
-    x: &[SVector<f64, K>],
+    x: impl Fn(usize) -> SVector<f64, K>,
     out: &mut [SVector<f64, K>],
 ) {
     let rows = out.len();
@@ -385,13 +383,15 @@ fn multiply_add<const K: usize>(
     }
     let columns = matrix.as_slice().chunks_exact(4 * rows);
     let last = columns.remainder();
-    let fours = x.chunks_exact(4);
-    for (x, column) in fours.remainder().iter().zip(last.chunks_exact(rows)) {
+    let first = matrix.ncols() / 4 * 4;
+    for (j, column) in last.chunks_exact(rows).enumerate() {
+        let x = x(first + j);
         for (o, a) in out.iter_mut().zip(column) {
             *o += x * *a;
         }
     }
-    for (four, x) in columns.zip(fours) {
+    for (j, four) in columns.enumerate() {
+        let x = [x(4 * j), x(4 * j + 1), x(4 * j + 2), x(4 * j + 3)];
         let (a, b) = four.split_at(2 * rows);
         let ((a, b), (c, d)) = (a.split_at(rows), b.split_at(rows));
         let (a, b, c, d) = (&a[..rows], &b[..rows], &c[..rows], &d[..rows]);

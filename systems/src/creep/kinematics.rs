@@ -27,13 +27,29 @@ pub struct Borne<const M: usize> {
 /// The rod leaves its clamp at s = 0 and has length 1. All fields are given at the nodes of a [`Grid`], in their order.
 pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     /// The shape: what the strains determine at the nodes and at the end.
-    type Shape: Debug + Clone;
+    type Shape: Debug + Clone + Default;
+
+    /// Room to work in, kept from one shape to the next.
+    type Room: Debug + Default + Send;
 
     /// The pose of the end.
     type Pose: Debug + Clone;
 
+    /// Makes `shape` that of the rod with `strains` at the nodes; None, and the shape is of no use, if a strain is not finite.
+    fn reshape(
+        &self,
+        grid: &Grid,
+        strains: &[Local<M>],
+        shape: &mut Self::Shape,
+        room: &mut Self::Room,
+    ) -> Option<()>;
+
     /// The shape of the rod with `strains` at the nodes; None if a strain is not finite.
-    fn shape(&self, grid: &Grid, strains: &[Local<M>]) -> Option<Self::Shape>;
+    fn shape(&self, grid: &Grid, strains: &[Local<M>]) -> Option<Self::Shape> {
+        let mut shape = Self::Shape::default();
+        self.reshape(grid, strains, &mut shape, &mut Self::Room::default())?;
+        Some(shape)
+    }
 
     /// The pose of the end.
     fn pose(&self, shape: &Self::Shape) -> Self::Pose;
@@ -91,6 +107,7 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         _states: &[(&[f64], AtEnd<D>)],
         _out: &mut [&mut [f64]],
         _ends: &mut [Ended<Self::Pose>],
+        _room: &mut Self::Room,
     ) -> bool {
         false
     }

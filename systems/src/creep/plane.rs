@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, SMatrix, Vector1, Vector2, Vector3};
 pub struct Plane;
 
 /// The shape of a rod in a plane.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlaneShape {
     /// (cos theta, sin theta) at the nodes.
     tangents: Vec<Vector2<f64>>,
@@ -51,27 +51,28 @@ impl PlaneShape {
 
 impl Kinematics<1, 2> for Plane {
     type Shape = PlaneShape;
+    /// Angles at the nodes.
+    type Room = Vec<Vector1<f64>>;
     type Pose = Vector2<f64>;
     const PLACE: usize = 2;
 
-    fn shape(&self, grid: &Grid, strains: &[Local<1>]) -> Option<PlaneShape> {
-        let mut angles = vec![Vector1::zeros(); grid.len()];
-        let end_angle = grid.integrate(strains, &mut angles)[0];
-        let tangents: Vec<_> = angles
-            .iter()
-            .map(|angle| {
-                let (sin, cos) = angle[0].sin_cos();
-                Vector2::new(cos, sin)
-            })
-            .collect();
-        let mut positions = vec![Vector2::zeros(); grid.len()];
-        let end = grid.integrate(&tangents, &mut positions);
-        end.iter().all(|x| x.is_finite()).then_some(PlaneShape {
-            tangents,
-            positions,
-            end,
-            end_angle,
-        })
+    fn reshape(
+        &self,
+        grid: &Grid,
+        strains: &[Local<1>],
+        shape: &mut PlaneShape,
+        angles: &mut Vec<Vector1<f64>>,
+    ) -> Option<()> {
+        angles.resize(grid.len(), Vector1::zeros());
+        shape.end_angle = grid.integrate(strains, angles)[0];
+        shape.tangents.clear();
+        shape.tangents.extend(angles.iter().map(|angle| {
+            let (sin, cos) = angle[0].sin_cos();
+            Vector2::new(cos, sin)
+        }));
+        shape.positions.resize(grid.len(), Vector2::zeros());
+        shape.end = grid.integrate(&shape.tangents, &mut shape.positions);
+        shape.end.iter().all(|x| x.is_finite()).then_some(())
     }
 
     fn pose(&self, shape: &PlaneShape) -> Vector2<f64> {

@@ -28,7 +28,7 @@ pub struct Reduced<K, const M: usize, const D: usize> {
 }
 
 /// Strains and memory, and what follows from them alone.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Configuration<S, const M: usize, const D: usize> {
     /// e at the nodes.
     pub strains: Vec<Local<M>>,
@@ -61,6 +61,42 @@ pub struct Flow<const M: usize, const D: usize> {
     pub by_strain: Vec<SMatrix<f64, M, M>>,
     /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
     pub mobility: SMatrix<f64, D, D>,
+}
+
+impl<const M: usize, const D: usize> Default for Flow<M, D> {
+    fn default() -> Self {
+        Self {
+            wrench: AtEnd::zeros(),
+            rates: Vec::new(),
+            overstress: Vec::new(),
+            fluidity: Vec::new(),
+            by_strain: Vec::new(),
+            mobility: SMatrix::zeros(),
+        }
+    }
+}
+
+/// Room to work in: what is asked for again and again need not ask for memory each time.
+#[derive(Debug)]
+pub struct Room<K: Kinematics<M, D>, const M: usize, const D: usize> {
+    /// A configuration and its flow.
+    pub at: Configuration<K::Shape, M, D>,
+    /// See `at`.
+    pub flow: Flow<M, D>,
+    next: Flow<M, D>,
+    /// Where shapes are made.
+    pub shaping: K::Room,
+}
+
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> Default for Room<K, M, D> {
+    fn default() -> Self {
+        Self {
+            at: Configuration::default(),
+            flow: Flow::default(),
+            next: Flow::default(),
+            shaping: K::Room::default(),
+        }
+    }
 }
 
 /// The flow linearised in strains e, memory z, end velocity V and wrench w1, all nodes in one column:
@@ -131,40 +167,47 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         strains: Vec<Local<M>>,
         memory: Vec<Vec<Local<M>>>,
     ) -> Option<Configuration<K::Shape, M, D>> {
-        let shape = self.kinematics.shape(&self.grid, &strains)?;
-        let mut energy = 0.0;
-        let mut taken = Vec::with_capacity(strains.len());
-        let mut transfer = Vec::with_capacity(strains.len());
-        for (i, e) in strains.iter().enumerate() {
+        let mut at = Configuration {
+            strains,
+            memory,
+            ..Configuration::default()
+        };
+        self.configure(&mut at, &mut K::Room::default())?;
+        Some(at)
+    }
+
+    /// Makes all else in a configuration what follows from its strains and its memory. None outside the law's domain; what it holds then is of no use.
+    pub fn configure(
+        &self,
+        at: &mut Configuration<K::Shape, M, D>,
+        room: &mut K::Room,
+    ) -> Option<()> {
+        (self.kinematics).reshape(&self.grid, &at.strains, &mut at.shape, room)?;
+        at.energy = 0.0;
+        at.taken.clear();
+        at.transfer.clear();
+        for (i, e) in at.strains.iter().enumerate() {
             let stored = self.material.stored(self.grid.nodes()[i], e)?;
             let (mut density, mut resultants) = (stored.energy, stored.resultants);
-            for (branch, z) in self.material.branches().iter().zip(&memory) {
+            for (branch, z) in self.material.branches().iter().zip(&at.memory) {
                 let stretched = e - z[i];
                 let force = times(&branch.modulus, &stretched);
                 density += 0.5 * stretched.dot(&force);
                 resultants += force;
             }
-            energy += self.grid.weights()[i] * density;
-            taken.push(resultants);
-            transfer.push(self.kinematics.transfer(&shape, i));
+            at.energy += self.grid.weights()[i] * density;
+            at.taken.push(resultants);
+            at.transfer.push(self.kinematics.transfer(&at.shape, i));
         }
-        let mut potential = 0.0;
+        at.potential = 0.0;
         if let Some(force) = self.material.load_at(self.grid.nodes()) {
-            let borne = self.kinematics.borne(&self.grid, &shape, &force);
-            potential = borne.potential;
-            for (taken, g) in taken.iter_mut().zip(&borne.resultants) {
+            let borne = self.kinematics.borne(&self.grid, &at.shape, &force);
+            at.potential = borne.potential;
+            for (taken, g) in at.taken.iter_mut().zip(&borne.resultants) {
                 *taken -= g;
             }
         }
-        energy.is_finite().then_some(Configuration {
-            strains,
-            memory,
-            shape,
-            transfer,
-            taken,
-            energy,
-            potential,
-        })
+        at.energy.is_finite().then_some(())
     }
 
     /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of strains and memory; where its end is, and the
@@ -175,18 +218,19 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
         ends: &mut [Ended<K::Pose>],
+        room: &mut Room<K, M, D>,
     ) -> Option<()> {
         let force = self.material.load_at(self.grid.nodes());
         let law = self.material.constant();
-        let kinematics = &self.kinematics;
-        let together = force.is_none() && kinematics.loaded(&self.grid, law, states, out, ends);
+        let together = force.is_none()
+            && (self.kinematics).loaded(&self.grid, law, states, out, ends, &mut room.shaping);
         if together && law.is_some() {
             return Some(());
         }
         for (((state, w), out), end) in states.iter().zip(out).zip(ends) {
             let pose = match end.take().filter(|_| together) {
                 Some((pose, _)) => pose,
-                None => self.loaded(state, w, force.as_deref(), out)?,
+                None => self.loaded(state, w, force.as_deref(), out, room)?,
             };
             *end = Some((pose, self.flowing_under(state, out)?));
         }
@@ -200,19 +244,22 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         w: &AtEnd<D>,
         force: Option<&[Vector3<f64>]>,
         out: &mut [f64],
+        room: &mut Room<K, M, D>,
     ) -> Option<K::Pose> {
+        let Configuration { strains, shape, .. } = &mut room.at;
         let places = state.chunks_exact(M).take(self.grid.len());
-        let strains: Vec<_> = places.map(Local::from_column_slice).collect();
-        let shape = self.kinematics.shape(&self.grid, &strains)?;
-        let borne = force.map(|force| self.kinematics.borne(&self.grid, &shape, force));
+        strains.clear();
+        strains.extend(places.map(Local::<M>::from_column_slice));
+        (self.kinematics).reshape(&self.grid, strains, shape, &mut room.shaping)?;
+        let borne = force.map(|force| self.kinematics.borne(&self.grid, shape, force));
         for (i, place) in out.chunks_exact_mut(M).take(strains.len()).enumerate() {
-            let mut local = times(&self.kinematics.transfer(&shape, i), w);
+            let mut local = times(&self.kinematics.transfer(shape, i), w);
             if let Some(borne) = &borne {
                 local += borne.resultants[i];
             }
             place.copy_from_slice(local.as_slice());
         }
-        Some(self.kinematics.pose(&shape))
+        Some(self.kinematics.pose(shape))
     }
 
     /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is dissipated per time.
@@ -245,20 +292,38 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are small
     /// differences of large stresses, and what is lost there must not make the end drift.
     pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
-        let mut flow = self.under(at, &AtEnd::zeros())?;
-        let mut residual = self.moved(at, &flow) - v;
+        let mut flow = Flow::default();
+        self.follow(at, v, &mut flow, &mut Flow::default())?;
+        Some(flow)
+    }
+
+    /// [`Self::flow`] of the configuration in the room.
+    pub fn flow_in(&self, room: &mut Room<K, M, D>, v: &AtEnd<D>) -> Option<()> {
+        self.follow(&room.at, v, &mut room.flow, &mut room.next)
+    }
+
+    /// Makes `flow` that of [`Self::flow`]; `next` is room for another.
+    fn follow(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        v: &AtEnd<D>,
+        flow: &mut Flow<M, D>,
+        next: &mut Flow<M, D>,
+    ) -> Option<()> {
+        self.press(at, &AtEnd::zeros(), flow)?;
+        let mut residual = self.moved(at, flow) - v;
         if self.material.is_linear() {
             for step in 0..REFINEMENTS {
                 let change = solve(&flow.mobility, &-residual)?;
                 if step == 0 && !self.material.is_constant() {
                     // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
-                    flow = self.under(at, &change)?;
+                    self.press(at, &change, flow)?;
                 } else {
-                    self.load(at, &mut flow, &change);
+                    self.load(at, flow, &change);
                 }
-                residual = self.moved(at, &flow) - v;
+                residual = self.moved(at, flow) - v;
             }
-            return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
+            return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
         }
         // Convergence is judged by powers, in which a wrench counts as much as it does. A wrench along a rod that is
         // straight to within an angle a is not known better than to rounding/a, and need not be.
@@ -266,21 +331,22 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         for _ in 0..MOST {
             let change = solve(&flow.mobility, &-residual)?;
             let decrement = -residual.dot(&change);
-            let power = self.power(at, &flow);
+            let power = self.power(at, flow);
             let settled = decrement <= CONVERGED * power;
             if settled || (decrement <= ROUNDED * power && !(decrement < 0.1 * before)) {
-                self.load(at, &mut flow, &change);
-                return flow.wrench.iter().all(|x| x.is_finite()).then_some(flow);
+                self.load(at, flow, &change);
+                return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
             }
             before = decrement;
             // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it comes out
             // positive by as much has gone too far and is halved.
             let mut fraction = 1.0;
             loop {
-                let next = self.under(at, &(flow.wrench + change * fraction))?;
-                let after = self.moved(at, &next) - v;
+                self.press(at, &(flow.wrench + change * fraction), next)?;
+                let after = self.moved(at, next) - v;
                 if after.dot(&change) <= 0.9 * decrement || fraction < 1e-10 {
-                    (flow, residual) = (next, after);
+                    std::mem::swap(flow, next);
+                    residual = after;
                     break;
                 }
                 fraction *= 0.5;
@@ -312,15 +378,24 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
 
     /// The rates under the end wrench `w`, wherever the end goes.
     pub fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
-        let n = at.strains.len();
-        let mut flow = Flow {
-            wrench: *w,
-            rates: Vec::with_capacity(n),
-            overstress: Vec::with_capacity(n),
-            fluidity: Vec::with_capacity(n),
-            by_strain: Vec::with_capacity(n),
-            mobility: SMatrix::zeros(),
-        };
+        let mut flow = Flow::default();
+        self.press(at, w, &mut flow)?;
+        Some(flow)
+    }
+
+    /// Makes `flow` that of [`Self::under`].
+    pub fn press(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        w: &AtEnd<D>,
+        flow: &mut Flow<M, D>,
+    ) -> Option<()> {
+        flow.wrench = *w;
+        flow.mobility = SMatrix::zeros();
+        flow.rates.clear();
+        flow.overstress.clear();
+        flow.fluidity.clear();
+        flow.by_strain.clear();
         for (i, q) in at.transfer.iter().enumerate() {
             let overstress = times(q, w) - at.taken[i];
             let creep = self
@@ -333,7 +408,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             flow.fluidity.push(creep.fluidity);
             flow.by_strain.push(creep.by_strain);
         }
-        Some(flow)
+        Some(())
     }
 
     /// int Q^T e_t, the velocity at which the rates move the end.
@@ -348,27 +423,29 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
 
     /// The whole dissipation, per time.
     pub fn dissipated(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
-        let density = self.dissipation(at, flow);
-        density
-            .iter()
-            .zip(self.grid.weights())
-            .map(|(d, w)| d * w)
+        let nodes = self.grid.weights().iter().enumerate();
+        nodes
+            .map(|(i, w)| self.dissipated_at(at, flow, i) * w)
             .sum()
     }
 
     /// Overstress times rate at the nodes, the Maxwell branches' dissipation included: density in s.
     pub fn dissipation(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> Vec<f64> {
-        let mut density: Vec<f64> = flow
-            .overstress
-            .iter()
-            .zip(&flow.rates)
-            .map(|(overstress, rate)| overstress.dot(rate))
-            .collect();
+        (0..at.strains.len())
+            .map(|i| self.dissipated_at(at, flow, i))
+            .collect()
+    }
+
+    fn dissipated_at(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        i: usize,
+    ) -> f64 {
+        let mut density = flow.overstress[i].dot(&flow.rates[i]);
         for (branch, z) in self.material.branches().iter().zip(&at.memory) {
-            for ((d, e), z) in density.iter_mut().zip(&at.strains).zip(z) {
-                let stretched = e - z;
-                *d += stretched.dot(&times(&branch.modulus, &stretched)) / branch.time;
-            }
+            let stretched = at.strains[i] - z[i];
+            density += stretched.dot(&times(&branch.modulus, &stretched)) / branch.time;
         }
         density
     }

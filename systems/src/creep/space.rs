@@ -18,7 +18,7 @@ use super::material::Constant;
 use crate::math::fixed::{add_times, times};
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::section::Strain;
-use eightfold::{End, Flowing, LANES, Loading};
+use eightfold::{End, Flowing, LANES, Lanes, Loading};
 use nalgebra::{DMatrix, Isometry3, Matrix3, SMatrix, SVector, Translation3, Vector3, Vector4};
 use turn::{Scratch, integrate, turn};
 
@@ -37,8 +37,16 @@ impl<const M: usize, const D: usize> Default for Space<M, D> {
     }
 }
 
+/// Room in which shapes are made.
+#[derive(Debug, Default)]
+pub struct Room {
+    curvatures: Vec<Vector3<f64>>,
+    turning: Scratch,
+    lanes: Lanes,
+}
+
 /// A framed curve: sections at the nodes and at the end.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     turns: Vec<Turn>,
     directors: Vec<Matrix3<f64>>,
@@ -203,36 +211,46 @@ impl<const M: usize, const D: usize> Space<M, D> {
 
 impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     type Shape = Curve;
+    type Room = Room;
     type Pose = Isometry3<f64>;
     const PLACE: usize = if D == 6 { 7 } else { 3 };
 
-    fn shape(&self, grid: &Grid, strains: &[Local<M>]) -> Option<Curve> {
+    fn reshape(
+        &self,
+        grid: &Grid,
+        strains: &[Local<M>],
+        curve: &mut Curve,
+        room: &mut Room,
+    ) -> Option<()> {
         let n = grid.len();
         let finite = strains.iter().all(|e| e.iter().all(|e| e.is_finite()));
         if strains.len() != n || !finite {
             return None;
         }
-        let u: Vec<Vector3<f64>> = strains.iter().map(curvature).collect();
-        let mut p = vec![Vector4::zeros(); n];
-        let mut scratch = Scratch::new(n);
+        let (u, p) = (&mut room.curvatures, &mut curve.turns);
+        u.clear();
+        u.extend(strains.iter().map(curvature));
+        p.resize(n, Vector4::zeros());
+        room.turning.fit(n);
         let (mut at, mut defect) = (identity(), 0.0_f64);
         for element in grid.elements() {
             let nodes = element.nodes();
             let (u, p) = (&u[nodes.clone()], &mut p[nodes]);
             let off;
-            (at, off) = turn(grid, element, &at, u, p, &mut scratch);
+            (at, off) = turn(grid, element, &at, u, p, &mut room.turning);
             defect = defect.max(off);
         }
-        let directors: Vec<Matrix3<f64>> = p.iter().map(frame).collect();
-        let mut tangents = u;
-        for ((there, directors), strain) in tangents.iter_mut().zip(&directors).zip(strains) {
-            *there = tangent(directors, strain);
-        }
-        let mut positions = vec![Vector3::zeros(); n];
+        curve.directors.clear();
+        curve.directors.extend(p.iter().map(frame));
+        curve.tangents.clear();
+        let sections = curve.directors.iter().zip(strains);
+        curve.tangents.extend(sections.map(|(d, e)| tangent(d, e)));
+        curve.positions.resize(n, Vector3::zeros());
         let mut end = Vector3::zeros();
         for element in grid.elements() {
             let nodes = element.nodes();
-            let (tangents, out) = (&tangents[nodes.clone()], &mut positions[nodes.clone()]);
+            let tangents = &curve.tangents[nodes.clone()];
+            let out = &mut curve.positions[nodes.clone()];
             integrate(element.integrate(), tangents, out);
             for r in out {
                 *r += end;
@@ -241,17 +259,11 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 end += tangent * *weight;
             }
         }
-        let end = pose(end, &at);
+        curve.end = pose(end, &at);
+        curve.defect = defect;
         // Finite strains may overflow.
-        let finite = end.translation.vector.norm().is_finite() && at.norm().is_finite();
-        finite.then_some(Curve {
-            turns: p,
-            directors,
-            positions,
-            tangents,
-            end,
-            defect,
-        })
+        let finite = end.norm().is_finite() && at.norm().is_finite();
+        finite.then_some(())
     }
 
     fn pose(&self, curve: &Curve) -> Isometry3<f64> {
@@ -274,6 +286,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
         ends: &mut [Ended<Isometry3<f64>>],
+        room: &mut Room,
     ) -> bool {
         let law = law.map(|law| Flowing {
             stiffness: law.stiffness.as_slice(),
@@ -299,6 +312,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 law,
                 out,
                 ends: &mut reached,
+                lanes: &mut room.lanes,
             };
             if !loading.done() {
                 return false;

@@ -28,11 +28,12 @@ pub use rates::Rates;
 use crate::body::EndBody;
 use crate::creep::kinematics::{AtEnd, Kinematics, Local};
 use crate::creep::place;
-use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, loose};
+use crate::creep::reduced::{Configuration, Flow, Linear, Reduced, Room, loose};
 use crate::math::fixed::times;
 use crate::solve::system::System;
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
+use std::cell::RefCell;
 use std::slice;
 use std::sync::Arc;
 
@@ -117,13 +118,31 @@ const TIGHT: [f64; 2] = [1e3, 1e2];
 
 /// A viscoelastic rod and the body on its end.
 #[derive(Debug)]
-pub struct ViscousSystem<'a, K, B, const M: usize, const D: usize> {
+pub struct ViscousSystem<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize> {
     /// The rod.
     pub rod: Reduced<K, M, D>,
     /// The body.
     pub body: &'a B,
     /// The form of implicit steps.
     pub hold: Hold,
+    /// Where right-hand sides are made: they ask for no memory. Nothing is remembered in it.
+    room: RefCell<Room<K, M, D>>,
+}
+
+impl<'a, K, B, const M: usize, const D: usize> ViscousSystem<'a, K, B, M, D>
+where
+    K: Kinematics<M, D>,
+{
+    /// A rod with a body on its end, and the form of implicit steps.
+    pub fn new(rod: Reduced<K, M, D>, body: &'a B, hold: Hold) -> Self {
+        let room = RefCell::default();
+        Self {
+            rod,
+            body,
+            hold,
+            room,
+        }
+    }
 }
 
 impl<K, B, const M: usize, const D: usize> ViscousSystem<'_, K, B, M, D>
@@ -215,6 +234,22 @@ where
         } else {
             Hold::Velocity
         }
+    }
+
+    /// Makes the configuration in the room that of a state.
+    fn configure(&self, y: &DVector<f64>, room: &mut Room<K, M, D>) -> Option<()> {
+        let layout = self.layout();
+        let (strains, memory) = y.as_slice()[..layout.velocity()].split_at(layout.field());
+        let refill = |field: &mut Vec<Local<M>>, values: &[f64]| {
+            field.clear();
+            field.extend(values.chunks_exact(M).map(Local::from_column_slice));
+        };
+        refill(&mut room.at.strains, strains);
+        room.at.memory.resize(layout.branches, Vec::new());
+        for (field, values) in (room.at.memory.iter_mut()).zip(memory.chunks(layout.field())) {
+            refill(field, values);
+        }
+        self.rod.configure(&mut room.at, &mut room.shaping)
     }
 
     fn place<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
@@ -409,8 +444,11 @@ where
     type Linearised = ViscousLinear<M, D>;
 
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
-        let (at, flow) = self.at(y)?;
-        self.write_slope(y, &at, &flow, out)?;
+        let room = &mut *self.room.borrow_mut();
+        self.configure(y, room)?;
+        self.rod.flow_in(room, &self.velocity(y))?;
+        self.hold(y, &room.at, &mut room.flow);
+        self.write_slope(y, &room.at, &room.flow, out)?;
         out.rows_mut(self.layout().wrench(), D).fill(0.0);
         Some(())
     }
@@ -428,9 +466,12 @@ where
             Hold::Place => return self.balances(slice::from_ref(y), slice::from_mut(out)),
             Hold::Together => {}
         }
-        let (at, flow) = self.under(y)?;
-        self.write_slope(y, &at, &flow, out)?;
-        let gap = self.rod.moved(&at, &flow) - self.velocity(y);
+        let room = &mut *self.room.borrow_mut();
+        self.configure(y, room)?;
+        let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
+        self.rod.press(&room.at, &wrench, &mut room.flow)?;
+        self.write_slope(y, &room.at, &room.flow, out)?;
+        let gap = self.rod.moved(&room.at, &room.flow) - self.velocity(y);
         out.fixed_rows_mut::<D>(self.layout().wrench())
             .copy_from(&gap);
         out.iter().all(|x| x.is_finite()).then_some(())
@@ -456,8 +497,9 @@ where
                 Some(out) => &mut out.as_mut_slice()[..velocity],
                 None => &mut [],
             });
+            let room = &mut *self.room.borrow_mut();
             self.rod
-                .flowing(&fields[..n], &mut rates[..n], &mut ends[..n])?;
+                .flowing(&fields[..n], &mut rates[..n], &mut ends[..n], room)?;
             for ((y, out), end) in states.iter().zip(out).zip(&ends) {
                 let (pose, dissipated) = end.as_ref()?;
                 self.held(y, pose, *dissipated, out)?;

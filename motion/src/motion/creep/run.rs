@@ -526,11 +526,7 @@ where
                     material,
                     grid: Arc::new(grid),
                 };
-                return Ok(ViscousSystem {
-                    rod,
-                    body,
-                    hold: Hold::Velocity,
-                });
+                return Ok(ViscousSystem::new(rod, body, Hold::Velocity));
             }
         }
     }

@@ -100,15 +100,15 @@ where
     let at = |nodes: usize| -> Result<Rates> {
         let grid = Grid::new(&breaks, &vec![nodes; elements]);
         let field = strains(grid.nodes())?;
-        let system = ViscousSystem {
-            rod: Reduced {
+        let system = ViscousSystem::new(
+            Reduced {
                 kinematics: kinematics.clone(),
                 material: material.clone(),
                 grid: Arc::new(grid),
             },
             body,
-            hold: Hold::Velocity,
-        };
+            Hold::Velocity,
+        );
         let y = system.state(&field, &vec![field.clone(); branches], &AtEnd::zeros());
         let linear = system.linearised(&y).ok_or_else(|| {
             Error::domain("the equilibrium is outside the domain of the law of friction")

@@ -9,6 +9,7 @@ use crate::math::eight::{Eight, Registers};
 use crate::math::real::Real;
 use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
+use std::any::Any;
 
 /// States that are worked on at once.
 pub(super) const LANES: usize = 8;
@@ -59,6 +60,26 @@ pub(super) struct Loading<'a, 'b> {
     /// At the head of each, node by node; there may be fewer than lanes.
     pub out: &'a mut [&'b mut [f64]],
     pub ends: &'a mut [End; LANES],
+    pub lanes: &'a mut Lanes,
+}
+
+/// Room kept from one call to the next, of numbers in the registers of this processor.
+#[derive(Debug, Default)]
+pub(super) struct Lanes(Option<Box<dyn Any + Send>>);
+
+impl Lanes {
+    /// So many numbers; what they are says nothing.
+    #[inline(always)]
+    fn room<S: Simd>(&mut self, zero: Eight<S>, size: usize) -> Option<&mut [Eight<S>]> {
+        let kept = self
+            .0
+            .get_or_insert_with(|| Box::new(Vec::<Eight<S>>::new()));
+        let kept = kept.downcast_mut::<Vec<Eight<S>>>()?;
+        if kept.len() < size {
+            kept.resize(size, zero);
+        }
+        Some(&mut kept[..size])
+    }
 }
 
 impl Loading<'_, '_> {
@@ -76,13 +97,15 @@ impl WithSimd for Loading<'_, '_> {
         let (grid, n, m) = (self.grid, self.grid.len(), self.places.len());
         let zero = Eight::all(simd, 0.0);
         let states = self.states;
-        // Aligned memory is dear: all of it is taken at once.
         let stretched = if m > 3 { n } else { 0 };
-        let mut room = vec![zero; n * (21 + 8 * USUAL) + 3 * stretched];
-        let mut room = Room(&mut room);
+        let size = n * (21 + 8 * USUAL) + 3 * stretched;
+        let Some(room) = self.lanes.room(zero, size) else {
+            return false;
+        };
+        let mut room = Room(room);
         let (u, v) = (room.take::<3>(n), room.take::<3>(stretched));
         for v in &mut *v {
-            v[2] = zero.with(1.0);
+            *v = [zero, zero, zero.with(1.0)];
         }
         for i in 0..n {
             for (k, place) in self.places.iter().enumerate() {

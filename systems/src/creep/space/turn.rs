@@ -51,6 +51,7 @@ pub(super) fn integrate<const K: usize>(
 }
 
 /// Room for the intermediate fields of an element with up to n nodes.
+#[derive(Debug, Default)]
 pub(super) struct Scratch {
     angles: Vec<Vector3<f64>>,
     residual: Vec<Turn>,
@@ -61,14 +62,11 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    pub(super) fn new(n: usize) -> Self {
-        Self {
-            angles: vec![Vector3::zeros(); n],
-            residual: vec![Turn::zeros(); n],
-            field: vec![Turn::zeros(); n],
-            tried: Vec::with_capacity(6 * n),
-            squares: Vec::with_capacity(4),
-        }
+    /// Makes room for n nodes.
+    pub(super) fn fit(&mut self, n: usize) {
+        self.angles.resize(n, Vector3::zeros());
+        self.residual.resize(n, Turn::zeros());
+        self.field.resize(n, Turn::zeros());
     }
 }
 
