@@ -17,6 +17,7 @@ use crate::solve::lu::Lu;
 use crate::solve::system::Factor;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 type Field = DVector<f64>;
 
@@ -24,9 +25,12 @@ type Field = DVector<f64>;
 /// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
     ((8.0 + lam * (lam + 9.0) / PI) as usize)
-        .min(120)
+        .clamp(8, MOST_NODES)
         .next_multiple_of(8)
 }
+
+/// Most of them.
+const MOST_NODES: usize = 120;
 
 /// The nearest departure along the kernel, as a change of u relative to u, which is far enough to leave the fold.
 const DEPARTURE: f64 = 5e-3;
@@ -227,6 +231,11 @@ fn flow(
 /// The discretised rod, end held.
 struct Rod {
     held: Vector2<f64>,
+    on: &'static Nodes,
+}
+
+/// Gauss nodes, and what fields at them are multiplied by.
+struct Nodes {
     s: Field,
     weights: Field,
     /// (integrate f)_i = int_0^{s_i} f.
@@ -269,12 +278,12 @@ impl<'a> Linearised<'a> {
         let nodes = rate.len();
         let along = (&bent.cos * n[0] + &bent.sin * n[1]) * share;
         let [q_x, q_y] = &bent.lever;
-        let weighed = [rate, q_x, q_y].map(|f| f.component_mul(&rod.weights));
-        let [turning, by_x, by_y] = rod.transposed.times(weighed.each_ref());
-        let swept = rod.integrate.times([q_x, q_y]);
+        let weighed = [rate, q_x, q_y].map(|f| f.component_mul(&rod.on.weights));
+        let [turning, by_x, by_y] = rod.on.transposed.times(weighed.each_ref());
+        let swept = rod.on.integrate.times([q_x, q_y]);
         let mut matrix = DMatrix::identity(nodes + 2, nodes + 2);
         for (j, along) in along.iter().enumerate() {
-            let (mut column, twice) = (matrix.column_mut(j), rod.twice.column(j));
+            let (mut column, twice) = (matrix.column_mut(j), rod.on.twice.column(j));
             column.rows_mut(0, nodes).axpy(-along, &twice, 1.0);
         }
         for (j, (weighed, turned)) in [by_x, by_y].iter().zip([&bent.cos, &bent.sin]).enumerate() {
@@ -302,20 +311,26 @@ impl<'a> Linearised<'a> {
     fn solve(&self, b: &Field) -> Field {
         let nodes = b.len();
         let b = b * self.damped;
-        let [swept] = self.rod.integrate.times([&b]);
+        let [swept] = self.rod.on.integrate.times([&b]);
         let mut found = swept.push(0.0).push(0.0);
         // A solution that is not finite is refused with the error of its step.
         self.lu.solve(&mut found);
         let bends = found.rows(0, nodes).component_mul(&self.along);
         let [q_x, q_y] = &self.bent.lever;
         let ends = q_x * found[nodes] + q_y * found[nodes + 1];
-        let [turned] = self.rod.outer.times([&bends]);
+        let [turned] = self.rod.on.outer.times([&bends]);
         b + turned + ends
     }
 }
 
-impl Rod {
-    fn new(held: Vector2<f64>, nodes: usize) -> Self {
+impl Nodes {
+    /// So many, a multiple of 8: constants, made when they are first asked for.
+    fn of(count: usize) -> &'static Self {
+        static ALL: [OnceLock<Nodes>; MOST_NODES / 8] = [const { OnceLock::new() }; MOST_NODES / 8];
+        ALL[count / 8 - 1].get_or_init(|| Self::new(count))
+    }
+
+    fn new(nodes: usize) -> Self {
         let rule = Rule::new(nodes);
         let (integrate, _) = rule.matrices();
         let s = Field::from_vec(rule.nodes);
@@ -325,17 +340,23 @@ impl Rod {
             twice: &integrate * &outer,
             outer: Matrix::new(&outer),
             transposed: Matrix::new(&outer.transpose()),
-            held,
             s,
             weights,
             integrate: Matrix::new(&integrate),
         }
     }
+}
+
+impl Rod {
+    fn new(held: Vector2<f64>, nodes: usize) -> Self {
+        let on = Nodes::of(nodes);
+        Self { held, on }
+    }
 
     /// u at the nodes of an equilibrium.
     fn curvature(&self, of: &Equilibrium) -> Result<Field> {
-        let mut u = Field::zeros(self.s.len());
-        for (value, &s) in u.iter_mut().zip(self.s.iter()) {
+        let mut u = Field::zeros(self.on.s.len());
+        for (value, &s) in u.iter_mut().zip(self.on.s.iter()) {
             *value = 2.0 * of.lambda * of.kappa * amplitude(of.p, of.lambda * (1.0 - s))?.sin();
         }
         Ok(u)
@@ -378,12 +399,12 @@ impl Rod {
     }
 
     fn bent(&self, u: &Field) -> Bent {
-        let [theta] = self.integrate.times([u]);
+        let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
-        let [q_x, less_q_y] = self.outer.times([&sin, &cos]);
+        let [q_x, less_q_y] = self.on.outer.times([&sin, &cos]);
         Bent {
             lever: [q_x, -less_q_y],
-            tip: Vector2::new(self.weights.dot(&cos), self.weights.dot(&sin)),
+            tip: Vector2::new(self.on.weights.dot(&cos), self.on.weights.dot(&sin)),
             cos,
             sin,
         }
@@ -391,18 +412,18 @@ impl Rod {
 
     /// (x, y, theta) at the clamp, the nodes and the end of the rod of this curvature.
     fn sections(&self, u: &Field) -> Vec<[f64; 3]> {
-        let [theta] = self.integrate.times([u]);
+        let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
-        let [x, y] = self.integrate.times([&cos, &sin]);
+        let [x, y] = self.on.integrate.times([&cos, &sin]);
         let nodes = (0..u.len()).map(|i| [x[i], y[i], theta[i]]);
-        let tip = [&cos, &sin, u].map(|f| self.weights.dot(f));
+        let tip = [&cos, &sin, u].map(|f| self.on.weights.dot(f));
         let ends = std::iter::once([0.0; 3]).chain(nodes).chain([tip]);
         ends.collect()
     }
 
     /// int a b.
     fn mean(&self, a: &Field, b: &Field) -> f64 {
-        (0..a.len()).map(|i| self.weights[i] * a[i] * b[i]).sum()
+        (0..a.len()).map(|i| self.on.weights[i] * a[i] * b[i]).sum()
     }
 
     /// One step of an L-stable Rosenbrock method of order 4 from u with this rate and resultant, with the change against its embedded result of order 3
@@ -472,7 +493,7 @@ impl Rod {
     ) -> Option<(Vector2<f64>, Field)> {
         let lam = n.norm().sqrt();
         let alpha = (-n[1]).atan2(-n[0]);
-        let theta1 = self.weights.dot(u);
+        let theta1 = self.on.weights.dot(u);
         let half = 0.5 * (theta1 - alpha);
         let p = (half.sin() / half.cos().abs()).asinh();
         let guess = amplitude(p, lam).ok()?;
