@@ -29,7 +29,7 @@ fn nodes(lam: f64) -> usize {
         .next_multiple_of(8)
 }
 
-/// Most of them.
+/// Most nodes of a landing.
 const MOST_NODES: usize = 120;
 
 /// The nearest departure along the kernel, as a change of u relative to u, which is far enough to leave the fold.

@@ -364,7 +364,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             // A part of a step converges as the whole did: there, too, it is rounding that stays.
             let rounding =
                 moved < ROUNDING * ROUNDING || noisy || !judged && stalls && moved < rough;
-            // The next sweep moves by as much less as this one did than the last, if it is less at all.
+            // The next sweep is expected to move by moved min(moved/last, 1), in terms of the roots of these squares.
             let stays = rounding || sweep > 1 && moved * moved.min(last) < left * last;
             if stays || *judged && sweep == LOOK {
                 to.modes.fit_high(simd, start, old, rows);

@@ -4,27 +4,24 @@
 //! and loops count by hand.
 #![allow(clippy::needless_range_loop)]
 
+mod algebra;
+
 use super::super::grid::{Element, Grid};
 use crate::math::eight::{Eight, Registers};
 use crate::math::real::Real;
+use algebra::{
+    Turn, Vector, added, cross, directors, dot, exponential, over, product, scaled, spin, square,
+};
 use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
 use std::any::Any;
 
 /// States that are worked on at once.
 pub(super) const LANES: usize = 8;
-/// Half an angle below this, squared, has the cosine and the sine of the series in [`exponential`] to 1e-12.
-const SMALL: f64 = 0.25;
 /// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or three.
 const CORRECTIONS: usize = 8;
-/// Corrections for which there is room from the beginning.
-const USUAL: usize = 3;
 /// A defect of the rotations beyond which they are left to [`super::turn`].
 const COARSE: f64 = 1e-2;
-
-type Vector<S> = [Eight<S>; 3];
-/// (w, x, y, z) of a quaternion.
-type Turn<S> = [Eight<S>; 4];
 
 /// Where the end is.
 #[derive(Clone, Copy, Default)]
@@ -98,7 +95,7 @@ impl WithSimd for Loading<'_, '_> {
         let zero = Eight::all(simd, 0.0);
         let states = self.states;
         let stretched = if m > 3 { n } else { 0 };
-        let size = n * (21 + 8 * USUAL) + 3 * stretched;
+        let size = n * (21 + 8 * CORRECTIONS) + 3 * stretched;
         let Some(room) = self.lanes.room(zero, size) else {
             return false;
         };
@@ -135,8 +132,7 @@ impl WithSimd for Loading<'_, '_> {
             angles: room.take(n),
             residual: room.take(n),
             field: room.take(n),
-            tried: room.take(2 * n * USUAL),
-            more: Vec::new(),
+            tried: room.take(2 * n * CORRECTIONS),
         };
         for element in grid.elements() {
             let nodes = element.nodes();
@@ -256,9 +252,8 @@ struct Scratch<'a, S: Simd> {
     angles: &'a mut [Vector<S>],
     residual: &'a mut [Turn<S>],
     field: &'a mut [Turn<S>],
-    /// Corrections and what they take off the residual, in turn; more of them than are usual.
+    /// Corrections and what they take off the residual, in turn.
     tried: &'a mut [Turn<S>],
-    more: Vec<Turn<S>>,
 }
 
 /// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`; returns the one at its end. None if the nodes do
@@ -375,18 +370,7 @@ fn correct<S: Simd>(
         for (((f, rho), p), u) in field.iter_mut().zip(&*residual).zip(&*p).zip(u) {
             *f = over(&spin(rho, u), p);
         }
-        if correction == USUAL {
-            scratch.more.clear();
-            scratch
-                .more
-                .extend_from_slice(&scratch.tried[..2 * n * USUAL]);
-            scratch.more.resize(2 * n * CORRECTIONS, [zero; 4]);
-        }
-        let tried = match correction < USUAL {
-            true => &mut *scratch.tried,
-            false => &mut scratch.more[..],
-        };
-        let (before, new) = tried.split_at_mut(2 * n * correction);
+        let (before, new) = scratch.tried.split_at_mut(2 * n * correction);
         let (d, c) = new[..2 * n].split_at_mut(n);
         integrate(a, field, d);
         for ((d, rho), p) in d.iter_mut().zip(&*residual).zip(&*p) {
@@ -500,40 +484,6 @@ fn add<S: Simd>(theta: &Turn<S>, a: &[Turn<S>], b: &mut [Turn<S>]) {
     }
 }
 
-/// The quaternion of a rotation vector: by the series for an angle that is halved until it is small, then doubled.
-#[inline(always)]
-fn exponential<S: Simd>(angle: &Vector<S>) -> Turn<S> {
-    let mut square = dot(angle, angle) * 0.25;
-    let (mut halvings, mut largest) = (0, square.greatest());
-    while largest > SMALL && halvings < 64 {
-        (halvings, largest) = (halvings + 1, 0.25 * largest);
-        square = square * 0.25;
-    }
-    let minus = square * -1.0;
-    let cos = minus.series(&[
-        1.0,
-        0.5,
-        1.0 / 24.0,
-        1.0 / 720.0,
-        1.0 / 40320.0,
-        1.0 / 3_628_800.0,
-    ]);
-    let ratio = minus.series(&[
-        1.0,
-        1.0 / 6.0,
-        1.0 / 120.0,
-        1.0 / 5040.0,
-        1.0 / 362_880.0,
-        1.0 / 39_916_800.0,
-    ]);
-    let half = ratio * (0.5 * 0.5_f64.powi(halvings));
-    let mut p = [cos, angle[0] * half, angle[1] * half, angle[2] * half];
-    for _ in 0..halvings {
-        p = product(&p, &p);
-    }
-    p
-}
-
 /// Adds to a sum m numbers times those of a row, which stand m apart.
 #[inline(always)]
 fn mixed<S: Simd>(row: &[f64], m: usize, x: &[Eight<S>; 6], mut sum: Eight<S>) -> Eight<S> {
@@ -541,88 +491,4 @@ fn mixed<S: Simd>(row: &[f64], m: usize, x: &[Eight<S>; 6], mut sum: Eight<S>) -
         sum = x[k].times_plus(sum.with(row[k * m]), sum);
     }
     sum
-}
-
-/// The product a b: first b, then a.
-#[inline(always)]
-fn product<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
-    let v = a[1].times_plus(b[1], a[2].times_plus(b[2], a[3] * b[3]));
-    let mut c = [a[0] * b[0] - v, v, v, v];
-    for (i, j, k) in [(1, 2, 3), (2, 3, 1), (3, 1, 2)] {
-        let sum = a[j].times_plus(b[k], a[i].times_plus(b[0], a[0] * b[i]));
-        c[i] = sum - a[k] * b[j];
-    }
-    c
-}
-
-/// The product a b*.
-#[inline(always)]
-fn over<S: Simd>(a: &Turn<S>, b: &Turn<S>) -> Turn<S> {
-    let mut c = [a[0] * b[0]; 4];
-    for k in 1..4 {
-        c[0] = a[k].times_plus(b[k], c[0]);
-    }
-    for (i, j, k) in [(1, 2, 3), (2, 3, 1), (3, 1, 2)] {
-        let sum = a[k].times_plus(b[j], a[i] * b[0]);
-        c[i] = sum - a[j].times_plus(b[k], a[0] * b[i]);
-    }
-    c
-}
-
-/// p u/2.
-#[inline(always)]
-fn spin<S: Simd>(p: &Turn<S>, u: &Vector<S>) -> Turn<S> {
-    let h = [u[0] * 0.5, u[1] * 0.5, u[2] * 0.5];
-    let v = p[1].times_plus(h[0], p[2].times_plus(h[1], p[3] * h[2]));
-    let mut c = [v * -1.0; 4];
-    for (i, j, k) in [(1, 2, 3), (2, 3, 1), (3, 1, 2)] {
-        c[i] = p[j].times_plus(h[k - 1], p[0] * h[i - 1]) - p[k] * h[j - 1];
-    }
-    c
-}
-
-#[inline(always)]
-fn square<S: Simd>(p: &Turn<S>) -> Eight<S> {
-    let pair = p[1].times_plus(p[1], p[0] * p[0]);
-    p[3].times_plus(p[3], p[2].times_plus(p[2], pair))
-}
-
-#[inline(always)]
-fn dot<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Eight<S> {
-    a[2].times_plus(b[2], a[1].times_plus(b[1], a[0] * b[0]))
-}
-
-#[inline(always)]
-fn cross<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
-    [
-        a[1] * b[2] - a[2] * b[1],
-        a[2] * b[0] - a[0] * b[2],
-        a[0] * b[1] - a[1] * b[0],
-    ]
-}
-
-#[inline(always)]
-fn added<S: Simd>(a: &Vector<S>, b: &Vector<S>) -> Vector<S> {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-fn scaled<S: Simd>(a: &Vector<S>, factor: Eight<S>) -> Vector<S> {
-    [a[0] * factor, a[1] * factor, a[2] * factor]
-}
-
-/// d1, d2, d3 of a unit quaternion.
-#[inline(always)]
-fn directors<S: Simd>(p: &Turn<S>) -> [Vector<S>; 3] {
-    let [w, x, y, z] = *p;
-    let one = w.with(1.0);
-    let (qw, qx, qy, qz) = (w + w, x + x, y + y, z + z);
-    let (xx, yy, zz) = (qx * x, qy * y, qz * z);
-    let (xy, yz, zx) = (qx * y, qy * z, qz * x);
-    let (wx, wy, wz) = (qw * x, qw * y, qw * z);
-    [
-        [one - (yy + zz), xy + wz, zx - wy],
-        [xy - wz, one - (zz + xx), yz + wx],
-        [zx + wy, yz - wx, one - (xx + yy)],
-    ]
 }

@@ -451,7 +451,7 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
                 Hold::Together | Hold::Place => wrench.scale(self.unit),
             };
         }
-        // Without branches.
+        // All of them are looked at: without an early end the loop has no branches.
         (b.as_slice().iter()).fold(true, |finite, x| finite & x.is_finite())
     }
 }
