@@ -15,6 +15,7 @@ use snaprod::creep::reduced::Reduced;
 use snaprod::elastica::{Elastica, LightRod, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
+use snaprod::math::registers::Width;
 use snaprod::motion::creep::{Hold, ViscousSystem};
 use snaprod::motion::{Event, Options, Run};
 use snaprod::rod::Rod;
@@ -61,7 +62,7 @@ fn count(index: &str) -> ExitCode {
     let index: usize = index.parse().expect("the number of a kernel");
     let mut work = KERNELS[index].1();
     work();
-    println!("{} {}", counted(&mut work), registers().join(" "));
+    println!("{} {}", counted(&mut work), Width::in_use().name());
     ExitCode::SUCCESS
 }
 
@@ -71,24 +72,9 @@ fn counted(work: &mut Work) -> u64 {
     black_box(work())
 }
 
-/// What the library chooses between at run time.
-fn registers() -> Vec<&'static str> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        let there = [
-            ("avx2", is_x86_feature_detected!("avx2")),
-            ("fma", is_x86_feature_detected!("fma")),
-            ("avx512f", is_x86_feature_detected!("avx512f")),
-        ];
-        there.iter().filter(|t| t.1).map(|t| t.0).collect()
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    Vec::new()
-}
-
 /// Counts all kernels, and compares them with the snapshot or renews it.
 fn held(renew: bool) -> ExitCode {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/instructions.json");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions.json");
     let text = std::fs::read_to_string(path).expect("benches/instructions.json");
     let mut snapshots: Map<String, Value> = serde_json::from_str(&text).expect("a JSON object");
     let Some(version) = printed(Command::new("valgrind").arg("--version")) else {

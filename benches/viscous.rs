@@ -35,7 +35,7 @@ fn bending(eta: f64) -> Material<1> {
 /// r and v at t = 3 of the reference.
 fn reference() -> [f64; 4] {
     let path = format!(
-        "{}/tests/data/viscous_planar.json",
+        "{}/../tests/data/viscous_planar.json",
         env!("CARGO_MANIFEST_DIR")
     );
     let text = std::fs::read_to_string(path).expect("reference data");

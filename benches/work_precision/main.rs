@@ -61,7 +61,7 @@ fn models() {
         let curves = curves.iter();
         let drawn = figure(curves.filter(|curve| shown.contains(&curve.problem)), error);
         let path = format!(
-            "{}/figures/work_precision_{name}.svg",
+            "{}/../figures/work_precision_{name}.svg",
             env!("CARGO_MANIFEST_DIR")
         );
         let drawn = plot::lines(&drawn, &Paper::SCREEN).expect("a figure");

@@ -99,7 +99,7 @@ impl Peer {
     /// How it is started: a script by the interpreter named in PYTHON, or else python3; C++ is compiled first.
     fn command(&self) -> Result<Command, String> {
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("tools/peers")
+            .join("../tools/peers")
             .join(self.source);
         if self.source.ends_with(".py") {
             let python = std::env::var_os("PYTHON").unwrap_or("python3".into());

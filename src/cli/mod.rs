@@ -30,6 +30,7 @@ mod sweep;
 mod sweep_map;
 
 use clap::{Parser, Subcommand};
+use snaprod::math::registers::Width;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -113,7 +114,23 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
-    let ending = match &cli.command {
+    let ending = match Width::from_environment() {
+        Ok(_) => obey(&cli.command),
+        Err(why) => Err(why.into()),
+    };
+    match ending {
+        Ok(Ending::Done) => ExitCode::SUCCESS,
+        Ok(Ending::Short) => ExitCode::from(1),
+        Err(Refusal(why)) => {
+            files::print_error(&format!("error: {why}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Carries out a command.
+fn obey(command: &Command) -> Result<Ending, Refusal> {
+    match command {
         Command::Run(args) => run::run(args),
         Command::Elastica(args) => elastica::elastica(args),
         Command::Equilibria(args) => equilibria::equilibria(args),
@@ -131,13 +148,5 @@ pub fn main() -> ExitCode {
         Command::Schema(args) => new::schema(args),
         Command::Completions(args) => new::completions(args),
         Command::Man => new::man(),
-    };
-    match ending {
-        Ok(Ending::Done) => ExitCode::SUCCESS,
-        Ok(Ending::Short) => ExitCode::from(1),
-        Err(Refusal(why)) => {
-            files::print_error(&format!("error: {why}"));
-            ExitCode::from(2)
-        }
     }
 }

@@ -6,6 +6,7 @@ use snaprod::Result;
 use snaprod::body::{Body, History, Support, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet};
+use snaprod::math::registers::Registers;
 use snaprod::motion::{Event, Options, Outcome, Phase, Run, Sample};
 
 type Pair = Vector2<f64>;
@@ -126,10 +127,7 @@ fn came(
 /// clamp that is left out, and a fast path that is not taken where registers are wide: its steps are less than half as many.
 #[test]
 fn eight_at_once_are_one_by_one() {
-    #[cfg(target_arch = "x86_64")]
-    let wide = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-    #[cfg(not(target_arch = "x86_64"))]
-    let wide = true;
+    let wide = Registers::in_use().is_some();
     let swinging = Support::<2>::new(vector![0.1, 0.2], 0.3)
         .and_then(|s| s.with_turning(History::sine(0.4, 2.0, 0.0)))
         .and_then(|s| s.with_translation(vector![1.0, 0.5], History::sine(0.1, 3.0, 0.2)))

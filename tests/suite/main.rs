@@ -197,3 +197,5 @@ mod viscous_identities;
 mod viscous_laws;
 mod viscous_space;
 mod viscous_space_runs;
+#[cfg(feature = "cli")]
+mod widths;

@@ -3,7 +3,7 @@
 use crate::support::{base_wrench, json, list, number, quaternion, rod, rows, tapers, vector3};
 use nalgebra::{Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::math::eight::Registers;
+use snaprod::math::registers::Registers;
 use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::{Along, Linear, Varying};
 use std::f64::consts::{LN_2, PI};
@@ -123,7 +123,7 @@ fn the_error_falls_with_high_order() {
     slopes.sort_by(f64::total_cmp);
     assert!(slopes.len() >= 5, "only {} rods", slopes.len());
     let median = slopes[slopes.len() / 2];
-    let (least, usual) = match Registers::widest() {
+    let (least, usual) = match Registers::in_use() {
         Some(_) => (10.0, 12.0..20.0),
         None => (7.0, 8.0..10.0),
     };

@@ -13,14 +13,21 @@ use snaprod::scene::{Fault, FaultKind};
 use snaprod::section::{Linear, Varying};
 #[cfg(feature = "cli")]
 use snaprod::study::{ModesRecord, modes};
-#[cfg(feature = "scene")]
 use std::path::Path;
+
+/// Directory of the repository: benchmarks, a package within it, read the data of the tests, too.
+pub fn root() -> &'static Path {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut above = package.ancestors();
+    (above.find(|directory| directory.join("tests/data").is_dir()))
+        .expect("the directory tests/data")
+}
 
 /// Reads a JSON file of tests/data; missing or broken data fail.
 pub fn json(name: &str) -> Value {
-    let path = format!("{}/tests/data/{name}", env!("CARGO_MANIFEST_DIR"));
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{path}: {e}"))
+    let path = root().join("tests/data").join(name);
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
 /// The rows under `key`, at least `least` of them.

@@ -10,7 +10,7 @@ use snaprod::creep::place::gap;
 use snaprod::creep::plane::Plane;
 use snaprod::creep::reduced::Reduced;
 use snaprod::creep::space::Space;
-use snaprod::math::eight::Registers;
+use snaprod::math::registers::Registers;
 use snaprod::motion::creep::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{
@@ -320,7 +320,7 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     let rod = &system.rod;
     let room = &mut K::Room::default();
     let together = (rod.kinematics).loaded(&rod.grid, None, &fields, &mut heads, &mut ends, room);
-    let wide = K::PLACE != 2 && Registers::widest().is_some();
+    let wide = K::PLACE != 2 && Registers::in_use().is_some();
     assert_eq!(together, wide && scaled < 10.0, "{what}");
     assert_eq!(rod.material.constant().is_some(), layout.branches == 0);
     // Once there is room for all of it, a right-hand side asks for no memory.

@@ -10,9 +10,10 @@ use super::model::Elastica;
 use super::slight::SLIGHT;
 use crate::manifold::{EightPoints, Eightfold, EquilibriumManifold};
 use crate::math::Row;
-use crate::math::eight::{Eight, Registers};
+use crate::math::eight::Eight;
 use crate::math::means::integrals;
 use crate::math::real::{Halves, Real};
+use crate::math::registers::Registers;
 use carried::{Base, carried};
 use nalgebra::Vector2;
 use pulp::{Simd, WithSimd};
@@ -41,7 +42,7 @@ impl Eightfolds {
     /// steps with one slope after the other ask for fewer slopes.
     pub fn new(error: f64) -> Option<Self> {
         Some(Self {
-            registers: Registers::widest()?,
+            registers: Registers::in_use()?,
             error: error.max(f64::EPSILON),
             base: None,
         })

@@ -3,7 +3,8 @@
 //! What is compiled for its wide registers is what is inlined, always: closures are not.
 
 use crate::math::real::{Halves, Real};
-use pulp::{Arch, Simd, WithSimd, bytemuck};
+use crate::math::registers::Registers;
+use pulp::{Simd, WithSimd, bytemuck};
 use std::ops::{Add, Mul, Sub};
 
 /// Numbers at [`Lanes::COUNT`] places.
@@ -60,15 +61,13 @@ pub(super) fn sums_in<S: Simd, const K: usize>(
     all
 }
 
-/// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
+/// Result of `work`, compiled for registers that [`WIDEST`] numbers fill, or for one number at a time.
 #[inline(always)]
 pub(super) fn wide<W: WithSimd>(work: W) -> W::Output {
-    // Of the kinds of registers on these machines the widest that are filled by WIDEST numbers.
-    #[cfg(target_arch = "x86_64")]
-    if let Some(simd) = pulp::x86::V3::try_new() {
-        return Simd::vectorize(simd, work);
+    match Registers::in_use() {
+        Some(registers) => registers.work_in_four(work),
+        None => Simd::vectorize(pulp::Scalar::new(), work),
     }
-    Arch::new().dispatch(work)
 }
 
 struct Sums<'a, E, const K: usize> {

@@ -3,7 +3,7 @@
 //! What is compiled for wide registers is what is inlined, always: closures are not.
 
 use super::real::Real;
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Simd;
 use std::ops::{Add, Mul, Sub};
 
 /// Nodes of the Gauss rule on [-1, 1] and its weights there.
@@ -76,52 +76,6 @@ const INTEGRALS: [[f64; 8]; 8] = {
     }
     integrals
 };
-
-/// Does `work`, all of which is inlined, compiled for the widest registers that the processor has.
-#[inline(always)]
-pub fn wide<W: WithSimd>(work: W) -> W::Output {
-    Arch::new().dispatch(work)
-}
-
-/// Registers that hold four numbers or more, for large kernels beside which there is another way: of those there is no version for processors
-/// without such registers, which would take as long to compile as all others.
-#[derive(Clone, Copy)]
-pub enum Registers {
-    /// Eight numbers.
-    #[cfg(target_arch = "x86_64")]
-    V4(pulp::x86::V4),
-    /// Four.
-    #[cfg(target_arch = "x86_64")]
-    V3(pulp::x86::V3),
-    /// Other machines: what they have.
-    #[cfg(not(target_arch = "x86_64"))]
-    Any(Arch),
-}
-
-impl Registers {
-    /// The widest that this processor has.
-    #[inline]
-    pub fn widest() -> Option<Self> {
-        #[cfg(target_arch = "x86_64")]
-        return (pulp::x86::V4::try_new().map(Self::V4))
-            .or_else(|| pulp::x86::V3::try_new().map(Self::V3));
-        #[cfg(not(target_arch = "x86_64"))]
-        Some(Self::Any(Arch::new()))
-    }
-
-    /// Does `work`, all of which is inlined, compiled for them.
-    #[inline(always)]
-    pub fn work<W: WithSimd>(self, work: W) -> W::Output {
-        match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::V4(simd) => Simd::vectorize(simd, work),
-            #[cfg(target_arch = "x86_64")]
-            Self::V3(simd) => Simd::vectorize(simd, work),
-            #[cfg(not(target_arch = "x86_64"))]
-            Self::Any(arch) => arch.dispatch(work),
-        }
-    }
-}
 
 /// The Gauss rule on a step.
 pub(crate) struct Rule<S: Simd> {
@@ -437,7 +391,9 @@ impl<S: Simd> Real for Eight<S> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::registers::wide;
     use super::*;
+    use pulp::WithSimd;
 
     struct Extending([f64; 2]);
 

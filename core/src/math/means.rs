@@ -102,7 +102,7 @@ const ATAN: [f64; 11] = [
 
 #[cfg(test)]
 mod tests {
-    use super::super::eight::wide;
+    use super::super::registers::wide;
     use super::*;
     use pulp::WithSimd;
 

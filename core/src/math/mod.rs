@@ -14,6 +14,7 @@ pub(crate) mod means;
 pub mod order;
 pub mod product;
 pub mod real;
+pub mod registers;
 pub mod se3;
 pub(crate) mod theta;
 

@@ -1,7 +1,8 @@
 //! Products of a matrix with vectors, and sines and cosines of vectors, in wide registers.
 
-use super::eight::{Eight, wide};
+use super::eight::Eight;
 use super::real::Real;
+use super::registers::wide;
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, PI};

@@ -20,7 +20,8 @@ mod tangent;
 use super::line::{LineState, STEP_LIMIT, Wrench, lost, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
-use crate::math::eight::{Eight, Extension, Registers, Rule};
+use crate::math::eight::{Eight, Extension, Rule};
+use crate::math::registers::Registers;
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
@@ -53,7 +54,7 @@ impl<'a> Collocated<'a> {
         Some(Self {
             law,
             linear: law.uniform()?,
-            registers: Registers::widest()?,
+            registers: Registers::in_use()?,
         })
     }
 

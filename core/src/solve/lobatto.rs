@@ -18,7 +18,7 @@ mod rule;
 use super::cost::Cost;
 use super::dop853::{State, collocated};
 use crate::math::Row;
-use crate::math::eight::wide;
+use crate::math::registers::wide;
 use pulp::{Simd, WithSimd};
 pub use rule::Block;
 use rule::{Fitting, Modes, changed, integrals, integrated};

@@ -5,7 +5,7 @@
 use super::radau_lines::{Advance, Residuals};
 use super::radau7::NODES;
 use super::system::{AnyLinearised, AnySystem, Factor};
-use crate::math::eight::wide;
+use crate::math::registers::wide;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::OnceLock;
 

@@ -97,8 +97,14 @@ fn add(x: &mut Quads, row: usize, column: usize, value: &Turn) {
 
 /// A matrix of each section times what is there, of the first `rows` sections.
 fn local(x: &Quads, rows: usize, matrix: impl Fn(usize) -> Matrix4<f64>) -> Quads {
-    let mut out = blank(rows, x[0].ncols());
     let matrices: Vec<_> = (0..rows).map(matrix).collect();
+    products(&matrices, x)
+}
+
+/// Product of each section's matrix with the quaternions of `x` at the section, column by column.
+#[inline(never)]
+fn products(matrices: &[Matrix4<f64>], x: &Quads) -> Quads {
+    let mut out = blank(matrices.len(), x[0].ncols());
     for column in 0..x[0].ncols() {
         for (row, m) in matrices.iter().enumerate() {
             let value = m * entry(x, row, column);

@@ -308,7 +308,7 @@ mod tests {
                         error: reach.powi(decided_by),
                         steep,
                     };
-                    let (off, goes_on) = crate::math::eight::wide(carrying).unwrap();
+                    let (off, goes_on) = crate::math::registers::wide(carrying).unwrap();
                     assert_eq!(goes_on, order == 5);
                     assert!(
                         off <= reach.powi(order),

@@ -7,8 +7,9 @@
 mod algebra;
 
 use super::super::grid::{Element, Grid};
-use crate::math::eight::{Eight, Registers};
+use crate::math::eight::Eight;
 use crate::math::real::Real;
+use crate::math::registers::Registers;
 use algebra::{
     Turn, Vector, added, cross, directors, dot, exponential, over, product, scaled, spin, square,
 };
@@ -82,7 +83,7 @@ impl Lanes {
 impl Loading<'_, '_> {
     /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what has been written is then of no use.
     pub(super) fn done(self) -> bool {
-        Registers::widest().is_some_and(|registers| registers.work(self))
+        Registers::in_use().is_some_and(|registers| registers.work(self))
     }
 }
 

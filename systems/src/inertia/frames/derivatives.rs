@@ -93,21 +93,8 @@ impl Sections {
     }
 
     fn add_local(&self, out: &mut Triple, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) {
-        let n = self.grid.len();
-        let matrices: Vec<_> = (0..n).map(matrix).collect();
-        let [ox, oy, oz] = out;
-        for column in 0..x[0].ncols() {
-            let [x, y, z] = x.each_ref().map(|x| x.column(column));
-            let mut ox = ox.column_mut(column);
-            let mut oy = oy.column_mut(column);
-            let mut oz = oz.column_mut(column);
-            for (j, m) in matrices.iter().enumerate() {
-                let v = m * Vector3::new(x[j], y[j], z[j]);
-                ox[j] += v.x;
-                oy[j] += v.y;
-                oz[j] += v.z;
-            }
-        }
+        let matrices: Vec<_> = (0..self.grid.len()).map(matrix).collect();
+        add_products(out, &matrices, x);
     }
 
     /// Adds what a change of a strain does at its own node: `part` of u or of v.
@@ -283,6 +270,27 @@ impl Carried {
     }
 }
 
+/// Adds to `out` the product of each node's matrix with the vectors of `x` at the node, column by column.
+///
+/// The loops are a function of their own, so that the compiler makes them once and not once a caller.
+#[inline(never)]
+fn add_products(out: &mut Triple, matrices: &[Matrix3<f64>], x: &Triple) {
+    let [ox, oy, oz] = out;
+    for column in 0..x[0].ncols() {
+        let [x, y, z] = x.each_ref().map(|x| x.column(column));
+        let mut ox = ox.column_mut(column);
+        let mut oy = oy.column_mut(column);
+        let mut oz = oz.column_mut(column);
+        for (j, m) in matrices.iter().enumerate() {
+            let v = m * Vector3::new(x[j], y[j], z[j]);
+            ox[j] += v.x;
+            oy[j] += v.y;
+            oz[j] += v.z;
+        }
+    }
+}
+
+#[inline(never)]
 fn blank(rows: usize, columns: usize) -> Triple {
     std::array::from_fn(|_| DMatrix::zeros(rows, columns))
 }
