@@ -2,10 +2,11 @@
 
 use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
+use crate::motion::inertia::EndVelocity;
 use crate::scene::{
     Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation,
 };
-use nalgebra::{Isometry3, SVector, Vector2, Vector3};
+use nalgebra::{Isometry3, SVector, Vector2, Vector3, Vector6};
 
 use super::planar::in_plane;
 use super::rod::rotation;
@@ -189,6 +190,21 @@ pub(super) fn begun<const D: usize>(
     match plain.start.with_clamp {
         true => frame.inward(velocity),
         false => frame.relative(place, velocity),
+    }
+}
+
+/// The velocity at t = 0 of the end of a rod with mass on this clamp, (angular velocity, velocity) as `[start]` gives
+/// it.
+pub(super) fn end_velocity(
+    clamp: Option<&Support<3>>,
+    given: &Vector6<f64>,
+    plain: &Dimensionless,
+) -> EndVelocity {
+    match clamp {
+        Some(clamp) if plain.start.with_clamp => {
+            EndVelocity::OnClamp(clamp.at(0.0).of_poses().inward(given))
+        }
+        _ => EndVelocity::InWorld(*given),
     }
 }
 

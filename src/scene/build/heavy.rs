@@ -8,15 +8,13 @@ use super::planar::start;
 use super::viscous::Field;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame, Groove, RigidBody, Support};
-use crate::creep::grid::{FEWEST, Grid};
 use crate::error::{Error, Result};
 use crate::inertia::frames::Curve;
 use crate::inertia::law::Law;
 use crate::inertia::mass::Mass;
-use crate::inertia::rod::{Given, HeavyRod};
-use crate::math::se3::{halves, joined};
-use crate::motion::creep::MOST_NODES;
-use crate::motion::inertia::{HeavyRate, HeavyRun, HeavyStart};
+use crate::inertia::rod::Given;
+use crate::math::se3::joined;
+use crate::motion::inertia::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::Carried;
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
@@ -25,11 +23,8 @@ use crate::scene::{
 };
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
-use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Vector2, Vector3};
 use std::sync::Arc;
-
-/// Another number of nodes moves the end of a settled rod by no more than this part of its length.
-const SETTLED: f64 = 1e-12;
 
 /// A rod with mass in the plane, with a point mass at its end that is free to turn.
 #[derive(Debug, Clone)]
@@ -45,7 +40,7 @@ pub struct HeavyPlane {
     /// True: at the stable equilibrium under all loads.
     pub settled: bool,
     /// Velocity of the end.
-    pub velocity: Vector6<f64>,
+    pub velocity: EndVelocity,
     words: String,
 }
 
@@ -64,6 +59,8 @@ pub struct HeavySpace {
     pub settled: bool,
     /// The groove that the body slides in, seen from the clamp.
     pub groove: Option<Groove>,
+    /// Velocity of the end.
+    velocity: EndVelocity,
 }
 
 /// A section law with its friction, in these units.
@@ -153,22 +150,15 @@ impl HeavyPlane {
                 return Err(Error::domain("start.strain_rate is for a rod in space"));
             }
         };
-        let moves = support.as_ref().is_some_and(|support| !support.is_fixed());
-        let end = match settled && moves {
-            true => settled_end(&given).map_err(|why| why.context("[start]"))?,
-            false => curvature.end(),
-        };
-        let place = joined(&Vector3::zeros(), &Vector3::new(end.x, end.y, 0.0));
         let given_velocity = joined(&Vector3::zeros(), &plain.start.velocity.into());
-        let (velocity, words) = match &support {
-            None => (given_velocity, "[start]".to_owned()),
+        let words = match &support {
+            None => "[start]".to_owned(),
             Some(support) => {
-                let frame = support.at(0.0).of_poses();
-                let carried = halves(&frame.outward(&frame.carried(&place))).1 * scales.velocity;
-                (
-                    clamp::begun(&frame, &place, &given_velocity, &plain),
-                    words("[start]", &[("velocity", &carried.as_slice()[..2])], &plain),
-                )
+                let end = curvature.end();
+                let place = Vector3::new(end.x, end.y, 0.0);
+                let frame = support.at(0.0);
+                let carried = frame.outward(&frame.carried(&place)) * scales.velocity;
+                words("[start]", &[("velocity", &carried.as_slice()[..2])], &plain)
             }
         };
         Ok(Self {
@@ -177,27 +167,9 @@ impl HeavyPlane {
             relaxed: Field::relaxed(&plain.start.relaxed)?,
             rate,
             settled,
-            velocity,
+            velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
             words,
         })
-    }
-}
-
-/// Where the end of a planar rod is as it settles from straight, seen from the clamp: what the clamp carries along at the start.
-fn settled_end(given: &Given) -> Result<Vector2<f64>> {
-    let breaks = given.breaks();
-    let (mut nodes, mut last) = (2 * FEWEST, Vector2::repeat(f64::INFINITY));
-    loop {
-        let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
-        let rod = HeavyRod::new(given.clone(), grid)?;
-        let none = vec![0.0; rod.size()];
-        let shape = rod.moving(&rod.settled(0.0, &none)?, &none);
-        let end = shape.map(|at| at.shape.end().translation.vector.xy());
-        let end = end.ok_or_else(|| Error::domain("the rod settles in no shape"))?;
-        if nodes >= MOST_NODES || (end - last).amax() <= SETTLED {
-            return Ok(end);
-        }
-        (nodes, last) = (2 * nodes, end);
     }
 }
 
@@ -303,6 +275,11 @@ impl HeavySpace {
             Carried::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
             Carried::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
         };
+        let start = &plain.start;
+        let velocity = match &support {
+            None => common.velocity,
+            Some(_) => joined(&start.angular_velocity.into(), &start.velocity.into()),
+        };
         // The support of a clamp that moves leads the loads inwards by itself.
         let inward = |v: [f64; 3]| match support {
             None => common.clamp.rotation.inverse() * Vector3::from(v),
@@ -327,6 +304,7 @@ impl HeavySpace {
             relaxed: common.relaxed(scene),
             settled,
             groove,
+            velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
             common,
         })
     }
@@ -387,7 +365,7 @@ impl MotionModel for HeavySpace {
                     relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
                     rate: match self.rate {
                         Some(_) => HeavyRate::Strain(&rate),
-                        None => HeavyRate::End(self.common.velocity),
+                        None => HeavyRate::End(self.velocity),
                     },
                     settled: self.settled,
                 };

@@ -84,26 +84,31 @@ impl InSpace {
         // In a groove it is found with the body.
         let settled =
             matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
-        let followed = match settled {
-            true => {
-                let tolerance = scene.run()?.tolerance;
-                under_followers((&rod, load.as_ref()), &base, (&plain, &scales), tolerance)?
+        let at_start = scene.load_at_start()?;
+        let under = |load: Option<&Distributed>| -> Result<_> {
+            let tolerance = scene.run()?.tolerance;
+            if settled {
+                let followed = under_followers((&rod, load), &base, (&plain, &scales), tolerance)?;
+                if let Some(followed) = followed {
+                    return Ok(Some((followed, None)));
+                }
             }
-            false => None,
+            match end(scene)? {
+                Some(end) => {
+                    equilibrium((&rod, load), end, scene.guess().as_ref(), tolerance).map(Some)
+                }
+                None => Ok(None),
+            }
         };
-        let (strain, start_index) = match end(scene)?.filter(|_| followed.is_none()) {
-            None => match &scene.start.place {
-                Place::Strain { strain: given } => (field(given), None),
-                _ => (
-                    followed.unwrap_or_else(|| field(&StrainField::default())),
-                    None,
-                ),
-            },
-            Some(end) => {
-                let guess = scene.guess();
-                let tolerance = scene.run()?.tolerance;
-                equilibrium((&rod, load.as_ref()), end, guess.as_ref(), tolerance)?
-            }
+        // A rod with mass that is found in no equilibrium with its weight settles from the one without.
+        let found = match under(at_start.as_ref()) {
+            Err(_) if at_start.is_some() && load.is_none() => under(None)?,
+            found => found?,
+        };
+        let (strain, start_index) = match (found, &scene.start.place) {
+            (Some(found), _) => found,
+            (None, Place::Strain { strain: given }) => (field(given), None),
+            (None, _) => (field(&StrainField::default()), None),
         };
         let inward = Inward(clamp);
         let about = "[start], in the frame of the clamp";

@@ -4,14 +4,18 @@
 //! d3 along the tangent and d1 across the plane, about which it bends.
 
 use super::clamp::{self, out_of_plane};
+use super::elastic_space::ElasticSpace;
 use super::planar;
 use super::rod::rotation;
 use crate::error::{Error, Result};
+use crate::inertia::statics::EITHER_SIDE;
 use crate::scene::{
     Diagonal, EndPose, Inertia, Model, Orientation, Place, Scene, Section, Stiffness,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
+/// An end that is less far across, in lengths of the rod, is that of a straight one.
+const STRAIGHT: f64 = 1e-9;
 /// How much stiffer it is out of its plane, and against twist.
 const STIFFER: f64 = 1e4;
 
@@ -71,6 +75,30 @@ impl Scene {
         Ok(Some(weighing))
     }
 
+    /// An error where loads that all lie along the clamp buckle the rod, which settles to either side alike; `lifted`
+    /// is the scene in space.
+    fn leans(&self, lifted: &Self) -> Result<()> {
+        let support = clamp::planar(&self.dimensionless()?.clamp)?;
+        let frame = support.map(|support| support.at(0.0));
+        let across = |force: &Vector3<f64>| {
+            let force = Vector2::new(force.x, force.y);
+            frame.map_or(force, |frame| frame.inward(&force)).y
+        };
+        let on_end = planar::body(&self.dimensionless()?)?.load(0.0).y;
+        let along = lifted.light_load()?.is_none_or(|load| {
+            let across = load.mapped(|force| Vector3::new(across(force), 0.0, 0.0));
+            across.is_zero()
+        });
+        if on_end != 0.0 || !along {
+            return Ok(());
+        }
+        let end = *ElasticSpace::new(lifted)?.end();
+        match end.translation.vector.y.abs() <= STRAIGHT {
+            true => Ok(()),
+            false => Err(Error::ambiguous(EITHER_SIDE).context("[start]")),
+        }
+    }
+
     /// A planar scene as one in space, the rod without its friction. An equilibrium of the planar elastica at the start says where the end is, and near which
     /// shape: under a load along the rod that is another one.
     ///
@@ -97,7 +125,7 @@ impl Scene {
         let clamp = clamp::lifted(&plain.clamp)?
             .map_or_else(Isometry3::identity, |support| support.pose(0.0));
         match &self.start.place {
-            Place::Settled { .. } => {}
+            Place::Settled { .. } => self.leans(&lifted)?,
             Place::Rest { .. } => {
                 return Err(Error::domain(
                     "[start] rest: an elastic rod under its weight, or another load along it, does not rest straight: write settled = true, a position, or \

@@ -3,8 +3,8 @@
 use crate::error::{Error, Result};
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Rod as SceneRod,
-    Scene, Section,
+    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Place,
+    Rod as SceneRod, Scene, Section,
 };
 use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
@@ -72,6 +72,20 @@ impl Scene {
                  write inertia = \"full\" in [rod]; or leave out its friction, or its mass (a material by E and nu, without a density)",
             )),
             load => Ok(load),
+        }
+    }
+
+    /// The dead load along a rod of a motion in the equilibrium at its start, in the world and the scene's units:
+    /// [`Scene::light_load`], and of a rod with all of its mass that settles the load that it settles under. None if
+    /// there is none.
+    ///
+    /// # Errors
+    /// As [`Scene::light_load`].
+    pub(in crate::scene) fn load_at_start(&self) -> Result<Option<Distributed>> {
+        let settles = matches!(self.start.place, Place::Settled { .. });
+        match self.rod.is_heavy() && settles {
+            true => (self.loads.distributed).with_weight(&self.rod, self.loads.gravity),
+            false => self.light_load(),
         }
     }
 

@@ -168,7 +168,8 @@ fn described(
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let followed = assembly.is_followed(0.0);
-    let index = assembly.index(0.0, now, ALONG)?;
+    // What is neutral is so up to the tolerance of the equilibrium.
+    let index = assembly.index(0.0, now, EQUILIBRIUM)?;
     let conservative = assembly.is_conservative(0.0);
     let creep = damped.as_ref().map(|damped| Creep::new(damped, scales));
     let eigenvalues = match (damped, assembly.carriers().iter().all(is_simple)) {

@@ -258,10 +258,12 @@ fn at_nodes(
         left.max(r.abs() / weights[i / count])
     });
     let of_start = settles || left <= super::BALANCED;
-    // A start that is all but an equilibrium is made one.
-    let q = match left <= 1e-3 * super::BALANCED {
+    // A start that is an equilibrium is kept, stable or not, unless the rod settles.
+    let q = match !settles && left <= 1e-3 * super::BALANCED {
         true => start,
-        false => rod.settled(0.0, &start)?,
+        false => rod
+            .settled(0.0, &start)
+            .map_err(|why| why.context("[start]"))?,
     };
     let modes = rod.vibrations(0.0, &q, COUNT)?;
     Ok(Found {

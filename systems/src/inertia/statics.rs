@@ -1,10 +1,12 @@
 //! A rod with mass at rest: equilibria with its weight, rates tangent to the equilibria of its end, small vibrations.
 
 use super::decaying::{Branch, decaying};
+use super::frames::Curve;
 use super::mass::Mass;
 use super::rod::{Derivatives, HeavyRod, Moving};
 use crate::error::{Error, Result};
 use crate::math::order::sort_few;
+use crate::solve::definite::definite;
 use nalgebra::{Complex, DMatrix, DVector, Vector3, Vector6};
 
 /// A small vibration about an equilibrium.
@@ -29,16 +31,109 @@ const SHIFTS: i32 = 24;
 /// great loads rounding is a part of these.
 const SOLVED: f64 = 1e-13;
 const FOUND: f64 = 1e-9;
+/// Stiffnesses above minus this, in units of EI/length and of the largest one, are none: those of directions in which
+/// nothing holds the rod.
+const NEUTRAL: f64 = 1e-9;
+const ROUNDING: f64 = 1e-13;
+/// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds
+/// a rod or an assembly.
+const NEUTRAL_SQUARE: f64 = 1e-8;
+/// Strains, as a mean over the rod, by which it is bent away from an unstable equilibrium, one after the other.
+const ASIDE: [f64; 3] = [0.3, 0.03, 0.003];
+/// A rod in space leaves an unstable equilibrium as this bend leads (flexures, twist, shear, stretch): no symmetry
+/// keeps it.
+const BEND: [f64; 6] = [0.6, 0.8, 0.01, 0.02, 0.01, 0.005];
+/// A part of that bend smaller than this leads nowhere: the rod then leaves as it falls fastest.
+const ACROSS: f64 = 1e-3;
+/// Unstable equilibria that a rod may leave on its way to a stable one.
+const LEFT: usize = 6;
 /// A clamp turns by this angle for the difference that tells how fast its rod then bends.
 pub(super) const TURN: f64 = 1e-5;
 
 impl HeavyRod {
-    /// The coordinates of a stable equilibrium under the loads at time `t`, the clamp at rest, searched from `q` downhill in the energy.
+    /// The coordinates of a stable equilibrium under the loads at time `t`, the clamp at rest, searched from `q`
+    /// downhill in the energy. Under loads without a potential no energy tells whether it is stable.
+    ///
+    /// A symmetric rod in space, which may buckle to several sides alike, buckles to one of them.
     ///
     /// # Errors
-    /// A law left on the way; no equilibrium found.
+    /// A law left on the way; no stable equilibrium found; a planar rod that may buckle to either side alike.
     pub fn settled(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
-        self.standing_at(t).descended(t, q)
+        let standing = self.standing_at(t);
+        let mut q = standing.descended(t, q)?;
+        for _ in 0..LEFT {
+            let Some(way) = standing.way_down(t, &q)? else {
+                return Ok(q);
+            };
+            q = standing.left(t, &q, &way)?;
+        }
+        Err(unstable())
+    }
+
+    /// A direction of the coordinates, of mean size 1 over the rod, in which the rod falls from the equilibrium `q` on
+    /// a clamp at rest; None where it is stable.
+    ///
+    /// # Errors
+    /// A planar rod that falls to either side alike; strains outside the law's domain.
+    fn way_down(&self, t: f64, q: &[f64]) -> Result<Option<DVector<f64>>> {
+        if !self.is_conservative(t) {
+            return Ok(None);
+        }
+        let scale = self.norm_weights();
+        let (slope, found) = self.small(t, q)?;
+        let whole = (&found.by_strain + found.by_strain.transpose()) * 0.5;
+        let size = self.size();
+        let stiffness = DMatrix::from_fn(size, size, |i, j| whole[(i, j)] * scale[i] * scale[j]);
+        let neutral = NEUTRAL + ROUNDING * stiffness.amax();
+        if definite(&(&stiffness + DMatrix::identity(size, size) * neutral)).is_some() {
+            return Ok(None);
+        }
+        let eigen = stiffness.symmetric_eigen();
+        let slope = slope.component_mul(&scale);
+        let lowest = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+        let way = match self.given.curve {
+            Curve::Plane if slope.dot(&lowest) == 0.0 => {
+                return Err(Error::ambiguous(EITHER_SIDE));
+            }
+            Curve::Plane => &lowest * -slope.dot(&lowest).signum(),
+            Curve::Space => {
+                let bend = self.coordinates(&vec![BEND.into(); self.sections.grid.len()]);
+                let bend = DVector::from_vec(bend).component_div(&scale).normalize();
+                let falling = (0..size).filter(|i| eigen.eigenvalues[*i] < -neutral);
+                let modes = falling.map(|i| eigen.eigenvectors.column(i));
+                let bent = modes.fold(DVector::zeros(size), |sum, mode| {
+                    sum + mode * mode.dot(&bend)
+                });
+                let way = match bent.norm() > ACROSS {
+                    true => bent.normalize(),
+                    false => lowest.into_owned(),
+                };
+                let uphill = slope.dot(&way) > NEUTRAL;
+                way * if uphill { -1.0 } else { 1.0 }
+            }
+        };
+        Ok(Some(way.component_mul(&scale)))
+    }
+
+    /// The equilibrium to which the rod falls from the unstable one `q` along `way`.
+    fn left(&self, t: f64, q: &[f64], way: &DVector<f64>) -> Result<Vec<f64>> {
+        let found = ASIDE.iter().find_map(|part| {
+            let aside: Vec<f64> = q
+                .iter()
+                .zip(way.iter())
+                .map(|(q, x)| q + part * x)
+                .collect();
+            self.descended(t, &aside).ok()
+        });
+        found.ok_or_else(unstable)
+    }
+
+    /// True if all loads at time `t` have a potential.
+    fn is_conservative(&self, t: f64) -> bool {
+        match &self.given.body {
+            Some(Mass::Rigid(body)) => body.is_conservative(t),
+            _ => true,
+        }
     }
 
     fn descended(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
@@ -111,23 +206,21 @@ impl HeavyRod {
     /// # Errors
     /// As [`HeavyRod::vibrations`]; eigenvalues that are not found.
     pub fn decaying(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Complex<f64>>> {
-        let found = self.small(t, q)?;
+        let (_, found) = self.small(t, q)?;
         let matrices = [&found.by_strain, &found.by_rate];
-        let conservative = match &self.given.body {
-            Some(Mass::Rigid(body)) => body.is_conservative(t),
-            _ => true,
-        };
+        let conservative = self.is_conservative(t);
         let modes = slowest([matrices[0], matrices[1], &found.mass], ALL)?;
         let branches: Vec<Branch> = self.memory.branches_from(0).collect();
         decaying(&modes, (matrices, conservative), &branches, count)
     }
 
-    /// The derivatives of the balance about the equilibrium `q` at rest.
-    fn small(&self, t: f64, q: &[f64]) -> Result<Derivatives> {
+    /// The balance about the equilibrium `q` at rest, and its derivatives.
+    fn small(&self, t: f64, q: &[f64]) -> Result<(DVector<f64>, Derivatives)> {
         let none = vec![0.0; self.size()];
         let found = self.moving(q, &none).and_then(|at| {
             let balance = self.balance(t, &at, &none)?;
-            self.derivatives(t, &at, &balance)
+            let derivatives = self.derivatives(t, &at, &balance)?;
+            Some((balance.residual, derivatives))
         });
         found.ok_or_else(|| {
             Error::domain("the strains of the equilibrium are outside the law's domain")
@@ -241,9 +334,36 @@ impl HeavyRod {
     /// # Errors
     /// Strains outside the law's domain; a mass matrix that is not positive definite to rounding.
     pub fn vibrations(&self, t: f64, q: &[f64], count: usize) -> Result<Vec<Vibration>> {
-        let found = self.small(t, q)?;
-        slowest([&found.by_strain, &found.by_rate, &found.mass], count)
+        let (_, found) = self.small(t, q)?;
+        let modes = slowest([&found.by_strain, &found.by_rate, &found.mass], count)?;
+        Ok(held_or_neutral(modes, &found.by_strain))
     }
+}
+
+/// The same vibrations, the squares of those that nothing holds 0 where rounding makes them something else: where the
+/// stiffness is not positive definite beyond rounding.
+pub(super) fn held_or_neutral(modes: Vec<Vibration>, stiffness: &DMatrix<f64>) -> Vec<Vibration> {
+    let symmetric = (stiffness + stiffness.transpose()) * 0.5;
+    let neutral = definite(&symmetric).map_or(NEUTRAL_SQUARE, |_| 0.0);
+    let told = modes.into_iter().map(|mode| Vibration {
+        square: if mode.square.abs() > neutral {
+            mode.square
+        } else {
+            0.0
+        },
+        ..mode
+    });
+    told.collect()
+}
+
+/// What a planar rod is told that may buckle to either side alike.
+pub const EITHER_SIDE: &str = "the loads push the straight rod beyond the load at which it buckles, to either side alike; add a small load across the rod, or tilt \
+                           the clamp a little, to choose one";
+
+fn unstable() -> Error {
+    Error::unreachable(
+        "no stable equilibrium of the rod was found: it falls from those that were; start from another shape, or from rest",
+    )
 }
 
 /// The `count` slowest vibrations of a system with this stiffness K, damping and mass M, by rising square of the frequency.

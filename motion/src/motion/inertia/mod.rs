@@ -10,6 +10,6 @@ mod run;
 mod sample;
 
 pub use assembly::{HeavyAssemblyStart, RodStart};
-pub use rod::{HeavyRate, HeavyStart};
+pub use rod::{EndVelocity, HeavyRate, HeavyStart};
 pub use run::{HeavyRun, SPILL};
 pub use sample::HeavySample;

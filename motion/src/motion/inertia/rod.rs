@@ -7,10 +7,11 @@ use crate::creep::grid::Grid;
 use crate::error::{Error, Result};
 use crate::inertia::rod::{Given, HeavyRod, Moving};
 use crate::inertia::system::INTEGRALS;
+use crate::math::se3::joined;
 use crate::motion::State;
 use crate::section::Strain;
 use crate::solve::system::AnySystem;
-use nalgebra::{DVector, Vector6};
+use nalgebra::{DVector, Vector3, Vector6};
 use std::sync::Arc;
 
 /// How a rod with mass starts.
@@ -29,8 +30,30 @@ pub struct HeavyStart<'a> {
 pub enum HeavyRate<'a> {
     /// At these rates of the strains at s.
     Strain(&'a dyn Fn(f64) -> Strain),
-    /// As the rod without mass would follow its end, which moves at this twist (angular first).
-    End(Vector6<f64>),
+    /// As the rod without mass would follow its end, which moves so.
+    End(EndVelocity),
+}
+
+/// (angular velocity, velocity) of the end of a rod at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum EndVelocity {
+    /// Seen from the clamp, along the axes of the clamp.
+    OnClamp(Vector6<f64>),
+    /// In the world, along the axes of the world; on a clamp that stands, along those of the rod.
+    InWorld(Vector6<f64>),
+}
+
+impl EndVelocity {
+    /// The velocity, seen from the clamp of the rod, of its end where `at` has it at the time 0.
+    fn on_clamp(&self, rod: &HeavyRod, at: &Moving) -> Vector6<f64> {
+        match (self, rod.given.grain.support()) {
+            (Self::OnClamp(twist), _) | (Self::InWorld(twist), None) => *twist,
+            (Self::InWorld(twist), Some(clamp)) => {
+                let place = joined(&Vector3::zeros(), &at.shape.end().translation.vector);
+                clamp.at(0.0).of_poses().relative(&place, twist)
+            }
+        }
+    }
 }
 
 impl Model for Arc<HeavyRod> {
@@ -115,13 +138,17 @@ pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> 
     }
     let w = match &start.rate {
         HeavyRate::Strain(rate) => rod.coordinates(&field(*rate)),
-        HeavyRate::End(twist) if *twist == Vector6::zeros() => vec![0.0; rod.size()],
-        HeavyRate::End(twist) => {
+        HeavyRate::End(velocity) => {
             let still = vec![0.0; rod.size()];
             let at = rod.moving(&q, &still).ok_or_else(|| {
                 Error::domain("the strains at the start are too large for a shape of the rod")
             })?;
-            rod.following(0.0, &at, twist)?
+            let twist = velocity.on_clamp(&rod, &at);
+            let turns = (rod.given.grain.support()).is_some_and(|clamp| clamp.turns());
+            match twist == Vector6::zeros() && !turns {
+                true => still,
+                false => rod.following(0.0, &at, &twist)?,
+            }
         }
     };
     if !w.iter().all(|x| x.is_finite()) {

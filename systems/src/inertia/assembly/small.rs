@@ -6,13 +6,9 @@ use super::statics::{DEPENDENT, rigid};
 use crate::assembly::{Attachment, On};
 use crate::error::{Error, Result};
 use crate::inertia::decaying::decaying;
-use crate::inertia::statics::{ALL, Vibration, slowest};
-use crate::solve::definite::definite;
+use crate::inertia::statics::{ALL, Vibration, held_or_neutral, slowest};
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
-/// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds the assembly, unless its
-/// stiffness is positive definite beyond rounding.
-const NEUTRAL: f64 = 1e-8;
 /// Friction on such a motion below this, relative to the largest on the slow ones, is rounding.
 const UNFELT: f64 = 1e-9;
 const SLOW: usize = 24;
@@ -114,18 +110,9 @@ impl HeavyAssembly {
         let inner = matrices
             .each_ref()
             .map(|m| basis.tr_mul(&(scaled(m) * &basis)));
-        let found = slowest(inner.each_ref(), count)?;
-        let stiffness = (&inner[0] + inner[0].transpose()) * 0.5;
-        let neutral = match definite(&stiffness) {
-            Some(_) => 0.0,
-            None => NEUTRAL,
-        };
+        let found = held_or_neutral(slowest(inner.each_ref(), count)?, &inner[0]);
         let whole = found.into_iter().map(|mode| Vibration {
             shape: (&basis * mode.shape).component_mul(&scale),
-            square: match mode.square.abs() > neutral {
-                true => mode.square,
-                false => 0.0,
-            },
             ..mode
         });
         Ok(whole.collect())

@@ -23,8 +23,8 @@ const ROUNDS: usize = 3;
 const FAR: f64 = 0.1;
 /// Singular values below this, relative to the largest, are zero.
 pub(super) const DEPENDENT: f64 = 1e-11;
-/// So much of the mass is added to the stiffness of what nothing holds, for Newton's steps alone: far below the squares of its frequencies, far
-/// above rounding.
+/// So much of the mass is added to the stiffness of what nothing holds, in one direction or in all, for Newton's steps
+/// alone: far below the squares of its frequencies, far above rounding.
 const HOLD: f64 = 1e-2;
 
 impl HeavyAssembly {
@@ -209,6 +209,16 @@ impl HeavyAssembly {
     }
 
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
+        let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
+        match self.is_held() {
+            // What turns about its loads at no cost, as a round rod that has buckled, is held in that.
+            true => (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why)),
+            false => held(),
+        }
+    }
+
+    /// Newton's method with this matrix: levels of derivatives ([`Blocks`]), each with its factor.
+    fn newton(&self, y: &DVector<f64>, levels: &[(f64, usize)]) -> Result<DVector<f64>> {
         let outside =
             || Error::domain("the search for the equilibrium left the domain of a section law");
         let mut y = self.still(y);
@@ -216,10 +226,6 @@ impl HeavyAssembly {
             .accelerations(&self.at(&y).ok_or_else(outside)?)
             .ok_or_else(rigid)?;
         let stands = self.is_held();
-        let levels: &[(f64, usize)] = match stands {
-            true => &[(1.0, 0)],
-            false => &[(1.0, 0), (HOLD, 2)],
-        };
         let mix = Mix {
             balance: levels,
             ends: &[(1.0, 2)],
