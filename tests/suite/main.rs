@@ -170,6 +170,8 @@ mod settled;
 #[cfg(feature = "cli")]
 mod small_creep;
 mod stable_count;
+#[cfg(feature = "scene")]
+mod start_kinds;
 mod stiff;
 mod stiff_rods;
 mod stiff_stubs;

@@ -15,27 +15,62 @@ pub struct Pair {
     pub general: String,
 }
 
+/// A run of a scene of one body.
+pub struct Ran {
+    table: Table,
+    /// How many right-hand sides it took.
+    pub work: u64,
+}
+
+impl Ran {
+    /// The first and the last value of a quantity of the rod or of the body, under the names that a single rod has for
+    /// it; None where the run has no such column.
+    pub fn ends(&self, name: &str) -> Option<[f64; 2]> {
+        let columns = [name.to_owned(), format!("m.{name}")];
+        let there = columns
+            .iter()
+            .find(|name| self.table.column(name).is_some())?;
+        let values = self.table.reals(there);
+        Some([values[0], values[self.table.rows() - 1]])
+    }
+
+    /// The first and the last value of a vector; a rod in the plane has no z.
+    pub fn vectors(&self, names: [&str; 3]) -> [Vector3<f64>; 2] {
+        let [x, y, z] = names.map(|name| {
+            let found = self.ends(name);
+            assert!(found.is_some() || name.ends_with('z'), "no column {name}");
+            found.unwrap_or_default()
+        });
+        [0, 1].map(|i| Vector3::new(x[i], y[i], z[i]))
+    }
+}
+
+/// Runs a scene to the end of time.
+///
+/// # Errors
+/// What refuses the scene, as a user reads it.
+pub fn ran(scene: &str) -> Result<Ran, String> {
+    let scene = Scene::parse(scene).map_err(|faults| faults.to_string())?;
+    let mut tables: Vec<Table> = Vec::new();
+    let found = any::motion(&scene, Fields::None, &mut tables, &mut Silent);
+    let found = found.map_err(|why| why.to_string())?;
+    assert_eq!(found.reason, None, "the run ends early");
+    Ok(Ran {
+        work: found.summary["work"]["evaluations"].as_u64().unwrap(),
+        table: tables.swap_remove(0),
+    })
+}
+
 /// Where the body is at the end of time, and how many right-hand sides that took.
 pub fn end(scene: &str) -> (Vector3<f64>, u64) {
-    let scene = Scene::parse(scene).unwrap_or_else(|faults| panic!("{faults}\n{scene}"));
-    let mut tables: Vec<Table> = Vec::new();
-    let found = any::motion(&scene, Fields::None, &mut tables, &mut Silent).unwrap();
-    assert_eq!(found.reason, None, "the run ends early");
-    let last = |name: &str| {
-        let columns = [name.to_owned(), format!("m.{name}")];
-        let there = columns.iter().find(|name| tables[0].column(name).is_some());
-        // A rod in the plane has no z.
-        assert!(there.is_some() || name == "z", "no column {name}");
-        there.map_or(0.0, |name| tables[0].reals(name)[tables[0].rows() - 1])
-    };
-    let work = found.summary["work"]["evaluations"].as_u64().unwrap();
-    (Vector3::from(["x", "y", "z"].map(last)), work)
+    let ran = ran(scene).unwrap_or_else(|why| panic!("{why}\n{scene}"));
+    (ran.vectors(["x", "y", "z"])[1], ran.work)
 }
 
 /// A rod in the plane, and in space the same, its director d1 across the plane.
 const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
 const SPACE: &str = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
-const TURNED: &str = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
+pub const TURNED: &str = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
 const POINT: &str = "[body]\nmass = 1.0\n";
 
 /// The end of a scene: how it starts, what loads it, how long.
