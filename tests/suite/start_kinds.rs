@@ -188,7 +188,7 @@ impl Case {
         let velocity = format!("velocity = {}", vector([0.2, 0.1]));
         let start = match (self.beginning, planar) {
             (Beginning::Settled, _) => "settled = true".to_owned(),
-            // The force 2.25, along -x, on the end of the rod that it has buckled.
+            // A light rod under a force of lambda^2 on its end.
             (Beginning::Equilibrium, true) => {
                 format!("lambda = {LAMBDA:?}\nkappa = {KAPPA:?}\n{velocity}")
             }

@@ -168,7 +168,7 @@ fn described(
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let followed = assembly.is_followed(0.0);
-    // What is neutral is so up to the tolerance of the equilibrium.
+    // A neutral direction is neutral up to the tolerance of the equilibrium.
     let index = assembly.index(0.0, now, EQUILIBRIUM)?;
     let conservative = assembly.is_conservative(0.0);
     let creep = damped.as_ref().map(|damped| Creep::new(damped, scales));

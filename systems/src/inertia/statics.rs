@@ -356,7 +356,7 @@ pub(super) fn held_or_neutral(modes: Vec<Vibration>, stiffness: &DMatrix<f64>) -
     told.collect()
 }
 
-/// What a planar rod is told that may buckle to either side alike.
+/// The message for a planar rod that can buckle to either side alike.
 pub const EITHER_SIDE: &str = "the loads push the straight rod beyond the load at which it buckles, to either side alike; add a small load across the rod, or tilt \
                            the clamp a little, to choose one";
 
