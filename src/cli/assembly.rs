@@ -325,7 +325,7 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
             ..figure(rods.collect(), rod_figures::units(record.units))
         };
         out.figure("equilibrium", || Ok(data), rod_shapes);
-        out.finish()?;
+        out.finish(!args.json)?;
     }
     if args.json {
         print_json(summary);

@@ -43,7 +43,7 @@ pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
         out.table(&record.shape()?)?;
         out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
-        out.finish()?;
+        out.finish(!args.json)?;
     }
     if args.json {
         print_json(summary);

@@ -92,7 +92,7 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
         out.table(&curve)?;
     }
     out.figure("fit", || Ok(figure(&record)), plot::fit);
-    out.finish()?;
+    out.finish(!args.quiet && !args.json)?;
     if args.json {
         print_json(record.summary());
     } else if !args.quiet {

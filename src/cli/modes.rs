@@ -45,7 +45,7 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
         if !record.motions.modes.is_empty() {
             out.figure("modes", || Ok(shapes(&record, &grounds)), mode_shapes);
         }
-        out.finish()?;
+        out.finish(!args.json)?;
     }
     if args.json {
         print_json(record.summary());

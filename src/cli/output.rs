@@ -4,7 +4,7 @@
 //! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory. What this holds
 //! against is the death of the program, at any moment; nothing waits for the disk, as a failure of the power would ask for.
 
-use super::files::print_error;
+use super::files::{print, print_error};
 use super::page::Page;
 use super::{Refusal, signals};
 use clap::Args;
@@ -241,18 +241,77 @@ impl Output {
     }
 
     /// Removes the files of an earlier run and gives those of this one their names, in this order: a command that is killed in between
-    /// leaves files of one run alone, never the table of one beside the figure of another.
-    pub fn finish(&self) -> Result<Vec<String>, Refusal> {
+    /// leaves files of one run alone, never the table of one beside the figure of another. Where the command prints `words`, a line names
+    /// the files that are removed and not written anew.
+    pub fn finish(&self, words: bool) -> Result<Vec<String>, Refusal> {
         let Some(place) = &self.place else {
             return Ok(Vec::new());
         };
-        place.remove(|name| place.owns(name) && !name.ends_with(PART));
+        let gone = place.remove(|name| place.owns(name) && !name.ends_with(PART));
         let written = place.written.take();
+        if let Some(line) = self.removal(&gone, &written).filter(|_| words) {
+            print(&format!("{line}\n"));
+        }
         for name in &written {
             fs::rename(place.draft(name), place.directory.join(name))
                 .map_err(|e| place.refuse(name, e))?;
         }
         Ok(written)
+    }
+
+    /// The line that names the files of an earlier run that are removed and not written anew, and the flags that make them again.
+    fn removal(&self, removed: &[String], written: &[String]) -> Option<String> {
+        let mut gone: Vec<&str> = removed
+            .iter()
+            .filter(|name| !written.contains(name))
+            .map(String::as_str)
+            .collect();
+        gone.sort_unstable();
+        let mut groups: Vec<(Option<&str>, Vec<&str>)> = Vec::new();
+        for name in gone {
+            let flag = self.flag(name, written);
+            match groups.iter_mut().find(|group| group.0 == flag) {
+                Some(group) => group.1.push(name),
+                None => groups.push((flag, vec![name])),
+            }
+        }
+        let told = groups.iter().map(|(flag, names)| {
+            let names = brief(names);
+            match flag {
+                Some(flag) => format!("{names} (again {flag})"),
+                None => names,
+            }
+        });
+        let told: Vec<String> = told.collect();
+        (!told.is_empty())
+            .then(|| format!("note: removed files of an earlier run: {}", told.join("; ")))
+    }
+
+    /// What makes a file of this name again; None where this run was asked for such files and has none of this name.
+    fn flag(&self, name: &str, written: &[String]) -> Option<&'static str> {
+        let asked = self.figures.print;
+        let kind = name.rsplit_once('.')?.1;
+        let (flag, given) = match kind {
+            "html" => ("with --html", false),
+            "npz" => ("with --npz", self.figures.npz),
+            "vtu" | "pvd" => ("with --vtk", false),
+            "png" => ("with --png", asked.png),
+            "pdf" => ("with --pdf", asked.pdf),
+            "svg" => ("without --no-figures", !self.figures.no_figures),
+            _ => return None,
+        };
+        let same_kind = |other: &String| other.rsplit_once('.').is_some_and(|(_, end)| end == kind);
+        (!given && !written.iter().any(same_kind)).then_some(flag)
+    }
+}
+
+/// Names in a row; of many the first and how many more.
+fn brief(names: &[&str]) -> String {
+    /// Names that are told.
+    const TOLD: usize = 8;
+    match names.len().checked_sub(TOLD) {
+        Some(more) if more > 0 => format!("{} and {more} more", names[..TOLD].join(", ")),
+        _ => names.join(", "),
     }
 }
 
@@ -295,14 +354,16 @@ impl Place {
         self.remove(|name| name.strip_suffix(PART).is_some_and(|name| self.owns(name)));
     }
 
-    fn remove(&self, which: impl Fn(&str) -> bool) {
+    /// Removes files; returns the names of those that are gone.
+    fn remove(&self, which: impl Fn(&str) -> bool) -> Vec<String> {
         let entries = fs::read_dir(&self.directory).into_iter().flatten();
-        for entry in entries.flatten() {
-            if entry.file_name().to_str().is_some_and(&which) {
-                // What cannot be removed does not make this run worse.
-                let _ = fs::remove_file(entry.path());
-            }
-        }
+        let names = entries
+            .flatten()
+            .filter_map(|entry| entry.file_name().into_string().ok());
+        // What cannot be removed does not make this run worse.
+        names
+            .filter(|name| which(name) && fs::remove_file(self.directory.join(name)).is_ok())
+            .collect()
     }
 
     fn refuse(&self, name: &str, e: std::io::Error) -> Refusal {

@@ -220,7 +220,7 @@ impl Ran {
         out.write("summary.json", json_text(summary.clone()).as_bytes())?;
         out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
         draw(out);
-        out.finish()?;
+        out.finish(!args.quiet && !args.json)?;
         if args.json {
             (summary["events"], summary["out"]) = (events, json!(directory));
             print_json(summary);

@@ -139,7 +139,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             out.figure("curves", || Ok(data), swept_curves);
         }
     }
-    out.finish()?;
+    out.finish(!args.quiet && !args.json)?;
     let asked = args.column.iter().map(|path| ("--column", path));
     for (option, path) in asked.chain(args.map_columns().iter().map(|path| ("--map", path))) {
         let column = sweep.sweep().column_of(path);

@@ -189,6 +189,77 @@ fn files_of_an_earlier_run_go() {
     assert_eq!(place.files("out"), expected);
 }
 
+/// Catches a page, an archive or a figure of an earlier run that a command removes without a word, a word where nothing is lost, and one
+/// that `--quiet` or `--json` does not keep back.
+#[test]
+fn files_that_go_are_named_with_what_makes_them_again() {
+    let place = Place::new("named");
+    let (snap, column, lateral) = (bundled("snap"), bundled("heavy_column"), bundled("lateral"));
+    let cases: [(&[&str], &[(&str, &str)]); 4] = [
+        (
+            &["run", &snap, "--no-figures"],
+            &[
+                ("run.html", "with --html"),
+                ("shapes.npz", "with --npz"),
+                ("run.pvd", "with --vtk"),
+                ("energies.png", "with --png"),
+                ("energies.svg", "without --no-figures"),
+            ],
+        ),
+        (
+            &["equilibrium", &lateral, "--no-figures"],
+            &[("shape.npz", "with --npz")],
+        ),
+        (
+            &["branch", &column, "--no-figures"],
+            &[("branch.html", "with --html"), ("branch.npz", "with --npz")],
+        ),
+        (
+            &[
+                "sweep",
+                &snap,
+                "--vary",
+                "run.duration=0.1:0.2:2",
+                "--no-figures",
+            ],
+            &[("sweep.npz", "with --npz")],
+        ),
+    ];
+    for (command, files) in cases {
+        let out = format!("out_{}", command[0]);
+        let again = |more: &[&str]| {
+            let answer = place.run(&[command, &["--out", &out], more].concat());
+            assert_eq!(answer.code, 0, "{answer:?}");
+            answer.stdout
+        };
+        let note = |text: &str| {
+            let lines = text.lines();
+            let found = lines.filter(|line| line.starts_with("note: removed files of"));
+            found.map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert!(note(&again(&[])).is_empty(), "{command:?}");
+        for (file, _) in files {
+            place.write(&format!("{out}/{file}"), "old");
+        }
+        let told = note(&again(&[]));
+        assert_eq!(told.len(), 1, "{command:?}");
+        for (file, flag) in files {
+            let group = told[0].split("; ").find(|group| group.contains(file));
+            let group = group.unwrap_or_else(|| panic!("{file} in {told:?}"));
+            assert!(group.ends_with(&format!("(again {flag})")), "{told:?}");
+        }
+        assert!(
+            !told[0].contains("csv") && !told[0].contains("json"),
+            "{told:?}"
+        );
+        place.write(&format!("{out}/{}", files[0].0), "old");
+        assert!(note(&again(&["--json"])).is_empty(), "{command:?}");
+    }
+    place.write("out_run/run.html", "old");
+    let quiet = place.run(&["run", &snap, "--out", "out_run", "--no-figures", "--quiet"]);
+    assert_eq!((quiet.stdout, quiet.stderr), (String::new(), String::new()));
+}
+
 /// Catches a finished run that ends with the code of bad input because a picture of it could not be made.
 #[test]
 fn a_figure_that_cannot_be_made_is_a_warning() {

@@ -84,7 +84,7 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     if args.html {
         out.page("branch", |figures| Ok(page(args, &record, figures)));
     }
-    out.finish()?;
+    out.finish(!args.json)?;
     if args.json {
         print_json(summary);
     } else {

@@ -54,7 +54,7 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
         out.table(&table(&response, &times, &entries))?;
         let data = || Ok(figure::data(&response, &times, &entries));
         out.figure("kernel", data, kernel);
-        out.finish()?;
+        out.finish(!args.json)?;
     }
     if args.json {
         object["out"] = json!(args.out);

@@ -100,7 +100,7 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
             })
         });
     }
-    let files = out.finish()?;
+    let files = out.finish(!args.json)?;
     if args.json {
         print_json(json!({ "out": args.out, "files": files }));
     } else {
