@@ -91,12 +91,12 @@ type Slopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
     /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
-    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load along them, or one that turns with the end, have no other chart.
+    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;
         let place = clamp.inverse_transform_point(&end.position.into()).coords / self.rod.length;
-        self.may_be_taut() && self.flexure() * n.dot(&place) > TAUT
+        self.may_be_taut() && self.pull_on(&n, &place) > TAUT
     }
 }
 
@@ -206,7 +206,8 @@ impl BothEnds {
             let found = solved(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
             Ok(Beside { found, spring })
         };
-        let string = given.n.norm() / given.place.norm().max(1e-3);
+        let mean = given.n - problem.borne() * 0.5;
+        let string = mean.norm() / given.place.norm().max(1e-3);
         let springs = Spring::choice(string);
         let kept = last
             .as_ref()
@@ -245,7 +246,7 @@ impl BothEnds {
 
     fn see(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         let (given, by) = self.given(problem, x)?;
-        let taut = problem.flexure() * given.n.dot(&given.place) > TAUT;
+        let taut = problem.pull_on(&given.n, &given.place) > TAUT;
         let seen = if taut && problem.may_be_taut() {
             Seen::Taut(self.beside(problem, &given)?, problem.tip())
         } else {
@@ -283,7 +284,8 @@ impl BothEndsTrial {
             (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
             (Tip::Loaded { couple, arm }, Tip::Loaded { couple: c, arm: a }) => {
                 let directors = frame(&beside.found.shape.at(1.0).turn);
-                c - couple + (directors * (a - arm)).cross(&self.given.n)
+                let n = self.given.n - problem.borne();
+                c - couple + (directors * (a - arm)).cross(&n)
             }
             // The kind of end is the same all along.
             _ => Vector3::repeat(f64::NAN),
@@ -294,7 +296,8 @@ impl BothEndsTrial {
     fn residual(&self, problem: &Problem) -> Equations {
         let Given { m, n, mut place } = self.given;
         let held = problem.is_held();
-        let mut force = n;
+        // What the end bears.
+        let mut force = n - problem.borne();
         let mut moved = Vector3::zeros();
         for (i, (axis, target)) in problem.axes.iter().zip(problem.targets).enumerate() {
             if held[i] {

@@ -170,19 +170,20 @@ impl Problem {
     }
 
     /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies an error by is
-    /// exp(lam). Problems under such a load are not solved from both ends, so there is nothing beyond.
+    /// exp(lam).
     fn check_weight(&self, weight: &Weight) -> Result<()> {
         const LAM: f64 = 16.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
-        let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
+        let force: Vector3<f64> = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
         let [a, b] = self.rod.law.flexures();
-        let lam = weight.mean_root(&force) * a.max(b).sqrt();
+        let root = |n: &Vector3<f64>| n.norm().sqrt();
+        let lam = weight.mean(&(force + weight.total()), root) * a.max(b).sqrt();
         if self.end.follower || lam < LAM {
             return Ok(());
         }
         Err(Error::ill_conditioned(format!(
-            "the load along the rod and on its end is too great for an integration from the clamp: an error there grows about as exp(lam), lam the \
-             mean of sqrt(|n| L^2/B) along the rod, here {lam:.1} and at most {LAM}; lower the load"
+            "under the load along the rod and on its end lam, the mean of sqrt(|n| L^2/B) along the rod, is {lam:.1}: an error at the clamp grows about as \
+             exp(lam), so that beyond {LAM} only rods that are taut are found, and here none was; give a guess, or lower the load"
         )))
     }
 

@@ -218,8 +218,8 @@ impl Problem {
 
     /// The same problem with a dead load along the rod, such as its weight, beside what is at the end.
     ///
-    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, the force on an end that
-    /// bears no couple, and rods solved from both ends under a heavy pull.
+    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, and the force on an end that
+    /// bears no couple.
     #[must_use]
     pub fn with_distributed(mut self, load: &Distributed) -> Self {
         self.weight = Some(Weight::new(load, &self.rod));
@@ -403,7 +403,11 @@ impl Problem {
         let Some(weight) = &self.weight else {
             return Ok(0.0);
         };
-        let work = self.ended::<0>(&self.rod.inward(base))?.work;
+        let b = self.rod.inward(base);
+        let work = match self.taut_at(&b) {
+            Some(taut) => taut.work,
+            None => self.ended::<0>(&b)?.work,
+        };
         Ok(weight.potential(work) * self.rod.units().0)
     }
 

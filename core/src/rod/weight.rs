@@ -293,14 +293,12 @@ impl Weight {
         self.load.breaks()
     }
 
-    /// The mean of sqrt|n| along the rod whose end bears `force`: the logarithm of how much an error at the clamp grows under a
-    /// pull, for a compliance of 1.
-    pub(super) fn mean_root(&self, force: &Vector3<f64>) -> f64 {
+    /// The mean along the rod of a number that depends on the force n(s); `base` is n(0).
+    pub(super) fn mean(&self, base: &Vector3<f64>, of: impl Fn(&Vector3<f64>) -> f64) -> f64 {
         const PARTS: usize = 64;
-        let whole = force + self.total();
         let at = |k: usize| {
             let s = (k as f64 + 0.5) / PARTS as f64;
-            (whole - self.gathered(s)).norm().sqrt()
+            of(&(base - self.gathered(s)))
         };
         (0..PARTS).map(at).sum::<f64>() / PARTS as f64
     }

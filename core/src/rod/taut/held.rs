@@ -53,17 +53,38 @@ impl Problem {
         0.5 * (a + b)
     }
 
-    /// False of problems that are not solved from both ends: those under a load along the rod, which they grow from nothing by the base wrench (rods between
-    /// bodies are), and those under a load that turns with the end. The end of such a rod turns into the force whatever its direction is, and what is
-    /// left of the clamp there, exp(-lam), is all that tells the direction: no chart is better than that.
+    /// False of problems under a load that turns with the end, which are not solved from both ends. The end of such a rod turns into the force whatever
+    /// its direction is, and what is left of the clamp there, exp(-lam), is all that tells the direction: no chart is better than that.
     pub(in crate::rod) fn may_be_taut(&self) -> bool {
-        self.weight.is_none() && !self.end.follower
+        !self.end.follower
     }
 
-    /// The taut rod that a base wrench of the numerics means, if it is one; none with a load along it.
+    /// The whole of the load along the rod.
+    pub(in crate::rod) fn borne(&self) -> Vector3<f64> {
+        let weight = self.weight.as_ref();
+        weight.map_or_else(Vector3::zeros, Weight::total)
+    }
+
+    /// lam = sqrt(|n| L^2/B) under the force `n` at the base, its mean along a rod that bears a load: an error at the base grows as exp(lam) under a pull.
+    pub(in crate::rod) fn lam(&self, n: &Vector3<f64>) -> f64 {
+        let root = |n: &Vector3<f64>| n.norm().sqrt();
+        let weight = self.weight.as_ref();
+        self.flexure().sqrt() * weight.map_or_else(|| root(n), |weight| weight.mean(n, root))
+    }
+
+    /// lam^2 by the part of the force that pulls the end, at `place`, away from the base; negative if the rod is pushed together.
+    pub(in crate::rod) fn pull_on(&self, n: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
+        let pull = match &self.weight {
+            None => n.dot(place),
+            Some(weight) => weight.mean(n, |n| n.dot(place).max(0.0).sqrt()).powi(2),
+        };
+        self.flexure() * pull
+    }
+
+    /// The taut rod that a base wrench of the numerics means, if it is one.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
-        if !self.may_be_taut() || !((self.flexure() * n.norm()).sqrt() > PULLED) {
+        if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
             return None;
         }
         let found = solved(
@@ -75,7 +96,7 @@ impl Problem {
         )
         .ok()?;
         let agrees = (found.base_couple - m).norm() < AGREES * n.norm().sqrt();
-        let pulled = self.flexure() * n.dot(&found.position) > PULLED * PULLED * 0.5;
+        let pulled = self.pull_on(&n, &found.position) > PULLED * PULLED * 0.5;
         (agrees && pulled).then_some(found)
     }
 
@@ -103,9 +124,12 @@ impl Problem {
         let pulled = Pulled::new(self.bearing(), borne);
         let tip = self.tip();
         let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
-        let sections = sections.iter().zip(at);
+        let (sections, alone) = (sections.iter().zip(at), pulled.under(&n));
         sections
-            .map(|((section, r, energy), s)| self.rod.outward_section(*s, section, r, *energy, &n))
+            .map(|((section, r, energy), s)| {
+                let n = alone.force(s.clamp(0.0, 1.0));
+                self.rod.outward_section(*s, section, r, *energy, &n)
+            })
             .collect()
     }
 
@@ -157,15 +181,15 @@ impl Problem {
         let held = self.is_held();
         let (m, start) = match &guess {
             Some(b) => halves(b),
-            None if held == [true; 3] => (Vector3::zeros(), self.stretched()?),
+            // The load along it hangs on both of its ends.
+            None if held == [true; 3] => (Vector3::zeros(), self.stretched()? + self.borne() * 0.5),
             None => {
                 let loaded = (0..3).filter(|i| !held[*i]);
-                let force = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
-                (Vector3::zeros(), force)
+                let force: Vector3<f64> = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
+                (Vector3::zeros(), force + self.borne())
             }
         };
-        let lam = (self.flexure() * start.norm()).sqrt();
-        (lam > from).then(|| self.find_force(&m, start, (guess.is_some(), plane)))
+        (self.lam(&start) > from).then(|| self.find_force(&m, start, (guess.is_some(), plane)))
     }
 
     fn find_force(
@@ -174,7 +198,7 @@ impl Problem {
         start: Vector3<f64>,
         (from_guess, plane): (bool, Option<Plane>),
     ) -> Result<Equilibrium> {
-        let (held, tip) = (self.is_held(), self.tip());
+        let (held, tip, borne) = (self.is_held(), self.tip(), self.borne());
         let mut n = start;
         // Without a guess the couple at the base tells nothing.
         let mut last = match from_guess {
@@ -205,7 +229,7 @@ impl Problem {
                 let axis = self.axes[i];
                 let (is, row) = match held[i] {
                     true => (found.position, axis.transpose() * found.by_force.position),
-                    false => (n, axis.transpose()),
+                    false => (n - borne, axis.transpose()),
                 };
                 off[i] = axis.dot(&is) - self.targets[i];
                 by.row_mut(i).copy_from(&row);
@@ -281,7 +305,7 @@ impl Problem {
         plane: Option<Plane>,
     ) -> Result<Equilibrium> {
         let n = found.shape.n;
-        let lam = (self.flexure() * n.norm()).sqrt();
+        let lam = self.lam(&n);
         if lam < TIGHT {
             return Err(Error::no_convergence(
                 "the guess is that of a taut rod, and leads to one that is slack; give a nearer guess",
@@ -297,14 +321,15 @@ impl Problem {
             Some(_) => Path::Planar,
             None => Path::Spatial,
         };
-        let last = found.shape.at(1.0);
+        let (last, tip) = (found.shape.at(1.0), n - self.borne());
+        let potential = (self.weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
         Ok(Equilibrium {
             base: self.rod.outward_wrench(&b),
             end: self
                 .rod
-                .outward_section(1.0, &last, &found.position, found.energy, &n)?,
+                .outward_section(1.0, &last, &found.position, found.energy, &tip)?,
             index: self.taut_index(found, &Spring::NONE)?,
-            potential: 0.0,
+            potential: potential * self.rod.units().0,
             residual,
             route,
             taken: Taken::new(
