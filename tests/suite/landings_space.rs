@@ -500,8 +500,9 @@ fn taut_rods_move_alike_whoever_looks() {
     assert_eq!(ends[0], ends[1]);
 }
 
-/// Catches an error that is told as a snap: at a coarse tolerance the rod is on no path of equilibria any longer, and a "fold" there released 1e5 times all
-/// of the energy. The run ends, and says that its tolerance is the fault.
+/// Catches an error that is told as a snap: at a coarse tolerance the rod is on no path of equilibria any longer, and
+/// a "fold" there released 1e5 times all of the energy. A run that comes to its end is right to about its tolerance;
+/// any other says that its tolerance is the fault. Rounding decides which of the coarse runs come to their end.
 #[cfg(feature = "scene")]
 #[test]
 fn errors_are_no_snaps() {
@@ -525,16 +526,30 @@ fn errors_are_no_snaps() {
         duration = 1.0
         samples = 5
     "#;
-    for (tolerance, ends) in [(1e-2, false), (3e-3, false), (1e-6, true)] {
+    let outcome = |tolerance: f64| {
         let set = format!("run.tolerance={tolerance}");
         let scene = Scene::parse_with(text, &[&set]).unwrap_or_else(|faults| panic!("{faults}"));
         let prepared = run::Prepared::new(&scene).expect("a scene that runs");
         let mut tables: Vec<Table> = Vec::new();
         let record =
             run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
-        assert_eq!(record.outcome() == "end_of_time", ends, "{tolerance}");
         assert_eq!(record.summary()["snaps"], 0, "{tolerance}");
-        let reason = record.reason().unwrap_or_default();
-        assert!(ends || reason.contains("lower run.tolerance"), "{reason}");
+        let end = ["x", "y", "z"].map(|name| tables[0].reals(name).last().copied());
+        let end = Vector3::from(end.map(|x| x.expect("a last sample")));
+        let reason = record.reason().unwrap_or_default().to_owned();
+        match record.outcome() {
+            "end_of_time" => Ok(end),
+            _ => Err(reason),
+        }
+    };
+    let right = outcome(1e-6).expect("a run to its end");
+    for tolerance in [1e-2, 8e-3, 6e-3, 3e-3, 2e-3] {
+        match outcome(tolerance) {
+            Ok(end) => {
+                let off = (end - right).norm();
+                assert!(off < 10.0 * tolerance, "{tolerance}: off by {off:.1e}");
+            }
+            Err(reason) => assert!(reason.contains("lower run.tolerance"), "{reason}"),
+        }
     }
 }

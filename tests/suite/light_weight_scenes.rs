@@ -347,11 +347,12 @@ fn rods_of_assemblies_bear_their_weight() {
     assert!(why.contains("write inertia = \"full\" in [rod]"), "{why}");
 }
 
-/// A steel wire of 1 mm with 10 kg, lam = 100, as one rod or as an assembly of one, on a clamp turned by this quaternion.
+/// A steel wire of 1 mm with 10 kg, lam = 100, as one rod or as an assembly of one, on a clamp turned by this
+/// quaternion.
 fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     let law = "model = \"cosserat\"\nlength = 1.0\nmaterial = \"steel\"\nsection = { circle = { diameter = 0.001 } }\n";
     let load = "[loads]\ngravity = [0.0, 0.0, -9.81]\n";
-    let run = "[run]\nduration = 0.1\nsamples = 3\n";
+    let run = "[run]\nduration = 0.02\nsamples = 3\n";
     match alone {
         true => format!(
             "units = \"si\"\n[rod]\n{law}{more}[clamp]\nquaternion = {clamp:?}\n[body]\nmass = 10.0\njoint = \"ball\"\n{load}\
@@ -364,9 +365,9 @@ fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     }
 }
 
-/// Catches a rod of known mass that is refused as one rod where an assembly takes it, or hangs otherwise there: a taut wire straight down, on a clamp aside and across, with
-/// its inertia to first order or without, rests, stays at rest in motion, and vibrates as the same wire of an assembly. Straight down, its pendulum has the frequency of the beam with all of
-/// its mass in closed form, 3.14702982, as the first-order change says it, and along itself that of a spring.
+/// Catches a rod of known mass that is refused as one rod, or hangs otherwise than in an assembly. A taut wire on two
+/// clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod. The frequencies of the wire
+/// straight down are those of closed forms: 3.14702982 across with all of its mass, and that of a spring along it.
 #[test]
 fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
     for (clamp, more) in [
@@ -394,7 +395,8 @@ fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
     }
 }
 
-/// Catches a planar rod that is refused where a rod in space is taken: a taut pendulum under a load along it, its clamp down, aside and across, rests and runs.
+/// Catches a planar rod that is refused where a rod in space is taken: a taut pendulum under a load along it rests and
+/// runs, its clamp down, aside and across.
 #[test]
 fn taut_planar_rods_under_a_load_run() {
     for angle in [-std::f64::consts::FRAC_PI_2, -1.2, 0.0, 1.2] {
@@ -412,8 +414,9 @@ fn taut_planar_rods_under_a_load_run() {
     }
 }
 
-/// Catches a load along the rod that is missing, or taken at the wrong end, in rods of statics that become taut on their branch: the whole energy of a rod changes with the force on
-/// its end by the place of that, and with the load along it by the potential of that, slack and taut.
+/// Catches a load along the rod that is missing, or taken at the wrong end, where a branch of statics becomes taut.
+/// The whole energy changes with the force on the end by the place of the end. It changes with the load along the rod
+/// by the potential of that load. Both hold for slack and for taut rods.
 #[test]
 fn branches_under_a_load_become_taut() {
     let rod = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 3.0\nsection = { bending = [1.0, 1.3], torsion = 0.8, axial = 20000.0 }\n";

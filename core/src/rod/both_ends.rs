@@ -91,7 +91,8 @@ type Slopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
     /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
-    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other chart.
+    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other
+    /// chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;

@@ -218,8 +218,8 @@ impl Problem {
 
     /// The same problem with a dead load along the rod, such as its weight, beside what is at the end.
     ///
-    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, and the force on an end that
-    /// bears no couple.
+    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, and the force on
+    /// an end that bears no couple.
     #[must_use]
     pub fn with_distributed(mut self, load: &Distributed) -> Self {
         self.weight = Some(Weight::new(load, &self.rod));

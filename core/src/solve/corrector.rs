@@ -2,6 +2,7 @@
 
 use super::elimination::{Elimination, Place};
 use super::family::Family;
+use super::rounding::AtRoot;
 use crate::error::Error;
 use nalgebra::DVector;
 use std::cell::{Cell, OnceCell};
@@ -18,6 +19,9 @@ pub(crate) struct Space<'a> {
     /// The size of the first determinant, by which all are measured.
     blocks: OnceCell<i32>,
 }
+
+/// The largest correction, relative to the place, that may be called rounding.
+pub(super) const POOREST: f64 = 1e-7;
 
 /// When a correction counts as the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,14 +123,15 @@ impl<'a> Space<'a> {
             if !(slant.abs() > 1e-8) {
                 return Err(Failure::Parallel);
             }
-            let any = eliminated.solve(&-residual);
+            let any = eliminated.solve(&-&residual);
             let slide = normal.dot(&any) / slant;
             let step = any - &null * slide;
             let length = step.norm();
             if !step.is_finite() {
                 return Err(Failure::Diverging(f64::INFINITY));
             }
-            z = z + step;
+            let moved = &z + step;
+            let at = std::mem::replace(&mut z, moved);
             let scale = 1.0 + z.norm();
             let fine = length <= self.tolerance * scale;
             let shrinking = length / before;
@@ -145,9 +150,12 @@ impl<'a> Space<'a> {
                     let kept = if kept.is_finite() { 0.5 * kept } else { 0.0 };
                     self.bend.set(bend.max(kept));
                 }
-                if shrinking > 0.5 && !fine {
-                    return Err(Failure::Diverging(shrinking));
-                }
+            }
+            // A tolerance below rounding is not to be had: corrections stay as long as rounding makes them.
+            let noise = shrinking > 0.5;
+            let stays = noise && !fine;
+            if stays && !self.is_rounding(length, (&at, &residual), &eliminated, &normal) {
+                return Err(Failure::Diverging(shrinking));
             }
             // Quadratic convergence; after the first correction with the bend met before, with a margin.
             let next = if k > 0 {
@@ -156,12 +164,11 @@ impl<'a> Space<'a> {
                 100.0 * self.bend.get() * length * length
             };
             let rounding = 4.0 * f64::EPSILON * scale;
-            let noise = k > 0 && shrinking > 0.5;
             let last = match finish {
                 Finish::Predicted => next <= self.tolerance * scale || fine,
                 Finish::Evaluated => fine && (length <= 0.01 * self.tolerance * scale || noise),
             };
-            if last || length <= rounding {
+            if last || stays || length <= rounding {
                 let sign = slant.signum();
                 // At the level of noise the length of the last correction is the only estimate of the error.
                 let measured = noise || finish == Finish::Evaluated;
@@ -178,6 +185,35 @@ impl<'a> Space<'a> {
             before = length;
         }
         Err(Failure::Slow)
+    }
+
+    /// True if a correction of this length in the hyperplane across `normal`, near a place where F is `residual`, may
+    /// be no more than rounding of F.
+    pub fn is_rounding(
+        &self,
+        length: f64,
+        (z, residual): (&Place, &DVector<f64>),
+        eliminated: &Elimination,
+        normal: &Place,
+    ) -> bool {
+        let (null, _) = eliminated.null();
+        let n = residual.len();
+        let solve = |off: &DVector<f64>| {
+            let any = eliminated.solve(&off.rows(0, n).into_owned());
+            let slide = (normal.dot(&any) - off[n]) / normal.dot(&null);
+            Some((any - &null * slide).flat())
+        };
+        let phi = |z: &DVector<f64>| {
+            let z = Place::from_slice(z.as_slice());
+            Some(self.matrix(&z)?.1.push(normal.dot(&z)))
+        };
+        let at_root = AtRoot {
+            z: &z.flat(),
+            value: &residual.clone().push(normal.dot(z)),
+            phi,
+            solve,
+        };
+        length <= POOREST * (1.0 + z.norm()) && at_root.explains(length)
     }
 }
 

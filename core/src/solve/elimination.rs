@@ -53,6 +53,16 @@ impl Place {
         self.x.iter().all(|v| v.is_finite()) && self.p.is_finite()
     }
 
+    /// The unknowns, and the parameter behind them.
+    pub fn flat(&self) -> DVector<f64> {
+        self.x.clone().push(self.p)
+    }
+
+    /// The largest length along this direction of errors as large as `errors`.
+    pub fn reach_of(&self, errors: &Self) -> f64 {
+        self.x.abs().dot(&errors.x.abs()) + (self.p * errors.p).abs()
+    }
+
     /// From the unknowns, and the parameter behind them.
     pub fn from_slice(values: &[f64]) -> Self {
         let size = values.len() - 1;

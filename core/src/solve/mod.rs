@@ -3,6 +3,7 @@
 pub mod arclength;
 mod corrector;
 pub mod cost;
+mod crossing;
 pub mod definite;
 pub mod deflation;
 pub mod differences;
@@ -25,6 +26,7 @@ mod radau_stages;
 mod relocate;
 pub mod roots;
 mod rough;
+mod rounding;
 pub mod special;
 pub mod stepper;
 pub mod switching;

@@ -5,7 +5,9 @@
 //! iteration does not depend on how the equations are scaled; damping factors are predicted from
 //! the curvature met so far.
 
+use super::corrector::POOREST;
 use super::elimination::Elimination;
+use super::rounding::AtRoot;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
@@ -58,7 +60,8 @@ impl Options {
 pub enum Reason {
     /// The next correction would be below rounding.
     Rounding,
-    /// Corrections below the tolerance no longer shrink: the noise of F is reached.
+    /// Corrections below the tolerance, or no longer than rounding of F makes them, no longer shrink: the noise of F
+    /// is reached.
     Noise,
 }
 
@@ -178,6 +181,16 @@ fn iterate(
             Err(Error::domain("F or its Jacobian is not finite"))
         }
     };
+    // Whether a correction may be no more than rounding of F.
+    let is_rounding = |x: &DVector<f64>, f: &DVector<f64>, factors: &Elimination, length: f64| {
+        let at_root = AtRoot {
+            z: x,
+            value: f,
+            phi: |x: &DVector<f64>| Some(evaluate(x).ok()?.0),
+            solve: |off: &DVector<f64>| Some(factors.solve(off).x),
+        };
+        length <= POOREST * (1.0 + x.norm()) && at_root.explains(length)
+    };
     let factorise = |jacobian| Elimination::new(&jacobian, &DVector::zeros(start.len()));
     let mut x = start.clone();
     let (mut f, jacobian) = evaluate(&x).map_err(|e| e.context("Newton's first guess"))?;
@@ -261,6 +274,10 @@ fn iterate(
                             continue;
                         }
                         break Some((trial, value, jacobian, simplified));
+                    }
+                    // A tolerance below rounding is not to be had: corrections stay as long as rounding makes them.
+                    if damping == 1.0 && is_rounding(&x, &f, &factors, length) {
+                        return Ok(done(x + &step, Reason::Noise));
                     }
                     better.min(0.5 * damping)
                 }

@@ -2,13 +2,18 @@
 //!
 //! A family carries the error of its computation, such as that of an integration to a tolerance, and its special points
 //! with it; nothing in the family itself shows how much. Two finer families show it: the error of the first place is
-//! the distance to theirs, but for their own errors, of which their distance from each other is a measure.
+//! the distance to theirs, but for their own errors, of which their distance from each other is a measure. Where
+//! nothing is finer two coarser ones do: an error that is at most half of theirs is at most the distance to theirs.
+//! Rounding, which all of them have, comes on top: what it does to the equations, through the regular system that has
+//! the special point as its root.
 
 use super::arclength::Options;
 use super::corrector::{Finish, Space};
+use super::elimination::Place;
 use super::family::Family;
+use super::rounding::{AtRoot, solver};
 use super::special::{Special, SpecialKind, Status};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector, RowDVector};
 
 /// How far from the special point the search begins, relative to the size of the unknowns: nearest first, so that a
 /// neighbour is not taken for it.
@@ -27,17 +32,18 @@ struct Found {
 
 impl Special {
     /// The same special point with `error_p`, `error_x` and `error_s` that bound its errors, those of the family's own computation
-    /// included. `finer` are families of the same problem whose errors are less by a factor of 10 or more, each by another. A
-    /// point that one of them does not have is a guess.
+    /// included. `others` are families of the same problem whose errors are less by a factor of 10 or more, each by
+    /// another, or greater by a factor of two or more. A point that one of them does not have is a guess. Rounding is
+    /// that of the last.
     #[must_use]
-    pub fn bounded(mut self, finer: &[&dyn Family], options: &Options) -> Self {
-        let found: Vec<Found> = finer
+    pub fn bounded(mut self, others: &[&dyn Family], options: &Options) -> Self {
+        let found: Vec<Found> = others
             .iter()
             .filter_map(|family| self.found_again(*family, options))
             .collect();
-        if found.len() < finer.len() && self.is_converged() {
+        if found.len() < others.len() && self.is_converged() {
             self.status =
-                Status::Guess("computed to a tighter tolerance it is not found again".into());
+                Status::Guess("computed to another tolerance it is not found again".into());
         }
         let here = Found {
             x: self.point.x.clone(),
@@ -47,13 +53,34 @@ impl Special {
             error_p: self.error_p,
             error_x: self.error_x.clone(),
         };
-        let rounding = |value: f64| 4.0 * f64::EPSILON * value.abs();
-        self.error_p = bound(&here, &found, |at| (at.p, at.error_p)) + rounding(here.p);
-        self.error_s = bound(&here, &found, |at| (at.shift, at.error_s));
+        let rounding = (others.last()).and_then(|family| self.rounding(*family, options));
+        let (rounding, along) = rounding.unwrap_or_else(|| {
+            let all = [self.point.x.as_slice(), &[self.point.p]].concat();
+            (Place::from_slice(&all) * (4.0 * f64::EPSILON), 0.0)
+        });
+        self.error_p = bound(&here, &found, |at| (at.p, at.error_p)) + rounding.p.abs();
+        self.error_s = bound(&here, &found, |at| (at.shift, at.error_s)) + along;
         self.error_x = DVector::from_fn(self.point.x.len(), |i, _| {
-            bound(&here, &found, |at| (at.x[i], at.error_x[i])) + rounding(here.x[i])
+            bound(&here, &found, |at| (at.x[i], at.error_x[i])) + rounding.x[i].abs()
         });
         self
+    }
+
+    /// Bounds of what rounding of the family's equations makes of unknowns and parameter, and of the arclength.
+    /// None where the family is undefined nearby.
+    fn rounding(&self, family: &dyn Family, options: &Options) -> Option<(Place, f64)> {
+        let weight = options.rounded_weight();
+        let space = Space::new(family, weight, options.tolerance, options.max_corrections);
+        let (place, tangent) = self.place_and_tangent(weight);
+        let moved = match self.kind {
+            SpecialKind::BranchPoint => space.rounding_of_branch_point(&place)?,
+            SpecialKind::StabilityChange => {
+                &tangent * space.rounding_of_crossing(&place, &tangent)?
+            }
+            kind => space.rounding_of_tested(kind, &place, &tangent)?,
+        };
+        let along = tangent.reach_of(&moved);
+        Some((Place::new(moved.x, moved.p / weight), along))
     }
 
     fn found_again(&self, family: &dyn Family, options: &Options) -> Option<Found> {
@@ -101,11 +128,70 @@ impl Special {
     }
 }
 
-/// Twice the distance to the finer values, four times their own, and what each is uncertain by.
-fn bound(here: &Found, finer: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f64 {
+impl Space<'_> {
+    /// F, and the test function of folds or of the family's own events, on or beside the branch.
+    fn tested(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<DVector<f64>> {
+        let (residual, eliminated) = self.evaluate(z).ok()?;
+        let along = self.null(&eliminated).0.towards(tangent);
+        let test = match kind {
+            SpecialKind::Fold => along.p,
+            _ => {
+                let direction = (&along.x, along.p / self.weight);
+                let p = z.p / self.weight;
+                self.family.event(&z.x, p, direction).ok()??
+            }
+        };
+        Some(residual.push(test))
+    }
+
+    /// By how much rounding of F and of the test function moves a fold or an event.
+    fn rounding_of_tested(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<Place> {
+        let (matrix, _) = self.matrix(z)?;
+        let n = matrix.nrows();
+        let mut system = DMatrix::zeros(n + 1, n + 1);
+        system.rows_mut(0, n).copy_from(&matrix);
+        let gradient = match kind {
+            // With A t = 0 and |t| = 1: A dt = -A'[w] t = -A'[t] w, t . dt = 0.
+            SpecialKind::Fold => {
+                let mut whole = system.clone();
+                whole.set_row(n, &tangent.flat().transpose());
+                let by_p = Place::along_p(n).flat();
+                let row = whole.transpose().full_piv_lu().solve(&by_p)?;
+                -(row.rows(0, n).transpose() * self.bend_along(z, tangent)?)
+            }
+            _ => {
+                let h = 3e-5 * (1.0 + z.norm());
+                let mut gradient = RowDVector::zeros(n + 1);
+                for k in 0..=n {
+                    let at = |by: f64| {
+                        let mut beside = z.flat();
+                        beside[k] += by;
+                        let beside = Place::from_slice(beside.as_slice());
+                        Some(self.tested(kind, &beside, tangent)?[n])
+                    };
+                    gradient[k] = (at(h)? - at(-h)?) / (2.0 * h);
+                }
+                gradient
+            }
+        };
+        system.set_row(n, &gradient);
+        let value = self.tested(kind, z, tangent)?;
+        let phi = |z: &DVector<f64>| self.tested(kind, &Place::from_slice(z.as_slice()), tangent);
+        let at_root = AtRoot {
+            z: &z.flat(),
+            value: &value,
+            phi,
+            solve: solver(system),
+        };
+        Some(Place::from_slice(at_root.errors()?.as_slice()))
+    }
+}
+
+/// Twice the distance to the other values, four times their own, and what each is uncertain by.
+fn bound(here: &Found, others: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f64 {
     let (value, own) = of(here);
     let apart = |a: f64, b: f64| (a - b).abs();
-    let all = || finer.iter().map(&of);
+    let all = || others.iter().map(&of);
     let distance = all().map(|(x, _)| apart(x, value)).fold(0.0, f64::max);
     let scatter = all()
         .flat_map(|(x, _)| all().map(move |(y, _)| apart(x, y)))

@@ -9,7 +9,7 @@ use super::corrector::{Corrected, Cubic, Failure, Finish, Space, length};
 use super::elimination::Place;
 use super::roots::chandrupatla;
 use crate::math::order::sort_few;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// What a special point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,14 +103,19 @@ impl Sample {
     }
 }
 
-/// Steps are divided at most this often in search of what the index shows.
-const MAX_DEPTH: usize = 6;
+/// Steps are divided this often in search of what the index shows on both sides of their middle, or of a parameter
+/// that turns twice.
+pub(super) const MAX_DEPTH: usize = 6;
+/// Special points nearer than this along the branch, or than so many times the tolerance, relative to the unknowns,
+/// are one.
+const APART: f64 = 1e-7;
+const TOLERANCES: f64 = 100.0;
 
 fn flips(a: f64, b: f64) -> bool {
     a * b < 0.0 || (b == 0.0 && a != 0.0)
 }
 
-fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
+pub(super) fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
     match (a, b) {
         (Some(a), Some(b)) => Some(a.min(b)),
         (a, b) => a.or(b),
@@ -118,12 +123,12 @@ fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
 }
 
 /// What a bracketing search on real points of the branch ended with.
-struct Bracket {
-    left: Sample,
-    right: Sample,
-    best: Sample,
-    failure: Option<Failure>,
-    converged: bool,
+pub(super) struct Bracket {
+    pub left: Sample,
+    pub right: Sample,
+    pub best: Sample,
+    pub failure: Option<Failure>,
+    pub converged: bool,
 }
 
 impl Bracket {
@@ -131,7 +136,7 @@ impl Bracket {
         (self.left.arclength, self.right.arclength)
     }
 
-    fn width(&self) -> f64 {
+    pub fn width(&self) -> f64 {
         self.right.arclength - self.left.arclength
     }
 }
@@ -190,23 +195,37 @@ impl Space<'_> {
         }
     }
 
+    /// True if the signs of the test functions tell as much as the index does between two neighbours.
+    fn is_explained(&self, a: &Sample, b: &Sample) -> bool {
+        let simple = usize::from(flips(a.on.tangent.p, b.on.tangent.p))
+            + usize::from(flips(a.on.branching, b.on.branching));
+        match a.index.zip(b.index).map(|(a, b)| a.abs_diff(b)) {
+            None => true,
+            Some(0) => simple != 1,
+            Some(jump) => simple == jump,
+        }
+    }
+
     /// The special points between two neighbours, in order.
     pub fn search(&self, a: &Sample, b: &Sample, depth: usize) -> Vec<Special> {
         let fold = flips(a.on.tangent.p, b.on.tangent.p);
         let branch = flips(a.on.branching, b.on.branching);
         let event = matches!((a.event, b.event), (Some(a), Some(b)) if flips(a, b));
-        let simple = usize::from(fold) + usize::from(branch);
         let jump = a.index.zip(b.index).map(|(a, b)| a.abs_diff(b));
-        let explained = match jump {
-            None => true,
-            Some(0) => simple != 1,
-            Some(jump) => simple == jump,
-        };
+        let explained = self.is_explained(a, b);
         let cubic = Cubic::new(a.pair(), b.pair());
         let twice = if fold { None } else { cubic.turns_twice() };
-        if depth < MAX_DEPTH
-            && (!explained || twice.is_some())
+        // What the index alone shows is divided until points as near as these are told apart: their kind does not
+        // depend on the step.
+        let apart = APART.max(TOLERANCES * self.tolerance) * (1.0 + b.on.place.norm());
+        let many = depth < MAX_DEPTH;
+        let divides = match explained {
+            true => many && twice.is_some(),
+            false => many || b.arclength - a.arclength > apart,
+        };
+        if divides
             && let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true)
+            && (many || self.is_explained(a, &middle) || self.is_explained(&middle, b))
         {
             let mut found = self.search(a, &middle, depth + 1);
             found.extend(self.search(&middle, b, depth + 1));
@@ -222,7 +241,7 @@ impl Space<'_> {
                 Some(s) => self.fold_beside_branch_point(a, b, s, &mut found),
             }
         }
-        if simple == 0 && jump.is_some_and(|jump| jump > 0) {
+        if !(fold || branch) && jump.is_some_and(|jump| jump > 0) {
             self.stability_change(a, b, &mut found);
         }
         if event {
@@ -269,7 +288,7 @@ impl Space<'_> {
     }
 
     /// Brackets a sign change of `test` on real points, to `tolerance` of the interval.
-    fn bracket(
+    pub(super) fn bracket(
         &self,
         a: &Sample,
         b: &Sample,
@@ -349,7 +368,13 @@ impl Space<'_> {
         self.special(kind, &best, &found, error_s)
     }
 
-    fn special(&self, kind: SpecialKind, at: &Sample, found: &Bracket, error_s: f64) -> Special {
+    pub(super) fn special(
+        &self,
+        kind: SpecialKind,
+        at: &Sample,
+        found: &Bracket,
+        error_s: f64,
+    ) -> Special {
         let status = match (&found.failure, found.converged) {
             (None, true) => Status::Converged,
             (Some(failure), _) => Status::Guess(format!("near it {failure}")),
@@ -374,147 +399,6 @@ impl Space<'_> {
         }
     }
 
-    /// A simple branch point: bracketed by the determinant, then polished with a system that is
-    /// regular there.
-    fn branch_point(&self, a: &Sample, b: &Sample) -> Special {
-        let test = |s: &Sample| Some(s.on.branching);
-        let rough = self.bracket(a, b, false, 0.05, test);
-        let (fa, fb) = (rough.left.on.branching, rough.right.on.branching);
-        let cubic = Cubic::new(rough.left.pair(), rough.right.pair());
-        let t = (fa / (fa - fb)).clamp(0.0, 1.0);
-        let t = if t.is_finite() { t } else { 0.5 };
-        if let Some((place, error)) = self.polish_branch_point(&cubic.at(t), cubic.length) {
-            let t = cubic_fraction(&cubic, &place, t);
-            let on = Corrected {
-                place,
-                tangent: cubic.slope(t).unit(),
-                branching: 0.0,
-                regularity: 0.0,
-                error,
-                ..rough.best.on
-            };
-            let at = Sample {
-                on,
-                arclength: rough.left.arclength + t * rough.width(),
-                index: None,
-                event: None,
-            };
-            let mut special = self.special(SpecialKind::BranchPoint, &at, &rough, error);
-            special.status = Status::Converged;
-            special.error_p = error / self.weight;
-            special.error_x.fill(error);
-            return special;
-        }
-        let found = self.bracket(&rough.left, &rough.right, false, 1e-8, test);
-        let (best, width) = (&found.best, found.width());
-        let mut special = self.special(SpecialKind::BranchPoint, best, &found, width);
-        if special.is_converged() && width > 1e-6 * (1.0 + best.on.place.norm()) {
-            let why = "noise hides the determinant's root, and the regular system did not converge";
-            special.status = Status::Guess(why.into());
-        }
-        special
-    }
-
-    /// Newton on F + b left = 0, left^T [F_x F_p] = 0 for (z, b): regular at a simple branch point.
-    ///
-    /// The second condition is written with the bordered matrix M = [A l; V^T 0], A = [F_x F_p], l and V the
-    /// left and right near-kernels at the guess: gamma in M^T (left, gamma) = (0, 1) vanishes with it,
-    /// and its gradient along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from
-    /// central differences, kept over the iterations.
-    pub fn polish_branch_point(&self, guess: &Place, length: f64) -> Option<(Place, f64)> {
-        let n = guess.x.len();
-        let mut z = guess.clone();
-        let mut gradient: Option<DMatrix<f64>> = None;
-        let (matrix, _) = self.matrix(&z)?;
-        let kernels = super::elimination::Svd::new(&matrix);
-        let left0 = kernels.left.column(n - 1).into_owned();
-        let right0 = kernels.right.columns(n - 1, 2).into_owned();
-        let mut b = 0.0;
-        let mut before = f64::INFINITY;
-        for iteration in 0..12 {
-            let (matrix, residual) = self.matrix(&z)?;
-            let mut m = DMatrix::zeros(n + 2, n + 2);
-            m.view_mut((0, 0), (n, n + 1)).copy_from(&matrix);
-            m.view_mut((0, n + 1), (n, 1)).copy_from(&left0);
-            m.view_mut((n, 0), (2, n + 1))
-                .copy_from(&right0.transpose());
-            let mut last = DVector::zeros(n + 2);
-            last[n + 1] = 1.0;
-            let left = m.transpose().full_piv_lu().solve(&last)?;
-            let mut right = DMatrix::zeros(n + 2, 2);
-            right[(n, 0)] = 1.0;
-            right[(n + 1, 1)] = 1.0;
-            let w = m.full_piv_lu().solve(&right)?;
-            let psi = left.rows(0, n).into_owned();
-            let fresh = gradient.is_none() || iteration == 1;
-            if fresh {
-                let mut rows = DMatrix::zeros(2, n + 1);
-                for k in 0..2 {
-                    let direction = Place::from_slice(&w.column(k).as_slice()[..=n]);
-                    let bend = self.bend_along(&z, &direction)?;
-                    rows.set_row(k, &(-(psi.transpose() * bend)).row(0));
-                }
-                gradient = Some(rows);
-            }
-            let mut system = DMatrix::zeros(n + 2, n + 2);
-            system.view_mut((0, 0), (n, n + 1)).copy_from(&matrix);
-            system.view_mut((0, n + 1), (n, 1)).copy_from(&left0);
-            system
-                .view_mut((n, 0), (2, n + 1))
-                .copy_from(gradient.as_ref()?);
-            let mut value = DVector::zeros(n + 2);
-            value.rows_mut(0, n).copy_from(&(residual + &left0 * b));
-            value.rows_mut(n, 2).copy_from(&left.rows(n, 2));
-            let step = system.full_piv_lu().solve(&-value)?;
-            let move_by = Place::from_slice(&step.as_slice()[..=n]);
-            let moved = move_by.norm();
-            z = z + move_by;
-            b += step[n + 1];
-            if !(moved.is_finite() && (&z - guess).norm() <= length) {
-                return None;
-            }
-            let scale = 1.0 + z.norm();
-            let stalled =
-                iteration > 1 && moved > 0.3 * before && (fresh || moved <= 1e-11 * scale);
-            if moved <= 1e-13 * scale || stalled {
-                // An imperfect crossing has b != 0: no branch point at all.
-                let size = kernels.values[0] + gradient.as_ref()?.norm() * length;
-                let perfect = b.abs() <= 1e-7 * size * scale;
-                let good = moved <= 1e-9 * scale && perfect;
-                return good.then_some((z, moved.max(4.0 * f64::EPSILON * scale)));
-            }
-            if moved > 0.1 * before && moved > 1e-11 * scale {
-                gradient = None;
-            }
-            before = moved;
-        }
-        None
-    }
-
-    /// [F_x F_p], N x (n + 1), in scaled coordinates, and F.
-    pub fn matrix(&self, z: &Place) -> Option<(DMatrix<f64>, DVector<f64>)> {
-        self.evaluations.set(self.evaluations.get() + 1);
-        let (n, p) = (z.x.len(), z.p / self.weight);
-        let at = self
-            .family
-            .linearised(&z.x, p)
-            .ok()?
-            .checked(&z.x, p)
-            .ok()?;
-        let mut matrix = DMatrix::zeros(n, n + 1);
-        matrix.view_mut((0, 0), (n, n)).copy_from(&at.jacobian);
-        matrix.set_column(n, &(at.slope / self.weight));
-        Some((matrix, at.residual))
-    }
-
-    /// The derivative of [F_x F_p] along a direction, by central differences: error about 1e-9.
-    pub fn bend_along(&self, z: &Place, direction: &Place) -> Option<DMatrix<f64>> {
-        let h = 3e-5 * (1.0 + z.norm()) / direction.norm();
-        let (plus, _) = self.matrix(&(z + direction * h))?;
-        let (minus, _) = self.matrix(&(z + direction * -h))?;
-        Some((plus - minus) / (2.0 * h))
-    }
-
     /// Both p and the determinant change sign: either p turns at the branch point itself, or a fold
     /// lies on one side of it.
     fn fold_beside_branch_point(&self, a: &Sample, b: &Sample, s: f64, found: &mut Vec<Special>) {
@@ -532,55 +416,4 @@ impl Space<'_> {
         found.extend(fold(a, &before));
         found.extend(fold(&after, b));
     }
-
-    /// The index changes and no determinant does: |det|^(1 / jump), signed by the index, is smooth at a
-    /// regular crossing; if it is not, the search falls back to bisection.
-    fn stability_change(&self, a: &Sample, b: &Sample, found: &mut Vec<Special>) {
-        let Some((low, high)) = a.index.zip(b.index) else {
-            return;
-        };
-        let power = 1.0 / low.abs_diff(high) as f64;
-        let test = |s: &Sample| {
-            let size = s.on.branching.abs().powf(power).max(f64::MIN_POSITIVE);
-            Some(if s.index? == low { size } else { -size })
-        };
-        let end = Bracket {
-            converged: true,
-            ..self.bracket(a, b, true, 1e-9, test)
-        };
-        // A double crossing is where the determinant is smallest; a mode that this chart does not see leaves no root of it,
-        // and only the bracket itself tells the place.
-        let width = end.width();
-        let size = |s: &Sample| s.on.branching.abs();
-        let (best, whole) = (&end.best, b.arclength - a.arclength);
-        let near = (best.arclength - end.left.arclength).abs() < 1e-3 * whole;
-        let best = if near && size(best) < 1e-3 * size(a).min(size(b)) {
-            &end.best
-        } else if size(&end.left) < size(&end.right) {
-            &end.left
-        } else {
-            &end.right
-        };
-        let mut special = self.special(SpecialKind::StabilityChange, best, &end, width);
-        // Beside a multiple crossing the corrector loses digits as the distance shrinks.
-        if width <= 1e-6 * (1.0 + best.on.place.norm()) {
-            special.status = Status::Converged;
-        }
-        special.point.index = lowest(special.index.0, special.index.1);
-        found.push(special);
-        if end.right.index != b.index {
-            let rest = self.search(&end.right, b, MAX_DEPTH);
-            found.extend(rest);
-        }
-    }
-}
-
-/// Where along the cubic a place near it lies.
-fn cubic_fraction(cubic: &Cubic, place: &Place, guess: f64) -> f64 {
-    let mut t = guess;
-    for _ in 0..4 {
-        let slope = cubic.slope(t);
-        t += slope.dot(&(place - &cubic.at(t))) / slope.dot(&slope);
-    }
-    if t.is_finite() { t } else { guess }
 }

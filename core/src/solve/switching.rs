@@ -28,8 +28,10 @@ pub struct Switch {
     pub method: SwitchMethod,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
     pub corank: usize,
-    /// What the caller should know: directions that led nowhere, continuous families, possible gaps.
+    /// What the caller should know: continuous families, possible gaps.
     pub remarks: Vec<String>,
+    /// Ways on which a branch leaves, and no solution was found: why.
+    pub lost: Vec<String>,
     /// Evaluations of F.
     pub evaluations: usize,
 }
@@ -90,6 +92,7 @@ pub fn switch(
         method: SwitchMethod::Quadratic,
         corank,
         remarks: Vec::new(),
+        lost: Vec::new(),
         evaluations: 0,
     };
     let quadratic = if corank == 1 {
@@ -180,7 +183,7 @@ impl Switch {
             });
             match found {
                 Some(on) => self.add(space.weight, &on.place, &on.tangent),
-                None => self.remarks.push(format!(
+                None => self.lost.push(format!(
                     "no solution was found along a tangent with dp/ds = {:.3e}; a smaller distance may help",
                     direction.p
                 )),
@@ -274,6 +277,7 @@ fn on_sphere(
     mut z: Place,
     radius: f64,
 ) -> Option<(Place, Place, bool)> {
+    let mut before = f64::INFINITY;
     for _ in 0..25 {
         let (residual, eliminated) = space.evaluate(&z).ok()?;
         let (null, _) = eliminated.null();
@@ -285,7 +289,7 @@ fn on_sphere(
         let excess = inside.norm() - radius;
         let normal = inside.unit();
         let slant = normal.dot(&null);
-        let any = eliminated.solve(&-residual);
+        let any = eliminated.solve(&-&residual);
         // Parallel to the sphere: the solution is one of a family; the least correction will do.
         let isolated = slant.abs() > 1e-4 && eliminated.regularity() > 1e-6;
         let step = if slant.abs() > 1e-8 {
@@ -299,13 +303,20 @@ fn on_sphere(
         if !length.is_finite() {
             return None;
         }
-        z = z + step * (0.4 * radius / length).min(1.0);
+        let moved = &z + step * (0.4 * radius / length).min(1.0);
+        let at = std::mem::replace(&mut z, moved);
         if (&z - centre).norm() > 4.0 * radius {
             return None;
         }
-        if length <= space.tolerance * (1.0 + z.norm()) {
+        let rounded = || {
+            let across = if isolated { &normal } else { &null };
+            length > 0.5 * before
+                && space.is_rounding(length, (&at, &residual), &eliminated, across)
+        };
+        if length <= space.tolerance * (1.0 + z.norm()) || rounded() {
             return Some((z, null, isolated));
         }
+        before = length;
     }
     None
 }

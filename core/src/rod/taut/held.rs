@@ -53,8 +53,9 @@ impl Problem {
         0.5 * (a + b)
     }
 
-    /// False of problems under a load that turns with the end, which are not solved from both ends. The end of such a rod turns into the force whatever
-    /// its direction is, and what is left of the clamp there, exp(-lam), is all that tells the direction: no chart is better than that.
+    /// False of problems under a load that turns with the end, which are not solved from both ends. The end of such a
+    /// rod turns into the force whatever its direction is, and what is left of the clamp there, exp(-lam), is all that
+    /// tells the direction: no chart is better than that.
     pub(in crate::rod) fn may_be_taut(&self) -> bool {
         !self.end.follower
     }
@@ -65,14 +66,16 @@ impl Problem {
         weight.map_or_else(Vector3::zeros, Weight::total)
     }
 
-    /// lam = sqrt(|n| L^2/B) under the force `n` at the base, its mean along a rod that bears a load: an error at the base grows as exp(lam) under a pull.
+    /// lam = sqrt(|n| L^2/B) under the force `n` at the base, its mean along a rod that bears a load: an error at the
+    /// base grows as exp(lam) under a pull.
     pub(in crate::rod) fn lam(&self, n: &Vector3<f64>) -> f64 {
         let root = |n: &Vector3<f64>| n.norm().sqrt();
         let weight = self.weight.as_ref();
         self.flexure().sqrt() * weight.map_or_else(|| root(n), |weight| weight.mean(n, root))
     }
 
-    /// lam^2 by the part of the force that pulls the end, at `place`, away from the base; negative if the rod is pushed together.
+    /// lam^2 by the part of the force that pulls the end, at `place`, away from the base; negative if the rod is
+    /// pushed together.
     pub(in crate::rod) fn pull_on(&self, n: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
         let pull = match &self.weight {
             None => n.dot(place),
@@ -81,7 +84,7 @@ impl Problem {
         self.flexure() * pull
     }
 
-    /// The taut rod that a base wrench of the numerics means, if it is one.
+    /// The taut rod that a base wrench of the numerics means; None of a slack one.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
@@ -181,7 +184,7 @@ impl Problem {
         let held = self.is_held();
         let (m, start) = match &guess {
             Some(b) => halves(b),
-            // The load along it hangs on both of its ends.
+            // Each end bears half of the load along the rod.
             None if held == [true; 3] => (Vector3::zeros(), self.stretched()? + self.borne() * 0.5),
             None => {
                 let loaded = (0..3).filter(|i| !held[*i]);

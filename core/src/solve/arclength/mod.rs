@@ -413,7 +413,8 @@ impl<'a> Continuation<'a> {
         let finish = Finish::Evaluated;
         let on = self.space.correct(&guess, &normal, cubic.length, finish);
         let mut on = on.ok()?;
-        let near = 1e3 * self.options.tolerance * (1.0 + home.norm());
+        let rounding = 10.0 * (on.error + self.start.on.error);
+        let near = 1e3 * self.options.tolerance * (1.0 + home.norm()) + rounding;
         if !((&on.place - &home).norm() <= near) {
             return None;
         }
