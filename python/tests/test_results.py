@@ -101,6 +101,7 @@ def test_statics_modes_and_memory():
         "continue": {"parameter": "end.load", "from": 0.0, "to": 3.0},
     }
     branch = snaprod.branch(column)
+    assert branch.lost == []
     euler = branch.special_points[0]
     assert abs(euler["parameter"] - np.pi**2 / 4) < 1e-8
     assert branch.data["index"][0] == 0 and branch.data["index"][-1] > 0

@@ -622,3 +622,19 @@ fn odd_statics_are_solved() {
     near(numbers(&free["position"]), [0.0, 0.0, 1.0], 1e-12);
     assert_eq!(free["energy"], 0.0);
 }
+
+/// Catches a lost branch that the exit code or the first line of the output leaves out: of a round column no branch can be
+/// singled out.
+#[test]
+fn a_lost_branch_is_an_exit_code_and_the_first_line() {
+    let place = Place::new("lost-branch");
+    let column = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 0.8 }\n\
+                  [end]\nforce = [0.0, 0.0, -1.0]\n\
+                  [continue]\nparameter = \"end.load\"\nfrom = 0.0\nto = 3.0\nswitch = true\n";
+    let summary = run(&place, "branch", column).json(1);
+    assert_eq!(summary["complete"], false);
+    let lost = summary["lost"][0].as_str().expect("what is lost");
+    let told = place.run(&["branch", "scene.toml", "--out", "out", "--no-figures"]);
+    assert_eq!(told.code, 1, "{told:?}");
+    assert_eq!(told.stdout.lines().next(), Some(&*format!("lost: {lost}")));
+}

@@ -208,6 +208,11 @@ class Branch(Result):
         """The path of what varies."""
         return str(self.summary["parameter"])
 
+    @property
+    def lost(self) -> list[str]:
+        """Branches that are there and were not followed: where each begins, and why it was lost."""
+        return list(self.summary["lost"])
+
     def plot(self, ax: Axes | None = None, y: str | None = None) -> Axes:
         """Draws a column over the parameter, unstable parts dashed, special points by name; without ``y`` the place that shows most beside
         the parameter, or where all are held a base couple."""
@@ -217,7 +222,8 @@ class Branch(Result):
 
     def _headline(self) -> str:
         found = ", ".join(f"{at['label']} at {at['parameter']:.9g}" for at in self.special_points)
-        return f"{self.data.rows} points in {self.parameter}; {found or 'no special points'}"
+        lost = "".join(f"lost: {why}; " for why in self.lost)
+        return f"{lost}{self.data.rows} points in {self.parameter}; {found or 'no special points'}"
 
 
 class Modes(Result):

@@ -120,7 +120,12 @@ fn text(record: &BranchRecord) -> String {
         n => format!("{n} branches"),
     };
     let points = branches.points.rows();
-    let mut text = format!("{points} points of {which} in {}\n", record.name);
+    let mut text = String::new();
+    // Lost branches come first.
+    for lost in &record.lost {
+        let _ = writeln!(text, "lost: {lost}");
+    }
+    let _ = writeln!(text, "{points} points of {which} in {}", record.name);
     found(&mut text, branches, record.conservative);
     if let Some(folds) = &record.fold_curves {
         let (points, first, second) = (folds.curves.points.rows(), &record.name, &folds.name);

@@ -17,8 +17,9 @@ use nalgebra::{DVector, Isometry3};
 
 /// Sections of each rod of a shape, less one.
 const SECTIONS: usize = 100;
-/// The finest tolerance of the integration along rods.
+/// The finest tolerance of the integration along rods, and what part it is of that of the points.
 const FINEST: f64 = 1e-14;
+const PART: f64 = 0.01;
 /// Turns and displacements, in radians and mean lengths of the rods, from which deflation begins.
 const MOVED: f64 = 1.0;
 
@@ -41,7 +42,7 @@ fn over(scene: &Scene, parameter: Parameter) -> Maker {
 
 /// That of the integration along the rods: a part of what points are solved to.
 fn tolerance(scene: &Scene) -> f64 {
-    (0.01 * scene.solve.tolerance).max(FINEST)
+    (PART * scene.solve.tolerance).max(FINEST)
 }
 
 impl<'a> Assembled<'a> {
@@ -89,6 +90,10 @@ impl Subject for Assembled<'_> {
         let at = over(scene, parameter);
         // No parameter of an assembly changes its rods.
         Box::new(self.from_start.over(at, false, span, tolerance(scene)))
+    }
+
+    fn finest(&self) -> f64 {
+        FINEST / PART
     }
 
     fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State> {

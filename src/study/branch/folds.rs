@@ -1,6 +1,6 @@
 //! Fold curves in two parameters.
 
-use super::finer;
+use super::compared;
 use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
 use super::record::{self, CurveRecord, CurveSet};
 use super::subject::Subject;
@@ -52,11 +52,12 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         };
         Crossed::new(in_p, in_q, size, unit)
     };
-    let [given, tighter] = [vec![(scene.clone(), 1.0)], finer(scene).into()]
+    let others = compared(scene, subject.finest());
+    let [given, others] = [vec![(scene.clone(), 1.0)], others.into()]
         .map(|scenes| scenes.into_iter().map(crossed).collect::<Vec<_>>());
     let family = FoldCurve::new(&given[0]);
-    let tighter = [0, 1].map(|i| FoldCurve::new(&tighter[i]));
-    let tighter = [&tighter[0] as &dyn Family, &tighter[1]];
+    let others = [0, 1].map(|i| FoldCurve::new(&others[i]));
+    let others = [&others[0] as &dyn Family, &others[1]];
     let here = scene.value(&second.parameter);
     let options = |direction: Direction| Options {
         at: vec![here],
@@ -81,7 +82,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         unit,
         second,
         here,
-        bounded: &|special: Special| special.bounded(&tighter, &fine),
+        bounded: &|special: Special| special.bounded(&others, &fine),
     };
     let mut this = Folds {
         rows: Vec::new(),
@@ -89,7 +90,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         curves: Vec::new(),
         landed: Vec::new(),
     };
-    let mut remarks = Vec::new();
+    let (mut remarks, mut lost) = (Vec::new(), Vec::new());
     let is_fold = |at: &&Located| at.special.kind == SpecialKind::Fold;
     for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
@@ -120,7 +121,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
                     let watch = &mut study.watch;
                     this.follow(branch, &family, &window, way, watch, &mut remarks);
                 }
-                Err(e) => remarks.push(format!("fold curve through {}: {e}", fold.label)),
+                Err(e) => lost.push(format!("fold curve through {}: {e}", fold.label)),
             }
         }
         number_labels(&mut this.rows[row..], &mut this.located, located, stem);
@@ -133,6 +134,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         ));
     }
     study.remarks.extend(remarks);
+    study.lost.extend(lost);
     let first = |at: &Located| {
         let special = &at.special;
         Some((special.point.x[size], special.error_x[size]))

@@ -77,12 +77,14 @@ pub struct Study<'a> {
     pub wanted: &'a Continue,
     pub subject: &'a dyn Subject,
     pub family: &'a dyn Family,
-    /// The same computed to tighter tolerances, for the errors of special points.
-    pub finer: &'a [&'a dyn Family],
+    /// Families of the same equilibria to other tolerances, for the errors of special points.
+    pub others: &'a [&'a dyn Family],
     pub rows: Vec<Row>,
     pub located: Vec<Located>,
     pub curves: Vec<CurveRecord>,
     pub remarks: Vec<String>,
+    /// Branches that exist and were not followed: where each begins, and why it was lost.
+    pub lost: Vec<String>,
     pub watch: Watch<'a>,
     /// True if the first branch has left what the unknowns are good for.
     pub left: bool,
@@ -96,7 +98,7 @@ impl<'a> Study<'a> {
     pub fn new(
         (scene, wanted): (&'a Scene, &'a Continue),
         subject: &'a dyn Subject,
-        (family, finer): (&'a dyn Family, &'a [&'a dyn Family]),
+        (family, others): (&'a dyn Family, &'a [&'a dyn Family]),
         stations: Vec<f64>,
         watch: Watch<'a>,
     ) -> Self {
@@ -105,11 +107,12 @@ impl<'a> Study<'a> {
             wanted,
             subject,
             family,
-            finer,
+            others,
             rows: Vec::new(),
             located: Vec::new(),
             curves: Vec::new(),
             remarks: Vec::new(),
+            lost: Vec::new(),
             watch,
             left: false,
             stations,
@@ -225,7 +228,7 @@ impl<'a> Study<'a> {
                             tolerance: (0.01 * self.scene.solve.tolerance).max(1e-12),
                             ..self.options(Direction::Forward)
                         };
-                        let special = special.bounded(self.finer, &options);
+                        let special = special.bounded(self.others, &options);
                         // A name for now: they are numbered along the branch.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;
@@ -314,8 +317,9 @@ impl<'a> Study<'a> {
                 Ok(ways) => {
                     let named = |remark: &String| format!("switching at {}: {remark}", at.label);
                     self.remarks.extend(ways.remarks.iter().map(named));
-                    if ways.starts.is_empty() {
-                        self.remarks.push(format!(
+                    self.lost.extend(ways.lost.iter().map(named));
+                    if ways.starts.is_empty() && ways.lost.is_empty() {
+                        self.lost.push(format!(
                             "switching at {}: no other branch was found; under a symmetry, as with equal bending stiffnesses, \
                              the branches form a continuous family: break it a little",
                             at.label
@@ -327,7 +331,14 @@ impl<'a> Study<'a> {
                             .map(|start| (at.label.clone(), start)),
                     );
                 }
-                Err(e) => self.remarks.push(format!("switching at {}: {e}", at.label)),
+                Err(e) => {
+                    let words = format!("switching at {}: {e}", at.label);
+                    // An index may change where no branch leaves.
+                    match kind == SpecialKind::BranchPoint || e.is_no_convergence() {
+                        true => self.lost.push(words),
+                        false => self.remarks.push(words),
+                    }
+                }
             }
         }
         // A branch that joins two branch points is met again at the second: each start is looked for on the branches before.
@@ -341,7 +352,7 @@ impl<'a> Study<'a> {
                 continue;
             }
             if self.curves.len() >= MOST {
-                self.remarks.push(format!(
+                self.lost.push(format!(
                     "{} starts at branch points are left: not more than {MOST} branches are followed",
                     starts.len() - k
                 ));
@@ -349,7 +360,7 @@ impl<'a> Study<'a> {
             }
             match Continuation::along(family, start, self.options(Direction::Forward)) {
                 Ok(branch) => self.follow(label.clone(), vec![(false, branch)]),
-                Err(e) => self.remarks.push(format!("switching at {label}: {e}")),
+                Err(e) => self.lost.push(format!("switching at {label}: {e}")),
             }
         }
     }

@@ -205,9 +205,9 @@ fn followed(
 ) -> Result<Option<BranchRecord>> {
     let span = wanted.to - wanted.from;
     let family = subject.family(scene, wanted.parameter, span);
-    let tighter =
-        finer(scene).map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
-    let tighter = tighter.each_ref().map(|family| &**family);
+    let others = compared(scene, subject.finest())
+        .map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
+    let others = others.each_ref().map(|family| &**family);
     let stations = match wanted.deflate {
         true => search::values(wanted),
         false => Vec::new(),
@@ -215,7 +215,7 @@ fn followed(
     let mut study = Study::new(
         (scene, wanted),
         subject,
-        (&*family, &tighter),
+        (&*family, &others),
         stations,
         Watch::new(hooks, wanted),
     );
@@ -273,6 +273,7 @@ fn followed(
         shapes: shapes(record::even(subject.shown(), &study.rows)),
         pictures: shapes(record::even_and_special(pictures, &study.rows)),
         remarks,
+        lost: study.lost,
         interrupted: study.watch.interrupted,
     }))
 }
@@ -289,15 +290,25 @@ fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<
     Ok(worst)
 }
 
-/// The scene to tighter tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to
-/// compute the same special points with other errors.
-fn finer(scene: &Scene) -> [(Scene, f64); 2] {
-    [(30.0, 0.4), (1000.0, 0.7)].map(|(factor, span)| {
-        let mut finer = scene.clone();
-        finer.solve.tolerance = (scene.solve.tolerance / factor).max(FINEST);
-        (finer, span)
+/// The scene to other tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to
+/// compute the same special points with other errors. Both are tighter, unless no tolerance below `finest` makes the
+/// integration a tenth as wrong; then both are looser.
+fn compared(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
+    let given = scene.solve.tolerance.max(finest);
+    let tighter = [30.0, 1000.0].map(|factor| (given / factor).max(finest));
+    let tolerances = match given >= TIGHTER * finest {
+        true => tighter,
+        false => [LOOSER * given; 2],
+    };
+    [(tolerances[0], 0.4), (tolerances[1], 0.7)].map(|(tolerance, span)| {
+        let mut other = scene.clone();
+        other.solve.tolerance = tolerance;
+        (other, span)
     })
 }
 
+/// By which factor another tolerance is tighter at least, or looser, for an error to be seen.
+const TIGHTER: f64 = 9.0;
+const LOOSER: f64 = 3.0;
 /// The tightest tolerance of a scene: beyond it an integration along the rod gains nothing but rounding.
 const FINEST: f64 = 1e-13;

@@ -39,6 +39,8 @@ pub struct BranchRecord {
     pub masses: Vec<BranchMass>,
     /// What else is to be known, in sentences.
     pub remarks: Vec<String>,
+    /// Branches and fold curves that exist and were not followed: where each begins, and why it was lost.
+    pub lost: Vec<String>,
     /// True if the caller interrupted the study: what was found until then is here.
     pub interrupted: bool,
 }
@@ -406,10 +408,11 @@ impl BranchRecord {
         Units::label(&self.name, self.parameter.unit(self.units))
     }
 
-    /// True if everything was followed as far as was asked.
+    /// True if everything was followed as far as was asked, and no branch was lost.
     pub fn is_complete(&self) -> bool {
         let folds = self.fold_curves.as_ref();
         !self.interrupted
+            && self.lost.is_empty()
             && self.branches.is_complete()
             && folds.is_none_or(|folds| folds.curves.is_complete())
     }
@@ -425,7 +428,8 @@ impl BranchRecord {
             "conservative": self.conservative,
             "branches": branches.curve_summaries(),
             "special_points": branches.special_summaries(),
-            "complete": branches.is_complete(),
+            "complete": self.is_complete(),
+            "lost": self.lost,
             "stop": ends.collect::<Vec<_>>(),
             "interrupted": self.interrupted,
             "remarks": self.remarks,

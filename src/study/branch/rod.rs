@@ -43,6 +43,10 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         Box::new(RodFamily::in_chart(problem, changes_rod, span, chart))
     }
 
+    fn finest(&self) -> f64 {
+        FINEST
+    }
+
     fn state(&self, scene: &Scene, x: &DVector<f64>, _: f64) -> Result<State> {
         let problem = scene.problem()?;
         let state = self.at(&problem, x)?;

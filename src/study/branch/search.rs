@@ -60,10 +60,9 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
                 let origin = format!("deflation at {parameter} = {p}");
                 match study.through(origin, solution.x.clone(), p, true) {
                     Ok(()) => found += 1,
-                    Err(e) => {
-                        let remark = format!("deflation at {parameter} = {p}: {e}");
-                        study.remarks.push(remark);
-                    }
+                    Err(e) => study
+                        .lost
+                        .push(format!("deflation at {parameter} = {p}: {e}")),
                 }
                 if found == MOST {
                     break 'values;

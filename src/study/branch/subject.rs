@@ -66,6 +66,9 @@ pub trait Subject {
     /// `span`.
     fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_>;
 
+    /// The tightest tolerance of a scene that makes the integration along the rods finer.
+    fn finest(&self) -> f64;
+
     /// The equilibrium of a scene at these unknowns; `error` is the estimated distance from the branch.
     ///
     /// # Errors
