@@ -116,6 +116,7 @@ pub fn run(
         let t = given.duration * i as f64 / rows as f64;
         let gone = loop {
             let gone = motion.go(t, STRETCH);
+            hooks.progress(motion.time() / given.duration, motion.time());
             if gone.is_err() || motion.time() >= t || hooks.interrupted() {
                 break gone;
             }
@@ -168,7 +169,6 @@ pub fn run(
             ends: now.ends,
             ledger,
         });
-        hooks.progress(i as f64 / rows as f64, t);
         if hooks.interrupted() {
             record.interrupted = i < rows;
             break;

@@ -3,11 +3,13 @@
 
 mod assembly;
 mod bar;
+mod forecast;
 mod rod;
 mod statics;
 mod trial;
 
-pub use trial::{Pace, Trial};
+pub use forecast::Forecast;
+pub use trial::Trial;
 
 use crate::error::Result;
 use crate::motion::Carried;
@@ -52,7 +54,7 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
     }
 }
 
-/// What is done with a scene; a motion is tried for about `seconds`, not at all if that is 0.
+/// The plan of a scene. A motion is tried for about `seconds` of processor time, at most four times as long; 0 leaves the trial out.
 ///
 /// ```
 /// use snaprod::scene::Scene;

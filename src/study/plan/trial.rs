@@ -1,5 +1,6 @@
 //! The first part of a run, by which the cost of the whole is told.
 
+use super::forecast::{Checkpoint, Forecast, after, falls, whole};
 use crate::error::Result;
 use crate::motion::LandingRule;
 use crate::scene::{Scene, Units};
@@ -7,17 +8,19 @@ use crate::study::record::Nowhere;
 use crate::study::run::Fields;
 use crate::study::{Hooks, any};
 use serde_json::{Value, json};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The first part of a run, or all of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     /// The fraction of its duration that it came to.
     pub fraction: f64,
-    /// Seconds that this took, the search for the start among them.
+    /// Seconds of processor time that the trial took, with the search for the start. Systems without such a clock give elapsed time.
     pub seconds: f64,
-    /// The pace of its last steps; None of fewer than two.
-    pub pace: Option<Pace>,
+    /// Forecast of the whole run without figures and files. None of too few steps, of a run that ends by itself or branches.
+    pub forecast: Option<Forecast>,
+    /// True if the motion loses energy and may come to rest.
+    pub loses: bool,
     /// Steps, and right-hand sides; None of a bar, whose steps follow from its cells.
     pub work: Option<[u64; 2]>,
     /// Why it ended before its time, if it did so by itself.
@@ -26,72 +29,31 @@ pub struct Trial {
     pub branches: bool,
 }
 
-/// How fast a run goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pace {
-    /// Seconds that the whole duration takes in steps like the last ones.
-    pub seconds: f64,
-    /// True if the steps still grow, as those of a rod with friction do that is let go: the rest takes less than that, if they shrink no more.
-    pub grows: bool,
-}
-
-/// The last steps are one in so many, and they grow if they are longer by this factor than as many before them.
-const LAST: usize = 4;
-const LONGER: f64 = 1.5;
-/// Parts of these steps, of which the one that took least tells what a step costs: other programs took their time from the rest.
-const PARTS: usize = 4;
-/// Steps that are remembered; of more every second is forgotten.
-const MARKS: usize = 4096;
-/// Bounds beyond this many seconds say nothing.
+/// A trial outlasts its seconds while it has seen less than this fraction, or its forecasts fall: a stiff start is unlike the rest.
+const SEEN: f64 = 0.01;
+/// A trial runs to the end of the run where the forecast is at most so many times its seconds.
+const WHOLE: f64 = 3.0;
+/// A trial ends in any case after so many times its seconds.
+const LONGEST: f64 = 4.0;
+/// A motion may come to rest if its losses, carried on to the end, reach this part of its kinetic and elastic energy.
+const LOSS: f64 = 0.01;
+/// Forecasts beyond this many seconds are not told where less than [`SEEN`] was seen.
 const FAR: f64 = 86400.0;
 
-impl Pace {
-    /// From what was remembered of the steps.
-    fn of(marks: &[Mark]) -> Option<Self> {
-        let end = marks.len().checked_sub(1)?;
-        let few = (end / LAST).max(1);
-        let steps = |from: usize, to: usize| (marks[to].step - marks[from].step) as f64;
-        let length = |from: usize, to: usize| {
-            let way = marks[to].fraction - marks[from].fraction;
-            Some(way / steps(from, to)).filter(|length| *length > 0.0)
-        };
-        let middle = end.checked_sub(few)?;
-        let last = length(middle, end)?;
-        let before = middle
-            .checked_sub(few)
-            .and_then(|from| length(from, middle));
-        let first = end.saturating_sub(2 * few);
-        let part = ((end - first) / PARTS).max(1);
-        let costs = (first..=end - part).step_by(part).map(|from| {
-            let spent = marks[from + part].at - marks[from].at;
-            spent.as_secs_f64() / steps(from, from + part)
-        });
-        Some(Self {
-            seconds: costs.fold(f64::INFINITY, f64::min) / last,
-            grows: before.is_none_or(|before| last > LONGER * before),
-        })
-    }
-}
-
 impl Trial {
-    /// Seconds that the whole run may take, figures and files aside, if it goes on as it began; None where nothing tells that.
+    /// Seconds of processor time for the whole run without figures and files, if it goes on as it began; None if unknown.
     pub fn expected(&self) -> Option<f64> {
-        self.whole().filter(|(_, grows)| !grows).map(|(all, _)| all)
+        self.forecast.map(|forecast| forecast.likely)
     }
 
-    /// Seconds of which it takes less, where its steps still grow and if they shrink no more.
-    pub fn at_most(&self) -> Option<f64> {
-        self.whole().filter(|(_, grows)| *grows).map(|(all, _)| all)
+    /// The least and the most seconds of processor time for the whole run; None if unknown.
+    pub fn range(&self) -> Option<[f64; 2]> {
+        self.forecast
+            .map(|forecast| [forecast.least, forecast.most])
     }
 
-    /// Seconds of the whole in steps like the last ones, and whether these grow.
-    fn whole(&self) -> Option<(f64, bool)> {
-        let rest = 1.0 - self.fraction;
-        match self.pace {
-            _ if self.branches || self.reason.is_some() => None,
-            _ if rest <= 0.0 => Some((self.seconds, false)),
-            pace => pace.map(|pace| (self.seconds + pace.seconds * rest, pace.grows)),
-        }
+    fn is_whole(&self) -> bool {
+        self.fraction >= 1.0 && self.reason.is_none() && !self.branches
     }
 
     pub(super) fn json(&self) -> Value {
@@ -102,7 +64,8 @@ impl Trial {
             "evaluations": self.work.map(|work| work[1]),
             "reason": self.reason,
             "expected_seconds": self.expected(),
-            "at_most_seconds": self.at_most(),
+            "at_least_seconds": self.range().map(|range| range[0]),
+            "at_most_seconds": self.range().map(|range| range[1]),
         })
     }
 
@@ -114,8 +77,8 @@ impl Trial {
             }
             None => String::new(),
         };
-        if self.fraction >= 1.0 && self.reason.is_none() && !self.branches {
-            return format!("all of it, done as a trial, took {spent}{work}");
+        if self.is_whole() {
+            return format!("all of it, done as a trial, took {spent}{work}\n          {MEASURED}");
         }
         let at = format!(
             "{} of {} {}",
@@ -124,148 +87,193 @@ impl Trial {
             units.time()
         );
         let came = format!("a trial of {spent} came to t = {}{work}", at.trim_end());
-        match (&self.reason, self.branches, self.whole()) {
+        let little = "too little to tell the cost of the whole; give it more --seconds";
+        match (&self.reason, self.branches, &self.forecast) {
             (Some(reason), ..) => format!("{came}, where the run ends: {reason}"),
             (None, true, _) => format!(
                 "{came} of one branch; at every snap the run branches, which multiplies its cost"
             ),
-            (None, false, Some((all, false))) => format!(
-                "{came}: about {} for the whole, figures and files aside, if it goes on as it began",
-                long(all)
+            (None, false, Some(told)) if self.fraction >= SEEN || told.likely < FAR => format!(
+                "{came}\n          about {} for the whole, from {} to {}: {}\n          {MEASURED}",
+                long(told.likely),
+                long(told.least),
+                long(told.most),
+                self.assumption(),
             ),
-            (None, false, Some((all, true))) if all < FAR => format!(
-                "{came}, and its steps still grow: {} for the whole or less, if they shrink no more, figures and files aside; more --seconds tell it better",
-                long(all)
-            ),
-            (None, false, Some((_, true))) => format!(
-                "{came}, and its steps still grow, by far too short yet to tell the cost of the whole; give it more --seconds"
-            ),
-            (None, false, None) => format!(
-                "{came}, too few steps to tell the cost of the whole; give it more --seconds"
-            ),
+            (None, false, _) => format!("{came}, {little}"),
+        }
+    }
+
+    /// The assumption of the forecast in words.
+    fn assumption(&self) -> &'static str {
+        match self.loses {
+            true => {
+                "snaps and impacts go on as often as so far; the motion loses energy, and once at rest it costs little more"
+            }
+            false => {
+                "snaps and impacts go on as often as so far, and nothing comes that is stiffer"
+            }
         }
     }
 }
 
-/// Seconds, or what is read more easily.
+/// The unit of the cost in words.
+const MEASURED: &str = "seconds of processor time, figures and files aside";
+
+/// Seconds in two digits, or what is read more easily.
 fn long(seconds: f64) -> String {
     match seconds {
-        s if s < 1.0 => format!("{s:.2} s"),
-        s if s < 120.0 => format!("{s:.1} s"),
-        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
-        s if s < 2e5 => format!("{:.0} h", s / 3600.0),
-        s => format!("{} days", plain((s / 86400.0).round())),
+        s if s < 0.01 => "less than 0.01 s".to_owned(),
+        s if s < 100.0 => format!("{} s", digits(s, 2)),
+        s if s < 6000.0 => format!("{} min", digits(s / 60.0, 2)),
+        s if s < 360_000.0 => format!("{} h", digits(s / 3600.0, 2)),
+        s => format!("{} days", plain(digits(s / 86400.0, 2))),
     }
+}
+
+/// A number rounded to so many digits.
+fn digits(x: f64, count: usize) -> f64 {
+    format!("{x:.*e}", count - 1).parse().unwrap_or(x)
 }
 
 /// A number with four digits, with an exponent only where it is very large or small.
 fn plain(x: f64) -> String {
-    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+    let rounded = digits(x, 4);
     match x == 0.0 || (1e-6..1e7).contains(&x) {
         true => format!("{rounded}"),
         false => format!("{rounded:e}"),
     }
 }
 
-/// That a step was taken: which, when, and to what fraction of the duration it came.
-#[derive(Debug, Clone, Copy)]
-struct Mark {
-    step: u64,
-    at: Duration,
-    fraction: f64,
+/// The processor time of this thread, in which other programs do not count.
+#[cfg(any(
+    target_os = "linux",
+    target_os = "android",
+    target_os = "freebsd",
+    target_vendor = "apple"
+))]
+fn processor_time() -> Duration {
+    use nix::time::{ClockId, clock_gettime};
+    let now = clock_gettime(ClockId::CLOCK_THREAD_CPUTIME_ID);
+    now.map_or(Duration::ZERO, Duration::from)
 }
 
-/// Ends a run when its time is up.
+/// Elapsed time since the first call, on systems without a clock of the processor time.
+#[cfg(not(any(
+    target_os = "linux",
+    target_os = "android",
+    target_os = "freebsd",
+    target_vendor = "apple"
+)))]
+fn processor_time() -> Duration {
+    use std::sync::OnceLock;
+    use std::time::Instant;
+    static FIRST: OnceLock<Instant> = OnceLock::new();
+    FIRST.get_or_init(Instant::now).elapsed()
+}
+
+/// Ends a trial at one of the checkpoints, so that its length depends little on the speed of the machine.
 struct Clock {
-    begun: Instant,
-    given: Duration,
-    taken: u64,
-    /// Steps that are remembered, evenly chosen, the last one among them.
-    marks: Vec<Mark>,
+    begun: Duration,
+    given: f64,
+    now: Checkpoint,
+    checkpoints: Vec<Checkpoint>,
+}
+
+impl Clock {
+    /// A clock of a trial of about `given` seconds that begins now.
+    fn new(given: f64) -> Self {
+        Self {
+            begun: processor_time(),
+            given,
+            now: Checkpoint {
+                steps: 0,
+                fraction: 0.0,
+                seconds: 0.0,
+            },
+            checkpoints: Vec::new(),
+        }
+    }
+
+    fn spent(&self) -> f64 {
+        processor_time().saturating_sub(self.begun).as_secs_f64()
+    }
+
+    /// All checkpoints, with one where the run is now.
+    fn all(mut self) -> Vec<Checkpoint> {
+        if self.now.steps > self.checkpoints.last().map_or(0, |last| last.steps) {
+            self.checkpoints.push(self.now);
+        }
+        self.checkpoints
+    }
 }
 
 impl Hooks for Clock {
     fn interrupted(&mut self) -> bool {
-        self.begun.elapsed() >= self.given
+        let spent = self.spent();
+        if spent < self.given {
+            return false;
+        }
+        let at_checkpoint = self.checkpoints.last() == Some(&self.now);
+        let is_short = || {
+            let told = whole(&self.checkpoints);
+            told.is_some_and(|[_, most]| most <= WHOLE * self.given)
+        };
+        spent >= LONGEST * self.given
+            || at_checkpoint
+                && self.now.fraction >= SEEN
+                && !falls(&self.checkpoints)
+                && !is_short()
     }
 
     fn progress(&mut self, fraction: f64, _: f64) {
-        if self.marks.len() == MARKS {
-            let mut odd = false;
-            self.marks.retain(|_| {
-                odd = !odd;
-                !odd
-            });
-        }
-        self.taken += 1;
-        self.marks.push(Mark {
-            step: self.taken,
-            at: self.begun.elapsed(),
+        self.now = Checkpoint {
+            steps: self.now.steps + 1,
             fraction,
-        });
+            seconds: self.spent(),
+        };
+        if self.now.steps >= self.checkpoints.last().map_or(1, |last| after(last.steps)) {
+            self.checkpoints.push(self.now);
+        }
     }
 }
 
-/// Runs the scene for about so many seconds.
+/// Runs the scene for about so many seconds of processor time.
 pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
     if !(seconds > 0.0) {
         return Ok(None);
     }
-    let mut clock = Clock {
-        begun: Instant::now(),
-        given: Duration::from_secs_f64(seconds.min(1e6)),
-        taken: 0,
-        marks: Vec::new(),
-    };
+    let mut clock = Clock::new(seconds);
     let found = any::motion(scene, Fields::None, &mut Nowhere, &mut clock)?;
-    let spent = clock.begun.elapsed().as_secs_f64();
+    let spent = clock.spent();
     let interrupted = found.summary["outcome"] == "interrupted";
     let reason = found.reason.filter(|_| !interrupted);
-    let fraction = match clock.marks.last() {
-        _ if !interrupted && reason.is_none() => 1.0,
-        Some(last) => last.fraction,
-        None => 0.0,
+    let fraction = match interrupted || reason.is_some() {
+        true => clock.now.fraction,
+        false => 1.0,
+    };
+    let energy = |key: &str| found.summary["end"][key].as_f64().unwrap_or(0.0);
+    let loses =
+        energy("dissipated") > LOSS * fraction * (energy("kinetic") + energy("elastic")).abs();
+    let branches = scene
+        .run
+        .as_ref()
+        .is_some_and(|run| run.landing == LandingRule::All);
+    let forecast = match (&reason, branches, interrupted) {
+        (Some(_), ..) | (_, true, _) => None,
+        (None, false, false) => Some(Forecast::known(spent)),
+        (None, false, true) => Forecast::of(&clock.all(), loses),
     };
     let count = |key: &str| found.summary["work"][key].as_u64();
-    let run = scene.run.as_ref();
     Ok(Some(Trial {
         fraction,
         seconds: spent,
-        pace: Pace::of(&clock.marks),
+        forecast,
+        loses,
         work: count("steps")
             .zip(count("evaluations"))
             .map(<[u64; 2]>::from),
         reason,
-        branches: run.is_some_and(|run| run.landing == LandingRule::All),
+        branches,
     }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Mark, Pace};
-    use std::time::Duration;
-
-    /// A hundred steps to the fractions `to`, which take 1 ms each but for ten of the last that take ten times as long.
-    fn pace(to: impl Fn(u64) -> f64) -> Pace {
-        let late = |step: u64| step.saturating_sub(80).min(10);
-        let marks = (1..=100).map(|step| Mark {
-            step,
-            at: Duration::from_millis(step + 9 * late(step)),
-            fraction: to(step),
-        });
-        Pace::of(&marks.collect::<Vec<_>>()).unwrap()
-    }
-
-    /// Catches a whole that is told by the mean of all steps where they grow, as if it went on so, and time that other programs took.
-    #[test]
-    fn the_pace_is_that_of_the_last_steps() {
-        let even = pace(|step| 1e-4 * step as f64);
-        assert!(
-            !even.grows && (even.seconds / 10.0 - 1.0).abs() < 1e-9,
-            "{even:?}"
-        );
-        // Each longer than the last by a quarter: the last ones alone are 1e-3 of the whole.
-        let growing = pace(|step| 1e-3 * 1.25_f64.powi(step as i32 - 100));
-        assert!(growing.grows && growing.seconds < 30.0, "{growing:?}");
-    }
 }
