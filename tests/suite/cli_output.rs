@@ -189,13 +189,16 @@ fn files_of_an_earlier_run_go() {
     assert_eq!(place.files("out"), expected);
 }
 
+/// A command, and the files that it removes with what makes each again.
+type Removal<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
+
 /// Catches a page, an archive or a figure of an earlier run that a command removes without a word, a word where nothing is lost, and one
 /// that `--quiet` or `--json` does not keep back.
 #[test]
 fn files_that_go_are_named_with_what_makes_them_again() {
     let place = Place::new("named");
     let (snap, column, lateral) = (bundled("snap"), bundled("heavy_column"), bundled("lateral"));
-    let cases: [(&[&str], &[(&str, &str)]); 4] = [
+    let cases: [Removal; 4] = [
         (
             &["run", &snap, "--no-figures"],
             &[

@@ -634,7 +634,7 @@ fn a_lost_branch_is_an_exit_code_and_the_first_line() {
     let summary = run(&place, "branch", column).json(1);
     assert_eq!(summary["complete"], false);
     let lost = summary["lost"][0].as_str().expect("what is lost");
-    let told = place.run(&["branch", "scene.toml", "--out", "out", "--no-figures"]);
+    let told = place.run(&["branch", "scene.toml", "--out", "anew", "--no-figures"]);
     assert_eq!(told.code, 1, "{told:?}");
     assert_eq!(told.stdout.lines().next(), Some(&*format!("lost: {lost}")));
 }

@@ -95,7 +95,10 @@ impl HeavyRod {
             Curve::Plane if slope.dot(&lowest) == 0.0 => {
                 return Err(Error::ambiguous(EITHER_SIDE));
             }
-            Curve::Plane => &lowest * -slope.dot(&lowest).signum(),
+            Curve::Plane => {
+                let down = -slope.dot(&lowest).signum();
+                lowest * down
+            }
             Curve::Space => {
                 let bend = self.coordinates(&vec![BEND.into(); self.sections.grid.len()]);
                 let bend = DVector::from_vec(bend).component_div(&scale).normalize();
