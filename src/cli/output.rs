@@ -287,7 +287,7 @@ impl Output {
             .then(|| format!("note: removed files of an earlier run: {}", told.join("; ")))
     }
 
-    /// What makes a file of this name again; None where this run was asked for such files and has none of this name.
+    /// Option that makes the file `name` again; `None` if this run was asked for files of the kind and made none of this name.
     fn flag(&self, name: &str, written: &[String]) -> Option<&'static str> {
         let asked = self.figures.print;
         let kind = name.rsplit_once('.')?.1;
@@ -354,13 +354,13 @@ impl Place {
         self.remove(|name| name.strip_suffix(PART).is_some_and(|name| self.owns(name)));
     }
 
-    /// Removes files; returns the names of those that are gone.
+    /// Removes the files that `which` selects; returns the names of the removed files.
     fn remove(&self, which: impl Fn(&str) -> bool) -> Vec<String> {
         let entries = fs::read_dir(&self.directory).into_iter().flatten();
         let names = entries
             .flatten()
             .filter_map(|entry| entry.file_name().into_string().ok());
-        // What cannot be removed does not make this run worse.
+        // A file that cannot be removed does not make this run worse.
         names
             .filter(|name| which(name) && fs::remove_file(self.directory.join(name)).is_ok())
             .collect()

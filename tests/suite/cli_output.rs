@@ -189,11 +189,11 @@ fn files_of_an_earlier_run_go() {
     assert_eq!(place.files("out"), expected);
 }
 
-/// A command, and the files that it removes with what makes each again.
+/// A command; the files that the command removes, each with the words for the option that makes the file again.
 type Removal<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
 
-/// Catches a page, an archive or a figure of an earlier run that a command removes without a word, a word where nothing is lost, and one
-/// that `--quiet` or `--json` does not keep back.
+/// Catches a page, an archive or a figure of an earlier run that a command removes without a word. Catches also a word
+/// where nothing is lost, and a word in spite of `--quiet` or `--json`.
 #[test]
 fn files_that_go_are_named_with_what_makes_them_again() {
     let place = Place::new("named");

@@ -18,7 +18,7 @@ pub struct Pair {
 /// A run of a scene of one body.
 pub struct Ran {
     table: Table,
-    /// How many right-hand sides it took.
+    /// Number of right-hand sides that the run took.
     pub work: u64,
 }
 
@@ -48,7 +48,7 @@ impl Ran {
 /// Runs a scene to the end of time.
 ///
 /// # Errors
-/// What refuses the scene, as a user reads it.
+/// The message of the refusal, as a user reads it.
 pub fn ran(scene: &str) -> Result<Ran, String> {
     let scene = Scene::parse(scene).map_err(|faults| faults.to_string())?;
     let mut tables: Vec<Table> = Vec::new();
@@ -61,7 +61,7 @@ pub fn ran(scene: &str) -> Result<Ran, String> {
     })
 }
 
-/// Where the body is at the end of time, and how many right-hand sides that took.
+/// Place of the body at the end of time, and the number of right-hand sides.
 pub fn end(scene: &str) -> (Vector3<f64>, u64) {
     let ran = ran(scene).unwrap_or_else(|why| panic!("{why}\n{scene}"));
     (ran.vectors(["x", "y", "z"])[1], ran.work)

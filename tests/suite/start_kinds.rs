@@ -6,7 +6,7 @@ use snaprod::elastica::Equilibrium;
 use snaprod::scene::Scene;
 use snaprod::study::modes::{SmallMotions, modes};
 
-/// What the mass of the rod does, or its friction.
+/// Treatments of the rod's mass or friction.
 const KINDS: [Kind; 4] = [Kind::Massless, Kind::FirstOrder, Kind::Viscous, Kind::Full];
 const FORMS: [Form; 3] = [Form::Plane, Form::Space, Form::Assembly];
 const BEGINNINGS: [Beginning; 3] = [Beginning::Settled, Beginning::Equilibrium, Beginning::Bent];
@@ -20,7 +20,7 @@ enum Kind {
     Full,
 }
 
-/// How a scene is written.
+/// Form of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Form {
     Plane,
@@ -44,7 +44,7 @@ enum Support {
     Turns,
 }
 
-/// What acts on the rod, in the world: on the body, per length of the rod, and gravity.
+/// Loads in the world: on the body, per length of the rod, and gravity.
 #[derive(Debug, Clone, Copy, Default)]
 struct Loads {
     dead: [f64; 2],
@@ -71,7 +71,7 @@ const LOADS: Loads = Loads {
     along: [0.0, 0.0],
     gravity: [0.3, -1.0],
 };
-/// Inertia of the sections in space: so small that it changes nothing that is compared.
+/// Inertia of the sections in space, too small to change any compared number.
 const SECTIONS: &str = "section_inertia = [1e-8, 1e-8, 2e-8]\n";
 
 impl Case {
@@ -87,7 +87,7 @@ impl Case {
         }
     }
 
-    /// A rod that settles on a clamp that stands.
+    /// A rod that settles on a clamp at rest.
     fn settled(kind: Kind, loads: Loads, masses: [f64; 2]) -> Self {
         Self {
             loads,
@@ -152,7 +152,7 @@ impl Case {
         }
     }
 
-    /// The scene; None where it cannot be written so: bodies of an assembly settle.
+    /// The scene; `None` for an assembly with another start than settled, which scenes do not offer.
     fn text(&self, form: Form) -> Option<String> {
         let planar = form == Form::Plane;
         let vector = |[x, y]: [f64; 2]| match planar {

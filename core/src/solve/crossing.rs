@@ -1,4 +1,4 @@
-//! Where branches cross: simple branch points, and changes of the index that no determinant shows.
+//! Crossings of branches: simple branch points, and changes of the index that no determinant shows.
 
 use super::corrector::{Corrected, Cubic, Space};
 use super::elimination::{Place, Svd};
@@ -6,10 +6,10 @@ use super::rounding::{AtRoot, solver};
 use super::special::{Bracket, MAX_DEPTH, Sample, Special, SpecialKind, Status, lowest};
 use nalgebra::{DMatrix, DVector};
 
-/// Singular values below this part of the largest are those of a crossing.
+/// Bound of the singular values that a crossing makes small, relative to the largest singular value.
 const CROSSING: f64 = 1e-4;
 
-/// What borders A = [F_x F_p] near a branch point: its left and right near-kernels l and V at a guess.
+/// Border of A = [F_x F_p] near a branch point: the left and right near-kernels l and V of A at a guess.
 struct Border {
     left: DVector<f64>,
     right: DMatrix<f64>,
@@ -65,7 +65,7 @@ impl Border {
         })
     }
 
-    /// d(F + b l, gamma)/d(z, b), of which `gradient` is that of gamma by z.
+    /// Matrix d(F + b l, gamma)/d(z, b); `gradient` is d gamma/dz.
     fn system(&self, at: &Bordered, gradient: &DMatrix<f64>) -> DMatrix<f64> {
         let n = self.left.len();
         let mut system = DMatrix::zeros(n + 2, n + 2);
@@ -279,7 +279,7 @@ impl Space<'_> {
         let left = kernels.left.columns(n - corank, corank).into_owned();
         let along = tangent.flat();
         let mut right = kernels.right.columns(n - corank, corank + 1).into_owned();
-        // A basis of the kernel without the tangent: the largest columns of what is left of it.
+        // A basis of the kernel without the tangent: the tangent is projected out, the largest columns stay.
         right -= &along * (along.transpose() * &right);
         let right = Svd::new(&right.transpose())
             .right
@@ -306,7 +306,7 @@ impl Space<'_> {
     }
 }
 
-/// Where along the cubic a place near it lies.
+/// Fraction of the cubic at which the cubic is nearest to `place`.
 fn cubic_fraction(cubic: &Cubic, place: &Place, guess: f64) -> f64 {
     let mut t = guess;
     for _ in 0..4 {

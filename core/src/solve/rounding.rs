@@ -1,9 +1,8 @@
-//! How far rounding moves the roots of functions that are computed.
+//! Errors of roots by rounding.
 //!
-//! What is computed of phi(z) = 0 has its root where phi + e has it, e being the rounding of phi: off by S^-1 e, S = d
-//! phi/dz. The rounding is measured: unknowns whose last digits are changed change phi by their own rounding and by
-//! that of its evaluation, and each such change, led through S^-1, is a sample of the error of the root (stochastic
-//! arithmetic: J. Vignes, Math. Comput. Simul. 35 (1993) 233-261).
+//! A computed phi is phi + e, with e its rounding. The root of phi + e is off by S^-1 e, where S = d phi/dz. The module
+//! measures e: it changes the last digits of the unknowns z. Each change of phi, led through S^-1, is a sample of the
+//! error of the root (stochastic arithmetic: J. Vignes, Math. Comput. Simul. 35 (1993) 233-261).
 
 use nalgebra::{DMatrix, DVector};
 

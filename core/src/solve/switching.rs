@@ -28,9 +28,9 @@ pub struct Switch {
     pub method: SwitchMethod,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
     pub corank: usize,
-    /// What the caller should know: continuous families, possible gaps.
+    /// Remarks for the caller: continuous families, possible gaps.
     pub remarks: Vec<String>,
-    /// Ways on which a branch leaves, and no solution was found: why.
+    /// Reasons, one for each tangent of a branch along which no solution was found.
     pub lost: Vec<String>,
     /// Evaluations of F.
     pub evaluations: usize,

@@ -14,7 +14,7 @@ use crate::scene::{
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
-/// The rod is straight if its end is less far across than this, in lengths of the rod.
+/// Largest distance of a straight rod's end from the line of the clamp, in lengths of the rod.
 const STRAIGHT: f64 = 1e-9;
 /// How much stiffer it is out of its plane, and against twist.
 const STIFFER: f64 = 1e4;

@@ -83,7 +83,7 @@ pub struct Study<'a> {
     pub located: Vec<Located>,
     pub curves: Vec<CurveRecord>,
     pub remarks: Vec<String>,
-    /// Branches that exist and were not followed: where each begins, and why it was lost.
+    /// Branches that were not followed, one text for each: the point where the branch begins, and the reason.
     pub lost: Vec<String>,
     pub watch: Watch<'a>,
     /// True if the first branch has left what the unknowns are good for.

@@ -41,7 +41,7 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// The forecast of a run that was done and took these `seconds`.
+    /// Forecast of a run that the trial completed in `seconds`.
     pub(super) fn known(seconds: f64) -> Self {
         Self {
             least: seconds,

@@ -33,7 +33,7 @@ pub struct Trial {
 const SEEN: f64 = 0.01;
 /// A trial runs to the end of the run where the forecast is at most so many times its seconds.
 const WHOLE: f64 = 3.0;
-/// A trial ends in any case after so many times its seconds.
+/// Longest trial, in multiples of its seconds.
 const LONGEST: f64 = 4.0;
 /// A motion may come to rest if its losses, carried on to the end, reach this part of its kinetic and elastic energy.
 const LOSS: f64 = 0.01;
@@ -145,7 +145,7 @@ fn plain(x: f64) -> String {
     }
 }
 
-/// The processor time of this thread, in which other programs do not count.
+/// Processor time of this thread: other programs do not add to it.
 #[cfg(any(
     target_os = "linux",
     target_os = "android",

@@ -45,7 +45,7 @@ const ASIDE: [f64; 3] = [0.3, 0.03, 0.003];
 const BEND: [f64; 6] = [0.6, 0.8, 0.01, 0.02, 0.01, 0.005];
 /// A part of that bend smaller than this leads nowhere: the rod then leaves as it falls fastest.
 const ACROSS: f64 = 1e-3;
-/// Unstable equilibria that a rod may leave on its way to a stable one.
+/// Most unstable equilibria that a rod leaves before the search for a stable one gives up.
 const LEFT: usize = 6;
 /// A clamp turns by this angle for the difference that tells how fast its rod then bends.
 pub(super) const TURN: f64 = 1e-5;
@@ -343,8 +343,8 @@ impl HeavyRod {
     }
 }
 
-/// The same vibrations, the squares of those that nothing holds 0 where rounding makes them something else: where the
-/// stiffness is not positive definite beyond rounding.
+/// The vibrations `modes`, with a square of 0 where the square is no larger than rounding makes that of a free motion.
+/// If the stiffness is positive definite beyond rounding, nothing is free and all squares stay.
 pub(super) fn held_or_neutral(modes: Vec<Vibration>, stiffness: &DMatrix<f64>) -> Vec<Vibration> {
     let symmetric = (stiffness + stiffness.transpose()) * 0.5;
     let neutral = definite(&symmetric).map_or(NEUTRAL_SQUARE, |_| 0.0);
@@ -365,7 +365,7 @@ pub const EITHER_SIDE: &str = "the loads push the straight rod beyond the load a
 
 fn unstable() -> Error {
     Error::unreachable(
-        "no stable equilibrium of the rod was found: it falls from those that were; start from another shape, or from rest",
+        "no stable equilibrium of the rod was found: every equilibrium that the search found is unstable; start from another shape, or from rest",
     )
 }
 

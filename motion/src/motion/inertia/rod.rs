@@ -30,7 +30,7 @@ pub struct HeavyStart<'a> {
 pub enum HeavyRate<'a> {
     /// At these rates of the strains at s.
     Strain(&'a dyn Fn(f64) -> Strain),
-    /// As the rod without mass would follow its end, which moves so.
+    /// Rates of the rod without mass whose end has this velocity.
     End(EndVelocity),
 }
 
@@ -44,7 +44,7 @@ pub enum EndVelocity {
 }
 
 impl EndVelocity {
-    /// The velocity, seen from the clamp of the rod, of its end where `at` has it at the time 0.
+    /// Velocity of the end of the rod `at` time 0, seen from the clamp.
     fn on_clamp(&self, rod: &HeavyRod, at: &Moving) -> Vector6<f64> {
         match (self, rod.given.grain.support()) {
             (Self::OnClamp(twist), _) | (Self::InWorld(twist), None) => *twist,

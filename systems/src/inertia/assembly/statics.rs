@@ -23,8 +23,8 @@ const ROUNDS: usize = 3;
 const FAR: f64 = 0.1;
 /// Singular values below this, relative to the largest, are zero.
 pub(super) const DEPENDENT: f64 = 1e-11;
-/// So much of the mass is added to the stiffness of what nothing holds, in one direction or in all, for Newton's steps
-/// alone: far below the squares of its frequencies, far above rounding.
+/// Multiple of the mass that Newton's matrix adds to the stiffness of an assembly with a free direction. It is far
+/// below the squares of the frequencies and far above rounding, and changes the steps alone.
 const HOLD: f64 = 1e-2;
 
 impl HeavyAssembly {
@@ -211,13 +211,13 @@ impl HeavyAssembly {
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
         match self.is_held() {
-            // What turns about its loads at no cost, as a round rod that has buckled, is held in that.
+            // A round rod that has buckled turns about its load at no cost: the added mass holds that turn.
             true => (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why)),
             false => held(),
         }
     }
 
-    /// Newton's method with this matrix: levels of derivatives ([`Blocks`]), each with its factor.
+    /// Newton's method; its matrix is the sum of the `levels`: (factor, level of the derivative, see [`Blocks`]).
     fn newton(&self, y: &DVector<f64>, levels: &[(f64, usize)]) -> Result<DVector<f64>> {
         let outside =
             || Error::domain("the search for the equilibrium left the domain of a section law");
