@@ -240,6 +240,11 @@ impl<const N: usize> Body<N> {
         !self.forces.is_empty() || self.support.as_ref().is_some_and(|s| !s.is_fixed())
     }
 
+    /// Force of the drag over velocity.
+    pub fn drag(&self) -> f64 {
+        self.drag
+    }
+
     /// True if drag dissipates.
     pub fn is_damped(&self) -> bool {
         self.drag > 0.0

@@ -2,6 +2,7 @@
 
 mod along;
 pub mod atlas;
+mod beam;
 mod boxes;
 pub mod chart;
 pub mod curvature;
@@ -17,6 +18,7 @@ mod layer;
 pub mod model;
 mod near;
 mod settled;
+mod shaken;
 mod slight;
 pub mod stable;
 pub mod stiffness;

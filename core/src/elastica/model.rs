@@ -4,11 +4,11 @@ use super::chart::{ChartPoint, P_MAX, amplitude};
 use super::eightfold::Eightfolds;
 use super::equilibrium::sheet;
 use super::layer::LayerShape;
-use super::{folds, inversion, layer, near};
+use super::{beam, folds, inversion, layer, near, shaken};
 use crate::error::{Error, Result};
 use crate::manifold::{
-    Eightfold, EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet, Sign, TAUT,
-    invert_near,
+    Eightfold, EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Shaken, Sheet, Sign,
+    TAUT, invert_near,
 };
 use crate::math::order::sort_few;
 use nalgebra::{Matrix2, Vector2};
@@ -127,8 +127,15 @@ impl Multivalued<2> for Elastica {
         matches!(patch, Patch::Near(_)).then(Vector2::x)
     }
 
+    fn shaken(&self, patch: Patch, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
+        match patch {
+            Patch::Global => None,
+            Patch::Near(side) => shaken::shaken(side, q, load),
+        }
+    }
+
     fn held(&self, pull: f64) -> Option<Held<2>> {
-        near::held(pull)
+        beam::held(pull)
     }
 
     fn beside(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {

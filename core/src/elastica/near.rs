@@ -18,7 +18,7 @@
 //! down to 1e-100. To leading order this is the beam under tension of theory 2.3.
 
 use super::chart::{Integrals, Modulus};
-use crate::manifold::{Held, ManifoldPoint, Sign, adjugate_times};
+use crate::manifold::{ManifoldPoint, Sign, adjugate_times};
 use nalgebra::{Matrix2, Vector2};
 
 /// z up to which a motion is followed here; at this z the terms left out of the series are of relative size 3e-16.
@@ -33,8 +33,6 @@ const SLIGHT: f64 = 0.1 * LARGEST;
 const LEAST: f64 = 1e-100;
 /// The least Z that a rod on the axis is given.
 const SMALLEST: f64 = 1e-90;
-/// The push below which the rod holds its end along the axis: somewhat less than that of tan lam = lam.
-const MOST_HELD: f64 = -19.0;
 /// The strongest push, beyond that of the first fold, 36.21; at 4 pi^2 the rod's end is parallel to the clamp whatever its shape.
 const MOST_PUSH: f64 = 38.0;
 /// The amplitude w next to which lam is that push.
@@ -55,7 +53,7 @@ const TIP: [f64; 4] = [1.0, -1.5, 1.875, -2.1875];
 const ROUNDS: usize = 3;
 
 /// |P| below which the moments come from their series in P, and its terms: it converges for |P| < 4 pi^2.
-const GENTLE: f64 = 3.0;
+pub(super) const GENTLE: f64 = 3.0;
 const TERMS: usize = 18;
 /// Highest moment.
 const ORDER: usize = 8;
@@ -111,15 +109,15 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
 }
 
 /// g = 2 P/(cosh b - 1), so that the cross force at the tip is G = g Z; and the moments M_0 .. M_8; with the derivatives of these by P.
-struct Moments {
-    g: f64,
-    m: [f64; ORDER + 1],
-    slope: [f64; ORDER + 1],
+pub(super) struct Moments {
+    pub g: f64,
+    pub m: [f64; ORDER + 1],
+    pub slope: [f64; ORDER + 1],
 }
 
 impl Moments {
     #[inline]
-    fn new(pull: f64) -> Self {
+    pub fn new(pull: f64) -> Self {
         let mut slope = [0.0; ORDER + 1];
         if pull.abs() < GENTLE {
             let mut value = SERIES[TERMS - 1];
@@ -313,24 +311,9 @@ pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     Some(to_amplitude(other, &landed))
 }
 
-/// The straight rod as a beam under the pull (theory 2.3); None where its end is not held along it, near the push at which it buckles with the
-/// end on the axis.
-pub(super) fn held(pull: f64) -> Option<Held<2>> {
-    if !(pull > MOST_HELD) {
-        return None;
-    }
-    let Moments { g, m, slope } = Moments::new(pull);
-    let (rise, back) = (1.0 - m[1], 1.0 - 2.0 * m[1] + m[2]);
-    let shortening = 0.5 * back / (rise * rise);
-    Some(Held {
-        pose: Vector2::x(),
-        along: Vector2::x(),
-        across: Vector2::y(),
-        stiffness: (pull + 0.5 * g) / rise,
-        shortening,
-        softening: (slope[2] - 2.0 * slope[1]) / (2.0 * rise * rise)
-            + 2.0 * shortening * slope[1] / rise,
-    })
+/// 1 - x at the place (+-sigma, ln Z), to full relative accuracy; None outside the chart.
+pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
+    Some(Rod::new(side.value() * q[0], q[1])?.tip[0])
 }
 
 /// The rod under `pull` whose end is deflected by the small `across`. One that crosses the axis is taken a hair beside it.
@@ -461,6 +444,7 @@ pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elastica::beam::held;
     use crate::elastica::{Elastica, Equilibrium};
     use crate::manifold::{EquilibriumManifold, adjugate_times};
 

@@ -113,6 +113,29 @@ pub struct Held<const N: usize> {
     pub softening: f64,
 }
 
+/// A body of mass 1 that shakes along the line on which a state holds it, onto which the chart collapses: one turn,
+/// from an inner turning point to the next, at a fixed small deflection y and under a fixed load along the line.
+/// Averages are over time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shaken {
+    /// Duration of the turn; another mass takes longer by its root.
+    pub period: f64,
+    /// y.
+    pub height: f64,
+    /// Average cross force over y.
+    pub stiffness: f64,
+    /// Average distance that the end is moved back, over y^2.
+    pub shortening: f64,
+    /// Twice the average kinetic energy over y^2.
+    pub kinetic: f64,
+    /// The pull at the inner turning point.
+    pub inner_pull: f64,
+    /// Cross force over y there.
+    pub inner_stiffness: f64,
+    /// Distance over y^2 there.
+    pub inner_shortening: f64,
+}
+
 /// An equilibrium manifold with a chart and poses of dimension `N`.
 pub trait EquilibriumManifold<const N: usize> {
     /// Pose, force, energy and Jacobian at `q`; None outside the chart.
@@ -165,6 +188,12 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// The direction along which a body shakes fast next to the state that `patch` surrounds, so fast that its motion is followed by
     /// many turns at once; None elsewhere, and in models without such a state.
     fn shaking(&self, _patch: Patch) -> Option<SVector<f64, N>> {
+        None
+    }
+
+    /// The turn of a body next to the state that `patch` surrounds, under `load` along the direction of
+    /// [`Multivalued::shaking`], whose inner turning point is `q`; None where it has no closed form.
+    fn shaken(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<Shaken> {
         None
     }
 

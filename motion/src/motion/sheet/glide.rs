@@ -8,7 +8,7 @@
 //! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where the rod is straight.
 //! A rod whose mass is followed takes part in the motion across (theory 2.9): see [`across`](super::across).
 
-use super::Phase;
+use super::{LOCAL, Phase};
 use crate::body::{Body, EndMotion};
 use crate::manifold::{Across, Deflected, Held, Multivalued, Patch, RodMass};
 use crate::motion::locate::changes;
@@ -220,7 +220,9 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         // On the axis no pull stores anything in this measure: the pull itself has to be the slaved one.
         let slaved = (now.rod.softening * pull).abs() < SLAVED * now.rod.shortening;
         let all = (at.v.norm_squared() + 2.0 * point.energy / self.body.mass()).sqrt();
-        if !(all < HAIR || slaved && shaking < tolerance.min(STILL * size)) {
+        // A shaking that is left out is an error of the run, not one of every step.
+        let unseen = (tolerance / LOCAL).min(STILL * size);
+        if !(all < HAIR || slaved && shaking < unseen) {
             return None;
         }
         self.started(start, tolerance, BEYOND * farthest)

@@ -12,7 +12,7 @@
 
 use super::{Phase, slope};
 use crate::body::Body;
-use crate::manifold::{Multivalued, Patch};
+use crate::manifold::{Multivalued, Patch, adjugate_times};
 use crate::motion::locate::{Guess, locate};
 use crate::solve::cost::Cost;
 use crate::solve::dop853::{Dense, Dop853, State, Step};
@@ -34,6 +34,11 @@ const WITHIN: f64 = 1e-14;
 const NOISE: f64 = 1e-13;
 /// A turn takes some hundred steps.
 const MOST_STEPS: usize = 5000;
+/// Change in a turn up to which strides begin by averages over the turn, and the one up to which they go on so:
+/// averages leave out terms of its square, differences of turns lose the digits of their change.
+const AVERAGED: [f64; 2] = [3e-7, 6e-7];
+/// Time over which the rate of the load along the rod is measured.
+const BRIEF: f64 = 1e-5;
 /// First stride, as a part of what changes everything.
 const FIRST: f64 = 0.05;
 
@@ -72,12 +77,22 @@ impl Sizes {
     }
 }
 
+/// Source of F.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Field {
+    /// From averages over a turn.
+    Averaged,
+    /// From the turns next to it.
+    Near,
+    /// From the turns two before and two after it, too.
+    Far,
+}
+
 /// A motion followed in strides.
 pub(super) struct Strides<const N: usize> {
     solver: Dop853<Phase<N>>,
     sizes: Sizes,
-    /// True if the shorter differences do.
-    short: bool,
+    field: Field,
 }
 
 impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
@@ -204,14 +219,57 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         }
     }
 
+    /// F at the turning point `at`, from averages over a turn that changes everything by less than `most`. The
+    /// averages are dy = v T and dv = (f_y - <k> y) T/m; dE = <dE/dy> dy + <1 - x> df - loss gives the change of
+    /// 1 - x. None where there are no averages.
+    fn averaged(&self, at: &Phase<N>, most: f64) -> Option<Phase<N>> {
+        let (body, mass) = (self.body, self.body.mass());
+        let across = self.manifold.held(0.0)?.across;
+        let point = self.manifold.point_in(self.patch, &at.q)?;
+        let speed = at.v.dot(&across);
+        let free = |t: f64| body.action(t, &point.pose, &(across * speed), &SVector::zeros());
+        let load = |t: f64| mass * free(t).acceleration.dot(&self.along);
+        let pulled = load(at.t);
+        let turn = self.manifold.shaken(self.patch, &at.q, pulled)?;
+        let (height, period) = (turn.height, turn.period * mass.sqrt());
+        let reach = turn.inner_shortening.sqrt().max(1.0) * height.abs();
+        if !(period * (1.0 + speed.abs() / reach) < most) {
+            return None;
+        }
+        let ahead = match body.next_break(at.t) > at.t + BRIEF {
+            true => BRIEF,
+            false => -BRIEF,
+        };
+        let loading = (load(at.t + ahead) - pulled) / ahead;
+        let loss = body.drag() / mass * turn.kinetic * height * height;
+        let bent = height * speed * (turn.stiffness - turn.inner_stiffness);
+        let moved = height * height * (turn.shortening - turn.inner_shortening) * loading;
+        let inward = (bent + moved - loss) / (pulled - turn.inner_pull);
+        let change = across * speed - self.along * inward;
+        let (det, scaled) = adjugate_times(&point.jacobian, &change);
+        let action = free(at.t);
+        let rise = action.acceleration.dot(&across) - turn.stiffness * height / mass;
+        Some(Phase {
+            q: scaled * (period / det),
+            v: across * (rise * period),
+            t: period,
+            work: action.power * period,
+            drag_loss: (action.loss + loss) * period,
+        })
+    }
+
     /// F at the turning point `at`: the change by a turn.
     fn change_by_turn(
         &self,
         at: &Phase<N>,
         sizes: Sizes,
-        short: bool,
+        field: Field,
         cost: &mut Cost,
     ) -> Option<Phase<N>> {
+        if field == Field::Averaged {
+            cost.evaluations += 1;
+            return self.averaged(at, AVERAGED[1]);
+        }
         let zero = Phase {
             t: 0.0,
             work: 0.0,
@@ -226,7 +284,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         let [ahead, behind] = both([&zero, &zero])?;
         let mut change = ahead;
         change.axpy(-1.0, &behind);
-        if short {
+        if field == Field::Near {
             let whole = change;
             change.axpy(-0.5, &whole);
             return Some(change);
@@ -251,7 +309,6 @@ impl<const N: usize> Strides<N> {
     ) -> Option<Self> {
         let sizes = turns.sizes(at, period)?;
         let at = &turns.still(at);
-        let mut first = turns.change_by_turn(at, sizes, true, cost)?;
         let size = |change: &Phase<N>| {
             let slow = Phase {
                 t: 0.0,
@@ -261,16 +318,23 @@ impl<const N: usize> Strides<N> {
             };
             sizes.mean_square(&slow, at).sqrt().max(change.t)
         };
-        let short = size(&first) < SHORT;
-        if !short {
-            first = turns.change_by_turn(at, sizes, false, cost)?;
-        }
-        let change = size(&first);
-        let tolerance = tolerance.max(NOISE / change);
+        let mut field = Field::Averaged;
+        let (first, noise) = match turns.averaged(at, AVERAGED[0]) {
+            Some(first) => (first, NOISE),
+            None => {
+                field = Field::Near;
+                let mut first = turns.change_by_turn(at, sizes, field, cost)?;
+                if !(size(&first) < SHORT) {
+                    field = Field::Far;
+                    first = turns.change_by_turn(at, sizes, field, cost)?;
+                }
+                (first, NOISE / size(&first))
+            }
+        };
         Some(Self {
-            solver: Dop853::new(*at, first, FIRST / change, tolerance),
+            solver: Dop853::new(*at, first, FIRST / size(&first), tolerance.max(noise)),
             sizes,
-            short,
+            field,
         })
     }
 
@@ -292,7 +356,7 @@ impl<const N: usize> Strides<N> {
             if !(most >= FEWEST) {
                 return None;
             }
-            let mut f = |y: &Phase<N>| turns.change_by_turn(y, sizes, self.short, cost);
+            let mut f = |y: &Phase<N>| turns.change_by_turn(y, sizes, self.field, cost);
             let mut step = self.solver.blank();
             let before = *self.solver.slope();
             let written = |y: &Phase<N>, out: &mut Phase<N>| {
@@ -337,9 +401,9 @@ impl<const N: usize> Strides<N> {
         step: &mut Step<Phase<N>>,
         cost: &mut Cost,
     ) -> Option<Dense<Phase<N>>> {
-        let (sizes, short) = (self.sizes, self.short);
+        let (sizes, field) = (self.sizes, self.field);
         let mut inner = Cost::default();
-        let dense = step.dense(|y| turns.change_by_turn(y, sizes, short, cost), &mut inner);
+        let dense = step.dense(|y| turns.change_by_turn(y, sizes, field, cost), &mut inner);
         cost.samples += inner.samples;
         dense
     }
