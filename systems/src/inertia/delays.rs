@@ -5,14 +5,22 @@ use crate::section::Strain;
 use std::f64::consts::PI;
 
 impl HeavyRod {
-    /// For each strain the time in which its rate, in the shortest wave that the nodes hold, makes a strain of its size, 1/omega, and that in which friction answers it with
-    /// the stress of such a strain, D/K; both together, the longest along the rod. None outside the law's domain.
+    /// For each strain two times by which its rate enters, in the shortest wave that the nodes hold: into the motion,
+    /// and into the energy. Both are the longest along the rod. None outside the law's domain.
     ///
-    /// Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of shear and stretch; mu and J are mass and inertia per length.
-    pub fn delays(&self, at: &Moving) -> Option<Strain> {
+    /// A rate has the energy of the strain rate/omega: the second time is 1/omega. It makes the strain rate/(omega +
+    /// omega^2 D/K), for friction D stops a wave before it swings if omega D/K > 1. Nodes that leave the rate out
+    /// change the motion by the product of both strains: the first time is the root of that product over the rate.
+    /// Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of shear and
+    /// stretch; mu and J are mass and inertia per length.
+    ///
+    /// A section without moment, as at a free end, creeps: its rate is -(K/D) times its strain, so that friction
+    /// cancels the elastic moment. Such rates are as large as friction is small, in a layer that no nodes hold at
+    /// first.
+    pub fn delays(&self, at: &Moving) -> Option<[Strain; 2]> {
         let (grid, law) = (&self.sections.grid, &self.given.law);
         let mass = self.given.mass / law.length();
-        let mut longest = Strain::zeros();
+        let mut longest = [Strain::zeros(); 2];
         for element in grid.elements() {
             let nodes = element.nodes();
             let length = (element.to() - element.from()) * law.length();
@@ -32,10 +40,16 @@ impl HeavyRod {
                     };
                     let stiffness = section.by_strain[(a, a)];
                     let swing = ((turned + moved) * square / stiffness).sqrt();
-                    let delay = swing + section.by_rate[(a, a)] / stiffness;
-                    // A section that is not stiff has none.
-                    let delay = if delay >= 0.0 { delay } else { f64::INFINITY };
-                    longest[a] = longest[a].max(delay);
+                    let friction = section.by_rate[(a, a)] / stiffness;
+                    let moves = match swing == 0.0 {
+                        true => 0.0,
+                        false => swing * (swing / (swing + friction)).sqrt(),
+                    };
+                    for (longest, delay) in longest.iter_mut().zip([moves, swing]) {
+                        // A section that is not stiff has none.
+                        let delay = if delay >= 0.0 { delay } else { f64::INFINITY };
+                        longest[a] = longest[a].max(delay);
+                    }
                 }
             }
         }

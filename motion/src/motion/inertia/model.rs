@@ -3,7 +3,7 @@
 use crate::assembly::{Contact, Nearness};
 use crate::creep::grid::more;
 use crate::creep::kinematics::Local;
-use crate::creep::resolution::{Demand, ROUNDING, demand};
+use crate::creep::resolution::{Demand, Nodes, ROUNDING, demand};
 use crate::inertia::rod::{HeavyRod, Moving};
 use crate::motion::{Options, State};
 use crate::solve::system::AnySystem;
@@ -66,6 +66,8 @@ pub(super) struct Judged {
     pub tails: [f64; 2],
     /// What that asks for, elements of all rods in a row.
     pub demand: Demand,
+    /// The largest of the last coefficients over its bound.
+    pub excess: f64,
     /// Most nodes of a rod.
     pub nodes: usize,
 }
@@ -74,14 +76,15 @@ impl Judged {
     /// Judges a state of a model; None where it has no shape.
     pub fn new(model: &dyn Model, y: &DVector<f64>, options: &Options) -> Option<Self> {
         let mut tails = [0.0_f64; 2];
-        let mut more = false;
+        let (mut more, mut excess) = (false, 0.0_f64);
         let mut nodes = 0;
         let mut counts = Vec::new();
         let mut thinned = Vec::new();
         for (rod, moving) in model.rods(y)? {
             let grid = &rod.sections.grid;
             nodes = nodes.max(grid.len());
-            let (tail, demand) = judged(rod, &moving, options);
+            let (tail, over, demand) = judged(rod, &moving, options);
+            excess = excess.max(over);
             for (worst, tail) in tails.iter_mut().zip(tail) {
                 *worst = worst.max(tail);
             }
@@ -105,24 +108,29 @@ impl Judged {
         Some(Self {
             tails,
             demand,
+            excess,
             nodes,
         })
     }
 }
 
-/// The strain rates, each times what it enters by: by no more than 1/[`LATE`] of a strain of that size, and by less where the strain and stress that it stands for are less
-/// ([`HeavyRod::delays`]). What a rod that is let go begins with, waves shorter than any nodes at rates that do not vanish, enters by next to nothing.
-fn entering(rod: &HeavyRod, moving: &Moving) -> Vec<Local<6>> {
+/// The strain rates, each times what it enters by into the motion, and into the energy: by no more than 1/[`LATE`] of
+/// a strain of that size, and by less where the strains that it stands for are less ([`HeavyRod::delays`]). A rod that
+/// is let go begins with waves shorter than any nodes at rates that do not vanish, which enter by next to nothing.
+fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
-    let weights = delays.map_or(Local::repeat(1.0), |delays| {
-        delays.map(|delay| (LATE * delay).min(1.0))
+    let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {
+        delays.map(|delays| delays.map(|delay| (LATE * delay).min(1.0)))
     });
-    let rates = moving.rates.iter();
-    rates.map(|rate| rate.component_mul(&weights)).collect()
+    weights.map(|weights| {
+        let rates = moving.rates.iter();
+        rates.map(|rate| rate.component_mul(&weights)).collect()
+    })
 }
 
-/// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size, and what they ask for.
-fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Demand) {
+/// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size. With them the
+/// largest over its bound, and the nodes that they ask for.
+fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64, Demand) {
     let grid = &rod.sections.grid;
     let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
     let dashpots = rod.dashpots(moving);
@@ -132,8 +140,13 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Dema
         .collect();
     let defect = moving.shape.defect;
     let (tail, _) = demand(grid, &strains, bound);
-    let entering = entering(rod, moving);
-    let (spill, of_rates) = demand(grid, &[&entering], LATE * bound);
+    let [moves, energy] = entering(rod, moving);
+    let (spill, of_rates) = demand(grid, &[&moves], LATE * bound);
+    let shown = match options.nodes {
+        Nodes::Adaptive => spill,
+        // Given nodes were not chosen for the motion of the body.
+        Nodes::Fixed(_) => demand(grid, &[&energy], LATE * bound).0,
+    };
     let (_, of_strains) = demand(grid, &strains, bound);
     let demand = match (of_strains, of_rates) {
         (Demand::More(a), Demand::More(b)) => {
@@ -148,5 +161,6 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], Dema
         }
         _ => Demand::Enough,
     };
-    ([tail, spill], demand)
+    let excess = (tail / bound).max(spill / (LATE * bound));
+    ([tail, shown], excess, demand)
 }

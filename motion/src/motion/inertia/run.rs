@@ -24,6 +24,9 @@ const LOCAL: f64 = 0.1;
 const FINEST: f64 = 1e-13;
 /// Nodes to begin with.
 const FIRST: usize = 8;
+/// A step that ends with coefficients so many times their bound is taken again with more nodes: a state that too few
+/// nodes have made stays wrong.
+const FAR: f64 = 10.0;
 /// Steps in a row after which nodes that are not needed are given up.
 const PATIENCE: u32 = 40;
 /// Ends of rods that are farther from their attachments than this many tolerances are brought back.
@@ -196,9 +199,37 @@ impl HeavyRun {
         self.nodes.asked(demand, tail)
     }
 
-    /// Carries the state over to a grid with so many nodes on the elements.
-    fn regrid(&mut self, counts: &[usize]) -> Option<()> {
-        let (model, state) = self.model.regridded(self.integrator.state(), counts)?;
+    /// Numbers of nodes for another try of the last step; None if its nodes serve.
+    fn unresolved(&self) -> Option<Vec<usize>> {
+        if self.options.nodes != Nodes::Adaptive {
+            return None;
+        }
+        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options)?;
+        match judged.demand {
+            Demand::More(counts) if judged.excess > FAR => {
+                Some(counts).filter(|counts| counts.iter().all(|n| *n <= MOST_NODES))
+            }
+            _ => None,
+        }
+    }
+
+    /// Takes a step no longer than `left`, with as many nodes as it asks for. False if the step size collapses.
+    fn step(&mut self, left: f64) -> bool {
+        while self.integrator.step(self.model.system(), left).is_ok() {
+            let Some(counts) = self.unresolved() else {
+                return true;
+            };
+            let from = self.integrator.from().clone();
+            if self.regrid(&from, &counts).is_none() {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Goes on from a state on a grid with so many nodes on the elements.
+    fn regrid(&mut self, from: &DVector<f64>, counts: &[usize]) -> Option<()> {
+        let (model, state) = self.model.regridded(from, counts)?;
         self.integrator.restart(model.system(), state, None)?;
         self.model = model;
         let nodes = Judged::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
@@ -230,8 +261,9 @@ impl HeavyRun {
         if self.integrator.cost().steps >= self.options.max_steps {
             return self.stop(Outcome::StepLimit);
         }
+        let here = self.integrator.state().clone();
         let wanted = self.nodes.wanted();
-        if wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
+        if wanted.is_some_and(|counts| self.regrid(&here, &counts).is_none()) {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
         let past = from + 1e-14 * self.options.duration;
@@ -239,7 +271,7 @@ impl HeavyRun {
         if self.hold().is_none() {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
-        if self.integrator.step(self.model.system(), left).is_err() {
+        if !self.step(left) {
             let cause = Cause::StepCollapsed {
                 next: self.integrator.next_step(),
                 tolerance: self.options.tolerance,
