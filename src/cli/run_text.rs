@@ -93,20 +93,24 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
     )
 }
 
-/// What is to be said of a landing that a rule chose. Rules other than "viscous" choose from all that is stable, whatever its
-/// energy.
+/// Words on a landing that a rule chose: from how many stable equilibria of less energy than the fold's, and whether
+/// the flow of a rod with a small viscosity leads there.
 pub fn chosen(snap: &Snap) -> String {
-    let mut text = String::new();
-    if let (Some(choices), None) = (snap.choices, snap.to.sheet) {
-        text += &match choices {
-            1 => ", the only stable equilibrium that was found".to_owned(),
-            _ => format!(", {choices} stable equilibria were found"),
-        };
-    }
-    if snap.released < 0.0 {
-        text += " (the landing lies higher: a rod left to itself does not get there)";
-    }
-    text
+    let Some(choices) = snap.choices else {
+        return String::new();
+    };
+    let found = match (snap.to.sheet, choices) {
+        // In the plane these are all.
+        (Some(_), _) => String::new(),
+        (None, 1) => ", the only stable equilibrium of less energy that was found".to_owned(),
+        (None, _) => format!(", {choices} stable equilibria of less energy were found"),
+    };
+    let flow = match snap.reached {
+        Some(true) => "the viscous flow leads here",
+        Some(false) => "the viscous flow leads elsewhere",
+        None => "where the viscous flow leads was not found",
+    };
+    format!("{found} ({flow})")
 }
 
 fn passage(layer: &Layer, u: Units) -> String {

@@ -23,6 +23,9 @@ fn scene(start: &str, loads: &str, run: &str) -> String {
     )
 }
 
+/// A start that comes to a fold with two stable equilibria of less energy.
+const TWO_LANDINGS: &str = "lambda = 7.2\nkappa = 0.8\nvelocity = [0.0, -0.5]";
+
 const SNAP: &str = "lambda = 6.3\nkappa = 0.6\nvelocity = [0.0, -0.5]";
 
 #[test]
@@ -304,13 +307,23 @@ fn landings() {
     close(&lowest["events"][0]["to"]["lam"], 3.350990350377252, 1e-9);
     let named = run("{ mode = 0, sign = \"-\" }").json(0);
     assert_eq!(named["events"], lowest["events"]);
+    assert_eq!(lowest["events"][0]["reached"], true);
+    // S_0^+ is stable at that place, with 29 more energy than at the fold.
+    for above in ["{ mode = 7, sign = \"+\" }", "{ mode = 0, sign = \"+\" }"] {
+        let none = run(above).json(1);
+        assert_eq!(none["outcome"], "no_stable_equilibrium");
+        let reason = none["reason"].as_str().unwrap();
+        assert!(reason.contains("landing") && reason.contains("less energy"));
+        assert_eq!(none["events"], Value::Array(vec![]));
+        close(&none["end"]["t"], 0.02557019785835311, 1e-10);
+    }
+    let run = |landing: &str| {
+        let run = format!("duration = 0.02\nsamples = 3\nlanding = {landing}");
+        place.scene(&scene(TWO_LANDINGS, "", &run))
+    };
     let other = run("{ mode = 0, sign = \"+\" }").json(0);
     assert_eq!(other["events"][0]["to"]["sign"], "+");
-    let none = run("{ mode = 7, sign = \"+\" }").json(1);
-    assert_eq!(none["outcome"], "no_stable_equilibrium");
-    assert!(none["reason"].as_str().unwrap().contains("landing"));
-    assert_eq!(none["events"], Value::Array(vec![]));
-    close(&none["end"]["t"], 0.02557019785835311, 1e-10);
+    assert_eq!(other["events"][0]["reached"], false);
 }
 
 #[test]
@@ -318,9 +331,11 @@ fn all_landings_make_a_tree() {
     let place = Place::new("tree");
     // The first snap has two landings; until t = 0.5 there is no other. The trunk ends there and is no whole run.
     let run = "duration = 0.5\nsamples = 51\nlanding = \"all\"\nbranches = 2";
-    let summary = place.scene(&scene(SNAP, "", run)).json(0);
+    let summary = place.scene(&scene(TWO_LANDINGS, "", run)).json(0);
     let branches = summary["branches"].as_array().unwrap();
     assert_eq!(branches.len(), 3);
+    let reached: Vec<&Value> = branches.iter().map(|b| &b["reached"]).collect();
+    assert_eq!(reached, [&Value::Null, &true.into(), &false.into()]);
     let parents: Vec<&Value> = branches.iter().map(|b| &b["parent"]).collect();
     assert_eq!(parents, [&Value::Null, &0.into(), &0.into()]);
     assert_eq!(branches[0]["outcome"], "branched");
@@ -334,28 +349,34 @@ fn all_landings_make_a_tree() {
         rows.push(table.rows.len());
     }
     // The trunk has the samples up to the fork and the fork; each branch the rest.
-    assert_eq!(rows, [4, 48, 48]);
+    assert_eq!(rows, [3, 49, 49]);
     assert!(place.join("out/trajectory-2.csv").exists());
     let events = summary["events"].as_array().unwrap();
     assert_eq!(events.len(), 2);
     assert_ne!(events[0]["to"], events[1]["to"]);
     assert_eq!(events[0]["branch"], 1);
 
-    // On the way to t = 3 one of them branches again, beyond the bound.
-    let cut = place.scene(&scene(SNAP, "", &run.replace("0.5", "3.0")));
-    let cut = cut.json(1);
+    let reached: Vec<&Value> = events.iter().map(|event| &event["reached"]).collect();
+    assert_eq!(reached, [&Value::from(true), &false.into()]);
+
+    // On the way to t = 3 both branch again, each to one landing: the whole runs are still two.
+    let whole = |branch: &&Value| branch["outcome"] != "branched";
+    let longer = place.scene(&scene(TWO_LANDINGS, "", &run.replace("0.5", "3.0")));
+    let longer = longer.json(0);
+    let branches = longer["branches"].as_array().unwrap();
+    assert!(branches.len() > 5);
+    assert_eq!(branches.iter().filter(whole).count(), 2);
+
+    let one = run.replace("branches = 2", "branches = 1");
+    let cut = place.scene(&scene(TWO_LANDINGS, "", &one)).json(1);
     assert_eq!(cut["outcome"], "branch_limit");
     let reason = cut["reason"].as_str().unwrap();
-    assert!(reason.contains("branches = 2"), "{reason}");
-    let whole = |branch: &&Value| branch["outcome"] != "branched";
-    let branches = cut["branches"].as_array().unwrap();
-    assert_eq!(branches.iter().filter(whole).count(), 2);
-    let one = run.replace("branches = 2", "branches = 1");
-    let reason = place.scene(&scene(SNAP, "", &one)).json(1)["reason"].clone();
     assert!(
-        reason.as_str().unwrap().contains("1 branch was not"),
+        reason.contains("branches = 1") && reason.contains("1 branch was not"),
         "{reason}"
     );
+    let branches = cut["branches"].as_array().unwrap();
+    assert_eq!(branches.iter().filter(whole).count(), 1);
 }
 
 #[test]

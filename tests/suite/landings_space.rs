@@ -252,7 +252,7 @@ fn steps_go_on_to_the_very_kink() {
 /// go on from its own landing, a rule that takes another than it says.
 #[test]
 fn a_strip_lands_in_space_where_the_elastica_does() {
-    let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
+    let start = Equilibrium::from_lambda_kappa(7.2, 0.8).expect("an equilibrium");
     let mass = Body::<2>::new(1.0).expect("a mass");
     let q = [start.p, start.w].into();
     let all = options(LandingRule::All);
@@ -271,6 +271,8 @@ fn a_strip_lands_in_space_where_the_elastica_does() {
         let off = a.released - b.released;
         assert!(off.abs() < 1e-8, "released {off:e} too much");
         assert_eq!(a.to.index, 0);
+        assert!(a.released > 1.0 && a.reached.is_some());
+        assert_eq!(a.reached, b.reached);
         let mut branch = Motion::branch(&space, a).expect("a branch");
         let given = branch.given().ledger();
         assert!((given.elastic - a.to.elastic).abs() < 1e-10);

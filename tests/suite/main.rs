@@ -93,6 +93,7 @@ mod inversion;
 #[cfg(feature = "scene")]
 #[cfg(all(feature = "cli", unix))]
 mod kills;
+mod landings;
 mod landings_space;
 mod light_weight;
 mod light_weight_scenes;

@@ -170,6 +170,11 @@ fn branches_have_strains_of_their_own() {
         "loads.distributed=[0.0, -1e-6]",
         "--set",
         "run.landing=\"all\"",
+        // A fold above two stable equilibria.
+        "--set",
+        "start.lambda=7.2",
+        "--set",
+        "start.kappa=0.8",
         "--set",
         "run.samples=5",
         "--set",

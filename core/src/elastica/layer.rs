@@ -9,7 +9,7 @@
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
-use crate::manifold::{Multivalued, invert_near};
+use crate::manifold::{Multivalued, can_fall, invert_near};
 use crate::math::gauss::Rule;
 use crate::math::product::{Matrix, cosines_and_sines};
 use crate::solve::dop853::Dop853;
@@ -40,6 +40,8 @@ const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
+/// Relative error of the energies of a fold and of its landing.
+const ENERGY_ERROR: f64 = 1e-12;
 /// How the flow is followed.
 struct Care {
     /// The farthest departure. Its square is an error, which stays below exp(-lam), the force that moves a loop, up to lam of about 10; beyond, the
@@ -169,6 +171,10 @@ fn flow(
     let mut u = rod.departed((q, leaving), departure, &origin)?;
     let (mut h, mut time, mut before) = (FIRST, 0.0, None);
     let mut rejected = false;
+    let lies_lower = |landed: &Vector2<f64>| {
+        let at = rods.point(landed);
+        at.is_some_and(|at| can_fall(start.energy, at.energy, ENERGY_ERROR))
+    };
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
         let bent = rod.bent(&u);
@@ -180,6 +186,7 @@ fn flow(
         if speed < SLOW * size
             && let Some((landed, shape)) = rod.arrive(rods, &u, n)
             && ((shape - &origin).norm() > SAME * size || speed < AT_REST * size)
+            && lies_lower(&landed)
             && rods.index(&landed)? == 0
         {
             return Ok(landed);

@@ -17,6 +17,15 @@ use nalgebra::{SMatrix, SVector};
 /// lambda = sqrt(tension L^2/B) above which a rod that is bent at its ends alone counts as taut: a body that it turns round there bounces.
 pub const TAUT: f64 = 20.0;
 
+/// Rounding of an energy in closed form, relative to its size.
+const ENERGY_ROUNDING: f64 = 1e-12;
+
+/// True if a rod whose end is held can fall from an equilibrium of the energy `from` to one of the energy `to`:
+/// friction takes energy and gives none. `error`: how well energies are known, relative to their size.
+pub fn can_fall(from: f64, to: f64, error: f64) -> bool {
+    to - from <= error * (from.abs() + to.abs())
+}
+
 /// All that the chart gives at one point, for a chart and a pose of dimension `N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ManifoldPoint<const N: usize> {
@@ -226,18 +235,25 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         None
     }
 
-    /// Every stable equilibrium at the pose of the fold `q` but the fold itself, by energy, lowest first.
+    /// Every equilibrium on which a rod can come to rest that leaves the fold `q` with its end held: the stable ones
+    /// at the pose of the fold with no more energy than the fold, by energy, lowest first. The fold itself is not
+    /// among them.
     ///
     /// # Errors
     /// As [`Multivalued::stable_at`].
-    fn stable_beside(&self, q: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>> {
+    fn landings(&self, q: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>> {
         if let Some(landed) = self.only_landing(q) {
             return Ok(vec![landed]);
         }
         let outside = || Error::domain("the fold lies outside the chart");
-        let mut stable = self.stable_at(&self.point(q).ok_or_else(outside)?.pose)?;
-        // Rounding may leave a twin of the fold among them.
-        stable.retain(|other| (other - q).norm() > 1e-4 * (1.0 + q.norm()));
+        let fold = self.point(q).ok_or_else(outside)?;
+        let mut stable = self.stable_at(&fold.pose)?;
+        stable.retain(|other| {
+            // Rounding may leave a twin of the fold among them.
+            let is_other = (other - q).norm() > 1e-4 * (1.0 + q.norm());
+            let landing = self.point(other);
+            is_other && landing.is_some_and(|at| can_fall(fold.energy, at.energy, ENERGY_ROUNDING))
+        });
         Ok(stable)
     }
 

@@ -23,7 +23,7 @@ use super::event::{Bounce, Event, Outcome};
 use super::ledger::Closing;
 use super::locate::Timed;
 use super::options::Options;
-use super::snap::{LandingRule, Snap, SnapEnd};
+use super::snap::{LandingRule, Landings, Snap, SnapEnd};
 use crate::assembly::{
     Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
     Slowed,
@@ -430,12 +430,12 @@ impl AssemblyRun {
         {
             return Ok(self.stay(link, point, crossing));
         }
-        let (landed, choices) = match self.options.landing {
-            LandingRule::Viscous => (vec![rod.settle(&fold, &held, along)?], None),
+        let landed = match self.options.landing {
+            LandingRule::Viscous => Landings::viscous(rod.settle(&fold, &held, along)?),
             rule => {
-                let stable = rod.stable_beside(&fold, &held, along)?;
-                let choices = stable.len();
-                (rule.chosen(stable, |_| None), Some(choices))
+                let all = rod.landings(&fold, &held, along)?.into_iter();
+                let all = all.map(|landing| (landing.chart, landing.reached));
+                Landings::chosen(rule, all.collect(), |_| None)
             }
         };
         let end = |q: &Wrench, index, elastic| SnapEnd {
@@ -445,7 +445,7 @@ impl AssemblyRun {
             elastic,
         };
         let from = end(&fold, self.indices[link], point.end.energy);
-        let snaps = landed.iter().map(|q| {
+        let snaps = landed.at.iter().map(|(q, reached)| {
             let landing = rod.held(q, &held, along)?;
             let to = end(q, rod.index(q, &held, along)?, landing.energy);
             Ok(Snap {
@@ -458,7 +458,8 @@ impl AssemblyRun {
                 to,
                 rod: link,
                 base: point.base.pose.rotation,
-                choices,
+                choices: landed.choices,
+                reached: *reached,
                 moving: Some(Box::new(here.at.now.clone())),
             })
         });

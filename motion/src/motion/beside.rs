@@ -476,6 +476,7 @@ impl Way<'_> {
             to,
             rod: self.rod.number(),
             choices: None,
+            reached: Some(true),
             moving: moving.map(Box::new),
         };
         let ledger = last.ledger.between(&next.ledger, x);

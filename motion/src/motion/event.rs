@@ -131,7 +131,8 @@ impl std::fmt::Display for Outcome {
         match self {
             Self::EndOfTime => f.write_str("the end of time was reached"),
             Self::NoStableEquilibrium => f.write_str(
-                "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose; landing = \"viscous\" always finds one if there is one",
+                "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose with less energy than at the fold; landing = \"viscous\" \
+                 always finds one if there is one",
             ),
             Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
             Self::GrooveEnd(_) => f.write_str(

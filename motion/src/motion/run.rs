@@ -356,9 +356,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
         let phase = self.motion.phase();
         let here = self.describe(phase);
-        let (landed, choices) = landings(self.manifold, &phase.q, self.options.landing)?;
-        let mut snaps = Vec::with_capacity(landed.len());
-        for &q in &landed {
+        let landed = landings(self.manifold, &phase.q, self.options.landing)?;
+        let mut snaps = Vec::with_capacity(landed.at.len());
+        for &(q, reached) in &landed.at {
             let elastic = self
                 .manifold
                 .point(&q)
@@ -384,7 +384,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 },
                 released: here.ledger.elastic - elastic,
                 rod: 0,
-                choices,
+                choices: landed.choices,
+                reached,
                 moving: None,
             });
         }
@@ -394,7 +395,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if self.options.landing == LandingRule::All {
             return Ok(self.stop(Outcome::Branched(snaps)));
         }
-        let (snap, q) = (snaps.swap_remove(0), landed[0]);
+        let (snap, (q, _)) = (snaps.swap_remove(0), landed.at[0]);
         self.before_snap = Some(here);
         self.past = self.cost();
         (self.due, self.room) = (None, None);

@@ -21,14 +21,14 @@ pub enum LandingRule {
     Viscous,
     /// On the stable equilibrium of lowest energy.
     Lowest,
-    /// On every stable equilibrium: the run branches. Like `Named` it asks nothing of energies: a landing
-    /// above the fold has a negative `released`, which no layer could bring about.
+    /// On every stable equilibrium with no more energy than the fold: the run branches.
     All,
-    /// On the stable equilibrium of this sheet; of several, the one of lowest energy.
+    /// On the stable equilibrium of this sheet, if it has no more energy than the fold; of several, on the one of
+    /// lowest energy.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Named(Sheet),
-    /// On the stable equilibrium that comes in this place by energy; 1 is the lowest. So landings are told apart where
-    /// equilibria have no names.
+    /// On the stable equilibrium that comes in this place by energy, among those with no more energy than the fold; 1
+    /// is the lowest. It tells landings apart where equilibria have no names.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Ordered {
         /// The place, from 1.
@@ -37,8 +37,8 @@ pub enum LandingRule {
 }
 
 impl LandingRule {
-    /// Of the stable equilibria, by energy, those on which a rod lands: one, unless the rule is `All`; `sheet` names them. By
-    /// `Viscous` it is not chosen, and the lowest stands for it.
+    /// The possible landings, sorted by energy, on which a rod lands: one, unless the rule is `All`; `sheet` names them.
+    /// `Viscous` does not choose, and the lowest stands for its landing.
     pub(super) fn chosen<T>(
         self,
         mut stable: Vec<T>,
@@ -91,9 +91,12 @@ pub struct Snap {
     pub rod: usize,
     /// How the base of that rod is turned in the frame of the motion.
     pub base: UnitQuaternion<f64>,
-    /// How many stable equilibria there were to choose the landing from; None of the viscous one, which is not chosen. In the
-    /// plane these are all, in space those that were found.
+    /// The number of stable equilibria with no more energy than the fold; None under the rule `Viscous`, which does
+    /// not choose. In the plane all are counted, in space those that were found.
     pub choices: Option<usize>,
+    /// True if the fast viscous layer leads to this landing, false if it leads to another; None if the layer did not
+    /// settle.
+    pub reached: Option<bool>,
     /// The bodies and charts of an assembly at the fold; None in a plane.
     pub moving: Option<Box<Configuration>>,
 }
@@ -177,8 +180,38 @@ pub fn fold_sides<const N: usize>(
     })
 }
 
-/// All landings that the rule allows from the degenerate equilibrium `q`, and from how many they were chosen: one, unless the
-/// rule is `All`; none if no stable equilibrium is left.
+/// The landings that a rule allows.
+#[derive(Debug, Clone)]
+pub struct Landings<T> {
+    /// One, unless the rule is `All`, each with what [`Snap::reached`] says of it; none if no stable equilibrium is
+    /// left.
+    pub at: Vec<(T, Option<bool>)>,
+    /// See [`Snap::choices`].
+    pub choices: Option<usize>,
+}
+
+impl<T> Landings<T> {
+    /// The landing to which the viscous layer leads.
+    pub fn viscous(at: T) -> Self {
+        Self {
+            at: vec![(at, Some(true))],
+            choices: None,
+        }
+    }
+
+    /// The landings of `all`, sorted by energy, that the rule allows; `sheet` names them.
+    pub fn chosen(
+        rule: LandingRule,
+        all: Vec<(T, Option<bool>)>,
+        sheet: impl Fn(&T) -> Option<Sheet>,
+    ) -> Self {
+        let choices = Some(all.len());
+        let at = rule.chosen(all, |(at, _)| sheet(at));
+        Self { at, choices }
+    }
+}
+
+/// The landings that the rule allows from the degenerate equilibrium `q`.
 ///
 /// # Errors
 /// A layer that does not settle, or a search that fails.
@@ -186,15 +219,23 @@ pub fn landings<const N: usize>(
     manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
     rule: LandingRule,
-) -> Result<(Vec<SVector<f64, N>>, Option<usize>)> {
-    if rule == LandingRule::Viscous {
+) -> Result<Landings<SVector<f64, N>>> {
+    let settle = || {
         let (leaving, _) = fold_sides(manifold, q)?;
-        return Ok((vec![manifold.settle(q, &leaving)?], None));
+        manifold.settle(q, &leaving)
+    };
+    if rule == LandingRule::Viscous {
+        return Ok(Landings::viscous(settle()?));
     }
-    let stable = manifold.stable_beside(q)?;
-    let choices = stable.len();
-    let chosen = rule.chosen(stable, |other| Some(manifold.sheet(other)));
-    Ok((chosen, Some(choices)))
+    let settled = settle().ok();
+    let reached = |at: &SVector<f64, N>| {
+        settled.map(|settled| (settled - at).norm() < SAME * (1.0 + at.norm()))
+    };
+    let all = manifold.landings(q)?.into_iter();
+    let all = all.map(|at| (at, reached(&at))).collect();
+    Ok(Landings::chosen(rule, all, |other| {
+        Some(manifold.sheet(other))
+    }))
 }
 
 /// The sign of det at `q`: the orientation of its sheet.

@@ -370,7 +370,7 @@ pub(super) static SHEET: Spec = spec("sheet", &[
 pub(super) static LANDING: Spec = spec("landing", &[
     field("mode", PLANE, Count(0, 3000), "", Yes("mode = 1"), "Number of inflections inside the rod."),
     field("sign", PLANE, Word(&["+", "-"]), "", Yes("sign = \"-\""), "Sign of the curvature at the clamp."),
-    field("order", SPACE | ASSEMBLY, Count(1, 1000), "", Yes("order = 1"), "Which of the stable equilibria found, counted by their energy: 1 is the lowest."),
+    field("order", SPACE | ASSEMBLY, Count(1, 1000), "", Yes("order = 1"), "Which of the stable equilibria found with less energy than at the fold, counted by their energy: 1 is the lowest."),
 ]);
 #[rustfmt::skip]
 pub(super) static STRAIN: Spec = spec("strain", &[
@@ -470,9 +470,9 @@ pub(super) static RUN: Spec = Spec {
             "How the run steps through time. With damping the program chooses, or takes explicit steps, or implicit ones for stiff rods. Without, steps are explicit; in space and of assemblies implicit where that takes less work, as where a rod is stiff, or, asked for, whatever rings in its fast modes: they damp it; or symmetric: of one length, they keep the energy of an unforced motion over any number of periods, and cost about as much as explicit ones at a tolerance a hundred times finer."),
         field("reduce", SPACE, Flag, "", Or("true"), "Look whether the motion is exactly that of a spring and a dashpot, and tell of which."),
         field("landing", PLANE, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
-            "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on a named sheet."),
+            "Where an elastic rod lands that snaps: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on every stable one with less energy than at the fold (the run branches), or on the one of a named sheet, if that has less energy than at the fold."),
         field("landing", SPACE | ASSEMBLY, OneOf(&[Word(&["viscous", "lowest", "all"]), Table(&LANDING)]), "", Or("\"viscous\""),
-            "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on all of them (the run branches), or on the one in some place by energy. Those of the last three are all that a search finds; that none is missing is sure in no case."),
+            "Where an elastic rod lands that snaps, its ends held: where a rod of small viscosity would, on the stable equilibrium of lowest energy, on every stable one with less energy than at the fold (the run branches), or on the one in some place by energy. The last three rules choose from what a search finds, which may miss an equilibrium."),
         field("branches", RUNS, Count(1, 10_000), "", Or("64"), "Bound on the number of whole runs, those that do not branch again, under landing = \"all\"."),
         field("samples", DRIVEN, Count(2, 10_000_000), "", Or("400"), "Number of equally spaced times, both ends counted, at which the motion is written."),
         field("strobe", MOTION, Number(&POSITIVE), "s", No,

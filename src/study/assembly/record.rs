@@ -12,7 +12,7 @@ use crate::study::mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
 use crate::study::run::recorder::{doubts, outcome_key, spent};
-use crate::study::run::summary::{elastic_cost, object};
+use crate::study::run::summary::{choice, elastic_cost, object};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::Stem;
 use crate::study::run::{Bounces, Bounds};
@@ -290,6 +290,7 @@ impl AssemblyRunRecord {
             "outcome": branch.outcome.key(),
             "from": branch.first.t,
             "end": self.state(&branch.last, &branch.last_shapes),
+            "reached": branch.stem.entered.as_ref().map(|snap| snap.reached),
             "trajectory": trajectory_name(branch.stem.id) + ".csv",
         })
     }
@@ -304,9 +305,7 @@ impl AssemblyRunRecord {
                 if let Some(fold) = self.fold_of(snap, branch) {
                     event.insert("mass".to_owned(), fold.json());
                 }
-                if let Some(choices) = snap.choices {
-                    event.insert("choices".to_owned(), json!(choices));
-                }
+                event.extend(choice(snap));
                 if several {
                     event.insert("branch".to_owned(), json!(branch.stem.id));
                     event.insert("parent".to_owned(), json!(branch.stem.parent));

@@ -156,6 +156,7 @@ impl RunRecord {
             "outcome": branch.outcome.key(),
             "from": branch.first.t,
             "end": self.state(&branch.last),
+            "reached": branch.entered.as_ref().map(|snap| snap.reached),
             "trajectory": trajectory_name(branch.id) + ".csv",
         })
     }
@@ -232,9 +233,7 @@ impl RunRecord {
             "released": snap.released * k.energy,
             "time_error": snap.time_error * k.time,
         })));
-        if let Some(choices) = snap.choices {
-            event.insert("choices".to_owned(), json!(choices));
-        }
+        event.extend(choice(snap));
         Value::Object(event)
     }
 
@@ -302,6 +301,14 @@ fn layer(layer: &Layer) -> Value {
         "released": layer.elastic_from - layer.elastic_to,
         "dissipated": layer.dissipated,
         "whole": layer.whole,
+    })
+}
+
+/// The landings among which a rule chose, and whether the viscous flow leads to this one; empty without a rule that
+/// chooses.
+pub(in crate::study) fn choice(snap: &Snap) -> Map<String, Value> {
+    snap.choices.map_or_else(Map::new, |choices| {
+        object(json!({ "choices": choices, "reached": snap.reached }))
     })
 }
 

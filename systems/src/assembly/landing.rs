@@ -19,7 +19,7 @@ use crate::creep::grid::Grid;
 use crate::creep::kinematics::{AtEnd, Kinematics};
 use crate::creep::space::Space;
 use crate::error::{Error, Result};
-use crate::manifold::fold_kernel;
+use crate::manifold::{can_fall, fold_kernel};
 use crate::math::se3::joined;
 use crate::rod::{Fallen, Wrench};
 use crate::section::{Measures, Strain, measured};
@@ -41,6 +41,22 @@ const POLISH: usize = 30;
 const SEARCH: f64 = 1e-9;
 /// A landing nearer to another or to its fold than this, relative to 1 + the chart, is that again.
 const TWIN: f64 = 1e-4;
+/// Energies are known to this multiple of the tolerance of the integration along the rod, relative to their size.
+const ENERGY_ERROR: f64 = 10.0;
+
+/// A possible rest of a rod that leaves its fold with its ends held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Landing {
+    /// The chart point.
+    pub chart: Wrench,
+    /// True if the fast layer leads there; None if the layer did not settle.
+    pub reached: Option<bool>,
+}
+
+/// True if two chart points are those of one equilibrium.
+fn is_twin(a: &Wrench, b: &Wrench) -> bool {
+    (a - b).norm() <= TWIN * (1.0 + a.norm())
+}
 
 impl Link {
     /// The chart point at which the rod comes to rest that leaves its fold `q` while its ends are held; found to
@@ -81,7 +97,10 @@ impl Link {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
         if end.slack.is_some() {
-            return self.fallen_taut(q, &kernel, (held, tolerance), shown);
+            let (shapes, landed) = self.fallen_taut(q, &kernel, (held, tolerance), shown)?;
+            let landing = self.held(&landed, held, tolerance)?;
+            self.check_fall(q, &end, landing.whole_energy(), tolerance)?;
+            return Ok((shapes, landed));
         }
         match self.joint {
             Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, (shown, crosses)),
@@ -91,11 +110,52 @@ impl Link {
         }
     }
 
-    /// The stable equilibria that are found of the rod that leaves its fold `q` while its ends are held: charts by energy, the
-    /// lowest first. That of [`Link::settle`] is among them; whether they are all, nothing tells ([`crate::rod::Problem::others`]).
+    /// Asks that a rod has no more energy where it comes to rest, `landed`, than at its fold `q`, where its end is
+    /// `end`.
+    ///
+    /// # Errors
+    /// A landing that gains energy.
+    fn check_fall(&self, q: &Wrench, end: &LinkEnd, landed: f64, tolerance: f64) -> Result<()> {
+        let (fold, unit) = (end.whole_energy(), self.units()[0]);
+        if can_fall(fold, landed, ENERGY_ERROR * tolerance) {
+            return Ok(());
+        }
+        Err(Error::no_convergence(format!(
+            "the rod that left its fold at the base wrench {:?} (units B/L, B/L^2) came to rest with more energy, by {:e} B/L, than it had \
+             there: lower the tolerance",
+            q.as_slice(),
+            (landed - fold) / unit
+        )))
+    }
+
+    /// The equilibria on which the rod can come to rest that leaves its fold `q` with its ends held: of those of
+    /// [`Link::stable_beside`] the ones with no more energy than the fold, the lowest first.
     ///
     /// # Errors
     /// A fold that cannot be evaluated.
+    pub fn landings(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Vec<Landing>> {
+        let fold = self.held(q, held, tolerance)?.whole_energy();
+        let settled = self.settle(q, held, tolerance).ok();
+        let mut stable = self.stable(q, settled, held, tolerance)?;
+        stable.retain(|(energy, _)| can_fall(fold, *energy, ENERGY_ERROR * tolerance));
+        let landing = |(_, chart): (f64, Wrench)| Landing {
+            chart,
+            reached: settled.map(|settled| is_twin(&settled, &chart)),
+        };
+        Ok(stable.into_iter().map(landing).collect())
+    }
+
+    /// The stable equilibria that are found of the rod with the chart point `q` and with its ends held, but for `q`
+    /// itself: charts by energy, the lowest first, whether or not the rod can get there. That of [`Link::settle`] is
+    /// among them; whether they are all, nothing tells ([`crate::rod::Problem::others`]).
+    ///
+    /// # Errors
+    /// A chart point that cannot be evaluated.
     pub fn stable_beside(
         &self,
         q: &Wrench,
@@ -103,6 +163,18 @@ impl Link {
         tolerance: f64,
     ) -> Result<Vec<Wrench>> {
         let settled = self.settle(q, held, tolerance).ok();
+        let stable = self.stable(q, settled, held, tolerance)?;
+        Ok(stable.into_iter().map(|(_, q)| q).collect())
+    }
+
+    /// The stable equilibria beside `q`, with their energies; `settled` is the one to which the fast layer leads.
+    fn stable(
+        &self,
+        q: &Wrench,
+        settled: Option<Wrench>,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<Vec<(f64, Wrench)>> {
         // The fold is a double root.
         let mut known = vec![*q; 2];
         known.extend(settled);
@@ -112,8 +184,7 @@ impl Link {
             let Ok(at) = self.polished(&found, held, tolerance) else {
                 continue;
             };
-            let is_twin = |other: &Wrench| (at - other).norm() <= TWIN * (1.0 + at.norm());
-            let is_new = !is_twin(q) && !stable.iter().any(|(_, other)| is_twin(other));
+            let is_new = !is_twin(&at, q) && !stable.iter().any(|(_, other)| is_twin(&at, other));
             if is_new
                 && self
                     .index(&at, held, tolerance)
@@ -123,7 +194,7 @@ impl Link {
             }
         }
         stable.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Ok(stable.into_iter().map(|(_, q)| q).collect())
+        Ok(stable)
     }
 
     /// The equilibrium of the rod near these strains, in units of 1/L and given at places in [0, 1], with its end at `held` seen from the base: from the
@@ -248,10 +319,13 @@ impl Link {
                 let Some(strains) = layer.flow(&here, &(&push * side), &mut seen) else {
                     continue;
                 };
-                let landed = self.charted(&layer, &strains, tolerance).and_then(|q| {
-                    let landing = self.held(&q, &end.pose, tolerance)?;
-                    Ok((landing.whole_energy(), q))
-                });
+                let landed = self
+                    .charted(&layer, &strains, tolerance)
+                    .and_then(|landed| {
+                        let energy = self.held(&landed, &end.pose, tolerance)?.whole_energy();
+                        self.check_fall(q, end, energy, tolerance)?;
+                        Ok((energy, landed))
+                    });
                 match landed {
                     Ok((energy, q)) => {
                         if found.as_ref().is_none_or(|(lowest, ..)| energy < *lowest) {

@@ -44,6 +44,7 @@ pub use free::FreeRod;
 pub use give::Give;
 pub use implicit::Linearised;
 pub use inertia::{LightRod, Weighed};
+pub use landing::Landing;
 pub use link::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
 pub use modes::Modes;
 pub use neutral::Neutral;

@@ -64,8 +64,8 @@ impl Light for Elastica {
     }
 
     fn landing(&self, fold: &DVector<f64>, _site: &Place) -> Option<DVector<f64>> {
-        let (landed, _) = landings(self, &flat(fold), LandingRule::Viscous).ok()?;
-        landed.first().map(dynamic)
+        let landed = landings(self, &flat(fold), LandingRule::Viscous).ok()?.at;
+        landed.first().map(|(q, _)| dynamic(q))
     }
 
     fn snap_end(&self, q: &DVector<f64>, _site: &Place) -> Option<(SnapEnd, f64)> {
