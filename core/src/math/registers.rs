@@ -16,7 +16,8 @@ pub const VARIABLE: &str = "SNAPROD_REGISTERS";
 /// Width of the registers that kernels are compiled for, from the narrowest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
-    /// One number. Kernels for eight places at once are not used: other methods serve in their place.
+    /// One number. Planar motions and viscoelastic rods in space then take other methods than those for eight places at
+    /// once; ends of rods do not.
     Scalar,
     /// Two numbers, and products that are rounded together with a sum: NEON, which every aarch64 has.
     Two,

@@ -21,7 +21,7 @@ use super::line::{LineState, STEP_LIMIT, Wrench, lost, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::math::eight::{Eight, Extension, Rule};
-use crate::math::registers::Registers;
+use crate::math::registers::wide;
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
@@ -41,12 +41,11 @@ const TOP: f64 = 4.0;
 const SAFETY: f64 = 0.75;
 const MORE: f64 = 1.5;
 
-/// A uniform linear rod on a processor with registers for this; other rods, and all of them elsewhere, are integrated step by step.
+/// A uniform linear rod; other rods are integrated by `line`.
 #[derive(Clone, Copy)]
 pub(super) struct Collocated<'a> {
     law: &'a ScaledLaw,
     linear: &'a UniformLinear,
-    registers: Registers,
 }
 
 impl<'a> Collocated<'a> {
@@ -54,7 +53,6 @@ impl<'a> Collocated<'a> {
         Some(Self {
             law,
             linear: law.uniform()?,
-            registers: Registers::in_use()?,
         })
     }
 
@@ -104,7 +102,6 @@ fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
 
 /// A rod, and how it is followed.
 struct Along<'a> {
-    registers: Registers,
     linear: &'a UniformLinear,
     sense: f64,
     /// The axes along which vectors are given, by columns.
@@ -358,11 +355,7 @@ impl<'a> Along<'a> {
         (first, count): (usize, usize),
         tolerance: f64,
     ) -> Result<Self> {
-        let Collocated {
-            law,
-            linear,
-            registers,
-        } = *rod;
+        let Collocated { law, linear } = *rod;
         let rate = rate(law, b)?;
         let axes = axes(&b.fixed_rows::<3>(3).into_owned());
         let m = axes.tr_mul(&b.fixed_rows::<3>(0));
@@ -373,7 +366,6 @@ impl<'a> Along<'a> {
         // c1 c2 + c2 c3 + c3 c1.
         let pairs = 0.5 * (trace * trace - turning.norm_squared());
         Ok(Self {
-            registers,
             linear,
             sense: law.sense(),
             axes,
@@ -394,7 +386,7 @@ impl<'a> Along<'a> {
     /// number of columns, with their angle or without.
     #[inline(never)]
     fn follow(&self, turning: Option<Turning>) -> std::result::Result<Ended, f64> {
-        self.registers.work(Whole {
+        wide(Whole {
             along: self,
             turning,
         })

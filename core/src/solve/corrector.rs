@@ -157,6 +157,10 @@ impl<'a> Space<'a> {
             if stays && !self.is_rounding(length, (&at, &residual), &eliminated, &normal) {
                 return Err(Failure::Diverging(shrinking));
             }
+            if stays {
+                // Corrections at the level of rounding say nothing of the step.
+                contraction = 0.0;
+            }
             // Quadratic convergence; after the first correction with the bend met before, with a margin.
             let next = if k > 0 {
                 length * shrinking * shrinking

@@ -19,6 +19,9 @@ const MOST: usize = 24;
 const AWAY: f64 = 0.003;
 /// Unknowns nearer than this, relative to their size, are those of one equilibrium.
 pub const SAME: f64 = 1e-6;
+/// Length along a branch from its start within which it is known if it meets a known one at a station: starts at two
+/// branch points that are near each other lie beside each other on one branch.
+const BESIDE: f64 = 3.0 * TYPICAL * AWAY;
 
 /// A point or special point with its equilibrium.
 pub struct Row {
@@ -157,10 +160,7 @@ impl<'a> Study<'a> {
     }
 
     pub fn knows(&self, p: f64, x: &DVector<f64>) -> bool {
-        let known = self.known(p);
-        known
-            .iter()
-            .any(|y| (x - y).norm() <= SAME * (1.0 + x.norm()))
+        is_among(&self.landed, p, x)
     }
 
     /// Follows the branch through an equilibrium, one way or both.
@@ -202,6 +202,7 @@ impl<'a> Study<'a> {
         }
     }
 
+    /// Follows a branch both ways, unless it turns out to be known.
     fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_>)>) {
         let number = self.curves.len();
         self.curves.push(CurveRecord {
@@ -209,7 +210,7 @@ impl<'a> Study<'a> {
             ends: Vec::new(),
             complete: true,
         });
-        let (row, located) = (self.rows.len(), self.located.len());
+        let (row, located, landed) = (self.rows.len(), self.located.len(), self.landed.len());
         for (i, (backward, branch)) in branches.into_iter().enumerate() {
             let first = self.rows.len();
             for item in branch {
@@ -218,6 +219,14 @@ impl<'a> Study<'a> {
                     Item::Point(point) if i > 0 && point.role == Role::Start => continue,
                     Item::Point(point) => {
                         if point.role != Role::Step {
+                            let is_beside = point.arclength.abs() <= BESIDE;
+                            if is_beside && is_among(&self.landed[..landed], point.p, &point.x) {
+                                self.rows.truncate(row);
+                                self.located.truncate(located);
+                                self.landed.truncate(landed);
+                                self.curves.pop();
+                                return;
+                            }
                             self.landed.push((point.p, point.x.clone()));
                         }
                         self.add(number, &point, backward, String::new());
@@ -364,6 +373,12 @@ impl<'a> Study<'a> {
             }
         }
     }
+}
+
+/// True if the equilibrium x at p is among those landed on.
+fn is_among(landed: &[(f64, DVector<f64>)], p: f64, x: &DVector<f64>) -> bool {
+    let same = |y: &DVector<f64>| (x - y).norm() <= SAME * (1.0 + x.norm());
+    landed.iter().any(|(at, y)| *at == p && same(y))
 }
 
 /// Arclength in the scene's measure.
