@@ -1,7 +1,7 @@
 """Table of docs/accuracy.md: how far results of the bundled scenes differ between widths of registers.
 
-    cargo build --release
-    python3 tools/widths.py            # a minute or two; prints the table for the widths that this processor has
+    cargo test --no-run                # the release has no width of two numbers on x86
+    python3 tools/widths.py            # some minutes; prints the table for the widths that this processor has
 
 Each scene is computed at every width up to the processor's (SNAPROD_REGISTERS), and once more with the length of its
 first rod changed by 1e-10. A difference is that of the last row of the scene's table, each column in units of its
@@ -17,7 +17,7 @@ import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PROGRAM = os.environ.get("SNAPROD_PROGRAM", ROOT / "target/release/snaprod")
+PROGRAM = os.environ.get("SNAPROD_PROGRAM", ROOT / "target/debug/snaprod")
 WIDTHS = ["scalar", "two", "avx2", "avx512"]
 CHANGE = 1e-10
 

@@ -208,6 +208,7 @@ fn fold_curves_of_an_arch_whose_support_moves() {
 /// Catches a search that finds nothing, or the same again: under loads that both bear, the arch pushed through is found from the one
 /// that stands, and is that to which the branch leads through both limit points.
 #[test]
+#[ignore = "second tier: 10 s"]
 fn deflation_finds_the_arch_pushed_through() {
     let whole = followed(
         &arch(),

@@ -178,6 +178,7 @@ fn release(case: &Value, cells: usize) -> Vec<[f64; 3]> {
 /// Catches a wrong coupling of mass and bar, and a wrong loss in shocks: r within five of the stated uncertainties and the rounding
 /// of its digits. Where no shock is seen the error is of second order and is extrapolated away.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn releases_with_shocks_match_finite_volumes_of_another_program() {
     let data = json("waves/release_given.json");
     for case in rows(&data, "cases", 3) {

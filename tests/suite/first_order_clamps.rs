@@ -107,6 +107,7 @@ fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
 
 /// The same through a hard bounce, after which the mass is slow: catches an inertia of the taut rod that is not that of its sections.
 #[test]
+#[ignore = "second tier: 6 s"]
 fn the_plane_is_the_assembly_through_a_hard_bounce() {
     let thrown = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
     let hardest = agrees_with_space(&thrown, Vector2::new(1.4, 2.8), 0.15);

@@ -37,6 +37,7 @@ fn pair(inertia: &str, eps: f64) -> String {
 /// Catches an equation of the spin, or of what it does to the bodies, that is not right to first order: against the full rod the bodies are off by the square
 /// of the rod's mass, and without it by the mass.
 #[test]
+#[ignore = "second tier: 23 s"]
 fn the_error_is_of_second_order_in_the_mass() {
     let errors = [0.06, 0.02].map(|eps| {
         let full = end(&pair("full", eps));

@@ -170,6 +170,7 @@ tolerance = 1e-9
 /// makes it shake there, in more steps than the run has; and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it,
 /// the last one 12.5.
 #[test]
+#[ignore = "second tier: 9 s"]
 fn straight_starts_keep_the_energy_of_the_rod() {
     let text = r#"
 [rod]
@@ -270,6 +271,7 @@ fn rods_of_assemblies_are_followed_too() {
 /// The claim of the correction, in space: against the rod with all of its mass the place of the body is off by the order 2 of that mass,
 /// without it by the order 1 (theory 3.9). A rod under its weight would start elsewhere: a dead load bends it.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn first_order_in_space_is_off_by_the_square_of_the_mass() {
     let places = |eps: &str, inertia: &str| -> Vec<Vector3<f64>> {
         let inertia = format!("rod.inertia=\"{inertia}\"");
@@ -535,6 +537,7 @@ fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
 /// Two rods in space that are pressed in and pulled out, and snap nowhere. Catches a mass that is given up, or taken back, where a step happens to end, or not at all where that lasts for less than one
 /// (an end was off by 2e-4); and one that is taken back with energy that comes from nowhere (0.28, where the body began with 0.25).
 #[test]
+#[ignore = "second tier: 37 s"]
 fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {
     for (section, rest, mass, velocity, loads) in [
         (

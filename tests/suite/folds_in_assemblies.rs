@@ -57,6 +57,7 @@ fn kicked(ends: &str) -> Scene {
 /// Catches a link whose strains, ends or units are not those of its rod: one rod between the ground and a body passes its fold when the same rod of a scene
 /// without names does, counted from either end.
 #[test]
+#[ignore = "second tier: 5 s"]
 fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     let from = format!(
         "from = {{ position = [0.0, 0.0, 0.0], quaternion = {ALONG_X} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n"
@@ -125,6 +126,7 @@ fn arches(of: &str) -> Scene {
 /// Catches a fold of another rod, at another time or place: the body stands at that time where the rod, integrated from the wrench of the event, has its
 /// end, and there its end does not follow one motion of the wrench. The light rods snap then, but for the first power of mass and friction.
 #[test]
+#[ignore = "second tier: 6 s"]
 fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
     let snap = event(ran(&arches("")).events(), "snap");
     let late = [0.02, 0.01].map(|part: f64| {

@@ -40,6 +40,7 @@ fn statics_ends_where_the_groove_does() {
 
 /// Catches bodies that slide out of a groove from its very end, on light and on heavy rods, and such as are not let in.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn bodies_leave_the_end_at_once_or_come_back() {
     let ran = |rod: &str, velocity: f64, push: f64| -> AssemblyRunRecord {
         let body = format!("velocity = [{velocity:?}, 0.0, 0.0]\nforce = [{push:?}, 0.0, 0.0]");

@@ -88,6 +88,7 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
 /// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t = 2.50), an equilibrium
 /// that is mistaken for another, a landing that is none, a first fold too early or too late.
 #[test]
+#[ignore = "second tier: 43 s"]
 fn a_twisted_rod_goes_through_its_folds() {
     for (gravity, duration, count) in [(2.0, 2.3, 2), (5.0, 3.2, 3), (10.0, 4.3, 2), (40.0, 0.5, 0)]
     {
@@ -131,6 +132,7 @@ fn a_twisted_rod_goes_through_its_folds() {
 
 /// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is booked, and it is felt again after the landing, and not given up elsewhere.
 #[test]
+#[ignore = "second tier: 20 s"]
 fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
     let (assembly, now) = hockle(2.0);
     let light = LightRod {
@@ -171,6 +173,7 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
 /// The collocated layer and that along the base wrench, which is good here, lead to the same rest, and folds have the same normal form by either:
 /// A, B, M0, D0 depend on the length of the critical direction, the delays do not.
 #[test]
+#[ignore = "second tier: 18 s"]
 fn taut_rods_fall_as_slack_ones_do() {
     let (snaps, folds) = followed(2.0, 2.3);
     for (snap, (link, q, held)) in snaps.iter().zip(&folds) {

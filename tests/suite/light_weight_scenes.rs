@@ -369,6 +369,7 @@ fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
 /// clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod. The frequencies of the wire
 /// straight down are those of closed forms: 3.14702982 across with all of its mass, and that of a spring along it.
 #[test]
+#[ignore = "second tier: 5 s"]
 fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
     for (clamp, more) in [
         ([0.0, 1.0, 0.0, 0.0], ""),

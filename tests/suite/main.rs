@@ -21,6 +21,7 @@ mod branch_folds_assemblies;
 #[cfg(feature = "scene")]
 mod branch_points;
 mod breaks;
+mod budget;
 #[cfg(feature = "scene")]
 mod cheap_paths;
 mod clamps;

@@ -165,6 +165,7 @@ type Case<'a> = (&'a str, &'a dyn Fn(&Strip) -> String);
 /// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's: the same
 /// failures of the same strip, of steel, 0.3 m long, and in the units in which it is 1, to the digits that are printed.
 #[test]
+#[ignore = "second tier: 17 s"]
 fn messages_are_in_the_units_of_the_scene() {
     let steel = Strip::new(0.3, 0.04375, 0.05, Units::Si);
     let rod = Strip::new(1.0, 1.0, 1.0, Units::Dimensionless);

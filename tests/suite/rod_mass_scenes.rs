@@ -218,6 +218,7 @@ fn first_order_is_refused_where_it_is_not_followed() {
 /// by the order 1 (theory 2.9); on a clamp that shakes and turns as on one that stands, and of a rod that bears a load along it (theory 3.8), whose
 /// strains begin at the rates that it has under that.
 #[test]
+#[ignore = "second tier: 27 s"]
 fn first_order_is_off_by_the_square_of_the_mass() {
     const MOVING: [&str; 3] = [
         "start.velocity=[0.0, 0.3]",
@@ -338,6 +339,7 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
 
 /// Catches frequencies that are printed to nine digits although the rod is not resolved: one that a heavy weight pulls taut, with its boundary layer.
 #[test]
+#[ignore = "second tier: 5 s"]
 fn modes_tell_that_a_rod_is_not_resolved() {
     let at = |gravity: &str| {
         let gravity = format!("loads.gravity=[0.0, {gravity}]");

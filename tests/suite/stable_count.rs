@@ -198,6 +198,7 @@ fn check(n: usize) {
 /// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound what is stable, and a wrong degree. All 10,000 points:
 /// [`ten_thousand_stable_counts`].
 #[test]
+#[ignore = "second tier: 4 s"]
 fn stable_equilibria_count_as_the_fold_curve_winds() {
     check(1000);
 }

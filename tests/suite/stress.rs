@@ -9,6 +9,7 @@ use std::time::Duration;
 /// Catches panics, numbers that are none, time that runs back, energy that comes out of nowhere or goes unsaid, and refusals without words, over all models. A
 /// scene that takes longer than it is given is interrupted, which is an outcome, too.
 #[test]
+#[ignore = "second tier: 9 s"]
 fn scenes_drawn_at_random_end_in_a_stated_outcome() {
     let mut done = 0;
     for seed in 1_000_000..1_000_060 {

@@ -328,6 +328,7 @@ fn the_plane_follows_the_guess() {
 /// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for; deflation beside it keeps its words. Catches a branch
 /// that ends where the base wrench does.
 #[test]
+#[ignore = "second tier: 9 s"]
 fn a_branch_that_becomes_taut_is_solved_from_both_ends() {
     let scene = |force: &str, more: &str| {
         let text = format!(

@@ -315,6 +315,7 @@ fn moved(
 /// A mass in the middle of a tight wire, struck across: a cycle of the harmonic oscillator of string and beam, whose force grows
 /// with the cube of the way. Catches a chart that drifts, a force that is not that of the place.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn a_mass_on_a_tight_wire_swings() {
     // The welded body twists and turns about two axes more slowly than it moves across.
     for (lam, joint, mode) in [(100.0, Joint::Weld, 3), (1e4, Joint::Ball, 0)] {
@@ -336,6 +337,7 @@ fn a_mass_on_a_tight_wire_swings() {
 /// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches, whose charts these halves leave and
 /// enter on the way.
 #[test]
+#[ignore = "second tier: 3 s"]
 fn a_wire_moves_as_another_program_has_it() {
     let given = crate::support::json("space/tight_wire_given.json");
     let motion = &given["motion"];
@@ -466,6 +468,7 @@ fn the_wire_of_the_scenes_swings_as_string_and_beam() {
 /// stiffer axis, up to about 120 degrees; beyond, the rod leaves that plane. The integrals of a rod under a dead force, m . n = 0 and
 /// m . B^-1 m/2 + n . d3 = |n|, hold at the clamp, and what turns out of the plane stores less than what stays in it.
 #[test]
+#[ignore = "second tier: 5 s"]
 fn forces_far_back_turn_rods_out_of_their_plane() {
     let bending = [1.0, 2.0];
     for (torsion, force) in [(1.5, 1e4), (1.5, 1e6), (0.4, 1e5), (8.0, 1e5)] {

@@ -168,6 +168,7 @@ fn a_twisted_rod_folds_alike_in_both() {
 /// Loads that grow from nothing to lam = 1e4 in one branch, of a rod whose end is free, bears a body beside it, or is held along one axis: where
 /// it comes to is the equilibrium found there at once, stable all along, in some hundred steps.
 #[test]
+#[ignore = "second tier: 56 s"]
 fn branches_lead_from_slack_rods_to_strings() {
     let direction = Vector3::new(0.3, -0.2, 0.9).normalize();
     let rod = Rod::new(1.0, bent()).unwrap();

@@ -526,6 +526,7 @@ fn pressed(speed: f64, elastic: bool, friction: bool) -> Vector2<f64> {
 /// AMV (2.26), (2.41), (7.14): violent impacts stay inside the cone and keep their energy; along the rod they are those
 /// of one degree of freedom.
 #[test]
+#[ignore = "second tier: 12 s"]
 fn impacts_onto_the_barrier() {
     for (elastic, friction) in [(true, false), (false, true), (true, true)] {
         let law = |shear| resisting(shear, elastic, friction);

@@ -1,7 +1,8 @@
 //! Vector registers of the processor: which of them the kernels use, and a cap on their width.
 //!
 //! Sums in wide registers add up in another order than one by one, so the last digits of results depend on the width.
-//! The environment variable [`VARIABLE`] caps the width: one machine can then show what another one computes.
+//! The environment variable [`VARIABLE`] caps the width: one machine can then show what another one computes. On x86
+//! the width of NEON is one for tests, which a release does without: kernels of one width are a fifth of the core's build.
 
 use crate::error::{Error, Result};
 use pulp::{Simd, WithSimd};
@@ -28,8 +29,12 @@ pub enum Width {
 }
 
 impl Width {
-    /// All widths, from the narrowest.
-    pub const ALL: [Self; 4] = [Self::Scalar, Self::Two, Self::Avx2, Self::Avx512];
+    /// All widths of this build, from the narrowest: [`Width::Two`] is not in builds for x86 without debug assertions.
+    pub const ALL: &[Self] = if cfg!(all(target_arch = "x86_64", not(debug_assertions))) {
+        &[Self::Scalar, Self::Avx2, Self::Avx512]
+    } else {
+        &[Self::Scalar, Self::Two, Self::Avx2, Self::Avx512]
+    };
 
     /// Word for the width in [`VARIABLE`].
     pub fn name(self) -> &'static str {
@@ -49,11 +54,12 @@ impl Width {
         let Some(value) = std::env::var_os(VARIABLE).filter(|value| !value.is_empty()) else {
             return Ok(None);
         };
-        let named = Self::ALL.into_iter().find(|width| value == width.name());
-        named.map(Some).ok_or_else(|| {
-            let names = Self::ALL.map(Self::name).join(", ");
+        let named = Self::ALL.iter().find(|width| value == width.name());
+        named.copied().map(Some).ok_or_else(|| {
+            let names: Vec<&str> = Self::ALL.iter().map(|width| width.name()).collect();
             Error::domain(format!(
-                "the environment variable {VARIABLE} is {value:?}: set one of {names}, or unset it"
+                "the environment variable {VARIABLE} is {value:?}: set one of {}, or unset it",
+                names.join(", ")
             ))
         })
     }
@@ -74,7 +80,7 @@ pub enum Registers {
     #[cfg(target_arch = "x86_64")]
     Avx2(pulp::x86::V3),
     /// [`Width::Two`], made of AVX2 and FMA: for tests of what aarch64 computes.
-    #[cfg(target_arch = "x86_64")]
+    #[cfg(all(target_arch = "x86_64", debug_assertions))]
     Two(pulp::x86::V3_128b),
     /// Registers of other processors: NEON on aarch64.
     #[cfg(not(target_arch = "x86_64"))]
@@ -100,12 +106,12 @@ impl Registers {
     fn of_processor() -> impl IntoIterator<Item = Option<Self>> {
         #[cfg(target_arch = "x86_64")]
         {
-            use pulp::x86::{V3, V3_128b, V4};
-            let two = V3::try_new().map(|simd| Self::Two(V3_128b(simd)));
+            use pulp::x86::{V3, V4};
             [
                 V4::try_new().map(Self::Avx512),
                 V3::try_new().map(Self::Avx2),
-                two,
+                #[cfg(debug_assertions)]
+                V3::try_new().map(|simd| Self::Two(pulp::x86::V3_128b(simd))),
             ]
         }
         #[cfg(not(target_arch = "x86_64"))]
@@ -118,6 +124,7 @@ impl Registers {
             Self::Avx512(_) => Width::Avx512,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(_) => Width::Avx2,
+            #[cfg(any(not(target_arch = "x86_64"), debug_assertions))]
             Self::Two(_) => Width::Two,
         }
     }
@@ -130,7 +137,7 @@ impl Registers {
             Self::Avx512(simd) => Simd::vectorize(simd, work),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => Simd::vectorize(simd, work),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", debug_assertions))]
             Self::Two(simd) => Simd::vectorize(simd, work),
             #[cfg(not(target_arch = "x86_64"))]
             Self::Two(arch) => arch.dispatch(work),
@@ -145,7 +152,7 @@ impl Registers {
             Self::Avx512(simd) => Simd::vectorize(*simd, work),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => Simd::vectorize(simd, work),
-            #[cfg(target_arch = "x86_64")]
+            #[cfg(all(target_arch = "x86_64", debug_assertions))]
             Self::Two(simd) => Simd::vectorize(simd, work),
             #[cfg(not(target_arch = "x86_64"))]
             Self::Two(arch) => arch.dispatch(work),

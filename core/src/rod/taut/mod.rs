@@ -123,6 +123,8 @@ const TURNED: f64 = 1.5;
 /// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
+/// Steps below this size that do not fall so are rounding.
+const ROUNDED: f64 = 1e-9;
 /// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
 /// that one's, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
@@ -386,7 +388,8 @@ impl Pulled<'_> {
                 size / last
             };
             let done = size * rate < 0.1 * tolerance && size < LINEARISED * tolerance;
-            if part == 1.0 && (done || (size < 1e-9 && size > 0.3 * last)) {
+            let stays = size < ROUNDED && size > COARSE * last;
+            if part == 1.0 && (done || stays) {
                 return Ok(Some((correction, steps)));
             }
             slow += usize::from(last < SMALL && size > COARSE * last);
