@@ -57,7 +57,8 @@ where
     /// True if a distance from the root may be rounding: it is within the bound of the error.
     pub fn explains(&self, distance: f64) -> bool {
         let explained = |number| {
-            self.sample(number)                .is_some_and(|moved| MARGIN * moved.norm() >= distance)
+            self.sample(number)
+                .is_some_and(|moved| MARGIN * moved.norm() >= distance)
         };
         (0..SAMPLES).any(explained)
     }
