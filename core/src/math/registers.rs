@@ -2,7 +2,7 @@
 //!
 //! Sums in wide registers add up in another order than one by one, so the last digits of results depend on the width.
 //! The environment variable [`VARIABLE`] caps the width: one machine can then show what another one computes. On x86
-//! the width of NEON is one for tests, which a release does without: kernels of one width are a fifth of the core's build.
+//! the width of NEON serves tests alone. A release does without: kernels of one width are a fifth of the core's build.
 
 use crate::error::{Error, Result};
 use pulp::{Simd, WithSimd};

@@ -199,7 +199,7 @@ impl<T> Landings<T> {
         }
     }
 
-    /// The landings of `all`, sorted by energy, that the rule allows; `sheet` names them.
+    /// Landings among the candidates `all`, sorted by energy, that the rule allows; `sheet` gives the sheet of a candidate.
     pub fn chosen(
         rule: LandingRule,
         all: Vec<(T, Option<bool>)>,

@@ -123,7 +123,7 @@ const TURNED: f64 = 1.5;
 /// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
-/// Steps below this size that do not fall so are rounding.
+/// Size of Newton's steps below which steps that fall by less than [`COARSE`] are rounding.
 const ROUNDED: f64 = 1e-9;
 /// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
 /// that one's, an error that no shorter step mends.
