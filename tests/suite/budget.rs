@@ -1,7 +1,7 @@
 //! The unit in which `.ci/run` counts the processor time of the suite: fixed work that no change of the library makes
 //! faster.
 
-/// Steps of a map on [0, 4], some two seconds of sines, roots and divisions.
+/// Steps of a map on [0, 4], some three seconds of sines, roots and divisions.
 #[test]
 #[ignore = "unit of the suite's budget, for .ci/run"]
 fn yardstick() {

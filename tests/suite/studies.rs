@@ -144,7 +144,7 @@ fn no_tolerance_loses_a_branch() {
     let (assembly, pressed) = column([1.37, 1.0], 23.0, 61.0, false);
     let values = |of: &[(f64, f64)]| of.iter().map(|(p, _)| *p).collect::<Vec<f64>>();
     let uniform = crate::support::text_of("twist");
-    // Its taper parts the pair. Of the linear equations of the twisted rod, by mpmath's odefun with 25 digits.
+    // A taper parts the pair. The points are those of the linear equations (tools/twisted_taper.py).
     let tapered = uniform.replace(
         "[1.0, 1.001]",
         "[{ s = [0.0, 1.0], values = [1.01, 0.99] }, { s = [0.0, 1.0], values = [1.011, 0.991] }]",

@@ -9,7 +9,7 @@
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
-use crate::manifold::{Multivalued, can_fall, invert_near};
+use crate::manifold::{ENERGY_ROUNDING, Multivalued, can_fall, invert_near};
 use crate::math::gauss::Rule;
 use crate::math::product::{Matrix, cosines_and_sines};
 use crate::solve::dop853::Dop853;
@@ -40,8 +40,6 @@ const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
-/// Relative error of the energies of a fold and of its landing.
-const ENERGY_ERROR: f64 = 1e-12;
 /// How the flow is followed.
 struct Care {
     /// The farthest departure. Its square is an error, which stays below exp(-lam), the force that moves a loop, up to lam of about 10; beyond, the
@@ -173,7 +171,7 @@ fn flow(
     let mut rejected = false;
     let lies_lower = |landed: &Vector2<f64>| {
         let at = rods.point(landed);
-        at.is_some_and(|at| can_fall(start.energy, at.energy, ENERGY_ERROR))
+        at.is_some_and(|at| can_fall(start.energy, at.energy, ENERGY_ROUNDING))
     };
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {

@@ -18,7 +18,7 @@ use nalgebra::{SMatrix, SVector};
 pub const TAUT: f64 = 20.0;
 
 /// Rounding of an energy in closed form, relative to its size.
-const ENERGY_ROUNDING: f64 = 1e-12;
+pub const ENERGY_ROUNDING: f64 = 1e-12;
 
 /// True if a rod whose end is held can fall from an equilibrium of the energy `from` to one of the energy `to`:
 /// friction takes energy and gives none. `error`: how well energies are known, relative to their size.

@@ -19,8 +19,8 @@ const MOST: usize = 24;
 const AWAY: f64 = 0.003;
 /// Unknowns nearer than this, relative to their size, are those of one equilibrium.
 pub const SAME: f64 = 1e-6;
-/// Length along a branch from its start within which it is known if it meets a known one at a station: starts at two
-/// branch points that are near each other lie beside each other on one branch.
+/// Length of the first part of a branch. A branch that meets a known one at a station in that part is the known one:
+/// starts from two branch points that are near each other lie beside each other on one branch.
 const BESIDE: f64 = 3.0 * TYPICAL * AWAY;
 
 /// A point or special point with its equilibrium.

@@ -58,8 +58,10 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
                     continue;
                 }
                 let origin = format!("deflation at {parameter} = {p}");
+                // A start may lie on a known branch, of which no second curve is made.
+                let before = study.curves.len();
                 match study.through(origin, solution.x.clone(), p, true) {
-                    Ok(()) => found += 1,
+                    Ok(()) => found += study.curves.len() - before,
                     Err(e) => study
                         .lost
                         .push(format!("deflation at {parameter} = {p}: {e}")),

@@ -44,7 +44,7 @@ const TWIN: f64 = 1e-4;
 /// Energies are known to this multiple of the tolerance of the integration along the rod, relative to their size.
 const ENERGY_ERROR: f64 = 10.0;
 
-/// Equilibrium on which a rod with held ends may come to rest after its fold.
+/// Stable equilibrium to which a rod can fall from a fold while its ends are held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landing {
     /// The chart point.

@@ -123,7 +123,7 @@ const TURNED: f64 = 1.5;
 /// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
-/// Size of Newton's steps below which steps that fall by less than [`COARSE`] are rounding.
+/// Steps of Newton's method below this size tell nothing of the mesh: their falling, or not, is rounding.
 const ROUNDED: f64 = 1e-9;
 /// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
 /// that one's, an error that no shorter step mends.
@@ -388,11 +388,11 @@ impl Pulled<'_> {
                 size / last
             };
             let done = size * rate < 0.1 * tolerance && size < LINEARISED * tolerance;
-            let stays = size < ROUNDED && size > COARSE * last;
+            let stays = size < ROUNDED && size > 0.3 * last;
             if part == 1.0 && (done || stays) {
                 return Ok(Some((correction, steps)));
             }
-            slow += usize::from(last < SMALL && size > COARSE * last);
+            slow += usize::from(last < SMALL && size > COARSE * last && size >= ROUNDED);
             if slow > 1 {
                 return Ok(None);
             }

@@ -30,7 +30,7 @@ pub struct HeavyStart<'a> {
 pub enum HeavyRate<'a> {
     /// At these rates of the strains at s.
     Strain(&'a dyn Fn(f64) -> Strain),
-    /// Rates of the rod without mass whose end has this velocity.
+    /// Strain rates of the rod without mass, from the velocity of its end.
     End(EndVelocity),
 }
 
