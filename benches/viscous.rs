@@ -6,19 +6,19 @@
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
-use snaprod::creep::grid::Grid;
-use snaprod::creep::kinematics::Kinematics;
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::reduced::Reduced;
-use snaprod::creep::space::Space;
 use snaprod::elastica::Equilibrium;
-use snaprod::motion::creep::{Hold, ViscousRun, ViscousStart, ViscousSystem};
+use snaprod::motion::viscoelastic::{Hold, ViscousRun, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Nodes, Options};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::System;
+use snaprod::viscoelastic::grid::Grid;
+use snaprod::viscoelastic::kinematics::Kinematics;
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::reduced::Reduced;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 use std::time::Instant;
 

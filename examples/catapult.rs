@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
 fn main() -> snaprod::Result<()> {

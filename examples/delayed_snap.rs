@@ -11,14 +11,14 @@
 
 use nalgebra::{Matrix6, Vector1, Vector2};
 use snaprod::body::Body;
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
 use snaprod::elastica::Equilibrium;
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options};
 use snaprod::plot::{self, Lines, Series, Trace};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
 use std::f64::consts::PI;
 use std::sync::Arc;
 

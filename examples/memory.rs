@@ -3,9 +3,9 @@
 //! `cargo run --release --example memory`
 
 use nalgebra::Matrix6;
-use snaprod::creep::kernel::{MemoryKernel, commuting};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
+use snaprod::viscoelastic::kernel::{MemoryKernel, commuting};
 use std::sync::Arc;
 
 fn assert_near(got: f64, want: f64, what: &str) {

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily, Statical};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
 /// Turns the clamp of an arch of length 1, whose ends are 1 - s apart, to the fold. Returns the angle a and the thrust there.

@@ -11,16 +11,16 @@
 
 use nalgebra::{Vector1, Vector2};
 use snaprod::body::{Body, TimeLoad};
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::motion::creep::{Layer, ViscousRun, ViscousSample, ViscousStart};
+use snaprod::motion::viscoelastic::{Layer, ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Options, Run, Snap, State};
 use snaprod::plot::{
     self, Curve, LayerFigure, LayerRun, Lines, LossesOverTime, Series, Shape, Slope, Trace,
 };
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
 use std::f64::consts::PI;
 use std::sync::Arc;
 

@@ -117,7 +117,7 @@
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
-//! | [`creep`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
+//! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
 //! | `study` | what the program's commands do, as functions: scene in, records out (feature `scene`) |
@@ -178,13 +178,16 @@
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
-// The numerics are two crates, compiled side by side at full optimisation, figures a third with little; scenes, studies and the program, which run for
-// milliseconds, are not optimised. None is compiled again when what stands to its right changes.
+// The numerics are three crates at full optimisation, two of them compiled side by side, figures a fourth with little. Scenes, studies and the
+// program run for milliseconds and are not optimised. A change in one crate compiles only the crates that depend on it again.
 #[doc(inline)]
-pub use snaprod_motion::{
-    assembly, bar, body, creep, elastica, error, inertia, manifold, math, motion, rod, section,
-    solve,
+pub use snaprod_motion as motion;
+#[doc(inline)]
+pub use snaprod_systems::{
+    assembly, body, elastica, error, full_mass, manifold, math, rod, section, solve, viscoelastic,
 };
+#[doc(inline)]
+pub use snaprod_waves::bar;
 
 #[cfg(feature = "plot")]
 #[doc(inline)]

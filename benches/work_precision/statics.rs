@@ -4,7 +4,7 @@ use crate::problems::{DATA, Problem, Ran, tolerances};
 use crate::support::{base_wrench, json, list, quaternion, rod, rows, vector3};
 use nalgebra::{Matrix3, Vector3};
 use snaprod::scene::Scene;
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{Silent, branch};
 use std::hint::black_box;
 use std::time::Instant;

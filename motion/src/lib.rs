@@ -1,10 +1,45 @@
 //! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of energies.
-//! It stands on `snaprod-systems`, the equations it runs, and re-exports them with `snaprod-core`. Use `snaprod`, which re-exports all.
+//!
+//! All models of rods share one vocabulary and one way to drive a motion. The crate stands on `snaprod-systems`, whose equations it runs.
+//! Use `snaprod`, which re-exports both.
+//!
+//! * [`Options`]: what a run is asked to do; [`Event`]: what happens in it; [`Outcome`]: why it ends; [`Ledger`]: the energies
+//!   at one moment; [`State`]: what any state shows.
+//! * [`Motion`]: a motion seen from outside, whichever model is integrated; [`drive`] samples it and tells an [`Observer`].
+//! * [`Run`]: an elastic rod, whose state is a point of the equilibrium manifold: motion on a sheet ([`OnSheet`]), through its
+//!   fold, by a [`Snap`] onto the next.
+//! * [`viscoelastic`]: a viscoelastic rod, whose state is the field of its strains.
+//! * [`full_mass`]: a rod with mass, whose state is the field of its strains and of their rates.
+//! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.
 #![warn(missing_docs)]
 
-pub mod motion;
+mod adaptive_nodes;
+pub mod assembly;
+mod body_with_rod;
+mod drive;
+mod event;
+pub mod full_mass;
+mod groove_turning_points;
+mod ledger;
+mod light_rod_reference;
+mod locate;
+mod options;
+pub mod reduction;
+mod run;
+mod sheet;
+mod snap;
+mod start;
+mod state;
+mod straight_release;
+pub mod viscoelastic;
 
-pub use snaprod_systems::{Error, Result};
-pub use snaprod_systems::{
-    assembly, bar, body, creep, elastica, error, inertia, manifold, math, rod, section, solve,
-};
+pub use drive::{Carried, Motion, Observer, Resolution, drive};
+pub use event::{Bounce, Event, Outcome};
+pub use ledger::{Closing, Ledger};
+pub use light_rod_reference::{Beside, Crossed, Light, LightInSpace, Loss, Lost};
+pub use options::{Nodes, Options};
+pub use run::{Run, Sample, on_elastica};
+pub use sheet::{OnSheet, Phase, Progress};
+pub use snap::{LandingRule, Snap, SnapEnd};
+pub use snaprod_systems::error::{Cause, Error, Result, Stuck};
+pub use state::{Labels, RodCurve, Seen, State, curve_outward, outward};

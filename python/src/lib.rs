@@ -17,7 +17,7 @@ use snaprod::elastica::Equilibrium;
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{self, Table, any};
+use snaprod::study::{self, Table, dispatch};
 
 /// A scene as Python hands it over: its text, what is set in it, and what it is called; None if it was a dict.
 pub(crate) type Given = (String, Vec<String>, Option<String>);
@@ -52,7 +52,7 @@ fn path(path: &str) -> PyResult<String> {
 fn check<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
     let (found, scene) = aside(py, move || {
-        let found = any::check(&scene)?;
+        let found = dispatch::check(&scene)?;
         let mass = found.map_or(serde_json::Value::Null, |mass| mass.json());
         Ok::<_, snaprod::Error>((mass, scene))
     })?;
@@ -79,7 +79,7 @@ fn run<'py>(
     };
     let mut tables: Vec<Table> = Vec::new();
     let mut watch = Watch::new(progress);
-    let found = py.detach(|| any::motion(&scene, fields, &mut tables, &mut watch));
+    let found = py.detach(|| dispatch::motion(&scene, fields, &mut tables, &mut watch));
     watch.finish()?;
     let found = found.map_err(|e| refused(&e))?;
     let out = pieces(py, &tables, &found.summary)?;
@@ -100,7 +100,7 @@ fn shapes<'py>(
     let scene = read(py, &given)?;
     let times = times.as_array().to_vec();
     let mut watch = Watch::new(None);
-    let found = py.detach(|| any::shapes(&scene, &times, points, &mut watch));
+    let found = py.detach(|| dispatch::shapes(&scene, &times, points, &mut watch));
     watch.finish()?;
     let (names, found) = found.map_err(|e| refused(&e))?;
     let counts = found.iter().map(|rods| rods.iter().map(Vec::len).collect());
@@ -116,7 +116,7 @@ fn shapes<'py>(
 #[pyfunction]
 fn equilibrium<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
-    let (summary, shape) = aside(py, move || any::rest(&scene))?;
+    let (summary, shape) = aside(py, move || dispatch::rest(&scene))?;
     pieces(py, &[shape], &summary)
 }
 

@@ -5,7 +5,7 @@ use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::json;
 use snaprod::scene::{Faults, ReadError, Scene};
-use snaprod::study::any;
+use snaprod::study::dispatch;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -93,7 +93,7 @@ pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.path.display().to_string();
     match args.scene.read() {
-        Ok(scene) => match any::check(&scene) {
+        Ok(scene) => match dispatch::check(&scene) {
             Ok(mass) => {
                 if args.json {
                     let mass = mass.map(|mass| mass.json());

@@ -7,7 +7,7 @@ use snaprod::Result;
 use snaprod::elastica::{fold_curve, stable_grid};
 use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
-use snaprod::motion::creep::Layer;
+use snaprod::motion::viscoelastic::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Paper, Patch,
     PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, SpaceWay,

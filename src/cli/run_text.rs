@@ -1,10 +1,10 @@
 //! What `snaprod run` prints of a run.
 
 use super::files::{number, rounded, settled};
-use snaprod::motion::creep::Layer;
+use snaprod::motion::viscoelastic::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
-use snaprod::study::mass::{FoldPassed, Follows, Validity};
+use snaprod::study::neglected_mass::{FoldPassed, Follows, Validity};
 use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 

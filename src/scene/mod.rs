@@ -58,12 +58,12 @@
 mod assembly;
 mod bar;
 mod branch;
-mod build;
 mod ends;
 mod fault;
 mod groove;
-mod light;
 mod loads;
+mod lower;
+mod mass_policy;
 mod parameter;
 mod print;
 mod read;
@@ -85,17 +85,17 @@ pub use crate::solve::integrator::Method;
 pub use assembly::{AssemblyBody, AssemblyRod, AssemblyScene, Extent, FreeRod, Guess, Site};
 pub use bar::BarScene;
 pub use branch::{Continue, Second, Solve};
-pub use build::{
-    AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, InSpace, ModelKind,
-    MotionModel, Setup, SpaceField, ViscousPlane, ViscousSpace,
-};
 pub use ends::{
     Body, Clamp, ClampMotion, Component, End, Joint, Orientation, Rotation, Translation, Turn,
 };
 pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
-pub use light::RodMassNote;
 pub use loads::{Force, Load, LoadAlong, Loads};
+pub use lower::{
+    AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, InSpace, ModelKind,
+    MotionModel, Setup, SpaceField, ViscousPlane, ViscousSpace,
+};
+pub use mass_policy::RodMassNote;
 pub use parameter::Parameter;
 pub(crate) use read::{is_count, nearest};
 pub use read::{json_schema, reference};

@@ -4,20 +4,21 @@
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
 //! made from these records.
 
-pub mod any;
 pub mod assembly;
 pub mod bar;
-mod beside;
 pub mod branch;
+mod decimate;
+pub mod dispatch;
 pub mod elastica;
 pub mod equilibrium;
 pub mod export;
 pub mod film;
 pub mod fit;
 pub mod folds;
-pub mod mass;
+mod light_rod_reference;
 pub mod memory;
 pub mod modes;
+pub mod neglected_mass;
 pub mod plan;
 pub mod record;
 pub mod run;
@@ -25,7 +26,6 @@ pub mod sheets;
 mod solid;
 mod space;
 pub mod sweep;
-mod thinned;
 
 pub use branch::{BranchRecord, branch};
 pub use elastica::{ElasticaRecord, EquilibriaRecord, elastica, equilibria};

@@ -1,12 +1,12 @@
-//! The equations of motion of [snaprod](https://docs.rs/snaprod): creep of viscoelastic rods, assemblies of rods and bodies, rods with mass,
-//! waves in bars. It stands on `snaprod-core` and re-exports it; `snaprod-motion` runs these equations. Use `snaprod`, which re-exports all.
+//! The equations of motion of [snaprod](https://docs.rs/snaprod): viscoelastic rods, assemblies of rods and bodies, rods of full mass.
+//!
+//! The crate stands on `snaprod-core` and re-exports it; `snaprod-motion` runs these equations. Use `snaprod`, which re-exports all.
 #![warn(missing_docs)]
 
 pub mod assembly;
-pub mod bar;
-pub mod creep;
-pub mod inertia;
+pub mod full_mass;
 mod spectrum;
+pub mod viscoelastic;
 
 pub use snaprod_core::{Error, Result};
 pub use snaprod_core::{body, elastica, error, manifold, math, rod, section, solve};

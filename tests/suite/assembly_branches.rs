@@ -5,7 +5,7 @@ use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{self, BranchRecord, Silent};
 use std::f64::consts::{FRAC_PI_2, PI};
 

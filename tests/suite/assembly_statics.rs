@@ -11,7 +11,7 @@ use snaprod::body::{Body, RigidBody};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::section::{Along, Linear, Varying};
 use snaprod::solve::arclength::{Continuation, Options, Point, Trace};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 fn data(file: &str) -> Value {

@@ -6,10 +6,10 @@ use serde_json::Value;
 use snaprod::elastica::folds::fold_at;
 use snaprod::elastica::{
     Passage,
-    inertia::{INERTIAL_ESCAPE, VISCOUS_ESCAPE},
+    first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE},
 };
 use snaprod::scene::Scene;
-use snaprod::study::{self, BranchRecord, Silent, branch, mass::FoldAtRest};
+use snaprod::study::{self, BranchRecord, Silent, branch, neglected_mass::FoldAtRest};
 
 /// A rod that is stiff out of the plane in which it is bent.
 const FLAT: &str = r#"

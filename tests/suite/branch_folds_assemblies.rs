@@ -7,8 +7,8 @@ use snaprod::rod::{BothEnds, Chart, EndConditions, Problem, Rod, RodFamily};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options};
-use snaprod::solve::special::SpecialKind;
-use snaprod::study::{self, BranchRecord, Silent, branch, mass::FoldAtRest};
+use snaprod::solve::special_points::SpecialKind;
+use snaprod::study::{self, BranchRecord, Silent, branch, neglected_mass::FoldAtRest};
 use std::f64::consts::FRAC_PI_2;
 
 fn followed(text: &str) -> BranchRecord {

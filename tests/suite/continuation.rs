@@ -3,12 +3,12 @@
 use crate::support::assert_close;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix, dvector, matrix, vector};
 use snaprod::solve::arclength::{Continuation, Direction, Options, Predictor, Role, Stop, Trace};
+use snaprod::solve::branch_switching::{SwitchMethod, switch};
 use snaprod::solve::deflation::{self, further};
-use snaprod::solve::family::{Family, Linearised};
 use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
 use snaprod::solve::newton;
-use snaprod::solve::special::{Special, SpecialKind};
-use snaprod::solve::switching::{SwitchMethod, switch};
+use snaprod::solve::parametrised_problem::{Family, Linearised};
+use snaprod::solve::special_points::{Special, SpecialKind};
 
 /// A family from closures: F with derivatives, and an index.
 struct Given<const N: usize, F, I> {

@@ -10,7 +10,7 @@ use snaprod::rod::Rod;
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, any};
+use snaprod::study::{Silent, Table, dispatch};
 use std::time::Duration;
 
 /// What a scene counts in: length, stiffness and mass, each a power of two, and the time that follows.
@@ -160,7 +160,7 @@ type Track = (String, Vec<f64>);
 fn moved(text: &str, u: Units) -> (Vec<Track>, String) {
     let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
     let mut tables: Vec<Table> = Vec::new();
-    let found = any::motion(&scene, Fields::None, &mut tables, &mut Silent)
+    let found = dispatch::motion(&scene, Fields::None, &mut tables, &mut Silent)
         .unwrap_or_else(|why| panic!("{why}\n{text}"));
     let tracks = tables[0].columns.iter().filter_map(|column| {
         let plain = column.name.rsplit('.').next()?;

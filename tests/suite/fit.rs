@@ -141,7 +141,7 @@ fn fields_that_a_motion_does_not_tell_apart_are_named() {
         );
         let scene = snaprod::scene::Scene::parse(&scene).unwrap();
         let times: Vec<f64> = (0..=20).map(|k| 0.02 * f64::from(k)).collect();
-        let table = snaprod::study::any::samples(&scene, &times, &mut Silent).unwrap();
+        let table = snaprod::study::dispatch::samples(&scene, &times, &mut Silent).unwrap();
         let mut data = "t,x,y\n".to_owned();
         for (k, t) in times.iter().enumerate() {
             // Errors that follow no field.

@@ -4,12 +4,11 @@ use crate::support::assert_close;
 use nalgebra::{DVector, Isometry3, Matrix2, Matrix3, UnitQuaternion, Vector3, Vector4, Vector6};
 use snaprod::assembly::{Attachment, Carrier, Joint, Place};
 use snaprod::body::{Body, Groove, RigidBody};
-use snaprod::creep::grid::Grid;
-use snaprod::inertia::assembly::{HeavyAssembly, HeavyLink, Tie};
-use snaprod::inertia::frames::Curve;
-use snaprod::inertia::law::Law;
-use snaprod::inertia::mass::Mass;
-use snaprod::inertia::rod::{Given, HeavyRod};
+use snaprod::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
+use snaprod::full_mass::frames::Curve;
+use snaprod::full_mass::law::Law;
+use snaprod::full_mass::mass::Mass;
+use snaprod::full_mass::rod::{Given, HeavyRod};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
@@ -17,6 +16,7 @@ use snaprod::solve::integrator::{Integrator, Method};
 use snaprod::solve::system::System;
 use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, run};
 use snaprod::study::{Silent, Table};
+use snaprod::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
 /// A rod of bending stiffnesses 1 and 1.3 whose sections have inertia; `strains` of them can change.

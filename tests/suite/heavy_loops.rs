@@ -4,16 +4,16 @@ use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{Attachment, Carrier, Joint, Place};
 use snaprod::body::{Body, RigidBody};
-use snaprod::creep::grid::Grid;
 use snaprod::error::Quantity;
-use snaprod::inertia::assembly::{HeavyAssembly, Tie};
-use snaprod::inertia::frames::Curve;
-use snaprod::inertia::law::Law;
-use snaprod::inertia::mass::Mass;
-use snaprod::inertia::rod::{Given, HeavyRod};
+use snaprod::full_mass::assembly::{HeavyAssembly, Tie};
+use snaprod::full_mass::frames::Curve;
+use snaprod::full_mass::law::Law;
+use snaprod::full_mass::mass::Mass;
+use snaprod::full_mass::rod::{Given, HeavyRod};
 use snaprod::scene::{AssemblySetup, Scene};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
+use snaprod::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
 /// Nodes of every rod.

@@ -8,8 +8,8 @@ use snaprod::rod::{
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options, Role};
-use snaprod::solve::special::SpecialKind;
-use snaprod::solve::switching::switch;
+use snaprod::solve::branch_switching::switch;
+use snaprod::solve::special_points::SpecialKind;
 
 const GREENHILL: f64 = 7.83734743894348;
 

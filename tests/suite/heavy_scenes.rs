@@ -2,7 +2,7 @@
 
 use crate::support::{assert_close, json, number, rows};
 use snaprod::scene::Scene;
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{Silent, branch, equilibrium};
 
 fn parse(text: &str) -> Scene {

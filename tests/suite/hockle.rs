@@ -6,7 +6,7 @@ use snaprod::assembly::{
     Assembly, Attachment, Carrier, Configuration, Joint, LightRod, Link, Place, Seen,
 };
 use snaprod::body::RigidBody;
-use snaprod::inertia::held::{Massive, fold_form};
+use snaprod::full_mass::held_vibrations::{Massive, fold_form};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options, Outcome, Snap};
 use snaprod::rod::{Rod, SectionMass};

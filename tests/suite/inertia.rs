@@ -4,17 +4,17 @@ use crate::support::{decimal, mass_data, worst};
 use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody};
-use snaprod::creep::grid::Grid;
-use snaprod::inertia::frames::Curve;
-use snaprod::inertia::law::Law;
-use snaprod::inertia::mass::Mass;
-use snaprod::inertia::rod::{Given, HeavyRod};
-use snaprod::inertia::system::INTEGRALS;
+use snaprod::full_mass::frames::Curve;
+use snaprod::full_mass::law::Law;
+use snaprod::full_mass::mass::Mass;
+use snaprod::full_mass::rod::{Given, HeavyRod};
+use snaprod::full_mass::system::INTEGRALS;
 use snaprod::rod::Distributed;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, RateLaw, Viscosity};
 use snaprod::solve::integrator::{Integrator, Method};
 use snaprod::solve::system::{Factor, Linearised, System};
+use snaprod::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
 fn numbers(value: &Value) -> Vec<f64> {

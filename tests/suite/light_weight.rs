@@ -10,7 +10,7 @@ use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
 use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
 use snaprod::section::Linear;
-use snaprod::solve::family::Family;
+use snaprod::solve::parametrised_problem::Family;
 
 /// A rod with all six strains, bent and twisted at rest.
 fn rod() -> Rod {

@@ -7,7 +7,7 @@ use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Lin
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::folds::fold_at;
 use snaprod::elastica::{self, Equilibrium, held_modes as held_in_plane};
-use snaprod::inertia::held::{Massive, fold_form, held_modes};
+use snaprod::full_mass::held_vibrations::{Massive, fold_form, held_modes};
 use snaprod::math::se3::joined;
 use snaprod::rod::{Rod, SectionMass};
 use snaprod::scene::Scene;

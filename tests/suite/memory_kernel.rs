@@ -3,9 +3,9 @@
 use crate::sections::{coupled, refused};
 use crate::support::assert_close;
 use nalgebra::{Matrix6, Vector6};
-use snaprod::creep::kernel::{MemoryKernel, commuting};
 use snaprod::section::rate::{Carreau, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity};
 use snaprod::section::{Along, Linear, Varying};
+use snaprod::viscoelastic::kernel::{MemoryKernel, commuting};
 use std::sync::Arc;
 
 type Matrices = fn(f64) -> [Matrix6<f64>; 2];

@@ -3,15 +3,15 @@
 use crate::support::{assert_close, exponential, worst};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody};
-use snaprod::creep::kernel::{MemoryKernel, Mode};
-use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
+use snaprod::viscoelastic::kernel::{MemoryKernel, Mode};
+use snaprod::viscoelastic::kinematics::{Kinematics, Local};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
 /// Times at which motions are compared, 0 first.

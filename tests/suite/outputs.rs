@@ -4,7 +4,7 @@ use crate::program::Place;
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, any, branch, memory, modes};
+use snaprod::study::{Silent, Table, branch, dispatch, memory, modes};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Scenes of motion, with what makes them short; between them they have every kind of table and event.
@@ -126,7 +126,7 @@ fn written() -> Names {
     for (name, changes) in MOTIONS {
         let scene = scene(name, changes);
         let mut tables: Vec<Table> = Vec::new();
-        let found = any::motion(&scene, Fields::Some, &mut tables, &mut Silent).unwrap();
+        let found = dispatch::motion(&scene, Fields::Some, &mut tables, &mut Silent).unwrap();
         let kind = match (&scene.bar, &scene.assembly) {
             (Some(_), _) => "a bar",
             (_, Some(_)) => "several rods and bodies",
@@ -154,7 +154,7 @@ fn written() -> Names {
         ("heavy_column", "one rod"),
         ("arch", "several rods and bodies"),
     ] {
-        let (summary, table) = any::rest(&scene(name, &[])).unwrap();
+        let (summary, table) = dispatch::rest(&scene(name, &[])).unwrap();
         columns(&mut names, &format!("shape.csv, {kind}"), &table);
         let file = format!("equilibrium.json, {kind}");
         paths(names.entry(file).or_default(), "", &summary);

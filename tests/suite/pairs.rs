@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, any};
+use snaprod::study::{Silent, Table, dispatch};
 
 /// A scene by two paths.
 pub struct Pair {
@@ -52,7 +52,7 @@ impl Ran {
 pub fn ran(scene: &str) -> Result<Ran, String> {
     let scene = Scene::parse(scene).map_err(|faults| faults.to_string())?;
     let mut tables: Vec<Table> = Vec::new();
-    let found = any::motion(&scene, Fields::None, &mut tables, &mut Silent);
+    let found = dispatch::motion(&scene, Fields::None, &mut tables, &mut Silent);
     let found = found.map_err(|why| why.to_string())?;
     assert_eq!(found.reason, None, "the run ends early");
     Ok(Ran {

@@ -4,7 +4,7 @@
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
 use snaprod::body::{Body, RigidBody};
-use snaprod::inertia::held::{Massive, fold_form, held_modes};
+use snaprod::full_mass::held_vibrations::{Massive, fold_form, held_modes};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, LandingRule, Motion, Options, Outcome, Snap};
 use snaprod::rod::{Rod, SectionMass};

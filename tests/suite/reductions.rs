@@ -4,14 +4,14 @@ use crate::support::{assert_close, exponential};
 use nalgebra::{Complex, Isometry3, Matrix3, Matrix4, Matrix6, SVector, Vector3, Vector4, Vector6};
 use snaprod::Result;
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
-use snaprod::creep::kinematics::Local;
-use snaprod::creep::material::Material;
-use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
 use snaprod::motion::reduction::{Carried, ReducedStart, Reduction, ReductionKind};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
 use snaprod::section::{Along, Barrier, Linear, Resultant, Strain, Varying};
+use snaprod::viscoelastic::kinematics::Local;
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
 /// Overstress H e_t, with some strains rigid; of its own, so that the tests stand apart from the library's laws.

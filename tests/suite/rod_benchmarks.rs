@@ -6,7 +6,7 @@ use snaprod::elastica::Equilibrium as Elastica;
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Direction, Options, Trace};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 
 /// Unshearable, inextensible, in-plane bending stiffness 1; bending about d2 moves the rod in the plane (z, x).
 fn kirchhoff(out_of_plane: f64, torsion: f64) -> Rod {

@@ -10,7 +10,7 @@ use snaprod::rod::{
 };
 use snaprod::section::{Along, Barrier, Linear, Varying};
 use snaprod::solve::arclength::{Continuation, Options};
-use snaprod::solve::family::Family;
+use snaprod::solve::parametrised_problem::Family;
 use std::f64::consts::PI;
 
 fn kirchhoff(bending: [f64; 2]) -> Rod {

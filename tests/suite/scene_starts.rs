@@ -3,14 +3,14 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, vector};
 use snaprod::body::{EndBody, EndLinear, EndMotion};
-use snaprod::creep::kinematics::Local;
-use snaprod::creep::material::Material;
-use snaprod::creep::space::Space;
 use snaprod::motion::Options;
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::scene::Scene;
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
+use snaprod::viscoelastic::kinematics::Local;
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::space::Space;
 
 /// A rod in the plane, and one in space whose z and x axes are the plane's x and y.
 const PLANE: &str = r#"[rod]

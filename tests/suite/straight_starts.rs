@@ -3,14 +3,14 @@
 use crate::viscous_identities::sampled;
 use nalgebra::{Isometry3, Vector1, Vector2, Vector3};
 use snaprod::body::Body;
-use snaprod::creep::kinematics::Local;
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Options, Outcome};
 use snaprod::section::Linear;
 use snaprod::section::rate::{Carreau, RateLaw, Viscoelastic, Viscosity};
+use snaprod::viscoelastic::kinematics::Local;
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
 /// EI = 1, viscosity 0.1 that thins or thickens with the exponent p from the rate 1 on.

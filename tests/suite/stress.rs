@@ -3,7 +3,7 @@
 use crate::stress_scenes::{judged, scene};
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Silent, Table, any};
+use snaprod::study::{Silent, Table, dispatch};
 use std::time::Duration;
 
 /// Catches panics, numbers that are none, time that runs back, energy that comes out of nowhere or goes unsaid, and refusals without words, over all models. A
@@ -103,7 +103,8 @@ tolerance = {tolerance}
     let ends = |tolerance| judged(&scene(tolerance), Duration::from_secs(60)).unwrap();
     assert_eq!(ends("5e-8"), "below the tolerance");
     let fine = Scene::parse(&scene("1e-12")).unwrap();
-    let found = any::motion(&fine, Fields::None, &mut Vec::<Table>::new(), &mut Silent).unwrap();
+    let found =
+        dispatch::motion(&fine, Fields::None, &mut Vec::<Table>::new(), &mut Silent).unwrap();
     assert_eq!((found.reason, found.warning), (None, None));
     let relative = found.summary["energy_error"]["relative"].as_f64();
     assert!(relative.is_some_and(|off| off < 1e-4), "{relative:?}");

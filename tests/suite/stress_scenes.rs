@@ -2,7 +2,7 @@
 
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
-use snaprod::study::{Hooks, Table, Values, any, branch};
+use snaprod::study::{Hooks, Table, Values, branch, dispatch};
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
@@ -423,7 +423,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         };
     }
     if text.contains("[end]") {
-        return match any::rest(&scene) {
+        return match dispatch::rest(&scene) {
             Err(e) => refused(e),
             Ok((_, shape)) => {
                 finite(&[shape], &["s", "x", "y", "z"]).map(|()| "an equilibrium".to_owned())
@@ -431,7 +431,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         };
     }
     let mut tables: Vec<Table> = Vec::new();
-    let found = match any::motion(&scene, Fields::None, &mut tables, &mut hooks) {
+    let found = match dispatch::motion(&scene, Fields::None, &mut tables, &mut hooks) {
         Err(e) => return refused(e),
         Ok(found) => found,
     };

@@ -2,16 +2,16 @@
 
 use nalgebra::{Vector1, Vector2};
 use snaprod::body::Body;
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::motion::creep::{ViscousRun, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Bounce, Closing, Event, Ledger, Options, Run};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
 use std::sync::Arc;
 
 fn options(duration: f64) -> Options {

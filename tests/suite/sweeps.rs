@@ -3,7 +3,7 @@
 use crate::program::Place;
 use snaprod::scene::Scene;
 use snaprod::study::sweep::{Sweep, Vary, fields, records};
-use snaprod::study::{Silent, Table, any, run};
+use snaprod::study::{Silent, Table, dispatch, run};
 
 pub const SCENE: &str = r#"
 [rod]
@@ -460,7 +460,7 @@ fn peaks_are_those_of_the_trajectory() {
         let mass = format!("body.mass={mass}");
         let scene = Scene::parse_with(&scene, &[mass.as_str(), "run.samples=1200"]).unwrap();
         let mut tables: Vec<Table> = Vec::new();
-        any::motion(&scene, run::Fields::None, &mut tables, &mut Silent).unwrap();
+        dispatch::motion(&scene, run::Fields::None, &mut tables, &mut Silent).unwrap();
         let y = tables[0].reals("y");
         let [least, greatest] = [f64::min, f64::max].map(|of| y.iter().copied().fold(y[0], of));
         let told: Vec<f64> = row[2..5].iter().map(|cell| cell.parse().unwrap()).collect();

@@ -6,8 +6,8 @@ use snaprod::rod::{
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options, Stop};
-use snaprod::solve::family::Family;
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::parametrised_problem::Family;
+use snaprod::solve::special_points::SpecialKind;
 
 fn bent() -> Linear {
     let law = Linear::diagonal([1.1, 1.0], 0.75);

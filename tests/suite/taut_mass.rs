@@ -4,7 +4,7 @@ use crate::eightfold::OneByOne;
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
 use snaprod::body::{Body, Frame, History, Support};
-use snaprod::elastica::inertia::Added;
+use snaprod::elastica::first_order_mass::Added;
 use snaprod::elastica::{Elastica, Equilibrium, LightRod, RodInertia, TautInertia};
 use snaprod::manifold::{EquilibriumManifold, Felt, Multivalued, RodMass};
 use snaprod::motion::{Event, Options, Run};

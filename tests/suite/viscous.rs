@@ -4,13 +4,8 @@ use crate::support::worst;
 use nalgebra::{Complex, DVector, Matrix6, Vector1, Vector2};
 use serde_json::Value;
 use snaprod::body::{Body, TimeLoad};
-use snaprod::creep::grid::Grid;
-use snaprod::creep::kinematics::Local;
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::reduced::Reduced;
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::motion::creep::{
+use snaprod::motion::viscoelastic::{
     Hold, Layer, ViscousRun, ViscousSample, ViscousStart, ViscousSystem, near_equilibrium,
 };
 use snaprod::motion::{Event, Nodes, Options, Run};
@@ -18,6 +13,11 @@ use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, Viscoelastic, Viscosity};
 use snaprod::solve::integrator::Method;
 use snaprod::solve::system::{Factor, Linearised, System};
+use snaprod::viscoelastic::grid::Grid;
+use snaprod::viscoelastic::kinematics::Local;
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::reduced::Reduced;
 use std::sync::Arc;
 
 type Planar<'a> = ViscousRun<'a, Plane, Body<2>, 1, 2>;

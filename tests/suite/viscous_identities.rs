@@ -3,21 +3,21 @@
 use crate::memory::allocations;
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
-use snaprod::creep::grid::Grid;
-use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::Material;
-use snaprod::creep::place::gap;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::reduced::Reduced;
-use snaprod::creep::space::Space;
 use snaprod::math::registers::Registers;
-use snaprod::motion::creep::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
+use snaprod::motion::viscoelastic::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{
     Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
 use snaprod::section::{Barrier, Linear, SectionLaw};
 use snaprod::solve::system::{Factor, Linearised, System};
+use snaprod::viscoelastic::end_pose::gap;
+use snaprod::viscoelastic::grid::Grid;
+use snaprod::viscoelastic::kinematics::{Kinematics, Local};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::reduced::Reduced;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
 /// All samples of a run at growing `times`, each asked for in the step that reaches it, and how the run ended.

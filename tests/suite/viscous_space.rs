@@ -4,9 +4,9 @@ use crate::support::{assert_close, exponential, worst};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix4, SVector, UnitQuaternion, Vector3, Vector6,
 };
-use snaprod::creep::grid::Grid;
-use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::space::{Curve, Space};
+use snaprod::viscoelastic::grid::Grid;
+use snaprod::viscoelastic::kinematics::{Kinematics, Local};
+use snaprod::viscoelastic::space::{Curve, Space};
 
 /// (u, v) at s: smooth, no symmetry, |u| up to about 2 `size`.
 fn field(s: f64, size: f64) -> Vector6<f64> {

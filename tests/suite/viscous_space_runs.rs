@@ -5,17 +5,17 @@ use crate::viscous_identities::sampled;
 use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::body::{Body, RigidBody, TimeLoad};
-use snaprod::creep::kinematics::{Kinematics, Local};
-use snaprod::creep::material::Material;
-use snaprod::creep::plane::Plane;
-use snaprod::creep::space::Space;
-use snaprod::motion::creep::{ViscousRun, ViscousSample, ViscousStart};
+use snaprod::motion::viscoelastic::{ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Nodes, Options, Outcome};
 use snaprod::section::rate::{
     FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscoelastic, Viscosity,
 };
 use snaprod::section::{Barrier, Linear, SectionLaw};
 use snaprod::solve::integrator::Method;
+use snaprod::viscoelastic::kinematics::{Kinematics, Local};
+use snaprod::viscoelastic::material::Material;
+use snaprod::viscoelastic::plane::Plane;
+use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
 const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];

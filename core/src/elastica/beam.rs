@@ -1,7 +1,7 @@
 //! The straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross force
 //! k(N) y, 1 - x = c(N) y^2, with k' = 2 c.
 
-use super::near::{GENTLE, Moments};
+use super::straight_chart::{GENTLE, Moments};
 use crate::manifold::Held;
 use nalgebra::Vector2;
 

@@ -4,7 +4,7 @@
 //! sin(psi/2) = kap cos(phi), kap = tanh p; the amplitude phi runs from 0 at the tip to w at the
 //! clamp. Units: length 1, bending stiffness 1.
 
-use super::slight::{SLIGHT, SlightTip};
+use super::small_load::{SLIGHT, SlightTip};
 use crate::error::{Error, Result};
 use crate::math::carlson::{complete_kb, rf_rd};
 use crate::math::jacobi::Quotients;

@@ -12,13 +12,15 @@
 //! over all equilibria found must add up to the winding number of the curve lam = lam_max about the
 //! target, since the rest of the strip's border maps to (1, 0).
 
-use super::boxes::{Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip};
+use super::box_bounds::{
+    Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip,
+};
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{Equilibrium, tip};
 use super::folds;
 use crate::error::{Error, Result};
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use std::f64::consts::FRAC_PI_2;
 
 /// One of the equilibria at a pose.

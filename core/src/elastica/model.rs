@@ -1,16 +1,16 @@
 //! The elastica as an equilibrium manifold: chart (p, w), pose (x, y).
 
 use super::chart::{ChartPoint, P_MAX, amplitude};
-use super::eightfold::Eightfolds;
+use super::chart8::Eightfolds;
 use super::equilibrium::sheet;
-use super::layer::LayerShape;
-use super::{beam, folds, inversion, layer, near, shaken};
+use super::viscous_landing::LayerShape;
+use super::{beam, folds, inversion, shaking_average, straight_chart, viscous_landing};
 use crate::error::{Error, Result};
 use crate::manifold::{
     Eightfold, EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Shaken, Sheet, Sign,
     TAUT, invert_near,
 };
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
 /// A uniform inextensible planar rod of length 1 and bending stiffness 1, clamped at the origin
@@ -35,7 +35,7 @@ impl Elastica {
         q: &Vector2<f64>,
         leaving: &Vector2<f64>,
     ) -> Result<(Vec<LayerShape>, Vector2<f64>)> {
-        layer::shapes(self, q, leaving)
+        viscous_landing::shapes(self, q, leaving)
     }
 }
 
@@ -80,7 +80,7 @@ impl Multivalued<2> for Elastica {
     /// exp(-2 lam) (theory 2.3); those with loops have w within exp(p - lam) of a multiple of pi.
     fn tautness(&self, patch: Patch, q: &Vector2<f64>) -> Option<f64> {
         if let Patch::Near(side) = patch {
-            return near::lambda(side, q).filter(|lam| *lam > TAUT);
+            return straight_chart::lambda(side, q).filter(|lam| *lam > TAUT);
         }
         let (p, w) = (q[0], q[1]);
         // The logarithm is below 3.4: lam is only asked for where it can be large.
@@ -93,16 +93,16 @@ impl Multivalued<2> for Elastica {
 
     fn better_patch(&self, patch: Patch, q: &Vector2<f64>) -> Patch {
         match patch {
-            Patch::Near(side) if near::holds(side, q) => patch,
+            Patch::Near(side) if straight_chart::holds(side, q) => patch,
             Patch::Near(_) => Patch::Global,
-            Patch::Global => near::side(q[0], q[1]).map_or(Patch::Global, Patch::Near),
+            Patch::Global => straight_chart::side(q[0], q[1]).map_or(Patch::Global, Patch::Near),
         }
     }
 
     fn carried(&self, q: &Vector2<f64>, from: Patch, to: Patch) -> Vector2<f64> {
         match (from, to) {
-            (Patch::Global, Patch::Near(_)) => near::from_amplitude(q[0], q[1]),
-            (Patch::Near(side), Patch::Global) => near::to_amplitude(side, q),
+            (Patch::Global, Patch::Near(_)) => straight_chart::from_amplitude(q[0], q[1]),
+            (Patch::Near(side), Patch::Global) => straight_chart::to_amplitude(side, q),
             _ => *q,
         }
     }
@@ -111,7 +111,7 @@ impl Multivalued<2> for Elastica {
     fn point_in(&self, patch: Patch, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
         match patch {
             Patch::Global => self.point(q),
-            Patch::Near(side) => near::point(side, q),
+            Patch::Near(side) => straight_chart::point(side, q),
         }
     }
 
@@ -130,7 +130,7 @@ impl Multivalued<2> for Elastica {
     fn shaken(&self, patch: Patch, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
         match patch {
             Patch::Global => None,
-            Patch::Near(side) => shaken::shaken(side, q, load),
+            Patch::Near(side) => shaking_average::shaken(side, q, load),
         }
     }
 
@@ -140,7 +140,10 @@ impl Multivalued<2> for Elastica {
 
     fn beside(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {
         let side = Sign::of(across);
-        Some((Patch::Near(side), near::deflected(side, pull, across)))
+        Some((
+            Patch::Near(side),
+            straight_chart::deflected(side, pull, across),
+        ))
     }
 
     /// Next to w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D: the digits of lam that w as a double
@@ -189,17 +192,17 @@ impl Multivalued<2> for Elastica {
     }
 
     fn only_landing(&self, q: &Vector2<f64>) -> Option<Vector2<f64>> {
-        near::landing(q)
+        straight_chart::landing(q)
     }
 
     fn settle(&self, q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
         // Towards a stronger push, that is, a larger w.
         let near = if leaving[1] > 0.0 {
-            near::landing(q)
+            straight_chart::landing(q)
         } else {
             None
         };
-        near.map_or_else(|| layer::settle(self, q, leaving), Ok)
+        near.map_or_else(|| viscous_landing::settle(self, q, leaving), Ok)
     }
 }
 

@@ -3,9 +3,9 @@
 //! Units: length 1, bending stiffness 1.
 
 use super::chart::ChartPoint;
-use super::straight::EULER;
+use super::straight_beam::EULER;
 use crate::error::{Error, Result};
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
 /// What small displacements of the end do to an equilibrium.

@@ -4,12 +4,12 @@
 //! ask "given q, what are pose and force?". Everything that follows, folds, index, inversion,
 //! motion, jumps, is written once over this map (theory 1: q -> g(q), w(q), U(q), dU = -w . dg).
 
-mod eightfold;
-mod rod_mass;
+mod added_inertia;
+mod manifold8;
 pub mod truss;
 
-pub use eightfold::{EightPoints, Eightfold};
-pub use rod_mass::{Across, Bending, Deflected, Felt, RodMass};
+pub use added_inertia::{Across, Bending, Deflected, Felt, RodMass};
+pub use manifold8::{EightPoints, Eightfold};
 
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};

@@ -1,6 +1,6 @@
 //! Gauss-Legendre rules and what spectral methods form at their nodes.
 
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use gauss_quad::GaussLegendre;
 use nalgebra::DMatrix;
 

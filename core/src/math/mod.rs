@@ -1,21 +1,21 @@
 //! Pure kernels: no state, nothing that knows of rods; only [`gauss`] allocates, once a rule.
 
+pub(crate) mod agm;
 pub(crate) mod carlson;
 mod domain;
-pub mod eight;
 pub mod elliptic;
-pub mod fixed;
 pub mod frame;
 pub mod gauss;
 #[cfg(test)]
 pub(crate) mod interval;
 pub mod jacobi;
-pub(crate) mod means;
-pub mod order;
+pub mod lanes8;
 pub mod product;
 pub mod real;
 pub mod registers;
 pub mod se3;
+pub mod small_matrices;
+pub mod small_sort;
 pub(crate) mod theta;
 
 pub use domain::DomainError;

@@ -1,6 +1,6 @@
 //! Products of a matrix with vectors, and sines and cosines of vectors, in wide registers.
 
-use super::eight::Eight;
+use super::lanes8::Eight;
 use super::real::Real;
 use super::registers::wide;
 use nalgebra::{DMatrix, DVector};

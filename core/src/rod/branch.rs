@@ -2,10 +2,10 @@
 
 use super::RodSection;
 use super::chart::{Chart, Spatial};
-use super::line::Wrench;
+use super::ivp::Wrench;
 use super::problem::Problem;
 use crate::error::Result;
-use crate::solve::family::{Family, Linearised};
+use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Vector3};
 
 /// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.

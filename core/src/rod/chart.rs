@@ -1,7 +1,7 @@
 //! Charts in which a problem is solved: all six components of the base wrench in space, fewer where the data allow it.
 
 use super::RodSection;
-use super::line::{self, Wrench};
+use super::ivp::{self, Wrench};
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
@@ -31,7 +31,7 @@ pub trait Chart {
 
     /// How fast the rod winds, about, under `x`: radians along the whole length.
     fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
-        line::rate(&problem.rod.law, &self.wrench(problem, x)?)
+        ivp::rate(&problem.rod.law, &self.wrench(problem, x)?)
     }
 
     /// The unknowns of a base wrench, or of the nearest one in the chart.

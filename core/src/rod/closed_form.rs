@@ -4,7 +4,7 @@
 //! its unit stiffness: lam^2 = c |n|.
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
-use super::line::Wrench;
+use super::ivp::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
 use crate::elastica::chart::{ChartPoint, amplitude};

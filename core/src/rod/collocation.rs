@@ -14,18 +14,18 @@
 //! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
 //! column (see `tangent`). What the Morse index wants to know on the way is followed in `conjugate`.
 
-mod conjugate;
+mod conjugate_angle;
 mod tangent;
 
-use super::line::{LineState, STEP_LIMIT, Wrench, lost, rate};
+use super::ivp::{LineState, STEP_LIMIT, Wrench, lost, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
-use crate::math::eight::{Eight, Extension, Rule};
+use crate::math::lanes8::{Eight, Extension, Rule};
 use crate::math::registers::wide;
 use crate::math::se3::{Turn, conjugate, product};
 use crate::section::{Compliance, UniformLinear};
 use crate::solve::cost::Cost;
-use conjugate::Turning;
+use conjugate_angle::Turning;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;

@@ -1,14 +1,14 @@
 //! Solving a problem: from a guess, or from the unloaded rod by continuation.
 
 use super::chart::{AnyChart, Spatial, dynamic};
-use super::follow::{Search, follow, newton, options};
+use super::distributed_load::Weight;
 use super::free_end::FreeEnd;
-use super::line::Wrench;
-use super::path::{Charted, Path, Taken};
+use super::ivp::Wrench;
+use super::path_to_target::{Search, follow, newton, options};
 use super::problem::Problem;
+use super::solution_path::{Charted, Path, Taken};
 use super::starts::PathStart;
 use super::taut::{TAUT, TIGHT};
-use super::weight::Weight;
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::solve::newton::Solution;

@@ -14,12 +14,12 @@
 
 use super::branch::RodFamily;
 use super::chart::Chart;
-use super::line::Wrench;
+use super::ivp::Wrench;
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use crate::solve::family::Family;
 use crate::solve::normal_form::{normal_form, null_vectors};
+use crate::solve::parametrised_problem::Family;
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
 /// psi . F_b of loads that have a potential, relative to its factors; and what psi makes of the end of a taut rod, relative.

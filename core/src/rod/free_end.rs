@@ -5,7 +5,7 @@
 //! From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with R~^T.
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
-use super::line::{self, LineState, Wrench};
+use super::ivp::{self, LineState, Wrench};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
@@ -35,7 +35,7 @@ impl FreeEndTrial {
         q: &Vector3<f64>,
         tolerance: f64,
     ) -> Result<Self> {
-        let clamp: LineState<K> = line::clamp_from_end(reversed, q, tolerance)?;
+        let clamp: LineState<K> = ivp::clamp_from_end(reversed, q, tolerance)?;
         let rotation = clamp.rotation().transpose();
         let from_end = clamp.position();
         let column = |row: usize, j: usize| {
@@ -118,7 +118,7 @@ impl Chart for FreeEnd {
     fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
         let n = sized::<3>(x)?;
         let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
-        line::rate(&problem.rod.law.reversed(), &b)
+        ivp::rate(&problem.rod.law.reversed(), &b)
     }
 
     /// The force of the wrench along the directors that the end would have under it.

@@ -19,10 +19,10 @@
 
 use super::Problem;
 use super::collocation::Collocated;
-use super::line::Wrench;
+use super::conjugate_points::{Variations, followed, variations};
+use super::distributed_load::Heavy;
+use super::ivp::Wrench;
 use super::taut::Spring;
-use super::variations::{Variations, followed, variations};
-use super::weight::Heavy;
 use crate::error::{Error, Result};
 use nalgebra::{Complex, DMatrix, DVector, Matrix3, Vector3};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};

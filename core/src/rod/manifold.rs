@@ -3,7 +3,7 @@
 use super::free_end::FreeEndTrial;
 use super::problem::{EndConditions, Problem};
 use super::scaled_law::ScaledLaw;
-use super::{Rod, line};
+use super::{Rod, ivp};
 use crate::error::Result;
 use crate::manifold::{EquilibriumManifold, ManifoldPoint};
 use crate::math::se3::{halves, joined, rotation_vector};
@@ -90,7 +90,7 @@ impl EquilibriumManifold<3> for BallJointed {
 
 impl EquilibriumManifold<6> for Welded {
     fn point(&self, q: &Vector6<f64>) -> Option<ManifoldPoint<6>> {
-        let (at, _) = line::end::<6>(&self.rod.law, q, self.tolerance).ok()?;
+        let (at, _) = ivp::end::<6>(&self.rod.law, q, self.tolerance).ok()?;
         let (couple, force) = self.rod.units();
         let turn = *self.rod.clamp.rotation.to_rotation_matrix().matrix();
         let length = self.rod.length;
@@ -124,7 +124,7 @@ impl EquilibriumManifold<6> for Welded {
     fn index(&self, q: &Vector6<f64>) -> Result<usize> {
         let section =
             self.rod
-                .outward(&line::end::<0>(&self.rod.law, q, self.tolerance)?.0, q, &())?;
+                .outward(&ivp::end::<0>(&self.rod.law, q, self.tolerance)?.0, q, &())?;
         let rotation = Rotation3::from_matrix_unchecked(section.directors);
         let end = EndConditions::pose(section.position, rotation.into());
         Problem::unchecked(self.rod.clone(), end, self.tolerance).index(q)

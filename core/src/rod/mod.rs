@@ -1,54 +1,54 @@
 //! Cosserat rods in space (AMV Secs. 2, 4): section laws, and the equilibrium manifold charted by the base wrench.
 
-mod both_ends;
+mod all_equilibria;
 mod branch;
 mod chart;
 mod closed_form;
 mod collocation;
+mod conjugate_points;
+mod distributed_load;
 mod equilibrium;
+mod first_order_mass;
 mod fold;
-mod follow;
 mod free_end;
 mod index;
-mod inertia;
-mod line;
-mod loaded;
+mod ivp;
+mod ivp_trace;
+mod loaded_turning_base;
 mod manifold;
-mod others;
-mod path;
+mod path_to_target;
 mod planar;
 mod problem;
 mod scaled_law;
+mod solution_path;
 mod starts;
 mod taut;
-mod track;
-mod variations;
-mod weight;
+mod two_ended_chart;
 
-pub use both_ends::BothEnds;
 pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;
+pub use distributed_load::Distributed;
 pub use equilibrium::{Equilibrium, Route};
+pub use first_order_mass::{Generalized, SectionMass, Swaying, Trace};
 pub use fold::Fold;
 pub use free_end::FreeEnd;
-pub use inertia::{Generalized, SectionMass, Swaying, Trace};
-pub use line::Wrench;
-pub use loaded::LoadedEnd;
+pub use ivp::Wrench;
+pub use loaded_turning_base::LoadedEnd;
 pub use manifold::{BallJointed, Welded};
-pub use path::{Charted, Path, Taken};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
+pub use solution_path::{Charted, Path, Taken};
 pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, Tip};
-pub use weight::Distributed;
+pub use two_ended_chart::BothEnds;
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};
 use crate::solve::cost::Cost;
+use distributed_load::Carried;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
-use weight::Carried;
 
 /// A rod: a section law along a length, clamped at s = 0.
 ///
@@ -234,7 +234,7 @@ impl Rod {
 
     fn outward<const K: usize, C: Carried<K>>(
         &self,
-        at: &line::LineState<K, C>,
+        at: &ivp::LineState<K, C>,
         b: &Wrench,
         load: &C::Load,
     ) -> Result<RodSection> {
@@ -272,7 +272,7 @@ impl Rod {
     /// As [`Rod::shape`].
     pub fn trace(&self, base: &Wrench, tolerance: f64) -> Result<Vec<RodSection>> {
         let b = self.inward(base);
-        let steps = line::steps(&self.law, &b, tolerance)?;
+        let steps = ivp::steps(&self.law, &b, tolerance)?;
         steps.iter().map(|at| self.outward(at, &b, &())).collect()
     }
 
@@ -282,7 +282,7 @@ impl Rod {
     /// A section law that refuses a resultant on the way; a wrench too large to be followed.
     pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
         let b = self.inward(base);
-        let (at, cost) = line::end::<6>(&self.law, &b, tolerance)?;
+        let (at, cost) = ivp::end::<6>(&self.law, &b, tolerance)?;
         self.described(&at, &b, cost)
     }
 
@@ -297,12 +297,12 @@ impl Rod {
         tolerance: f64,
     ) -> Result<(RodEnd, Trace)> {
         let b = self.inward(base);
-        let (at, cost, track) = track::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
+        let (at, cost, track) = ivp_trace::tracked_end::<6, ()>((&self.law, &()), &b, tolerance)?;
         let trace = Trace::bare(track, at, turns);
         Ok((self.described(&at, &b, cost)?, trace))
     }
 
-    fn described(&self, at: &line::LineState<6>, b: &Wrench, cost: Cost) -> Result<RodEnd> {
+    fn described(&self, at: &ivp::LineState<6>, b: &Wrench, cost: Cost) -> Result<RodEnd> {
         let (couple, force) = self.units();
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let mut turned = Matrix6::zeros();
@@ -326,7 +326,7 @@ impl Rod {
     pub fn shape(&self, base: &Wrench, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
         let b = self.inward(base);
         let scaled: Vec<f64> = at.iter().map(|s| s / self.length).collect();
-        line::sections::<0>(&self.law, &b, tolerance, &scaled)?
+        ivp::sections::<0>(&self.law, &b, tolerance, &scaled)?
             .iter()
             .map(|section| self.outward(section, &b, &()))
             .collect()

@@ -7,16 +7,16 @@
 //! m = m(0) - (x n_s - y n_t),   theta' = u,   (x, y)' = Rot(theta) (v_t, v_s),   (u, v_t, v_s) = e(m, Rot(-theta) n).
 //! ```
 //!
-//! Under a load f along the rod n is that at s, and m lacks w too, w' = x f_s - y f_t (see [`super::weight`]).
+//! Under a load f along the rod n is that at s, and m lacks w too, w' = x f_s - y f_t (see [`super::distributed_load`]).
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
-use super::line::{Wrench, first_step, over_pieces};
+use super::distributed_load::Weight;
+use super::ivp::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
-use super::weight::Weight;
 use crate::error::{Error, Result};
-use crate::math::order::sort_few;
 use crate::math::se3::{halves, rotation_vector};
+use crate::math::small_sort::sort_few;
 use nalgebra::{
     DMatrix, DVector, Matrix2x3, Matrix3, Matrix6x3, SVector, Vector2, Vector3, Vector6,
 };

@@ -1,9 +1,9 @@
 //! Problems: what is held and what is loaded at the rod's end, and the equations this gives for the base wrench.
 
-use super::line::{self, LineState, Wrench};
-use super::path::Path;
+use super::distributed_load::{Carried, Distributed, Heavy, Weight};
+use super::ivp::{self, LineState, Wrench};
+use super::solution_path::Path;
 use super::taut::Spring;
-use super::weight::{Carried, Distributed, Heavy, Weight};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::math::se3::{inverse_left_jacobian, rotation_vector};
@@ -250,7 +250,7 @@ impl Problem {
         if let Some(weight) = &self.weight {
             let b = self.rod.inward(base);
             let rod = (&self.rod.law, weight);
-            let sections = line::loaded_sections::<0, Heavy<0>>(rod, &b, self.tolerance, at)?;
+            let sections = ivp::loaded_sections::<0, Heavy<0>>(rod, &b, self.tolerance, at)?;
             let sections = sections.iter();
             return sections
                 .map(|section| self.rod.outward(section, &b, weight))
@@ -279,9 +279,9 @@ impl Problem {
     pub(super) fn ended<const K: usize>(&self, b: &Wrench) -> Result<Ended<K>> {
         let law = &self.rod.law;
         Ok(match &self.weight {
-            None => Ended::new::<()>(&line::end(law, b, self.tolerance)?.0, b, &()),
+            None => Ended::new::<()>(&ivp::end(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = line::loaded_end::<K, Heavy<K>>((law, weight), b, self.tolerance)?;
+                let end = ivp::loaded_end::<K, Heavy<K>>((law, weight), b, self.tolerance)?;
                 Ended::new(&end.0, b, weight)
             }
         })
@@ -422,9 +422,9 @@ impl Problem {
         match &self.weight {
             None => self
                 .rod
-                .outward(&line::end::<0>(law, b, self.tolerance)?.0, b, &()),
+                .outward(&ivp::end::<0>(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = line::loaded_end::<0, Heavy<0>>((law, weight), b, self.tolerance)?;
+                let end = ivp::loaded_end::<0, Heavy<0>>((law, weight), b, self.tolerance)?;
                 self.rod.outward(&end.0, b, weight)
             }
         }

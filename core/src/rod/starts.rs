@@ -3,7 +3,7 @@
 use super::chart::{Chart, dynamic};
 use super::closed_form::ClosedForm;
 use super::free_end::FreeEnd;
-use super::line::Wrench;
+use super::ivp::Wrench;
 use super::planar::Plane;
 use super::problem::{EndConditions, Problem};
 use crate::elastica::Elastica;

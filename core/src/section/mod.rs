@@ -8,25 +8,25 @@
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
 //! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
 
-mod along;
 mod barrier;
+mod in_rod_units;
 mod jet;
 mod linear;
-mod measured;
 pub(crate) mod newton;
 mod profile;
+mod profile_along;
 pub mod rate;
 mod reversed;
 mod stored_energy;
 mod varying;
 
-pub use along::Along;
 pub use barrier::{Barrier, BarrierTerm};
+pub use in_rod_units::{Measures, measured};
 pub use linear::Linear;
-pub use measured::{Measures, measured};
 /// Numbers that carry their derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
+pub use profile_along::Along;
 pub(crate) use reversed::Reversed;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};

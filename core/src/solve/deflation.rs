@@ -6,8 +6,8 @@
 //! branches that no path connects to them. Nothing found is no proof that nothing is there.
 
 use super::elimination::Elimination;
-use super::family::{Family, check_size};
 use super::newton;
+use super::parametrised_problem::{Family, check_size};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 

@@ -1,7 +1,7 @@
 //! Dense linear algebra of systems in which singular matrices are the point: elimination with
 //! complete pivoting of N x (N + 1), and singular values by one-sided Jacobi rotations.
 
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use nalgebra::{DMatrix, DVector};
 use std::ops::{Add, Mul, Sub};
 

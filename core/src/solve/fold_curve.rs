@@ -1,8 +1,8 @@
 //! Curves of folds in two parameters: F(x, p, q) = 0 with F_x singular, continued in q.
 
 use super::elimination::Svd;
-use super::family::{Family, Linearised};
-use super::special::SpecialKind;
+use super::parametrised_problem::{Family, Linearised};
+use super::special_points::SpecialKind;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;

@@ -4,7 +4,7 @@
 //! the columns, for which registers are wide.
 
 use super::system::{Factor, Scalar};
-use crate::math::eight::Eight;
+use crate::math::lanes8::Eight;
 use crate::math::registers::wide;
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};

@@ -5,8 +5,8 @@
 //! iteration does not depend on how the equations are scaled; damping factors are predicted from
 //! the curvature met so far.
 
-use super::corrector::POOREST;
 use super::elimination::Elimination;
+use super::newton_on_branch::POOREST;
 use super::rounding::AtRoot;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};

@@ -4,8 +4,8 @@
 //! ```
 //! What A and B are in units of is decided by the length of z, and by what l is made to be.
 
-use super::differences::Steps;
-use super::family::Family;
+use super::difference_step::Steps;
+use super::parametrised_problem::Family;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 

@@ -3,11 +3,11 @@
 //! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
 //! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
 
+use super::approximate_jacobian::Rough;
 use super::cost::Cost;
 use super::dop853::StepTooSmall;
-use super::orders::Orders;
+use super::order_selection::Orders;
 use super::radau_stages::{Factors, Newton, Order, Outcome, Stages};
-use super::rough::Rough;
 use super::system::{AnyLinearised, AnySystem};
 use nalgebra::DVector;
 

@@ -2,7 +2,7 @@
 
 use super::radau_stages::Tableau;
 use super::radau7::S;
-use crate::math::eight::Eight;
+use crate::math::lanes8::Eight;
 use crate::math::real::Real;
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};

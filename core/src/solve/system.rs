@@ -3,7 +3,7 @@
 use super::lu::Lu;
 use nalgebra::{Complex, DMatrix, DVector};
 
-pub use crate::math::fixed::Scalar;
+pub use crate::math::small_matrices::Scalar;
 
 /// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
 pub trait System {

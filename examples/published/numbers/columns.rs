@@ -5,7 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::{EndConditions, Problem};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
 /// B1: the loads at which the straight rod's branch is crossed by others.

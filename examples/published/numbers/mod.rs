@@ -12,7 +12,7 @@ use snaprod::rod::{
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options};
-use snaprod::solve::special::Special;
+use snaprod::solve::special_points::Special;
 
 /// A number and what it is compared with.
 pub struct Number {

@@ -6,7 +6,7 @@ use serde_json::Value;
 use snaprod::Result;
 use snaprod::rod::{EndConditions, Problem, Rod, State};
 use snaprod::section::Linear;
-use snaprod::solve::special::{Special, SpecialKind};
+use snaprod::solve::special_points::{Special, SpecialKind};
 use std::f64::consts::PI;
 
 /// How the far end is held when one clamp is turned.

@@ -6,7 +6,7 @@ use snaprod::plot::{
     BranchDiagram, BranchLine as Line, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
 use snaprod::scene::{Parameter, Units};
-use snaprod::solve::special::SpecialKind as Kind;
+use snaprod::solve::special_points::SpecialKind as Kind;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 use std::f64::consts::TAU;
 

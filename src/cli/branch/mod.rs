@@ -10,7 +10,7 @@ use super::signals::Signals;
 use super::{Ending, Refusal};
 use clap::Args;
 use snaprod::plot::{branch_diagram, rod_shapes};
-use snaprod::solve::special::SpecialKind;
+use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{self, BranchRecord, Hooks, branch::CurveSet, branch::SpecialPoint};
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -5,15 +5,15 @@ use super::ends::{inertia, orientation};
 use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, Spec};
 use super::groove::groove;
 use super::loads::{distributed, load, loads};
+use super::ranges::MOMENT;
 use super::rod::{Memory, rod};
-use super::rule::MOMENT;
+use super::rod_end::{Known, has_free_end, site};
 use super::run::{run, solve};
 use super::scene::{default, part, units};
-use super::site::{Known, has_free_end, site};
 use super::solid::{Matter, has_extent, matter};
 use super::table::{Absent, Table};
 use crate::assembly::Joint;
-use crate::scene::build::heavy_in_space;
+use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
     Load, LoadAlong, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,

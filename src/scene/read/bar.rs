@@ -2,8 +2,8 @@
 
 use super::fields::{BODY, LAW, LOADS, ROD, RUN, START};
 use super::loads::size;
+use super::ranges::FINITE;
 use super::reader::Reader;
-use super::rule::FINITE;
 use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};

@@ -2,9 +2,9 @@
 
 use super::ends::{REACH, out_of_reach};
 use super::fields::SECOND;
-use super::rule::{SIZE, VALUE};
+use super::phrases::{Short, nearest};
+use super::ranges::{SIZE, VALUE};
 use super::table::{Absent, Table};
-use super::words::{Short, nearest};
 use crate::scene::{Continue, FaultKind, Parameter, Scene, Second};
 
 /// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.

@@ -1,7 +1,7 @@
 //! The tables of fields as documents: a JSON Schema for editors, and a reference in Markdown.
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
-use super::words::listed;
+use super::phrases::listed;
 use crate::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;

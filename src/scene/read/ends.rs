@@ -3,11 +3,11 @@
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
 use super::groove::groove;
 use super::matrix::{definite, rows};
+use super::phrases::Short;
+use super::ranges::{FINITE, MOMENT, Rule, VALUE};
 use super::reader::Reader;
-use super::rule::{FINITE, MOMENT, Rule, VALUE};
 use super::solid::{Matter, has_extent, is_of_a_body, matter};
 use super::table::{Absent, Table};
-use super::words::Short;
 use crate::scene::{
     Body, Clamp, ClampMotion, Component, End, FaultKind, History, Joint, Orientation, Rotation,
     Scene, Sine, Translation, Turn,

@@ -3,9 +3,9 @@
 //! The reader walks these tables, and `snaprod schema` and docs/scene.md are printed from them. What fields require of each
 //! other is code, beside the functions that read them.
 
-pub(super) use super::form::*;
+pub(super) use super::field_spec::*;
 use super::groove::GROOVE;
-use super::rule::*;
+use super::ranges::*;
 
 use Form::*;
 use Need::{No, Or, Yes};

@@ -2,9 +2,9 @@
 
 use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL, SPACE};
 use super::matrix::{definite, rows};
+use super::ranges::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
 use super::reader::Reader;
 use super::rod::Memory;
-use super::rule::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
 use super::section::half_widths;
 use super::table::{Absent, Table};
 use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};

@@ -2,8 +2,8 @@
 
 use super::ends::direction;
 use super::fields::{ASSEMBLY, Form, Kinds, Need, SPACE, Spec, field, spec};
+use super::ranges::{SIZE, VALUE};
 use super::reader::Reader;
-use super::rule::{SIZE, VALUE};
 use super::table::Table;
 use crate::scene::{FaultKind, Groove, GrooveCircle, GrooveLine};
 use toml::Spanned;

@@ -1,7 +1,7 @@
 //! The kind of a scene, from what is in it.
 
 use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, REST, SPACE};
-use super::words::nearest;
+use super::phrases::nearest;
 use crate::scene::Model;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

@@ -1,12 +1,12 @@
 //! Reads `[loads]`.
 
-use super::along::ROUNDING;
 use super::ends::{direction, growing, sine};
 use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
+use super::phrases::Short;
+use super::ranges::{FINITE, VALUE};
 use super::reader::Reader;
-use super::rule::{FINITE, VALUE};
 use super::table::{Absent, Table};
-use super::words::Short;
+use super::varying::ROUNDING;
 use crate::scene::{Block, FaultKind, Force, History, Load, LoadAlong, Loads, Pulse, Ramp};
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};

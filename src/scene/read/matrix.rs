@@ -1,9 +1,9 @@
 //! Symmetric matrices of a scene: what they must be.
 
-use super::along::ROUNDING;
+use super::phrases::Short;
+use super::ranges::{Rule, VALUE};
 use super::reader::Reader;
-use super::rule::{Rule, VALUE};
-use super::words::Short;
+use super::varying::ROUNDING;
 use crate::scene::FaultKind;
 use nalgebra::{DMatrix, SymmetricEigen};
 use toml::Spanned;

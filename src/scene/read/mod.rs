@@ -1,37 +1,37 @@
 //! From TOML to a [`Scene`](super::Scene), or to every fault of the text.
 
-mod along;
 mod assembly;
 mod bar;
 mod branch;
 mod document;
 mod ends;
+mod field_spec;
 mod fields;
-mod form;
 mod friction;
 mod groove;
 mod kind;
 mod loads;
 mod matrix;
+mod phrases;
+mod ranges;
 mod reader;
 mod rod;
-mod rule;
+mod rod_end;
 mod run;
 mod scene;
 mod section;
-mod site;
 mod solid;
 mod sources;
 mod start;
 mod table;
-mod words;
+mod varying;
 
 use super::Scene;
 pub use document::{json_schema, reference};
-pub(crate) use form::is_count;
+pub(crate) use field_spec::is_count;
+pub(crate) use phrases::nearest;
 pub(super) use scene::scene;
 pub(super) use sources::Sources;
-pub(crate) use words::nearest;
 
 /// One syntax fault at byte `at`.
 pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Faults {

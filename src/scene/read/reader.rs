@@ -4,10 +4,10 @@
 //! and the caller goes on. Invariant: `None` means that a fault was recorded.
 
 use super::fields::{Kinds, PLANE, Spec};
-use super::rule::Rule;
+use super::phrases::{kind_of, nearest, shorten, vector_words};
+use super::ranges::Rule;
 use super::sources::{Place, Refused, Sources, apply};
 use super::table::Table;
-use super::words::{kind_of, nearest, shorten, vector_words};
 use crate::scene::{Fault, FaultKind, Faults};
 use std::cell::{Cell, RefCell};
 use std::ops::Range;

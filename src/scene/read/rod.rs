@@ -1,10 +1,10 @@
 //! Reads `[rod]`.
 
-use super::along::polynomial;
 use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
+use super::varying::polynomial;
 use crate::scene::{
     Bends, Damping, FaultKind, Inertia, Material, Maxwell, Model, Outline, Rest, Rod, Section,
     ShapeSettings, StrainMatrix,
@@ -244,7 +244,7 @@ fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {
     }
     let reader = rod.reader;
     rod.maybe("section_inertia", |field, value| {
-        reader.vector(field, value, &super::rule::SIZE)
+        reader.vector(field, value, &super::ranges::SIZE)
     })
 }
 
@@ -376,5 +376,5 @@ fn spatial_section(
 
 /// A curvature along a planar rod.
 pub(super) fn curvature(table: &Table, field: &str, value: &Spanned<DeValue>) -> Option<Vec<f64>> {
-    polynomial(table.reader, field, value, &super::rule::FINITE)
+    polynomial(table.reader, field, value, &super::ranges::FINITE)
 }

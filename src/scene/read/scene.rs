@@ -16,7 +16,7 @@ use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
-use crate::scene::build::heavy_in_space;
+use crate::scene::lower::heavy_in_space;
 use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;

@@ -1,12 +1,12 @@
 //! What `[rod.section]` and `[rod.rest]` may hold.
 
-use super::along::{ALONG_WORDS, along};
 use super::fields::{BARRIER, CIRCLE, Kinds, RECTANGLE, SECTION, TUBE};
 use super::matrix::{definite, rows};
+use super::phrases::Short;
+use super::ranges::{SIZE, STIFFNESS, VALUE};
 use super::reader::Reader;
-use super::rule::{SIZE, STIFFNESS, VALUE};
 use super::table::{Absent, Table};
-use super::words::Short;
+use super::varying::{ALONG_WORDS, along};
 use crate::scene::{
     Barrier, BarrierTerm, Diagonal, FaultKind, Full, Outline, Profile, Rest, Rigid, Section, Shape,
     ShapeSettings, Stiffness, StrainName, Transverse,

@@ -1,10 +1,10 @@
 //! Mass and inertia of a body: as numbers, or of the solid that it is, from its sizes and a density or a mass.
 
 use super::fields::SOLID;
+use super::phrases::Short;
+use super::ranges::SIZE;
 use super::reader::Reader;
-use super::rule::SIZE;
 use super::table::Table;
-use super::words::Short;
 use crate::scene::FaultKind;
 use nalgebra::Matrix3;
 use std::f64::consts::PI;

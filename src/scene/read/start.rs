@@ -1,14 +1,14 @@
 //! Reads `[start]`.
 
-use super::along::{not_positive, polynomial};
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
 use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, REST, SHEET, STRAIN, Spec};
 use super::friction::needs_damping;
+use super::phrases::Short;
+use super::ranges::{FINITE, KAPPA, LAMBDA, VALUE};
 use super::reader::Reader;
 use super::rod::{Memory, curvature};
-use super::rule::{FINITE, KAPPA, LAMBDA, VALUE};
 use super::table::{Absent, Table};
-use super::words::Short;
+use super::varying::{not_positive, polynomial};
 use crate::manifold;
 use crate::scene::{
     Clamp, EndLoad, EndPose, FaultKind, LandingRule, Place, Relaxed, Rod, Sheet, SheetName, Start,

@@ -2,9 +2,9 @@
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
 use super::kind::MODELS;
+use super::phrases::{listed, nearest, shorten, vector_words};
+use super::ranges::{FINITE, Rule};
 use super::reader::{Hint, Reader};
-use super::rule::{FINITE, Rule};
-use super::words::{listed, nearest, shorten, vector_words};
 use crate::scene::FaultKind;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

@@ -7,8 +7,8 @@ use crate::motion::{Bounce, Closing, Crossed, Ledger, Lost, Outcome, Resolution,
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
-use crate::study::beside;
-use crate::study::mass::{FoldPassed, Validity};
+use crate::study::light_rod_reference;
+use crate::study::neglected_mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
 use crate::study::run::recorder::{doubts, outcome_key, spent};
@@ -205,7 +205,7 @@ impl AssemblyRunRecord {
     /// When and why folds that light rods pass are not told; None where all are, or there is none.
     pub fn untold(&self) -> Option<String> {
         let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
-        beside::note(&lost, &self.rods, (&self.scales, self.units))
+        light_rod_reference::note(&lost, &self.rods, (&self.scales, self.units))
     }
 
     /// For how long a light rod whose mass is followed was without it, in all branches; None if none ever was.
@@ -335,7 +335,12 @@ impl AssemblyRunRecord {
     fn passages_of(&self, branch: &AssemblyRunBranch) -> Vec<Value> {
         let k = &self.scales;
         let lost = branch.lost.iter();
-        let lost = lost.map(|l| (l.from * k.time, beside::event(l, &self.rods, k)));
+        let lost = lost.map(|l| {
+            (
+                l.from * k.time,
+                light_rod_reference::event(l, &self.rods, k),
+            )
+        });
         let mut all: Vec<(f64, Value)> = lost.collect();
         for (Crossed { snap, .. }, wrenches) in branch.crossed.iter().zip(&branch.crossed_wrenches)
         {

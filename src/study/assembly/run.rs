@@ -7,8 +7,9 @@ use crate::motion::{
     Beside, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive,
 };
 use crate::scene::{AssemblyScene, AssemblySetup, Run, Scales, Scene, Units};
-use crate::study::beside::LightRods;
-use crate::study::mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
+use crate::study::decimate::Thinned;
+use crate::study::light_rod_reference::LightRods;
+use crate::study::neglected_mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
 use crate::study::run::Bounces;
 use crate::study::run::Bounds;
 use crate::study::run::recorder::{INNER_IN_SPACE, STEP_ENDS, audited};
@@ -16,7 +17,6 @@ use crate::study::run::shapes::{Shapes, at_times, poses};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
 use crate::study::run::tree::tree;
-use crate::study::thinned::Thinned;
 use crate::study::{Cell, Column, Hooks, Sink, Solid, Table};
 use nalgebra::{Isometry3, Vector6};
 

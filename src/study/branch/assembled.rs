@@ -4,14 +4,14 @@ use super::follow::TYPICAL;
 use super::subject::{INDEX, Loads, State, Subject};
 use crate::assembly::{Assembly, AssemblyFamily, Joint, Motion};
 use crate::error::{Error, Result};
-use crate::inertia::held::{Massive, Sweep, resistance};
+use crate::full_mass::held_vibrations::{Massive, Sweep, resistance};
 use crate::math::se3::halves;
 use crate::rod::{RodSection, SectionMass};
 use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
-use crate::solve::family::Family;
+use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
-use crate::study::mass::{FoldAtRest, Masses, Resting, SmallMass};
+use crate::study::neglected_mass::{FoldAtRest, Masses, Resting, SmallMass};
 use crate::study::space::upward;
 use nalgebra::{DVector, Isometry3};
 

@@ -7,9 +7,9 @@ use super::subject::Subject;
 use crate::error::Result;
 use crate::scene::{Continue, Scene, Second};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
-use crate::solve::family::Family;
 use crate::solve::fold_curve::{Crossed, FoldCurve};
-use crate::solve::special::{Special, SpecialKind};
+use crate::solve::parametrised_problem::Family;
+use crate::solve::special_points::{Special, SpecialKind};
 use nalgebra::DVector;
 
 /// Curves of folds.

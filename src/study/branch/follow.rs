@@ -5,9 +5,9 @@ use super::subject::{State, Subject};
 use crate::error::{Error, Result};
 use crate::scene::{Continue, Scene};
 use crate::solve::arclength::{Continuation, Direction, Item, Options, Point, Role, Stop};
-use crate::solve::family::Family;
-use crate::solve::special::{Special, SpecialKind};
-use crate::solve::switching::switch;
+use crate::solve::branch_switching::switch;
+use crate::solve::parametrised_problem::Family;
+use crate::solve::special_points::{Special, SpecialKind};
 use crate::study::Hooks;
 use nalgebra::DVector;
 

@@ -20,7 +20,7 @@ use crate::rod::{
     BothEnds, Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench,
 };
 use crate::scene::{Continue, Parameter, Scene};
-use crate::solve::special::SpecialKind;
+use crate::solve::special_points::SpecialKind;
 use assembled::Assembled;
 use folds::fold_curves;
 use follow::{Located, Study, Watch};

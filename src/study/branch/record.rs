@@ -5,8 +5,8 @@ use super::subject::Subject;
 use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
-use crate::solve::special::{SpecialKind, Status};
-use crate::study::mass::{FoldAtRest, SmallMass};
+use crate::solve::special_points::{SpecialKind, Status};
+use crate::study::neglected_mass::{FoldAtRest, SmallMass};
 use crate::study::record::{Cell, Column, Table};
 use serde_json::{Value, json};
 

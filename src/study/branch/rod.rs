@@ -4,12 +4,12 @@ use super::FINEST;
 use super::follow::TYPICAL;
 use super::subject::{INDEX, Loads, State, Subject};
 use crate::error::{Error, Message, Quantity, Result};
-use crate::inertia::held::{Sweep, resistance};
+use crate::full_mass::held_vibrations::{Sweep, resistance};
 use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench};
 use crate::scene::{Continue, Parameter, Scales, Scene};
 use crate::solve::arclength::Point;
-use crate::solve::family::Family;
-use crate::study::mass::{FoldAtRest, Masses, SmallMass, standing};
+use crate::solve::parametrised_problem::Family;
+use crate::study::neglected_mass::{FoldAtRest, Masses, SmallMass, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 

@@ -2,7 +2,7 @@
 
 use super::follow::{Study, TYPICAL};
 use super::record::DeflationRecord;
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use crate::scene::Continue;
 use crate::solve::deflation::{self, further};
 

@@ -4,9 +4,9 @@ use crate::error::Result;
 use crate::rod::RodSection;
 use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
-use crate::solve::family::Family;
+use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
-use crate::study::mass::{FoldAtRest, SmallMass};
+use crate::study::neglected_mass::{FoldAtRest, SmallMass};
 use nalgebra::DVector;
 
 /// The equilibrium at a point of a branch, as its row shows it.

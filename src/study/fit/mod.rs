@@ -14,7 +14,7 @@ pub use data::Data;
 pub use record::{FitColumn, FitRecord, Parameter};
 
 use super::sweep::{Vary, cell, chance, is_extreme, outcome};
-use super::{Cell, Column, Hooks, Quiet, Table, Values, any, modes};
+use super::{Cell, Column, Hooks, Quiet, Table, Values, dispatch, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use least::{Least, is_certain, is_seen};
@@ -467,7 +467,7 @@ impl Fit {
             let last = times.iter().copied().fold(0.0, f64::max);
             run.duration = last.max(f64::MIN_POSITIVE);
         }
-        let table = any::samples(&scene, times, &mut Quiet(hooks));
+        let table = dispatch::samples(&scene, times, &mut Quiet(hooks));
         if hooks.interrupted() {
             return Err(Fault::interrupted());
         }

@@ -4,10 +4,10 @@ mod table;
 
 pub use table::{KernelEntry, POINTS, entries, table, times};
 
-use crate::creep::kernel::MemoryKernel;
 use crate::error::{Error, Result};
 use crate::scene::{FrictionLaw, Scene, Units};
 use crate::section::rate::Viscoelastic;
+use crate::viscoelastic::kernel::MemoryKernel;
 use nalgebra::Matrix6;
 use serde_json::{Value, json};
 

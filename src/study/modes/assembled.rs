@@ -4,10 +4,10 @@ use super::{BALANCED, Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Stat
 use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
-use crate::motion::creep::{SmallCreep, small_in_space};
+use crate::motion::viscoelastic::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
 use crate::section::Strain;
-use crate::study::mass::Resting;
+use crate::study::neglected_mass::Resting;
 use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
 
 /// Tolerances of the equilibrium and of the integration along the rods.

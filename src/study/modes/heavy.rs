@@ -1,14 +1,14 @@
 //! Small motions of a rod with mass and its body: vibrations of the rod beside those of the body.
 
 use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
-use crate::creep::grid::{Grid, more};
 use crate::error::{Error, Result};
-use crate::inertia::frames::{Curve, Sections};
-use crate::inertia::mass::Mass;
-use crate::inertia::rod::{Given, HeavyRod};
-use crate::inertia::statics::Vibration;
+use crate::full_mass::frames::{Curve, Sections};
+use crate::full_mass::mass::Mass;
+use crate::full_mass::rod::{Given, HeavyRod};
+use crate::full_mass::statics::Vibration;
 use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Place, Scene};
 use crate::section::Strain;
+use crate::viscoelastic::grid::{Grid, more};
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
 
 /// Vibrations that are told.

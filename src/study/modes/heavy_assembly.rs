@@ -4,9 +4,9 @@ use super::assembled::{coordinates, is_simple, of_twists};
 use super::heavy::{COUNT, Judged, converged, stations_from};
 use super::{BALANCED, Mode, NUDGE, Outward, SmallMotions, Station};
 use crate::error::{Error, Result};
-use crate::inertia::assembly::HeavyAssembly;
-use crate::inertia::statics::Vibration;
-use crate::motion::inertia::HeavyAssemblyStart;
+use crate::full_mass::assembly::HeavyAssembly;
+use crate::full_mass::statics::Vibration;
+use crate::motion::full_mass::HeavyAssemblyStart;
 use crate::scene::{AssemblySetup, HeavySpace, Place, Scene};
 use nalgebra::{DVector, Isometry3, Vector6};
 
@@ -117,7 +117,7 @@ impl Asked<'_> {
         let carriers = &assembly.carriers;
         let conservative = carriers.iter().all(|body| body.is_conservative(0.0));
         let followed = carriers.iter().any(|body| body.is_followed(0.0));
-        let damped = |link: &crate::inertia::assembly::HeavyLink| link.rod.given.law.is_damped();
+        let damped = |link: &crate::full_mass::assembly::HeavyLink| link.rod.given.law.is_damped();
         let lossy = assembly.links.iter().any(damped) || !carriers.iter().all(is_simple);
         let eigenvalues = match lossy {
             true => Some(assembly.decaying(y, COUNT)?),

@@ -8,10 +8,10 @@ mod planar;
 pub(in crate::study) use assembled::resting;
 pub use assembled::small_motions;
 
-use super::mass::SmallMass;
+use super::neglected_mass::SmallMass;
 use super::record::{Cell, Column, Table};
 use crate::error::Result;
-use crate::motion::creep::SmallCreep;
+use crate::motion::viscoelastic::SmallCreep;
 use crate::scene::{Force, Scales, Scene, Units};
 use nalgebra::{Complex, Isometry3, Matrix3, Vector3};
 use serde_json::{Map, Value, json};

@@ -1,16 +1,16 @@
 //! Small motions of a point mass on a planar elastica: M = m, K in closed form.
 
 use super::{Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
-use crate::creep::material::Material;
 use crate::elastica::chart::ChartPoint;
 use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_index};
-use crate::elastica::straight::EULER;
+use crate::elastica::straight_beam::EULER;
 use crate::elastica::{Equilibrium, folds, settled};
 use crate::error::Result;
-use crate::math::order::sort_eigenvalues;
-use crate::motion::creep::small_in_plane;
+use crate::math::small_sort::sort_eigenvalues;
+use crate::motion::viscoelastic::small_in_plane;
 use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
-use crate::study::mass::Light;
+use crate::study::neglected_mass::Light;
+use crate::viscoelastic::material::Material;
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
 /// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes

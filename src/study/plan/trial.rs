@@ -6,7 +6,7 @@ use crate::motion::LandingRule;
 use crate::scene::{Scene, Units};
 use crate::study::record::Nowhere;
 use crate::study::run::Fields;
-use crate::study::{Hooks, any};
+use crate::study::{Hooks, dispatch};
 use serde_json::{Value, json};
 use std::time::Duration;
 
@@ -244,7 +244,7 @@ pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
         return Ok(None);
     }
     let mut clock = Clock::new(seconds);
-    let found = any::motion(scene, Fields::None, &mut Nowhere, &mut clock)?;
+    let found = dispatch::motion(scene, Fields::None, &mut Nowhere, &mut clock)?;
     let spent = clock.spent();
     let interrupted = found.summary["outcome"] == "interrupted";
     let reason = found.reason.filter(|_| !interrupted);

@@ -1,7 +1,7 @@
 //! Runs a scene of motion, and under landing = "all" every run into which it branches.
 
 pub(super) mod bounces;
-mod line;
+mod last_branch;
 mod prepared;
 pub(super) mod record;
 pub(super) mod recorder;
@@ -13,7 +13,7 @@ pub(super) mod tree;
 
 pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
-pub use line::Line;
+pub use last_branch::Line;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use shapes::{Shapes, samples, shapes};

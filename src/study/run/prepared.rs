@@ -11,7 +11,7 @@ use crate::motion::{
 };
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::study::Solid;
-use crate::study::mass::{
+use crate::study::neglected_mass::{
     BouncePassed, BouncingRod, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass,
     Validity, passed, viscosity,
 };

@@ -4,13 +4,13 @@ use super::ModelKind;
 use super::bounces::Bounces;
 use super::recorder::{doubts, outcome_key, spent};
 use super::spring::Spring;
-use crate::motion::creep::Layer;
-use crate::motion::inertia::SPILL;
+use crate::motion::full_mass::SPILL;
+use crate::motion::viscoelastic::Layer;
 use crate::motion::{Closing, Crossed, Labels, Ledger, Lost, Motion, Outcome, Resolution, Snap};
 use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
-use crate::study::mass::{FoldPassed, Validity};
-use crate::study::{Solid, beside};
+use crate::study::neglected_mass::{FoldPassed, Validity};
+use crate::study::{Solid, light_rod_reference};
 use nalgebra::{Isometry3, Vector3};
 
 /// A run that has ended, or, under landing = "all", the runs into which it branched.
@@ -355,7 +355,7 @@ impl RunRecord {
     /// When and why folds that the light rod passes are not told; None where all are, or there is none.
     pub fn untold(&self) -> Option<String> {
         let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
-        beside::note(&lost, &[], (&self.scales, self.units))
+        light_rod_reference::note(&lost, &[], (&self.scales, self.units))
     }
 
     /// For how long a light rod whose mass is followed was without it, in all branches; None if it never was.

@@ -7,13 +7,13 @@ use super::record::{Bounds, Frame, Moment, RunBranch, unresolved};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
-use crate::motion::creep::Layer;
+use crate::motion::viscoelastic::Layer;
 use crate::motion::{
     Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
 };
 use crate::scene::Units;
-use crate::study::beside::LightRods;
-use crate::study::thinned::Thinned;
+use crate::study::decimate::Thinned;
+use crate::study::light_rod_reference::LightRods;
 use crate::study::{Cell, Hooks, Sink};
 use nalgebra::Isometry3;
 

@@ -5,11 +5,11 @@ use super::bounces::{Bounces, bounce_json};
 use super::record::{Moment, RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
-use crate::motion::creep::Layer;
+use crate::motion::viscoelastic::Layer;
 use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
 use crate::solve::cost::Cost;
-use crate::study::beside;
-use crate::study::mass::FoldPassed;
+use crate::study::light_rod_reference;
+use crate::study::neglected_mass::FoldPassed;
 use nalgebra::DVector;
 use serde_json::{Map, Value, json};
 
@@ -142,7 +142,7 @@ impl RunRecord {
         all.extend(lost.map(|l| {
             (
                 l.from * self.scales.time,
-                beside::event(l, &[], &self.scales),
+                light_rod_reference::event(l, &[], &self.scales),
             )
         }));
         all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -3,11 +3,11 @@
 //! A point is known by its number alone, and so is its row: chunks of rows can be made in any order, by any number of threads or
 //! machines, and are the same to the byte.
 
+mod column_units;
 mod csv;
 mod directory;
 mod extremes;
-mod names;
-mod told;
+mod quantity_names;
 mod vary;
 
 pub use csv::{fields, records};
@@ -17,7 +17,7 @@ pub use vary::Vary;
 
 use super::record::Nowhere;
 use super::run::Fields;
-use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, any};
+use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, dispatch};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use extremes::{Extremes, looked_at};
@@ -388,13 +388,13 @@ pub(in crate::study) fn outcome(
         run.samples = 2;
     }
     if scene.bar.is_none() && !scene.is_motion() {
-        let (mut summary, _) = any::rest(&scene)?;
+        let (mut summary, _) = dispatch::rest(&scene)?;
         summary["events"] = Value::Array(Vec::new());
         return Ok(summary);
     }
     let mut seen = Extremes::default();
     let sink: &mut dyn Sink = if extremes { &mut seen } else { &mut Nowhere };
-    let found = any::motion(&scene, Fields::None, sink, &mut Quiet(hooks))?;
+    let found = dispatch::motion(&scene, Fields::None, sink, &mut Quiet(hooks))?;
     let mut summary = found.summary;
     seen.put_into(&mut summary);
     summary["events"] = Value::Array(found.events);

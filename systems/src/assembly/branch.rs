@@ -3,7 +3,7 @@
 use super::equations::Frame;
 use super::{Assembly, Carrier, Configuration, LinkPoint};
 use crate::error::{Error, Result};
-use crate::solve::family::{Family, Linearised};
+use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
 /// Assemblies in one parameter: loads, places of supports, sections.

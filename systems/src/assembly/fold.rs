@@ -8,8 +8,8 @@ use super::branch::AssemblyFamily;
 use super::equations::Frame;
 use super::{Assembly, Configuration, Place};
 use crate::error::{Error, Result};
-use crate::solve::family::Family;
 use crate::solve::normal_form::{normal_form, null_vectors};
+use crate::solve::parametrised_problem::Family;
 use nalgebra::DVector;
 
 /// The twists of l are those of z to this part of them.

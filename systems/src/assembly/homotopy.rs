@@ -4,8 +4,8 @@ use super::equations::Frame;
 use super::{Assembly, Configuration};
 use crate::error::{Error, Result};
 use crate::solve::arclength::{Continuation, Options, Stop};
-use crate::solve::family::{Family, Linearised};
 use crate::solve::newton;
+use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
 /// Springs, in the units of the balance, that hold the bodies at the start of a homotopy and slacken along it: what nothing else

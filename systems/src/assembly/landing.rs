@@ -13,16 +13,16 @@
 //! the spin about it, which nothing feels, are not in the strains. Taut rods fall by the same law in implicit steps
 //! ([`crate::rod::Rod::taut_fallen`]).
 
-use super::layer::{Layer, MOST_STEPS, split};
+use super::viscous_layer::{Layer, MOST_STEPS, split};
 use super::{Joint, Link, LinkEnd};
-use crate::creep::grid::Grid;
-use crate::creep::kinematics::{AtEnd, Kinematics};
-use crate::creep::space::Space;
 use crate::error::{Error, Result};
 use crate::manifold::{can_fall, fold_kernel};
 use crate::math::se3::joined;
 use crate::rod::{Fallen, Wrench};
 use crate::section::{Measures, Strain, measured};
+use crate::viscoelastic::grid::Grid;
+use crate::viscoelastic::kinematics::{AtEnd, Kinematics};
+use crate::viscoelastic::space::Space;
 use nalgebra::{DVector, Isometry3, Vector3};
 use std::sync::Arc;
 

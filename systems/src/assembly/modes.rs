@@ -1,11 +1,11 @@
 //! Small vibrations of an assembly about an equilibrium.
 
-use super::free::{evenly, placed};
+use super::free_end::{evenly, placed};
 use super::{Assembly, Configuration, LinkPoint};
 use crate::error::{Error, Result};
-use crate::math::order::{sort_eigenvalues, sort_few};
+use crate::math::small_sort::{sort_eigenvalues, sort_few};
 use crate::rod::RodSection;
-use crate::solve::definite::definite;
+use crate::solve::positive_definite::definite;
 use crate::spectrum::eigenvalues;
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 

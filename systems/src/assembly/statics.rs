@@ -12,7 +12,7 @@ use super::{Assembly, Carrier, Configuration, Joint, On, Place};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
-use crate::solve::family::Family;
+use crate::solve::parametrised_problem::Family;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::collections::VecDeque;
 

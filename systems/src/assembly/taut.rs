@@ -17,7 +17,7 @@
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
 
-use super::along::Along;
+use super::distributed_load::Along;
 use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;

@@ -26,7 +26,7 @@
 //! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
 
 use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Swept, Vector};
-use crate::math::eight::{Eight, Extension, Rule};
+use crate::math::lanes8::{Eight, Extension, Rule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
 use pulp::Simd;

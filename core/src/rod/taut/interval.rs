@@ -6,9 +6,9 @@
 //! ```
 //! In this form no stage slope, which may be of the size of lam h, is added up: it holds for any lam h.
 
+use super::super::distributed_load::Weight;
 use super::super::scaled_law::{Response, ScaledLaw};
-use super::super::weight::Weight;
-use super::fall::Creeping;
+use super::landing::Creeping;
 use crate::error::Result;
 use crate::math::gauss::Rule;
 use crate::math::se3::{Turn, exponential, frame, product, spin};

@@ -6,22 +6,22 @@
 //! the layers at the ends, of the width 1/lam, and takes any step between them; r(1) and the energy are quadratures. The couple is
 //! an unknown of its own: m(0) - r x n would lose lam^2 times rounding.
 
+mod boundary_layers;
 mod chain;
 mod condensed;
-mod fall;
-mod guess;
-mod held;
+mod end_conditions;
+mod first_order_mass;
 mod index;
-mod inertia;
 mod interval;
-mod loaded;
+mod landing;
 mod mesh;
-mod pulled;
-mod spring;
+mod stabilising_spring;
+mod taut_rod;
+mod turning_base;
 
-use super::line::Wrench;
+use super::distributed_load::Weight;
+use super::ivp::Wrench;
 use super::scaled_law::ScaledLaw;
-use super::weight::Weight;
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, rotation_vector};
 use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow, rest};
@@ -29,12 +29,12 @@ use condensed::Condensed;
 use interval::{Pulled, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-pub use fall::Fallen;
-pub(in crate::rod) use held::{TAUT, TIGHT};
-pub use inertia::Rates;
+pub(in crate::rod) use end_conditions::{TAUT, TIGHT};
+pub use first_order_mass::Rates;
 pub(in crate::rod) use interval::Section;
-pub use pulled::Taut;
-pub use spring::Spring;
+pub use landing::Fallen;
+pub use stabilising_spring::Spring;
+pub use taut_rod::Taut;
 
 /// What is given at the end of a rod, beside the force.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,7 +11,7 @@
 //! q f grows with slope f (1 + p y^2)/(1 + y^2), y^2 = q^2/onset: positive for p > 0, so that D is the gradient of a
 //! strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
 
-use super::free::{driving, kept, positive};
+use super::active_strains::{driving, kept, positive};
 use super::{Rate, RateLaw, Viscosity, ViscosityAt};
 use crate::error::{Error, Result};
 use crate::section::{Resultant, Strain};

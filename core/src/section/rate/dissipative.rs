@@ -1,6 +1,6 @@
 //! A user's own dissipation potential, its derivatives by automatic differentiation.
 
-use super::free::{driving, finite, kept, six};
+use super::active_strains::{driving, finite, kept, six};
 use super::{Rate, RateLaw};
 use crate::error::{Error, Result};
 use crate::section::jet::{jet, mixed};

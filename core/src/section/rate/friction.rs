@@ -18,7 +18,7 @@
 //! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
 //! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
-use super::free::{driving, finite, kept};
+use super::active_strains::{driving, finite, kept};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::{Error, Result};
 use crate::section::{BarrierTerm, Resultant, Strain};

@@ -1,6 +1,6 @@
 //! Kelvin-Voigt: D = H e_t.
 
-use super::free::{driving, kept};
+use super::active_strains::{driving, kept};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::Result;
 use crate::section::{Resultant, SectionLaw, Strain};

@@ -17,26 +17,26 @@
 //! A [`Viscoelastic`] section joins a stored energy, a rate law and [`Maxwell`] branches. Strains that the elastic law
 //! holds rigid (v1, v2, v3 can be) have rate zero; what belongs to them in an overstress is a reaction and is ignored.
 
+mod active_strains;
 mod carreau;
 mod dissipative;
-mod free;
 mod friction;
+mod friction_spec;
 mod kelvin_voigt;
-mod prescribed;
-mod small;
+mod small_viscosity;
 mod viscoelastic;
 mod viscosity;
 
 pub use carreau::Carreau;
 pub use dissipative::{DissipationPotential, Dissipative};
 pub use friction::FrictionBarrier;
+pub use friction_spec::{Damping, FrictionLaw, PowerLaw, StrainMatrix};
 pub use kelvin_voigt::KelvinVoigt;
-pub use prescribed::{Damping, FrictionLaw, PowerLaw, StrainMatrix};
-pub use small::SmallViscosity;
+pub use small_viscosity::SmallViscosity;
 pub use viscoelastic::{Maxwell, Viscoelastic};
 pub use viscosity::{Viscosity, ViscosityAt};
 
-pub use free::{inverse_of_free, rigid_of};
+pub use active_strains::{inverse_of_free, rigid_of};
 
 use crate::error::Result;
 use crate::section::{Resultant, Strain};

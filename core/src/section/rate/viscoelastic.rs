@@ -1,7 +1,7 @@
 //! A viscoelastic section: stored energy, rate law, Maxwell branches.
 
 use super::RateLaw;
-use super::free::{freed, inverse_of_free, positive, rigid_of};
+use super::active_strains::{freed, inverse_of_free, positive, rigid_of};
 use crate::error::{Error, Result};
 use crate::section::{Resultant, SectionLaw, StrainName};
 use nalgebra::Matrix6;

@@ -1,6 +1,6 @@
 //! Viscosity matrices of a section: H in D = H e_t.
 
-use super::free::{freed, inverse_of_free, positive, rigid_of, six};
+use super::active_strains::{freed, inverse_of_free, positive, rigid_of, six};
 use crate::error::{Error, Result};
 use crate::section::{Linear, Resultant, SectionLaw, Varying};
 use nalgebra::Matrix6;

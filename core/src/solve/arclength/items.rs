@@ -1,7 +1,7 @@
 //! What the continuation gives.
 
 use crate::error::Error;
-use crate::solve::special::Special;
+use crate::solve::special_points::Special;
 use nalgebra::DVector;
 
 /// What a point is there for.

@@ -37,13 +37,13 @@ mod options;
 pub use items::{BranchStart, Item, Point, Role, Stop, Trace};
 pub use options::{Direction, Options, Predictor};
 
-use super::corrector::{Corrected, Cubic, Failure, Finish, Space};
 use super::elimination::Place;
-use super::family::{Family, check_size};
 use super::newton;
-use super::special::{Sample, Special, SpecialKind};
+use super::newton_on_branch::{Corrected, Cubic, Failure, Finish, Space};
+use super::parametrised_problem::{Family, check_size};
+use super::special_points::{Sample, Special, SpecialKind};
 use crate::error::{Error, Result};
-use crate::math::order::sort_few;
+use crate::math::small_sort::sort_few;
 use nalgebra::DVector;
 use std::collections::VecDeque;
 

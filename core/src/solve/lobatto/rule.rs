@@ -2,7 +2,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::math::Row;
-use crate::math::eight::{Eight, legendre};
+use crate::math::lanes8::{Eight, legendre};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 

@@ -1,0 +1,121 @@
+//! The motion of a point mass on a manifold, at eight places at once.
+
+use super::Body;
+use crate::manifold::{EightPoints, Eightfold};
+use crate::math::Row;
+use crate::math::lanes8::Eight;
+use crate::math::real::Real;
+use crate::solve::lobatto::{Block, Sweeps};
+use nalgebra::SVector;
+use pulp::Simd;
+
+/// A point mass at the end of a rod, on a sheet of its manifold, in the independent variable of theory 2.5. Rows: q, v, t, work of what has no potential, loss to drag.
+pub struct EightMotion<'a, const N: usize> {
+    chart: Box<dyn Eightfold<N> + Send>,
+    body: &'a Body<N>,
+    orientation: f64,
+    points: EightPoints<N>,
+    /// What adj(d pose/d q) v is multiplied by.
+    slow: Row,
+    /// Loads and clamp at later times are those at this one.
+    pub until: f64,
+}
+
+impl<'a, const N: usize> EightMotion<'a, N> {
+    /// The motion of `body` in a chart on a sheet of this orientation, +1 or -1.
+    pub fn new(chart: Box<dyn Eightfold<N> + Send>, body: &'a Body<N>, orientation: f64) -> Self {
+        Self {
+            chart,
+            body,
+            orientation,
+            points: EightPoints::default(),
+            slow: [0.0; 8],
+            until: f64::MAX,
+        }
+    }
+
+    /// What acts where loads depend on time or the clamp moves, one place after the other; times the rate of time.
+    fn driven(&self, at: &Block, rate: &Row, slopes: &mut Block) {
+        for i in 0..8 {
+            let vector = |rows: &[Row]| SVector::<f64, N>::from_fn(|k, _| rows[k][i]);
+            let [pose, force] = [&self.points.pose, &self.points.force].map(|of| vector(of));
+            let (t, v) = (at.0[2 * N][i].min(self.until), vector(&at.0[N..]));
+            let action = (self.body).action(t, &pose, &v, &force);
+            for k in 0..N {
+                slopes.0[N + k][i] = action.acceleration[k] * rate[i];
+            }
+            slopes.0[2 * N + 1][i] = action.power * rate[i];
+            slopes.0[2 * N + 2][i] = action.loss * rate[i];
+        }
+    }
+}
+
+impl<const N: usize> Sweeps for EightMotion<'_, N> {
+    const PLACES: usize = N;
+    const ROWS: usize = 2 * N + 3;
+
+    /// Work and loss behind the time stay as they are where there is neither drag nor what depends on time.
+    fn changing(&self) -> usize {
+        match self.is_timed() || self.body.drag != 0.0 {
+            true => Self::ROWS,
+            false => 2 * N + 1,
+        }
+    }
+
+    fn is_timed(&self) -> bool {
+        self.body.support.is_some() || !self.body.forces.is_empty()
+    }
+
+    fn begin(&mut self) {
+        self.chart.begin();
+    }
+
+    #[inline(always)]
+    fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool {
+        let Some(q) = at.0.first_chunk() else {
+            return false;
+        };
+        if !self.chart.points(q, &mut self.points) {
+            return false;
+        }
+        let [det, pace] = [
+            Eight::of(simd, self.points.det),
+            Eight::of(simd, self.points.pace),
+        ];
+        // One over the root: root and inverse side by side, not one after the other.
+        let square = det.times_plus(det, pace * pace);
+        let slow = square.sqrt() * (square.inverse() * self.orientation);
+        let rate = slow * det;
+        self.slow = slow.numbers();
+        slopes.0[2 * N] = rate.numbers();
+        let body = self.body;
+        if self.is_timed() {
+            self.driven(at, &rate.numbers(), slopes);
+            return true;
+        }
+        let lighter = rate * (1.0 / body.mass);
+        let mut loss = rate.with(0.0);
+        for k in 0..N {
+            let v = Eight::of(simd, at.0[N + k]);
+            let force = Eight::of(simd, self.points.force[k]) + v.with(body.constant[k]);
+            slopes.0[N + k] = ((force - v * body.drag) * lighter).numbers();
+            loss = v.times_plus(v, loss);
+        }
+        slopes.0[2 * N + 1] = [0.0; 8];
+        slopes.0[2 * N + 2] = (loss * rate * body.drag).numbers();
+        true
+    }
+
+    #[inline(always)]
+    fn moves<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) {
+        let slow = Eight::of(simd, self.slow);
+        for k in 0..N {
+            let mut sum = slow.with(0.0);
+            for j in 0..N {
+                let by = Eight::of(simd, self.points.adjugate[k][j]);
+                sum = by.times_plus(Eight::of(simd, at.0[N + j]), sum);
+            }
+            slopes.0[k] = (sum * slow).numbers();
+        }
+    }
+}

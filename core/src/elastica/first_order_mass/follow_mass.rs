@@ -1,0 +1,238 @@
+//! A rod of small mass as the motion of the body at its end has it: where its mass is followed, and what is felt of it then.
+
+use super::fold_ahead::{Softest, fold_function};
+use super::near_straight::sections;
+use super::small_force::{LooseInertia, is_loose};
+use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
+use crate::elastica::chart::Integrals;
+use crate::elastica::curvature::TipDerivatives;
+use crate::elastica::simd_sums;
+use crate::manifold::{Across, Bending, Deflected, Felt, ManifoldPoint, RodMass};
+use crate::math::frame::Frame;
+use nalgebra::Vector2;
+
+/// A planar elastica of small mass whose shapes stay equilibria.
+///
+/// Its mass is followed until twice the time T_i = (M0)^(2/5) (A B)^(-1/5) before a fold, in which inertia lets the rod go
+/// (theory 2.8), and on rods that are not pulled too hard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightRod {
+    /// Mass of the whole rod.
+    pub mass: f64,
+    /// Gravity, in the world.
+    pub gravity: Vector2<f64>,
+}
+
+/// No rod lighter loaded than lam = 5.766 is at a fold (`folds.rs`); nor, with room to spare for what leads there, next to one.
+const UNFOLDED: f64 = 4.5;
+/// Nor is one whose amplitude w at the clamp, half the angle of the pull of a taut one, is below this: the first fold curve lies beyond 3.
+const PULLED_OUT: f64 = 2.0;
+/// Times T_i before a fold within which a rod is not followed, by its normal form.
+const CLEAR: f64 = 2.0;
+/// Radians by which a rod sways, the way it is softest, in the time that is left until a fold, below which it is not followed, and beyond which it is again: near folds these are 2 T_i
+/// and 3 T_i (theory 2.8, 2.9).
+const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
+/// So many times that before a fold there is as much room as there need be ([`RodMass::room`]).
+const AMPLE: f64 = 16.0;
+/// Of a fold with as much room as that it is enough to know the least.
+const FAR: f64 = 0.1;
+/// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
+const PULLED: [f64; 2] = [30.0, 20.0];
+/// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a
+/// loop that has left the clamp.
+const BENT: [[f64; 2]; 2] = [[1e-3, 21.0], [2e-3, 12.0]];
+/// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
+const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
+
+/// A vector of the world along the axes of the clamp.
+fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
+    frame.map_or(*vector, |frame| frame.inward(vector))
+}
+
+impl LightRod {
+    /// What is felt of the rod on a clamp that moves.
+    fn felt_on(
+        &self,
+        frame: &Frame<2>,
+        rod: &impl OnEquilibria,
+        v: &Vector2<f64>,
+    ) -> Option<Felt<2>> {
+        let carried = rod.carried(v, &self.gravity, frame)?;
+        Some(carried.felt(self.mass))
+    }
+
+    fn energies_of(
+        &self,
+        rod: &impl OnEquilibria,
+        frame: Option<&Frame<2>>,
+        v: &Vector2<f64>,
+    ) -> Option<[f64; 2]> {
+        if let Some(frame) = frame.filter(|frame| !frame.stands()) {
+            let carried = rod.carried(v, &self.gravity, frame)?;
+            let potential = -self.gravity.dot(&frame.place(&carried.centre));
+            return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
+        }
+        let added = rod.added(v, &seen(&self.gravity, frame))?;
+        let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
+        let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
+        Some([kinetic, -self.mass * self.gravity.dot(&centre)])
+    }
+}
+
+impl RodMass<2> for LightRod {
+    fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    fn gravity(&self) -> Vector2<f64> {
+        self.gravity
+    }
+
+    fn added(
+        &self,
+        frame: Option<&Frame<2>>,
+        [q, v]: [&Vector2<f64>; 2],
+        point: &ManifoldPoint<2>,
+        error: f64,
+    ) -> Option<Felt<2>> {
+        // The force is lam^2 (cos alpha, sin alpha).
+        let lam = point.force.norm().sqrt();
+        let (p, error) = (q[0], error / self.mass);
+        let taut = TautInertia::at_load(p, lam).map(|rod| rod.to_part(error));
+        let integrals = || Integrals::known(p, q[1], lam, point.energy);
+        let gravity = seen(&self.gravity, frame);
+        let moving = frame.filter(|frame| !frame.stands());
+        let slack = || RodInertia::known(p, integrals()).ok();
+        let loose = is_loose(&point.force, point.pose.x, error);
+        let (mass, push) = match (taut, moving) {
+            (Some(rod), Some(frame)) => return self.felt_on(frame, &rod, v),
+            (Some(rod), None) => rod.felt(v, &gravity)?,
+            (None, Some(frame)) if loose => {
+                return self.felt_on(frame, &LooseInertia::new(&slack()?)?, v);
+            }
+            (None, None) if loose => LooseInertia::new(&slack()?)?.felt(v, &gravity)?,
+            (None, Some(frame)) => return self.felt_on(frame, &slack()?.to_part(error), v),
+            (None, None) => simd_sums::wide(Adding {
+                p,
+                integrals: integrals(),
+                error,
+                v: *v,
+                gravity,
+            })?,
+        };
+        Some(Felt {
+            mass: mass * self.mass,
+            force: push * self.mass,
+            pull: Vector2::zeros(),
+            power: 0.0,
+        })
+    }
+
+    fn beside(&self, frame: Option<&Frame<2>>, at: &Deflected) -> Option<Across> {
+        let (m, y, speed) = (self.mass, at.height, at.speed);
+        let standing = Frame::<2>::at_rest();
+        let frame = frame.unwrap_or(&standing);
+        let gravity = frame.inward(&self.gravity);
+        let mut felt = Across {
+            mass: 0.0,
+            force: 0.0,
+            pull: 0.0,
+            power: 0.0,
+            bending: Bending {
+                by_rise: 0.0,
+                rest: 0.0,
+                inertia: 0.0,
+            },
+            energies: [0.0; 2],
+        };
+        for section in sections(at.pull)? {
+            let share = m * section.weight;
+            let turning = section.by_pull * at.tightening;
+            let place = Vector2::new(section.s - section.shortening * y * y, section.across * y);
+            // By the deflection; its rate; and the acceleration less gravity while the end is not accelerated.
+            let by = Vector2::new(-2.0 * section.shortening * y, section.across);
+            let v = by * speed + Vector2::new(0.0, turning * y);
+            let swept = frame.swept(&place, &v) - gravity
+                + Vector2::new(-2.0 * section.shortening * speed, 2.0 * turning) * speed;
+            let carried = frame.carried(&place);
+            felt.mass += share * by.norm_squared();
+            felt.force -= share * by.dot(&swept);
+            felt.pull += share * by.dot(&carried);
+            felt.power += share * swept.dot(&carried);
+            felt.bending.by_rise += share * section.by_pull * section.across;
+            felt.bending.rest += share * section.by_pull * swept[1];
+            felt.bending.inertia += share * section.by_pull * section.by_pull;
+            felt.energies[0] += 0.5 * share * (v + carried).norm_squared();
+            felt.energies[1] -= share * self.gravity.dot(&frame.place(&place));
+        }
+        Some(felt)
+    }
+
+    fn energies(
+        &self,
+        frame: Option<&Frame<2>>,
+        [q, v]: [&Vector2<f64>; 2],
+        error: f64,
+    ) -> Option<[f64; 2]> {
+        let error = error / self.mass;
+        if let Some(rod) = TautInertia::new(q[0], q[1]) {
+            return self.energies_of(&rod.to_part(error), frame, v);
+        }
+        let rod = RodInertia::new(q[0], q[1]).ok()?;
+        let force = rod.turn().column(0) * rod.integrals.lam.powi(2);
+        if is_loose(&force, rod.place().x, error) {
+            return self.energies_of(&LooseInertia::new(&rod)?, frame, v);
+        }
+        self.energies_of(&rod.to_part(error), frame, v)
+    }
+
+    fn room(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> f64 {
+        let bound = usize::from(!followed);
+        if let Some(rod) = TautInertia::new(q[0], q[1]) {
+            let ([least, most], bend) = (BENT[bound], rod.bend());
+            // It is at no fold before its bend is a loop (theory 2.9).
+            if bend < most {
+                return bend / least - 1.0;
+            }
+        }
+        let Ok(rod) = RodInertia::new(q[0], q[1]) else {
+            return -1.0;
+        };
+        let (i, bent) = (&rod.integrals, STRAIGHT[bound]);
+        let bend = (i.kap.abs() / bent).max((1.0 - rod.place().x) / (bent * bent));
+        let free = (bend - 1.0).min(1.0 - i.lam / PULLED[bound]);
+        if !(free > 0.0) || i.lam < UNFOLDED || q[1] < PULLED_OUT {
+            return free;
+        }
+        let Some((_, rate)) = rod.chart_rate(v) else {
+            return -1.0;
+        };
+        // At a fold this function falls to 0 as the root of the time that is left.
+        let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
+        let falls = gradient.dot(&rate);
+        if fold * falls >= 0.0 {
+            return free;
+        }
+        let left = -0.5 * fold / falls;
+        // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
+        // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
+        let clear = |fold: &Passage| {
+            let inertial = CLEAR * fold.inertial(self.mass);
+            (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE
+        };
+        // Most folds are far away, which needs no integrals.
+        if followed {
+            let far = clear(&Passage::ahead_of(&rod, v).0);
+            if far > FAR {
+                return free.min(far);
+            }
+        }
+        let rod = rod.to_part(ROUGH);
+        let sways = Softest::of(&rod).sways(&rod, self.mass, left);
+        let mut room = (sways / SWAYS[bound] - 1.0) / AMPLE;
+        if followed {
+            room = room.max(clear(&Passage::of(&rod, v)));
+        }
+        free.min(room)
+    }
+}

@@ -1,0 +1,167 @@
+//! The same rod on a clamp that moves.
+//!
+//! A section that is at r(t) seen from the clamp has the velocity v + w J r + d and the acceleration r_tt + w' J r - w^2 r + 2 w J r_t + e along the
+//! axes of the clamp, which turns at the rate w, has the velocity d and the acceleration e; J is the turn by a right angle.
+//! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
+//! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
+
+use super::end_inertia::{Field, Moving, aside, cross, dot, pushed};
+use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};
+use crate::elastica::curvature::Swing;
+use crate::manifold::Felt;
+use crate::math::frame::Frame;
+use crate::math::real::Real;
+use nalgebra::{Matrix2, Vector2};
+
+/// What a unit of the rod's mass adds where the clamp moves.
+pub(super) struct CarriedRod {
+    /// int P^T P ds.
+    mass: Matrix2<f64>,
+    force: Vector2<f64>,
+    /// int P^T (w J r + d) ds.
+    pull: Vector2<f64>,
+    power: f64,
+    /// In the world.
+    pub kinetic: f64,
+    /// int r ds, seen from the clamp.
+    pub centre: Vector2<f64>,
+}
+
+impl CarriedRod {
+    /// Of a rod of this mass.
+    pub fn felt(&self, mass: f64) -> Felt<2> {
+        Felt {
+            mass: self.mass * mass,
+            force: self.force * mass,
+            pull: self.pull * mass,
+            power: self.power * mass,
+        }
+    }
+}
+
+/// What a clamp that moves asks of a section beside what the end feels.
+#[inline(always)]
+pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
+    let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
+    let [w, p, l] = field;
+    [
+        n11,
+        n12,
+        n22,
+        f1,
+        f2,
+        turned,
+        p[0],
+        p[1],
+        l[0],
+        l[1],
+        w[0],
+        w[1],
+        left[0],
+        left[1],
+        dot(w, w),
+        dot(p, w),
+        dot(l, w),
+        cross(p, w),
+        cross(l, w),
+        cross(w, left),
+    ]
+}
+
+/// [`carried`].
+struct Moved<'a>(&'a Turning);
+
+impl AtSection<20> for Moved<'_> {
+    #[inline(always)]
+    fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
+        let field = rod.field(part, here);
+        carried(&field, &self.0.left(part, here))
+    }
+}
+
+impl OnEquilibria for RodInertia {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+        self.added(v, gravity)
+    }
+
+    fn carried(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod> {
+        let (moving, turning) = self.moving(v)?;
+        moving.carried(self.integrals(&Moved(&turning)), v, gravity, frame)
+    }
+}
+
+impl Moving {
+    /// What the end and the clamp feel, from the sums of [`carried`].
+    pub(super) fn carried(
+        &self,
+        sums: [f64; 20],
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod> {
+        let Self {
+            turn,
+            inverse,
+            rate,
+            end,
+            spin,
+            ..
+        } = self;
+        let [n11, n12, n22, f1, f2, p_l, p1, p2, l1, l2, x, y, a1, a2, ..] = sums;
+        let [.., ww, pw, lw, p_w, l_w, w_a] = sums;
+        let per = 1.0 / self.scale;
+        let [turn_rate, turn_change] = frame.turning();
+        let square = turn_rate * turn_rate;
+        // In the axes of the fields; r, r_p, r_l and r_tt, along which q changes at a constant rate, are scaled.
+        let drift = self.turned(&frame.carried(&Vector2::zeros()));
+        let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
+        let pushed = self.turned(&pushed);
+        let (by_p, by_l) = (Vector2::new(p1, p2), Vector2::new(l1, l2));
+        let centre = Vector2::new(x, y) * per;
+        let weight = Vector2::new(
+            per * (turn_change * p_w + square * pw + 2.0 * turn_rate * p_l * rate[1])
+                - by_p.dot(&pushed),
+            per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
+                - by_l.dot(&pushed),
+        );
+        let (mass, force) = self.felt([n11, n12, n22, f1, f2, p_l], &weight)?;
+        let swept = Vector2::new(
+            by_p.dot(&drift) - turn_rate * per * p_w,
+            by_l.dot(&drift) - turn_rate * per * l_w,
+        );
+        let pull = inverse.tr_mul(&swept);
+        // The power of the sections while q changes at a constant rate; the end is then accelerated, too. What of r_tt is along r_t is left out of both.
+        let moved = (by_p * rate[0] + by_l * rate[1]) * per;
+        let turning_rate = turn_rate + spin;
+        let accelerations = [
+            Vector2::new(a1, a2) * per,
+            aside(&centre) * turn_change - centre * square,
+            aside(&moved) * (2.0 * turning_rate),
+            pushed,
+        ];
+        let turned =
+            turn_rate * per * per * (w_a + 2.0 * turning_rate * (pw * rate[0] + lw * rate[1]));
+        let all = accelerations.iter().sum::<Vector2<f64>>();
+        let power = turned
+            + turn_rate * (turn_change * ww * per * per + aside(&centre).dot(&pushed))
+            + all.dot(&drift)
+            - pull.dot(&(end * per));
+        let (centre, pull) = (turn * centre, turn * pull);
+        let still = 0.5
+            * (square * ww * per * per + frame.carried(&Vector2::zeros()).norm_squared())
+            + turn_rate * aside(&centre).dot(&frame.carried(&Vector2::zeros()));
+        Some(CarriedRod {
+            mass,
+            force,
+            pull,
+            power,
+            kinetic: 0.5 * v.dot(&(mass * v)) + v.dot(&pull) + still,
+            centre,
+        })
+    }
+}

@@ -1,0 +1,398 @@
+//! The same of a taut rod: straight along its pull but for a bend at the clamp, by the pull lam and its direction gam (theory 2.9).
+//!
+//! The derivatives by p and lam both turn the rod and cancel to a part of 1/lam^2 of them. So T = tan(gam/4) and lam are the coordinates here, as ln T and ln lam.
+//! With sigma = lam s, u = lam (1 - s) and y = T sinh(u)/cosh(lam), in the axes of the pull and up to exp(-2 lam),
+//!
+//! ```text
+//! lam r = (sigma - 4 (F - f), -4 (G - g)),   f = y^2/(1 + y^2),   g = y/(1 + y^2),   F and G those of T.
+//! ```
+//!
+//! The bend alone has y = T exp(-sigma); sinh joins to it what the end without a couple throws back. All
+//! derivatives follow from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is nothing beside what is asked, the place is linear in sigma, and so are
+//! its derivatives: two nodes are enough for all of that part.
+
+use super::end_inertia::{Field, Moving, heavy, pushed};
+use super::moving_clamp::{CarriedRod, carried};
+use super::{Added, EXACT, OnEquilibria, ROUGH, nodes};
+use crate::elastica::chart::Integrals;
+use crate::elastica::shape_by_theta::{reach_of_bend, rule_of_bend};
+use crate::elastica::simd_sums::{self, InLanes, Lanes};
+use crate::manifold::TAUT;
+use crate::math::frame::Frame;
+use crate::math::real::Real;
+use nalgebra::{Matrix2, Vector2};
+use pulp::{Simd, WithSimd};
+use std::f64::consts::LN_2;
+
+/// Nodes of Gauss' rule of two on [-1, 1].
+const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
+
+/// ln |T| above which its bend is a loop that has left the clamp.
+const LOOPED: f64 = 3.0;
+
+/// A taut rod as far as its mass is concerned, per unit of mass.
+#[derive(Debug, Clone, Copy)]
+pub struct TautInertia {
+    lam: f64,
+    /// T = tan(gam/4), and ln |T|.
+    t: f64,
+    ln_t: f64,
+    /// exp(-lam).
+    faded: f64,
+    clamp: Bend,
+    /// Part of the integrals along the rod by which they may be off.
+    error: f64,
+    /// sigma from which on the rod is straight to that part; at most lam.
+    reach: f64,
+}
+
+/// What the shape is made of, as a function of y.
+#[derive(Debug, Clone, Copy)]
+struct Bend<T = f64> {
+    /// y^2/(1 + y^2).
+    f: T,
+    /// y/(1 + y^2).
+    g: T,
+    /// 1 - 2 f.
+    c: T,
+}
+
+impl<T: Real> Bend<T> {
+    /// Of y and 1/(1 + y^2).
+    #[inline(always)]
+    fn new(y: T, over: T) -> Self {
+        let (one, square) = (y.all(1.0), y * y);
+        Self {
+            f: square * over,
+            g: y * over,
+            c: (one - square) * over,
+        }
+    }
+}
+
+/// A section, sigma from the clamp.
+struct Section<T = f64> {
+    sigma: T,
+    bend: Bend<T>,
+    /// rho = -d ln y/d ln lam, and what d rho/d ln lam is beyond rho.
+    rho: T,
+    rise: T,
+}
+
+impl TautInertia {
+    /// The rod at the chart point (p, w); None if it is not taut.
+    #[must_use]
+    pub fn new(p: f64, w: f64) -> Option<Self> {
+        Self::at_load(p, Integrals::new(p, w).lam)
+    }
+
+    /// The rod of modulus p under the pull lam; None if it is not taut, or its bend a loop that has left the clamp.
+    #[must_use]
+    pub fn at_load(p: f64, lam: f64) -> Option<Self> {
+        // lam = |p| + ln(2 T).
+        let ln_t = lam - p.abs() - LN_2;
+        let taut = lam > TAUT && ln_t < LOOPED.min(0.5 * (lam - TAUT));
+        let t = ln_t.exp().copysign(p);
+        taut.then(|| {
+            let rod = Self {
+                lam,
+                t,
+                ln_t,
+                faded: (-lam).exp(),
+                clamp: Bend::new(t, 1.0 / (1.0 + t * t)),
+                error: EXACT,
+                reach: lam,
+            };
+            rod.to_part(EXACT)
+        })
+    }
+
+    /// The same with integrals along the rod that may be off by a part `error` of their size, between 1e-12 and 1e-4.
+    #[must_use]
+    pub fn to_part(self, error: f64) -> Self {
+        let error = error.clamp(EXACT, ROUGH);
+        let reach = self.lam.min(reach_of_bend(self.ln_t, error));
+        Self {
+            error,
+            reach,
+            ..self
+        }
+    }
+
+    /// |T|.
+    pub(super) fn bend(&self) -> f64 {
+        self.t.abs()
+    }
+
+    /// [`RodInertia::added`](super::RodInertia::added).
+    pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+        let moving = self.moving(v)?;
+        moving.added(self.integrals(&Heavy, &moving.rate), gravity)
+    }
+
+    /// Mass and force of that.
+    #[inline(always)]
+    pub(super) fn felt(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+    ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
+        simd_sums::wide(Feeling {
+            rod: self,
+            v,
+            gravity,
+        })
+    }
+
+    #[inline(always)]
+    fn moving(&self, v: &Vector2<f64>) -> Option<Moving> {
+        let end = self.end();
+        let [_, by_t, by_l] = self.field(&end);
+        let inverse = Matrix2::new(by_t[0], by_l[0], by_t[1], by_l[1]).try_inverse()?;
+        // cos gam and sin gam, gam = 4 atan T.
+        let Bend { g, c, .. } = self.clamp;
+        let (cos, sin) = (c * c - 4.0 * g * g, 4.0 * g * c);
+        let turn = Matrix2::new(cos, -sin, sin, cos);
+        let scale = 0.25 * self.lam;
+        let rate = inverse * turn.tr_mul(v) * scale;
+        Some(Moving {
+            scale,
+            turn,
+            inverse,
+            rate,
+            end: self.second(&end, &rate).into(),
+            spin: 0.0,
+        })
+    }
+
+    /// Integrals along the rod, while ln T and ln lam change at this rate.
+    fn integrals<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
+        let ([places, weights], rod) = (self.nodes(), self);
+        let bend = simd_sums::sums(&Sections { rod, each, rate }, places, weights);
+        self.with_straight(bend, each, rate)
+    }
+
+    /// Nodes along the bend, and their weights.
+    #[inline(always)]
+    fn nodes(&self) -> [&'static [f64]; 2] {
+        let (least, draw) = rule_of_bend(self.reach, self.ln_t, self.error);
+        nodes(least, draw)
+    }
+
+    /// Means over the rod, from those over its bend.
+    #[inline(always)]
+    fn with_straight<const K: usize>(
+        &self,
+        mut means: [f64; K],
+        each: &impl Asked<K>,
+        rate: &Vector2<f64>,
+    ) -> [f64; K] {
+        let half = 0.5 * (self.lam - self.reach);
+        if half > 0.0 {
+            // Gauss' rule of two nodes is exact: products of two linear functions.
+            let (middle, aside) = (self.reach + half, half * FRAC_1_SQRT_3);
+            let [near, far] = [middle - aside, middle + aside].map(|sigma| {
+                let (field, second) = self.straight(sigma, rate);
+                each.of(&field, &second)
+            });
+            let (bent, half) = (self.reach / self.lam, half / self.lam);
+            for k in 0..K {
+                means[k] = means[k] * bent + (near[k] + far[k]) * half;
+            }
+        }
+        means
+    }
+
+    /// [`Self::field`] and [`Self::second`] where y = 0.
+    #[inline(always)]
+    fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (Field<f64>, [f64; 2]) {
+        let Bend { f, g, c } = self.clamp;
+        let (square, beyond) = (g * g, sigma - 2.0 * f);
+        let field = [
+            [0.25 * sigma - f, -g],
+            [2.0 * square, beyond * g - g],
+            [f, g],
+        ];
+        let [tt, tl] = [rate.x * rate.x, 2.0 * rate.x * rate.y];
+        let second = [
+            square * (tt * (4.0 + 2.0 * c - 4.0 * beyond) - 2.0 * tl),
+            g * (tt * 4.0 * square + tl * (1.0 + 2.0 * f)),
+        ];
+        (field, second)
+    }
+
+    /// The section of the bend with `part` > 0 of that beyond it.
+    #[inline(always)]
+    fn section<S: Simd>(&self, part: Lanes<S>) -> Section<Lanes<S>> {
+        let left = part * self.reach;
+        let sigma = left.all(self.reach) - left;
+        let u = left.all(self.lam) - sigma;
+        let [near, far] = sigma.faded();
+        let tip = far * self.faded;
+        let (one, back) = (u.all(1.0), tip * tip);
+        let (sinh, cosh) = (one - back, one + back);
+        let y = near * sinh * self.t;
+        // One division for 1/sinh and 1/(1 + y^2).
+        let square = y.times_plus(y, one);
+        let over = (sinh * square).inverse();
+        let per = u * square * over;
+        Section {
+            sigma,
+            bend: Bend::new(y, sinh * over),
+            rho: u.all(self.lam) - per * cosh,
+            rise: back * per * per * 4.0,
+        }
+    }
+
+    #[inline(always)]
+    fn end(&self) -> Section {
+        Section {
+            sigma: self.lam,
+            bend: Bend::new(0.0, 1.0),
+            rho: self.lam - 1.0,
+            rise: 1.0,
+        }
+    }
+
+    /// lam/4 times the place, and its derivatives by ln T and ln lam.
+    #[inline(always)]
+    fn field<T: Real>(&self, at: &Section<T>) -> Field<T> {
+        let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
+        let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
+        let pulled = at.rho * g;
+        [
+            [at.sigma * 0.25 - more, across * -1.0],
+            [
+                across * across * 2.0,
+                (at.sigma - more * 2.0) * clamp.g - across * c,
+            ],
+            [more - pulled * g * 2.0, across - pulled * c],
+        ]
+    }
+
+    /// lam/4 times the second derivative of the place in time, while ln T and ln lam change at constant rates, less cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2, which
+    /// makes it shorter. Any such sum of r_lnT and r_lnlam with factors that are the same all along the rod drops out of r_tt - P c, since c, the end's, is without it, too.
+    #[inline(always)]
+    fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
+        let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
+        let (rho, g2, gc) = (at.rho, g * g, g * c);
+        let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
+        let steady = clamp.g * clamp.c;
+        // By ln T twice; the axes turn by gam_lnT = 4 G.
+        let square = clamp.g * clamp.g;
+        let tt = [
+            across
+                * (c * (4.0 * clamp.g) + g.all(4.0 * steady) - gc * 4.0 - across * (2.0 * clamp.c))
+                - (at.sigma - more * 2.0) * (4.0 * square),
+            gc * (c - g.all(clamp.c)) + across * (g2 + g.all(square) - g * (3.0 * clamp.g)) * 4.0,
+        ];
+        let bent = c * c - g2 * 4.0;
+        let tl = [
+            across * (rho * gc * 2.0 - across) * 2.0,
+            across * c + more * (2.0 * clamp.g) - rho * g * (bent + g * (8.0 * clamp.g)),
+        ];
+        // By ln lam twice.
+        let rho2 = rho * rho;
+        let ll = [
+            g2 * (rho2 * c * 2.0 - at.rise) * 2.0,
+            g * (rho2 * bent - at.rise * c),
+        ];
+        let [t, l]: [f64; 2] = (*rate).into();
+        let by = [t * t, 2.0 * t * l, l * l];
+        [
+            T::mixed(by, [tt[0], tl[0], ll[0]]),
+            T::mixed(by, [tt[1], tl[1], ll[1]]),
+        ]
+    }
+}
+
+impl OnEquilibria for TautInertia {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+        self.added(v, gravity)
+    }
+
+    fn carried(
+        &self,
+        v: &Vector2<f64>,
+        gravity: &Vector2<f64>,
+        frame: &Frame<2>,
+    ) -> Option<CarriedRod> {
+        let moving = self.moving(v)?;
+        moving.carried(self.integrals(&Moved, &moving.rate), v, gravity, frame)
+    }
+}
+
+/// [`TautInertia::felt`], all of it compiled for wide registers, since it is part of every step of a run.
+struct Feeling<'a> {
+    rod: &'a TautInertia,
+    v: &'a Vector2<f64>,
+    gravity: &'a Vector2<f64>,
+}
+
+impl WithSimd for Feeling<'_> {
+    type Output = Option<(Matrix2<f64>, Vector2<f64>)>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self { rod, v, gravity } = self;
+        let moving = rod.moving(v)?;
+        let ([places, weights], rate) = (rod.nodes(), &moving.rate);
+        if *gravity == Vector2::zeros() {
+            let each = &Weightless;
+            let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+            return moving.felt(rod.with_straight(bend, each, rate), &Vector2::zeros());
+        }
+        let each = &Heavy;
+        let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
+        let [n11, n12, n22, f1, f2, turned, along @ ..] = rod.with_straight(bend, each, rate);
+        let weight = moving.weighed(along, gravity);
+        moving.felt([n11, n12, n22, f1, f2, turned], &weight)
+    }
+}
+
+/// What is summed along a rod.
+trait Asked<const K: usize> {
+    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; K];
+}
+
+struct Weightless;
+
+impl Asked<6> for Weightless {
+    #[inline(always)]
+    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 6] {
+        pushed(field, second)
+    }
+}
+
+struct Heavy;
+
+impl Asked<12> for Heavy {
+    #[inline(always)]
+    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 12] {
+        heavy(field, second)
+    }
+}
+
+struct Moved;
+
+impl Asked<20> for Moved {
+    #[inline(always)]
+    fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 20] {
+        carried(field, second)
+    }
+}
+
+struct Sections<'a, E> {
+    rod: &'a TautInertia,
+    each: &'a E,
+    rate: &'a Vector2<f64>,
+}
+
+impl<E: Asked<K>, const K: usize> InLanes<K> for Sections<'_, E> {
+    #[inline(always)]
+    fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
+        let here = self.rod.section(part);
+        let field = self.rod.field(&here);
+        self.each.of(&field, &self.rod.second(&here, self.rate))
+    }
+}

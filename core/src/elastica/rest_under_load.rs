@@ -1,0 +1,189 @@
+//! The rod at rest under a load on its mass.
+
+use super::{Elastica, Equilibrium, LightRod, straight_chart};
+use crate::error::{Error, Message, Quantity, Result};
+use crate::manifold::{Deflected, EquilibriumManifold, RodMass};
+use crate::math::frame::Frame;
+use crate::solve::roots::chandrupatla;
+use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::FRAC_PI_2;
+
+/// The stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2; `None` is the straight
+/// rod, of a load along it that pulls or does not push beyond Euler's pi^2/4.
+///
+/// The force of the rod on the mass is -load, so that lambda = |load|^(1/2) and alpha is the direction of -load: one
+/// equation for p. Of its solutions the stable one leans to the side of the load and has no inflection, 0 < w < pi/2.
+///
+/// # Errors
+/// A load that is not finite or has lambda beyond 340, that is 1.2e5 EI/L^2; a push along the rod beyond Euler's load, for it may buckle to either
+/// side.
+pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
+    let lambda = load.norm().sqrt();
+    if !(lambda <= LAMBDA_MOST) {
+        return Err(Error::domain(
+            Message::from("the load ")
+                .list(load.as_slice(), |_| Quantity::Force)
+                .words(" must be finite, and below ")
+                .number(LAMBDA_MOST * LAMBDA_MOST, Quantity::Force)
+                .words(" in size"),
+        ));
+    }
+    let buckles = load.x < 0.0 && lambda > FRAC_PI_2;
+    if load.y == 0.0 && buckles {
+        return Err(Error::ambiguous(
+            Message::from("the load pushes the straight rod with ")
+                .number(-load.x, Quantity::Force)
+                .words(", beyond Euler's load, (pi^2/4) EI/L^2 = ")
+                .number(FRAC_PI_2 * FRAC_PI_2, Quantity::Force)
+                .words(
+                    ": it buckles to either side; add a small load across the rod, or tilt the clamp a little, to choose one",
+                ),
+        ));
+    }
+    // The direction of a load is known to rounding. Beyond Euler's load rounding tells to which side the rod buckles.
+    if (load.y.abs() <= ALONG * load.x.abs() && !buckles) || lambda == 0.0 {
+        return Ok(None);
+    }
+    let bent = |p: f64| Equilibrium::from_lambda_p(lambda, p.copysign(load.y));
+    if let Some(p) = straight_chart::pulled(load) {
+        return bent(p).map(Some);
+    }
+    let at = |ln_p: f64| Equilibrium::from_lambda_p(lambda, ln_p.exp());
+    let (mut low, high) = (LEAST_P.ln(), (lambda + MOST_P).ln());
+    if lambda > FRAC_PI_2 {
+        // Below this p the rod has an inflection.
+        let beyond = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.w - FRAC_PI_2);
+        let ends = ((low, beyond(low)), (high, beyond(high)));
+        low = chandrupatla(beyond, ends.0, ends.1, 0.0).unwrap_or(low);
+    }
+    // From there on alpha falls from 0 towards -pi.
+    let target = -load.y.abs().atan2(-load.x);
+    let excess = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.alpha - target);
+    let ends = ((low, excess(low)), (high, excess(high)));
+    // Under a load that lies along the rod but for rounding the first shape without inflection is the one.
+    let root = match ends.0.1 <= 0.0 && lambda > FRAC_PI_2 {
+        true => Some(low),
+        false => chandrupatla(excess, ends.0, ends.1, 0.0),
+    };
+    root.and_then(|ln_p| bent(ln_p.exp()).ok())
+        .map(Some)
+        .ok_or_else(|| {
+            let words = Message::from("no shape at rest was found under the load ");
+            Error::no_convergence(words.list(load.as_slice(), |_| Quantity::Force))
+        })
+}
+
+/// The same of a mass whose rod has a weight, which is felt to first order as in its motions: there it rests. The clamp stands in `frame`, if it is not at
+/// the origin along the axes of the world, along whose axes `load` is. Next to the straight rod the weight is felt across it; where motions do not follow
+/// the mass of the rod at all, as on one that is pulled too hard, nothing is.
+///
+/// # Errors
+/// As [`settled`]; no convergence, of rods that are not light.
+pub fn settled_with(
+    rod: &LightRod,
+    frame: Option<&Frame<2>>,
+    load: &Vector2<f64>,
+) -> Result<Option<Equilibrium>> {
+    let none = Vector2::zeros();
+    let felt = |total: &Vector2<f64>| -> Result<Option<Vector2<f64>>> {
+        let Some(at) = settled(total)? else {
+            return Ok(None);
+        };
+        let q = Vector2::new(at.p, at.w);
+        if !(rod.room(&q, &none, false) > 0.0) {
+            return Ok(None);
+        }
+        let Some(point) = Elastica.point(&q) else {
+            return Ok(None);
+        };
+        let felt = rod.added(frame, [&q, &none], &point, f64::EPSILON);
+        Ok(felt.map(|felt| load + felt.force))
+    };
+    let weight = frame.map_or(rod.gravity, |frame| frame.inward(&rod.gravity)) * rod.mass;
+    let mut total = load + weight * SHARE;
+    let slack = settled(&total)?.map_or(0.0, |at| at.one_minus_x);
+    if slack < HAIR {
+        return slightly_bent(rod, frame, load);
+    }
+    let mut last = f64::INFINITY;
+    for _ in 0..STEPS {
+        let Some(there) = felt(&total)? else {
+            return settled(load);
+        };
+        let size = total.norm();
+        let mut slope = Matrix2::identity();
+        for i in 0..2 {
+            let mut aside = total;
+            aside[i] += DIFFERENCE * size;
+            // At the edge of where the mass is followed the weight is taken to stay as it is.
+            let beside = felt(&aside)?.unwrap_or(there);
+            let column = slope.column(i) - (beside - there) / (DIFFERENCE * size);
+            slope.set_column(i, &column);
+        }
+        let Some(step) = slope.lu().solve(&(there - total)) else {
+            break;
+        };
+        total += step;
+        // What is felt of a rod that is bent a little has noise, by which steps stop falling.
+        let step = step.norm() / size;
+        if step <= ROUNDING || (step <= NOISE && step >= 0.5 * last) {
+            return settled(&total);
+        }
+        last = step;
+    }
+    match slack < SLIGHT {
+        true => slightly_bent(rod, frame, load),
+        false => Err(unfound()),
+    }
+}
+
+/// The same of a rod that is all but straight: across it the weight changes with the deflection, and its pull is that of the load.
+fn slightly_bent(
+    rod: &LightRod,
+    frame: Option<&Frame<2>>,
+    load: &Vector2<f64>,
+) -> Result<Option<Equilibrium>> {
+    let mut total = *load;
+    for _ in 0..STEPS {
+        let at = settled(&total)?;
+        let deflected = Deflected {
+            pull: load.x,
+            tightening: 0.0,
+            height: at.map_or(0.0, |at| at.y),
+            speed: 0.0,
+        };
+        let Some(felt) = rod.beside(frame, &deflected) else {
+            return settled(load);
+        };
+        let next = load.y + felt.force;
+        if (next - total.y).abs() <= ROUNDING * next.abs() {
+            return Ok(at);
+        }
+        total.y = next;
+    }
+    Err(unfound())
+}
+
+fn unfound() -> Error {
+    Error::no_convergence(
+        "no shape at rest of the rod with its weight, felt to first order, was found: write inertia = \"full\" in [rod]",
+    )
+}
+
+/// A cantilever sinks under its weight as under this part of it at its end.
+const SHARE: f64 = 0.375;
+/// Newton's steps, their differences, a last one that is rounding, and the largest that noise may make, in parts of the load.
+const STEPS: usize = 40;
+const DIFFERENCE: f64 = 1e-4;
+const ROUNDING: f64 = 1e-12;
+const NOISE: f64 = 1e-7;
+/// 1 - x up to which a rod may be taken as all but straight, which leaves out a part 1 - x, and below which what is felt of it drowns in rounding otherwise.
+const SLIGHT: f64 = 1e-5;
+const HAIR: f64 = 1e-8;
+/// A load whose part across the rod is smaller than this part of it lies along the rod.
+const ALONG: f64 = 4.0 * f64::EPSILON;
+/// Beyond it the chart serves only rods that are taut all along.
+const LAMBDA_MOST: f64 = 340.0;
+/// p of the slightest bend looked at, and by how much it exceeds lambda for a load along the rod to rounding.
+const LEAST_P: f64 = 1e-150;
+const MOST_P: f64 = 700.0;

@@ -1,0 +1,357 @@
+//! The pendulum of the rod at many places of one rod: theta functions, whose coefficients are the modulus' alone.
+//!
+//! (s, c, d, b) are those of `Integrals` at u; with v = pi u/(2K) by the nome of the modulus, or v = pi u/(2K') by the complementary one, and the
+//! parts P1 .. P4 of the four functions as [`Nome`] has them, up to factors:
+//!
+//! ```text
+//! (s, c, d) = (P1 sin v, P2 cos v, P4)/P3,  or, by Jacobi's imaginary transformation,  (P1 sinh v, P4, P2 cosh v)/P3
+//! b = linear u + factor (log P3)'
+//! ```
+
+use super::chart::{Integrals, Modulus};
+use super::curvature::Swing;
+use super::simd_sums::Lanes;
+use crate::math::real::Real;
+use crate::math::theta::Nome;
+use pulp::Simd;
+use std::f64::consts::{FRAC_2_PI, LN_2, PI};
+
+/// A place of a rod, or several, as [`Integrals`](super::chart::Integrals) has it at u = lam part.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Places<T> {
+    pub u: T,
+    pub s: T,
+    pub c: T,
+    pub d: T,
+    pub b: T,
+}
+
+impl<T: Real> Places<T> {
+    /// The pendulum there.
+    #[inline(always)]
+    pub fn swing(&self, modulus: &Modulus) -> Swing<T> {
+        Swing::at(modulus, self.u, [self.s, self.c, self.d, self.b])
+    }
+}
+
+/// A rod of one modulus and one load.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Along {
+    lam: f64,
+    /// True where v is real: the nome is that of the modulus.
+    real: bool,
+    /// dv/du.
+    pace: f64,
+    nome: Nome,
+    /// v at the clamp.
+    whole: f64,
+    /// A half turn of the pendulum in v, if it goes beyond half of one, or nearly so.
+    half_turn: Option<f64>,
+    /// What s, c, d and P3'/(sin v cos v) in b have as factors.
+    by_s: f64,
+    by_c: f64,
+    by_d: f64,
+    by_b: f64,
+    /// b = linear u + slope.
+    linear: f64,
+    /// What b gains, beyond that, in a period 2K.
+    turns: f64,
+}
+
+impl Along {
+    /// Of the rod with this modulus and 0 < lam.
+    #[inline(always)]
+    pub fn new(modulus: &Modulus, lam: f64) -> Self {
+        let (k, kc) = (modulus.kap.abs(), modulus.kap_c);
+        let real = kc > k;
+        let (small, large) = if real { (k, kc) } else { (kc, k) };
+        let nome = Nome::new(small * small, large);
+        let Nome {
+            q,
+            over_square,
+            theta2,
+            theta3,
+            theta4,
+            pace,
+            ..
+        } = nome;
+        let q3 = q * q * q;
+        let q8 = q3 * q3 * (q * q);
+        let (over2, over3) = (1.0 / theta2, 1.0 / theta3);
+        // (log P3)' = 2 q (..) in both; the nome of a weakly bent rod drops out against kap^2.
+        let (by_s, by_c, by_d, by_b, linear) = if real {
+            let linear = pace * pace * 8.0 * over_square * (1.0 + 4.0 * q3 + 9.0 * q8) * over3;
+            (
+                theta4 * over2,
+                theta3 * over2,
+                kc.sqrt(),
+                -pace * over_square,
+                linear,
+            )
+        } else {
+            let (over4, over_k2) = (1.0 / theta4, 1.0 / (k * k));
+            let left = pace * pace * q * (8.0 - 32.0 * q3 + 72.0 * q8) * over4;
+            (
+                kc * theta3 * theta3 * over2 * over4,
+                theta3 * over4,
+                kc * theta3 * over2,
+                pace * q * over_k2,
+                (left - kc * kc) * over_k2,
+            )
+        };
+        let whole = lam * pace;
+        let half_turn = match real {
+            true => (2.0 * whole > PI).then_some(PI),
+            false => (2.0 * whole > -rough_log(q) - ROUGHLY).then(|| -q.ln()),
+        };
+        Self {
+            lam,
+            real,
+            pace,
+            nome,
+            whole,
+            half_turn,
+            by_s,
+            by_c,
+            by_d,
+            by_b: 8.0 * by_b,
+            linear,
+            turns: if real { 0.0 } else { 2.0 * pace / (k * k) },
+        }
+    }
+
+    /// The Gauss rule that integrates along this rod to the part `error`: its nodes, and how far they are drawn to the clamp ([`drawn`]). The poles of the
+    /// pendulum lie at odd multiples of K, K' away from the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse
+    /// through the nearest. A pole beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before the power is measured; of drawn
+    /// nodes all is.
+    #[inline(always)]
+    pub fn rule(&self, error: f64) -> (f64, usize) {
+        let quarter = 0.5 * PI / self.pace;
+        // K'/K = log(1/q)/pi, or K/K'.
+        let other = quarter * rough_log(self.nome.q) * (-1.0 / PI);
+        let (k, away) = match self.real {
+            true => (quarter, other.min(FARTHEST * quarter)),
+            false => (other, quarter),
+        };
+        let digits = binary_digits(error);
+        if self.lam > NARROW * away && self.lam < k + ABOUT * away {
+            let (range, draw) = drawn_so_far(self.lam / away);
+            return (DRAWN[0] + DRAWN[1] * range + DRAWN[2] * digits, draw);
+        }
+        let per = 2.0 / self.lam;
+        let slowness = slow((k * per - 1.0).min(1.0), away * per);
+        let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
+        (nodes.max(FEWEST[0] + FEWEST[1] * digits), 0)
+    }
+
+    /// The chart's integrals of the whole rod, whose modulus this is.
+    #[inline(always)]
+    pub fn clamp(&self, modulus: &Modulus) -> Integrals {
+        let Places { s, c, d, b, .. } = self.place_at(1.0);
+        Integrals {
+            kap: modulus.kap,
+            kap_c: modulus.kap_c,
+            s,
+            c,
+            d,
+            lam: self.lam,
+            b,
+        }
+    }
+
+    /// v less the nearest half turns: how many, and the sign that they give s and c.
+    #[inline(always)]
+    fn unwound<T: Real>(&self, v: T) -> (T, Option<[T; 2]>) {
+        let Some(half_turn) = self.half_turn else {
+            return (v, None);
+        };
+        let turns = (v * (1.0 / half_turn)).nearest();
+        let odd = T::mixed([1.0, -2.0], [turns, (turns * 0.5).nearest()]);
+        let sign = v.all(1.0) - odd * odd * 2.0;
+        (T::mixed([1.0, -half_turn], [v, turns]), Some([turns, sign]))
+    }
+
+    /// At u = lam part of one place.
+    #[inline(always)]
+    pub fn place_at(&self, part: f64) -> Places<f64> {
+        let (v, wound) = self.unwound(part * self.whole);
+        let turned = match self.real {
+            true => v.sin_cos(),
+            false => (v.sinh(), v.cosh()),
+        };
+        self.place(part, turned, wound)
+    }
+
+    /// At u = lam part.
+    #[inline(always)]
+    pub fn at<S: Simd>(&self, part: Lanes<S>) -> Places<Lanes<S>> {
+        let (v, wound) = self.unwound(part * self.whole);
+        let turned = match self.real {
+            true => v.sin_cos(),
+            false => v.sinh_cosh(),
+        };
+        self.place(part, turned, wound)
+    }
+
+    /// The place with this part of the rod beyond it from (sin v, cos v), or (sinh v, cosh v); `wound`: whole periods that have been taken off v, and
+    /// the sign that the rest of them gives s and c.
+    #[inline(always)]
+    fn place<T: Real>(&self, part: T, (sin, cos): (T, T), wound: Option<[T; 2]>) -> Places<T> {
+        // 2 q cos 2v, or 2 q cosh 2v.
+        let twice = 2.0 * self.nome.q;
+        let bent = if self.real { -2.0 } else { 2.0 } * twice;
+        let z = (sin * sin).times_plus(sin.all(bent), sin.all(twice));
+        let [p1, p2, p3, p4] = self.nome.parts(z);
+        let over = p3.inverse();
+        let (p1, p2) = (sin * p1, cos * p2);
+        let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
+        let u = part * self.lam;
+        let slope = sin * cos * (self.nome.slope(z) * over);
+        let mut place = Places {
+            u,
+            s: p1 * (over * self.by_s),
+            c: c * (over * self.by_c),
+            d: d * (over * self.by_d),
+            b: T::mixed([self.linear, self.by_b], [u, slope]),
+        };
+        if let Some([turns, sign]) = wound {
+            place.s = place.s * sign;
+            place.c = place.c * sign;
+            place.b = turns.times_plus(turns.all(self.turns), place.b);
+        }
+        place
+    }
+}
+
+/// lam s from which on a taut rod that is bent by T (`TautInertia`) is straight to the part `error`.
+#[inline(always)]
+pub(super) fn reach_of_bend(ln_t: f64, error: f64) -> f64 {
+    STRAIGHT[0] + STRAIGHT[1] * binary_digits(error) + ln_t.max(0.0)
+}
+
+/// The Gauss rule that integrates to that part up to the place lam s = `reach` or nearer, where the rod is straight or ends: its nodes, and how far they
+/// are drawn to the clamp. Bends beyond T = 1 lie inside, where nodes are sparser.
+#[inline(always)]
+pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
+    let (_, draw) = drawn_so_far(reach * FRAC_2_PI);
+    let at_clamp = TAUT[0] + TAUT[1] * binary_digits(error);
+    (at_clamp * (INSIDE[0] + INSIDE[1] * ln_t).max(1.0), draw)
+}
+
+/// The range over which a rule is drawn to the clamp of a rod of so many widths of its bend, and the number of that.
+#[inline(always)]
+fn drawn_so_far(widths: f64) -> (f64, usize) {
+    let most = (DRAWS - 1) as f64;
+    let draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
+    (DRAW * draw as f64, draw)
+}
+
+/// The part of the rod, counted from the tip, at which the node `x` of a rule on [0, 1] lies, and the derivative of that: drawn to the narrow bend at the
+/// clamp of a rod that is pulled hard, 1 - sinh(range (1 - x))/sinh(range). Seen so, its poles are a quarter turn away from the bend, however narrow it
+/// is. Even for `draw` = 0.
+pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
+    if draw == 0 {
+        return [x, 1.0];
+    }
+    let range = DRAW * draw as f64;
+    let (at, scale) = (range * (1.0 - x), 1.0 / range.sinh());
+    [1.0 - scale * at.sinh(), scale * range * at.cosh()]
+}
+
+/// Ways to draw the nodes, and the range of a step between them.
+pub(super) const DRAWS: usize = 48;
+const DRAW: f64 = 0.25;
+
+/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, roughly: sinh log rho = z, and 1/asinh z = 1/z + Z[0] z/(z + Z[1]).
+#[inline(always)]
+fn slow(x: f64, y: f64) -> f64 {
+    const Z: [f64; 2] = [0.25, 0.8];
+    let z = if x > 0.0 {
+        let [more, less] = [1.0 + x, 1.0 - x].map(|x| (x * x + y * y).sqrt());
+        let half = 0.5 * (more + less);
+        (half * half - 1.0).sqrt()
+    } else {
+        y
+    };
+    1.0 / z + Z[0] * z / (z + Z[1])
+}
+
+/// -log_2 x, 0 < x < 1, rounded up.
+#[inline(always)]
+fn binary_digits(x: f64) -> f64 {
+    1023.0 - (x.to_bits() >> 52) as f64
+}
+
+/// log x of a normal x > 0 to [`ROUGHLY`]: the significand by a straight line.
+#[inline(always)]
+fn rough_log(x: f64) -> f64 {
+    const ONE: f64 = 4_503_599_627_370_496.0;
+    (x.to_bits() as f64 / ONE - 1023.0) * LN_2
+}
+
+const ROUGHLY: f64 = 0.06;
+
+/// Half the logarithm of the factor before the power of the ellipse.
+const NODES: f64 = 3.0;
+/// Slightly loaded rods bend by polynomials.
+const FEWEST: [f64; 2] = [3.4, 0.2];
+/// K'/K beyond which poles count as infinitely far.
+const FARTHEST: f64 = 6.0;
+/// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
+const NARROW: f64 = 3.5;
+const ABOUT: f64 = 0.25;
+/// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
+/// lam < 30.
+const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
+/// The bend of taut rods, which counts ln 2 a binary digit further, and some more for the powers of lam s beside it; nodes there, with every digit; of bends inside the
+/// rod a multiple that grows with ln T. Measured for parts from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
+const STRAIGHT: [f64; 2] = [3.0, LN_2 + 0.1];
+const TAUT: [f64; 2] = [-1.0, 0.6];
+const INSIDE: [f64; 2] = [0.5, 1.0];
+
+#[cfg(test)]
+mod tests {
+    use super::super::chart::amplitude;
+    use super::super::simd_sums::{InLanes, sums};
+    use super::*;
+
+    /// Catches a wrong coefficient, nome or period: Carlson's integrals are another way to the same, and lead from the amplitude back to the load.
+    #[test]
+    fn places_are_those_of_the_chart() {
+        for p in [1e-3, -0.3, 0.88, -0.8815, 1.6, -3.2, 6.0, 12.0] {
+            for lam in [0.1, 1.4, 4.6, 9.0, 29.0] {
+                let modulus = Modulus::new(p);
+                let along = Along::new(&modulus, lam);
+                let places = [0.0005, 0.115, 0.295, 0.515, 0.705, 0.885, 0.9995, 1.0];
+                for (k, part) in places.iter().enumerate() {
+                    let at = Integrals::at_load(p, lam * part).unwrap();
+                    let back = Integrals::new(p, amplitude(p, at.lam).unwrap());
+                    let error = (back.lam - at.lam).abs() * at.d;
+                    assert!(
+                        error < 2e-14 * (1.0 + at.lam),
+                        "p {p} lam {lam} part {part}: back by {error:e}"
+                    );
+                    let mut only = [0.0; 8];
+                    only[k] = 1.0;
+                    let found = sums(&Pendulum(&along), &places, &only);
+                    for (found, expected) in found.iter().zip([at.s, at.c, at.d, at.b]) {
+                        let error = (found - expected).abs();
+                        assert!(
+                            error < 2e-14 * (1.0 + at.lam),
+                            "p {p} lam {lam} part {part}: {error:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    struct Pendulum<'a>(&'a Along);
+
+    impl InLanes<4> for Pendulum<'_> {
+        fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; 4] {
+            let at = self.0.at(part);
+            [at.s, at.c, at.d, at.b]
+        }
+    }
+}

@@ -1,0 +1,115 @@
+//! Other equilibria under the same end condition: what every start leads to, and what deflation finds besides.
+
+use super::chart::{AnyChart, Spatial, dynamic};
+use super::ivp::Wrench;
+use super::path_to_target::{Search, options, tamely};
+use super::problem::Problem;
+use super::solution_path::{Charted, Path, Taken};
+use super::starts::PathStart;
+use crate::error::Result;
+use crate::solve::deflation::{self, further};
+use crate::solve::parametrised_problem::{Family, Linearised};
+use nalgebra::DVector;
+
+/// Couples and forces, in B/L and B/L^2, along which deflation begins: those of a rod that is much bent.
+const TYPICAL: f64 = 10.0;
+/// Equilibria nearer to each other than this, relative to 1 + their wrench, are one: a fold, where two meet, is known to no
+/// more than the root of the tolerance.
+const SAME: f64 = 1e-4;
+/// Newton steps of one search of deflation at most.
+const PATIENCE: usize = 40;
+
+/// A held rod in the form of a family of one member.
+struct Member<'a> {
+    problem: &'a Problem,
+    search: Search,
+}
+
+impl Family for Member<'_> {
+    fn size(&self) -> usize {
+        6
+    }
+
+    fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
+        let (residual, jacobian) = tamely(&Spatial, &self.search, self.problem, x)?;
+        Ok(Linearised {
+            residual,
+            jacobian,
+            slope: DVector::zeros(6),
+        })
+    }
+}
+
+impl Problem {
+    /// Base wrenches, in the world frame, of the equilibria that are found under this end condition besides those at `known`:
+    /// from every start of [`Problem::solve`], in a plane and in closed form where the data allow it, and by deflation from all of
+    /// these and from rods bent every way. Only where the closed form holds it is sure that none in its plane is missing.
+    pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
+        let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
+        match self.charted(None) {
+            Ok((Charted::ClosedForm(chart), taken)) => {
+                self.gather(&chart, &mut self.closed_starts(&chart), &taken, &mut all);
+            }
+            Ok((Charted::Planar(plane), taken)) => {
+                self.gather(&plane, &mut self.planar_starts(&plane), &taken, &mut all);
+            }
+            _ => {}
+        }
+        let taken = Taken::new(Path::Spatial, "all equilibria are looked for".to_owned());
+        self.gather(&Spatial, &mut self.starts(), &taken, &mut all);
+        self.deflate(&mut all);
+        let found = all.split_off(known.len()).into_iter();
+        found.map(|b| self.rod.outward_wrench(&b)).collect()
+    }
+
+    /// Adds what the starts lead to.
+    fn gather(
+        &self,
+        chart: &dyn AnyChart,
+        starts: &mut dyn Iterator<Item = PathStart>,
+        taken: &Taken,
+        all: &mut Vec<Wrench>,
+    ) {
+        let search = Search::new();
+        for start in starts {
+            if search.is_over() {
+                break;
+            }
+            if let Ok(found) = self.walk(chart, &search, start, taken) {
+                let b = self.rod.inward(&found.base);
+                if !all.iter().any(|known| is_same(known, &b)) {
+                    all.push(b);
+                }
+            }
+        }
+    }
+
+    /// Adds what deflation finds, up to wrenches of twice the size of those known: rods have equilibria of any order.
+    fn deflate(&self, all: &mut Vec<Wrench>) {
+        let bound = 2.0 * all.iter().map(|b| b.norm()).fold(TYPICAL, f64::max);
+        let mut guesses: Vec<DVector<f64>> = all.iter().map(|b| dynamic(*b)).collect();
+        let known = guesses.clone();
+        for k in 0..6 {
+            guesses.extend([TYPICAL, -TYPICAL].map(|size| dynamic(Wrench::ith(k, size))));
+        }
+        let member = Member {
+            problem: self,
+            search: Search::new(),
+        };
+        let asked = deflation::Options {
+            newton: options(self.correction(), PATIENCE),
+            separation: SAME,
+            ..deflation::Options::default()
+        };
+        if let Ok(search) = further(&member, 0.0, &known, &guesses, &asked) {
+            let found = search.solutions.iter();
+            let found = found.filter_map(|solution| Spatial.wrench(self, &solution.x).ok());
+            all.extend(found.filter(|b| b.norm() <= bound));
+        }
+    }
+}
+
+/// True of two wrenches of one equilibrium.
+fn is_same(a: &Wrench, b: &Wrench) -> bool {
+    (a - b).norm() <= SAME * (1.0 + b.norm())
+}

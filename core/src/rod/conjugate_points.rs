@@ -1,0 +1,247 @@
+//! Variations of a rod from clamp to end, and the angle that counts its conjugate points (see `index`).
+
+use super::distributed_load::Carried;
+use super::ivp::{Flow, LineState, STEP_LIMIT, Wrench, rate, unit_columns};
+use super::scaled_law::ScaledLaw;
+use crate::error::{Error, Result};
+use crate::solve::dop853::Dop853;
+use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
+use std::f64::consts::{PI, TAU};
+
+/// The rod's end with variations that stay well apart under any load: their columns are mixed on the way.
+#[derive(Debug, Clone)]
+pub(super) struct Variations<const K: usize> {
+    /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
+    pub(super) end: LineState<K>,
+    /// Force at the end.
+    pub(super) n: Vector3<f64>,
+    /// dm(0) - dw(1) of each column: what varies the couple at the end beside force and place there.
+    pub(super) dm: [[f64; K]; 3],
+    /// J and P at the end: conjugate variables, J^T P symmetric.
+    pub(super) conjugate: (Matrix3<f64>, Matrix3<f64>),
+    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
+    pub(super) angle: f64,
+    /// The weight kappa.
+    pub(super) weight: f64,
+    /// How much the rod makes of an error at its clamp: the size of the unmixed columns at the end over the compliance.
+    pub(super) growth: f64,
+}
+
+/// The load along a rod, and its base wrench.
+struct Loaded<'a, const K: usize, C: Carried<K>> {
+    load: &'a C::Load,
+    b: &'a Wrench,
+}
+
+/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep n, is symmetric.
+fn conjugate<const K: usize, C: Carried<K>>(
+    at: &LineState<K, C>,
+    rod: &Loaded<'_, K, C>,
+    dm: &[[f64; K]; 3],
+) -> (SMatrix<f64, 3, K>, SMatrix<f64, 3, K>) {
+    let block = |rows: &[[f64; K]]| SMatrix::<f64, 3, K>::from_fn(|i, j| rows[i][j]);
+    let (m, n) = at.resultants(rod.b, rod.load);
+    let j = block(&at.tangent[..3]);
+    let rho = block(&at.tangent[3..]);
+    let mut given = *dm;
+    at.carried.take_columns(&mut given);
+    let p = block(&given) + n.cross_matrix() * rho + 0.5 * m.cross_matrix() * j;
+    (j, p)
+}
+
+/// The first three columns, which keep n.
+fn own<const K: usize>(all: &SMatrix<f64, 3, K>) -> Matrix3<f64> {
+    all.fixed_columns::<3>(0).into_owned()
+}
+
+/// P + i kappa J of columns 0..3.
+pub(super) fn whole<const K: usize>(
+    (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
+    weight: f64,
+) -> Matrix3<Complex<f64>> {
+    own(p).zip_map(&own(j), |p, j| Complex::new(p, weight * j))
+}
+
+/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load along it, too.
+fn turning<const K: usize, C: Carried<K>>(
+    at: &LineState<K, C>,
+    slope: &LineState<K, C>,
+    rod: &Loaded<'_, K, C>,
+    dm: &[[f64; K]; 3],
+    weight: f64,
+) -> Option<(Complex<f64>, f64)> {
+    let found = conjugate(at, rod, dm);
+    let block = |rows: &[[f64; K]]| Matrix3::from_fn(|i, j| rows[i][j]);
+    let (m, n) = at.resultants(rod.b, rod.load);
+    let dj = block(&slope.tangent[..3]);
+    let dp = n.cross_matrix() * block(&slope.tangent[3..])
+        + 0.5 * (n.cross(&slope.position()).cross_matrix() * own(&found.0) + m.cross_matrix() * dj);
+    let whole = whole(&found, weight);
+    let rate = dp.zip_map(&dj, |p, j| Complex::new(p, weight * j));
+    Some((
+        whole.determinant(),
+        (whole.try_inverse()? * rate).trace().im,
+    ))
+}
+
+/// A rod that is followed from clamp to end: `K` = 3 columns at constant n, `K` = 6 with variations of n.
+pub(super) struct Followed<const K: usize, C = ()> {
+    pub(super) end: LineState<K, C>,
+    /// dm(0) of each column.
+    pub(super) dm: [[f64; K]; 3],
+    /// Angle of det(P + i kappa J) from clamp to end.
+    pub(super) angle: f64,
+    /// By how much columns were shortened on the way.
+    pub(super) growth: f64,
+}
+
+/// The variations of a rod that `follow` follows, given kappa.
+pub(super) fn variations<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    follow: impl FnOnce(f64) -> Result<Followed<K, C>>,
+) -> Result<Variations<K>> {
+    let [c1, c2] = law.flexures();
+    let weight = 2.0 * rate(law, b)? / (c1 + c2);
+    let found = follow(weight)?;
+    let end = &found.end;
+    let (j, p) = conjugate(end, &Loaded { load, b }, &found.dm);
+    let compliance = law.inverse(0.0, b)?.compliance.matrix().norm();
+    let mut dm = found.dm;
+    end.carried.take_columns(&mut dm);
+    Ok(Variations {
+        growth: found.growth * size(end).max(1.0) / compliance.max(1.0),
+        n: end.resultants(b, load).1,
+        end: end.bare(),
+        dm,
+        conjugate: (own(&j), own(&p)),
+        angle: found.angle,
+        weight,
+    })
+}
+
+/// The largest size of an entry of the tangent.
+fn size<const K: usize, C>(at: &LineState<K, C>) -> f64 {
+    let entries = at.tangent.as_flattened().iter();
+    entries.fold(0.0, |size, x| size.max(x.abs()))
+}
+
+/// Why variations could not be followed.
+pub(super) fn lost() -> Error {
+    Error::no_convergence("the variations along the rod could not be followed")
+}
+
+/// Follows any rod, by explicit steps.
+pub(super) fn followed<const K: usize, C: Carried<K>>(
+    (law, load): (&ScaledLaw, &C::Load),
+    b: &Wrench,
+    weight: f64,
+    tolerance: f64,
+) -> Result<Followed<K, C>> {
+    let rod = &Loaded { load, b };
+    let longest = 1.2 / rate(law, b)?;
+    let [dm, dn] = unit_columns();
+    let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
+    let state = LineState::clamp();
+    let slope = flow.slope(&state).ok_or_else(lost)?;
+    let mut turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+    let mut solver = Dop853::new(state, slope, longest, tolerance);
+    let mut step = solver.blank();
+    let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
+    let mut pieces = law.pieces().iter().peekable();
+    while let Some(&&(_, to)) = pieces.peek() {
+        let left = to - solver.state().s();
+        if left <= 1e-14 {
+            pieces.next();
+            if let Some(&&(from, _)) = pieces.peek() {
+                let state = solver.state().at(from);
+                let slope = flow.slope(&state).ok_or_else(lost)?;
+                turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+                solver.rewind(state, slope);
+            }
+            continue;
+        }
+        solver
+            .step_into(
+                |x, slope| flow.write_slope(x, slope),
+                h_max.min(left),
+                &mut step,
+            )
+            .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
+        let next = turning(&step.to, step.end_slope(), rod, &flow.dm, weight).ok_or_else(lost)?;
+        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
+        let turned = (next.0 / turn.0).arg();
+        let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
+        let expected = 0.5 * (before + after);
+        let whole = ((expected - turned) / TAU).round() * TAU;
+        let known = (turned + whole - expected).abs() < 1.0;
+        if !(known && before.abs().max(after.abs()) < PI) {
+            solver.rewind(step.from, step.stage_slopes()[0]);
+            h_max = 0.5 * step.h;
+            if solver.cost().steps > STEP_LIMIT {
+                return Err(lost());
+            }
+            continue;
+        }
+        angle += turned + whole;
+        h_max = longest;
+        turn = next;
+        if size(&step.to) > GROWN {
+            let (mut state, mut slope) = (step.to, *step.end_slope());
+            growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
+            // The mixing has a positive determinant: the angle stays.
+            turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+            solver.rewind(state, slope);
+        }
+        if solver.cost().steps > STEP_LIMIT {
+            return Err(lost());
+        }
+    }
+    Ok(Followed {
+        end: *solver.state(),
+        dm: flow.dm,
+        angle,
+        growth,
+    })
+}
+
+/// Size of the tangent beyond which its columns are mixed.
+pub(super) const GROWN: f64 = 30.0;
+
+/// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
+/// state, slope and dm(0) mix alike. Returns the size they had.
+fn separate<const K: usize, C: Carried<K>>(
+    state: &mut LineState<K, C>,
+    slope: &mut LineState<K, C>,
+    flow: &mut Flow<'_, K, C>,
+    rod: &Loaded<'_, K, C>,
+) -> Option<f64> {
+    let (mixing, size) = separating(&conjugate(state, rod, &flow.dm))?;
+    let rows = (state.tangent.iter_mut())
+        .chain(slope.tangent.iter_mut())
+        .chain(flow.dm.iter_mut())
+        .chain(state.carried.columns())
+        .chain(slope.carried.columns());
+    for row in rows {
+        *row = (mixing.transpose() * SVector::from(*row)).into();
+    }
+    Some(size)
+}
+
+/// What columns are to be multiplied by that columns 0..3 of (J, P) become orthonormal, and the others have no part in them; and
+/// the size of the three. Its determinant is positive.
+pub(super) fn separating<const K: usize>(
+    (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
+) -> Option<(SMatrix<f64, K, K>, f64)> {
+    let gram = own(j).transpose() * j + own(p).transpose() * p;
+    let square = own(&gram);
+    let one = square.cholesky()?.l().transpose().try_inverse()?;
+    let mut mixing = SMatrix::<f64, K, K>::identity();
+    mixing.fixed_view_mut::<3, 3>(0, 0).copy_from(&one);
+    // Of a column x the part in the orthonormal ones e = x_0 one is e (e^T x) = x_0 (one one^T) (x_0^T x).
+    for column in 3..K {
+        let part = one * (one.transpose() * gram.column(column));
+        mixing.view_mut((0, column), (3, 1)).copy_from(&(-part));
+    }
+    Some((mixing, square.trace().sqrt()))
+}

@@ -1,0 +1,510 @@
+//! The inertia of a rod that stays on its equilibria while base and base wrench change (theory 3.9).
+//!
+//! Seen from a frame that moves with the base and does not turn, the section s is at r(s), R(s). While the base wrench b changes at the
+//! rate b' and the base turns with Omega, the section turns and moves by (omega, v) = T(s) (b', Omega), T the tangent of the
+//! initial-value problem; while b' and Omega do not change, these change by (omega_t, r_tt):
+//!
+//! ```text
+//! omega' = R u_t,                          v' = omega x tau + R v_t,                                         tau = r'
+//! omega_t' = R u_tt + omega x R u_t,       r_tt' = omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt
+//! (u, v)_t = C w_t,   (u, v)_tt = C w_tt,  w = (R^T m, R^T n),   m = m(0) - r x n - w
+//! ```
+//!
+//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along. With the velocity V of the
+//! base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
+//! The chart's own integration along the rod has found shape and T at the stages of its steps. The second derivative and all integrals
+//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them. Taut rods are swept from both ends
+//! ([`super::taut`]): there the rates are those of the end, or of the force.
+
+use super::Rod;
+use super::distributed_load::{Carried, Distributed, Heavy, Weight};
+use super::ivp::{LineState, Wrench};
+use super::ivp_trace::Track;
+use super::scaled_law::ScaledLaw;
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::solve::dop853::over_stages;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
+
+/// What the sections of a rod weigh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SectionMass {
+    /// Mass of the whole rod, the same per unloaded length everywhere.
+    pub mass: f64,
+    /// Inertia of the sections per length about their middle, along their directors.
+    pub rotary: Vector3<f64>,
+}
+
+impl SectionMass {
+    /// The inertia of its sections over its own and the square of its length `length`.
+    pub(super) fn per_mass(&self, length: f64) -> Vector3<f64> {
+        self.rotary / (self.mass * length)
+    }
+
+    /// Those of a rod without mass.
+    pub const NONE: Self = Self {
+        mass: 0.0,
+        rotary: Vector3::new(0.0, 0.0, 0.0),
+    };
+}
+
+/// How the rod moves, along the directors of its base as they are now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Swaying {
+    /// Rate of the base wrench in the world, in B/L and B/L^2 per time.
+    pub rate: Wrench,
+    /// Angular velocity of the base.
+    pub spin: Vector3<f64>,
+}
+
+impl Swaying {
+    /// (b', Omega).
+    pub(super) fn rates(&self) -> [f64; 9] {
+        std::array::from_fn(|i| match i {
+            0..6 => self.rate[i],
+            _ => self.spin[i - 6],
+        })
+    }
+}
+
+/// The inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in the world, in B/L and B/L^2, and angular
+/// velocity of the base, all along the directors of the base as they are now. Of a taut rod [`Rates`](super::Rates) stand in the place of b'.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Generalized {
+    /// int Lambda^T I Lambda, symmetric: twice the kinetic energy is its quadratic form.
+    pub matrix: SMatrix<f64, 12, 12>,
+    /// int Lambda^T (inertia) while V, b' and Omega do not change.
+    pub force: SVector<f64, 12>,
+    /// Where the centre of mass is, seen from the base.
+    pub centre: Vector3<f64>,
+    /// The angular momentum about the base while that has no velocity.
+    pub momentum: Vector3<f64>,
+    /// (omega_t, r_tt) of the end while V, b' and Omega do not change.
+    pub second: Vector6<f64>,
+    /// The second derivative of the couple m(1) there.
+    pub couple: Vector3<f64>,
+}
+
+/// A rod whose shape and tangent an integration has found: what [`Rod::generalized_inertia`] goes along again.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Trace(Kept);
+
+/// An integration along a rod, and where it ends.
+pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
+
+// It is made once a trace, and not moved about.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+enum Kept {
+    /// Without a load; a turn of the base, if there is one, is one of the whole rod.
+    Bare(Tracked<6, ()>, bool),
+    /// Under a load, the base at rest.
+    Held(Tracked<6, Heavy<6>>),
+    /// Under a load, with a turn of the base.
+    Turning(Tracked<9, Heavy<9>>),
+}
+
+impl Trace {
+    pub(super) fn bare(track: Track<6>, end: LineState<6>, turns: bool) -> Self {
+        Self(Kept::Bare((track, end), turns))
+    }
+
+    pub(super) fn held(tracked: Tracked<6, Heavy<6>>) -> Self {
+        Self(Kept::Held(tracked))
+    }
+
+    pub(super) fn turning(tracked: Tracked<9, Heavy<9>>) -> Self {
+        Self(Kept::Turning(tracked))
+    }
+}
+
+/// The tangent at a section: d(phi, r), and dw of a load, by b and, if K is 9, by a turn of the base.
+pub(super) struct Tangent<const K: usize> {
+    pub by: [[f64; K]; 6],
+    pub taken: [[f64; K]; 3],
+}
+
+/// A rod in motion.
+struct Field<'a, L> {
+    sections: Strained<'a>,
+    load: &'a L,
+    b: &'a Wrench,
+    /// (b', Omega).
+    rates: [f64; 9],
+    rotary: Vector3<f64>,
+}
+
+/// Sections whose strains change.
+pub(super) struct Strained<'a> {
+    law: &'a ScaledLaw,
+    /// True if the compliance is the same under all resultants.
+    linear: bool,
+}
+
+/// A section as it moves: shape, (omega, v), and what (omega_t, r_tt) are made of.
+pub(super) struct Moving {
+    pub turn: Matrix3<f64>,
+    pub r: Vector3<f64>,
+    pub omega: Vector3<f64>,
+    pub v: Vector3<f64>,
+    pub m: Vector3<f64>,
+    pub n: Vector3<f64>,
+    pub m_t: Vector3<f64>,
+    pub n_t: Vector3<f64>,
+}
+
+impl Moving {
+    /// m_tt, where the section is accelerated by r_tt and the load takes w_tt.
+    fn couple(&self, r_tt: &Vector3<f64>, taken: &Vector3<f64>) -> Vector3<f64> {
+        -r_tt.cross(&self.n) - self.v.cross(&self.n_t) * 2.0 - taken
+    }
+}
+
+/// (omega_t, r_tt), and w_tt of the load.
+pub(super) type Second = SVector<f64, 9>;
+
+fn three(x: &Second, row: usize) -> Vector3<f64> {
+    Vector3::new(x[row], x[row + 1], x[row + 2])
+}
+
+fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
+    Vector3::new(x[row], x[row + 1], x[row + 2])
+}
+
+/// Sums along the rod, in its units.
+pub(super) struct Sums<const K: usize> {
+    /// int T^T I T, and int T_v.
+    own: [[f64; K]; K],
+    mixed: [[f64; K]; 3],
+    /// int r; the angular momentum.
+    first: Vector3<f64>,
+    momentum: Vector3<f64>,
+    /// int r_tt, and int T^T of the inertia.
+    base: Vector3<f64>,
+    chart: [f64; K],
+}
+
+impl<const K: usize> Sums<K> {
+    pub fn new() -> Self {
+        Self {
+            own: [[0.0; K]; K],
+            mixed: [[0.0; K]; 3],
+            first: Vector3::zeros(),
+            momentum: Vector3::zeros(),
+            base: Vector3::zeros(),
+            chart: [0.0; K],
+        }
+    }
+
+    /// Adds a section.
+    pub fn add(
+        &mut self,
+        weight: f64,
+        (tangent, at): (&Tangent<K>, &Moving),
+        second: &Second,
+        rotary: &Vector3<f64>,
+    ) {
+        let (omega_t, r_tt) = (three(second, 0), three(second, 3));
+        self.first += at.r * weight;
+        self.base += r_tt * weight;
+        self.momentum += at.r.cross(&at.v) * weight;
+        let row = |i: usize| &tangent.by[i];
+        for i in 0..3 {
+            let v = row(3 + i);
+            self.pair(v, weight, r_tt[i] * weight);
+            for (sum, v) in self.mixed[i].iter_mut().zip(v) {
+                *sum += v * weight;
+            }
+        }
+        if *rotary == Vector3::zeros() {
+            return;
+        }
+        let spun = at.turn * rotary.component_mul(&at.turn.tr_mul(&at.omega));
+        self.momentum += spun * weight;
+        let turned = at.turn.tr_mul(&at.omega.cross(&spun));
+        let own = at.turn.tr_mul(&omega_t).component_mul(rotary) + turned;
+        for i in 0..3 {
+            // Along the director of this number.
+            let d = at.turn.column(i);
+            let along: [f64; K] =
+                std::array::from_fn(|k| d[0] * row(0)[k] + d[1] * row(1)[k] + d[2] * row(2)[k]);
+            self.pair(&along, rotary[i] * weight, own[i] * weight);
+        }
+    }
+
+    /// own += weight row^T row, chart += force row.
+    #[inline]
+    fn pair(&mut self, row: &[f64; K], weight: f64, force: f64) {
+        for i in 0..K {
+            let scaled = row[i] * weight;
+            for (sum, x) in self.own[i].iter_mut().zip(row) {
+                *sum += scaled * x;
+            }
+            self.chart[i] += force * row[i];
+        }
+    }
+}
+
+/// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not linear.
+const ASIDE: f64 = 2e-3;
+
+impl<'a> Strained<'a> {
+    pub fn of(rod: &'a Rod) -> Self {
+        Self {
+            law: &rod.law,
+            linear: rod.section.is_linear(),
+        }
+    }
+
+    /// (omega_t', r_tt') of a section that is turned and bent on by omega_t and m_tt, under a force that changes at a constant rate.
+    pub fn second(
+        &self,
+        s: f64,
+        at: &Moving,
+        omega_t: &Vector3<f64>,
+        m_tt: &Vector3<f64>,
+    ) -> Option<[Vector3<f64>; 2]> {
+        let Moving {
+            turn,
+            omega,
+            m,
+            n,
+            m_t,
+            n_t,
+            ..
+        } = at;
+        // (R^T a)_t = R^T (a_t - omega x a), twice.
+        let once = |a: &Vector3<f64>, a_t: &Vector3<f64>| turn.tr_mul(&(a_t - omega.cross(a)));
+        let turning = |a: &Vector3<f64>, a_t: &Vector3<f64>| {
+            omega.cross(&(omega.cross(a) - a_t * 2.0)) - omega_t.cross(a)
+        };
+        let local = joined(&turn.tr_mul(m), &turn.tr_mul(n));
+        let response = self.law.inverse(s, &local).ok()?;
+        let compliance = &*response.compliance;
+        let w_t = joined(&once(m, m_t), &once(n, n_t));
+        let e_t = compliance * &w_t;
+        let w_tt = joined(
+            &turn.tr_mul(&(m_tt + turning(m, m_t))),
+            &turn.tr_mul(&turning(n, n_t)),
+        );
+        let mut e_tt = compliance * &w_tt;
+        if !self.linear {
+            e_tt += self.stiffening(s, &local, &w_t)?;
+        }
+        let tau = turn * half(&response.strain, 3);
+        let (u_t, v_t) = (turn * half(&e_t, 0), turn * half(&e_t, 3));
+        let turned = turn * half(&e_tt, 0) + omega.cross(&u_t);
+        let moved = omega_t.cross(&tau)
+            + omega.cross(&(omega.cross(&tau) + v_t * 2.0))
+            + turn * half(&e_tt, 3);
+        Some([turned, moved])
+    }
+
+    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
+    fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
+        let speed = w_t.norm();
+        if speed == 0.0 {
+            return Some(Vector6::zeros());
+        }
+        let step = ASIDE * (1.0 + w.norm()) / speed;
+        let at = |part: f64| {
+            let there = self.law.inverse(s, &(w + w_t * (part * step))).ok()?;
+            Some(&*there.compliance * w_t)
+        };
+        let near = at(1.0)? - at(-1.0)?;
+        let far = at(2.0)? - at(-2.0)?;
+        Some((near * 8.0 - far) / (12.0 * step))
+    }
+}
+
+impl<L> Field<'_, L> {
+    /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its wrench back.
+    fn tangent<const J: usize, const K: usize>(
+        &self,
+        at: &LineState<J, impl Carried<J, Load = L>>,
+    ) -> Tangent<K> {
+        let mut by = [[0.0; K]; 6];
+        let mut taken = [[0.0; K]; 3];
+        let mut own = [[0.0; J]; 3];
+        at.carried.take_columns(&mut own);
+        for (row, own) in by.iter_mut().zip(&at.tangent) {
+            row[..J].copy_from_slice(own);
+        }
+        for (row, own) in taken.iter_mut().zip(&own) {
+            row[..J].copy_from_slice(own);
+        }
+        if K > J {
+            let r = at.position();
+            let [m, n] = [half(self.b, 0), half(self.b, 3)];
+            for k in 0..3 {
+                let axis = Vector3::ith(k, 1.0);
+                let rigid = joined(&axis, &axis.cross(&r));
+                let back = joined(&axis.cross(&m), &axis.cross(&n));
+                for (i, row) in by.iter_mut().enumerate() {
+                    let turned: f64 = row[..6].iter().zip(&back).map(|(t, b)| t * b).sum();
+                    row[6 + k] = rigid[i] - turned;
+                }
+            }
+        }
+        Tangent { by, taken }
+    }
+
+    fn moving<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+        &self,
+        at: &LineState<J, C>,
+        tangent: &Tangent<K>,
+    ) -> Moving {
+        let along =
+            |row: &[f64; K]| -> f64 { row.iter().zip(&self.rates).map(|(t, b)| t * b).sum() };
+        let by = |from: usize| Vector3::from_fn(|i, _| along(&tangent.by[from + i]));
+        let (omega, v) = (by(0), by(3));
+        let taken = Vector3::from_fn(|i, _| along(&tangent.taken[i]));
+        let (m, n) = at.resultants(self.b, self.load);
+        let [m_rate, n_t] = [0, 3].map(|i| Vector3::from_column_slice(&self.rates[i..i + 3]));
+        let r = at.position();
+        Moving {
+            turn: at.rotation(),
+            r,
+            omega,
+            v,
+            m,
+            n,
+            m_t: m_rate + taken - v.cross(&n) - r.cross(&n_t),
+            n_t,
+        }
+    }
+
+    /// What (omega_t, r_tt) and w_tt change by along the rod.
+    fn slope(
+        &self,
+        s: f64,
+        at: &Moving,
+        second: &Second,
+        density: &Vector3<f64>,
+    ) -> Option<Second> {
+        let (omega_t, r_tt) = (three(second, 0), three(second, 3));
+        let m_tt = at.couple(&r_tt, &three(second, 6));
+        let [turned, moved] = self.sections.second(s, at, &omega_t, &m_tt)?;
+        let taken = r_tt.cross(density);
+        Some(Second::from_fn(|i, _| [turned, moved, taken][i / 3][i % 3]))
+    }
+
+    /// The inertia, in the rod's units, from the sections of `track`; None where the law refuses.
+    fn along<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+        &self,
+        track: &Track<J, C>,
+        end: &LineState<J, C>,
+    ) -> Option<(Sums<K>, Second, Vector3<f64>)> {
+        let mut sums = Sums::new();
+        let mut second = Second::zeros();
+        for (h, stages) in track.steps() {
+            second = over_stages(&second, h, |i, second, weight| {
+                let stage = &stages[i];
+                let tangent = self.tangent::<J, K>(stage);
+                let at = self.moving(stage, &tangent);
+                if weight != 0.0 {
+                    sums.add(weight, (&tangent, &at), second, &self.rotary);
+                }
+                self.slope(stage.s(), &at, second, &C::density(self.load, stage.s()))
+            })?;
+        }
+        let at = self.moving(end, &self.tangent::<J, K>(end));
+        let couple = at.couple(&three(&second, 3), &three(&second, 6));
+        Some((sums, second, couple))
+    }
+}
+
+impl Rod {
+    /// The inertia of the rod on its equilibria under the base wrench `b` in B/L and B/L^2, and a dead load along it, along the directors of the
+    /// base, while it moves as `motion` says. `trace` is what the integration left that found its end under them, whose error it has. The clamp is
+    /// not used. If the rod bears a load and the trace is without turns of its base, that must be at rest, and nothing is told of its turning.
+    ///
+    /// # Errors
+    /// A motion too fast for a law that is not linear.
+    pub fn generalized_inertia(
+        &self,
+        mass: &SectionMass,
+        (b, load): (&Wrench, Option<&Distributed>),
+        motion: &Swaying,
+        trace: &Trace,
+    ) -> Result<Generalized> {
+        let found = match &trace.0 {
+            Kept::Bare(way, true) => self.whole::<6, (), 9>(mass, (b, &()), motion, way),
+            Kept::Bare(way, false) => self.whole::<6, (), 6>(mass, (b, &()), motion, way),
+            Kept::Held(way) => {
+                self.whole::<6, Heavy<6>, 6>(mass, (b, &self.borne(load)), motion, way)
+            }
+            Kept::Turning(way) => {
+                self.whole::<9, Heavy<9>, 9>(mass, (b, &self.borne(load)), motion, way)
+            }
+        };
+        found.ok_or_else(|| self.refused(b))
+    }
+
+    /// A motion that the section law refuses.
+    pub(super) fn refused(&self, b: &Wrench) -> Error {
+        Error::domain(format!(
+            "the motion of the rod cannot be followed along it, its section law refuses: {}",
+            self.law.told(b)
+        ))
+    }
+
+    fn borne(&self, load: Option<&Distributed>) -> Weight {
+        load.map_or_else(Weight::nothing, |load| Weight::new(load, self))
+    }
+
+    fn whole<const J: usize, C: Carried<J>, const K: usize>(
+        &self,
+        mass: &SectionMass,
+        (b, load): (&Wrench, &C::Load),
+        motion: &Swaying,
+        (track, end): &Tracked<J, C>,
+    ) -> Option<Generalized> {
+        let field = Field {
+            sections: Strained::of(self),
+            load,
+            b,
+            rates: motion.rates(),
+            rotary: mass.per_mass(self.length),
+        };
+        let (sums, second, couple) = field.along::<J, C, K>(track, end)?;
+        Some(self.generalized(&sums, mass.mass, &second, couple))
+    }
+
+    /// The integrals in the user's units; `couple` is m(1)_tt.
+    pub(super) fn generalized<const K: usize>(
+        &self,
+        sums: &Sums<K>,
+        mass: f64,
+        end: &Second,
+        couple: Vector3<f64>,
+    ) -> Generalized {
+        let length = self.length;
+        // In lengths L; V is in the user's.
+        let unit = mass * length * length;
+        let mut matrix = SMatrix::<f64, 12, 12>::zeros();
+        let mut force = SVector::<f64, 12>::zeros();
+        for i in 0..3 {
+            matrix[(i, i)] = mass;
+            force[i] = sums.base[i] * mass * length;
+            for k in 0..K {
+                matrix[(i, 3 + k)] = sums.mixed[i][k] * mass * length;
+                matrix[(3 + k, i)] = matrix[(i, 3 + k)];
+            }
+        }
+        for i in 0..K {
+            force[3 + i] = sums.chart[i] * unit;
+            for k in 0..K {
+                matrix[(3 + i, 3 + k)] = sums.own[i][k] * unit;
+            }
+        }
+        Generalized {
+            matrix,
+            force,
+            centre: sums.first * length,
+            momentum: sums.momentum * unit,
+            second: joined(&three(end, 0), &(three(end, 3) * length)),
+            couple: couple * self.units().0,
+        }
+    }
+}

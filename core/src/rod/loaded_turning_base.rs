@@ -1,0 +1,162 @@
+//! The end of a rod that bears a dead load along it, with all that a base that turns needs to know (theory 3.8).
+//!
+//! Without a load the end turns with the base as a rigid body does, at a given base wrench along its directors. A load does not turn with
+//! the base: seen from there the end moves by
+//!
+//! ```text
+//! d(phi, r)(1) = [T (psi x m(0), psi x n(0)) + T_psi psi] - (psi, psi x r(1)),
+//! ```
+//!
+//! T the tangent by the base wrench, T_psi that by a turn psi of the base at a given base wrench and load: three more columns of the same
+//! equations, which begin at phi(0) = psi.
+
+use super::RodSection;
+use super::distributed_load::{Carried, Heavy, Weight};
+use super::first_order_mass::{Trace, Tracked};
+use super::ivp;
+use super::ivp::{LineState, Wrench};
+use super::ivp_trace;
+use super::problem::Problem;
+use crate::error::Result;
+use crate::math::se3::halves;
+use nalgebra::{Matrix3, Matrix3x6, Matrix6, SMatrix};
+
+/// The end of a rod under a load along it, in the world and the user's units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadedEnd {
+    /// The section at s = L, with the couple and the force there.
+    pub section: RodSection,
+    /// d(phi, r)(L)/d(m(0), n(0)).
+    pub tangent: Matrix6<f64>,
+    /// d m(L)/d(m(0), n(0)); n(L) changes as n(0) does.
+    pub couple: Matrix3x6<f64>,
+    /// -int f.r ds, the potential of the load.
+    pub potential: f64,
+    /// d(phi, r, m)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: what the load, which does not turn
+    /// along, makes of it. None if it was not asked for.
+    pub by_turn: Option<SMatrix<f64, 9, 3>>,
+}
+
+impl Problem {
+    /// The end of the rod under the base wrench (m(0), n(0)), with its exact tangents; `turns` asks for that by a turn of the clamp, which
+    /// costs half as much again.
+    ///
+    /// # Errors
+    /// As [`super::Rod::end`].
+    pub fn loaded_end(&self, base: &Wrench, turns: bool) -> Result<LoadedEnd> {
+        match turns {
+            false => self.with_columns::<6>(base),
+            true => self.with_columns::<9>(base),
+        }
+    }
+
+    /// The same, and the way there.
+    ///
+    /// # Errors
+    /// As [`super::Rod::end`].
+    pub fn traced_loaded_end(&self, base: &Wrench, turns: bool) -> Result<(LoadedEnd, Trace)> {
+        Ok(match turns {
+            false => {
+                let (end, trace) = self.tracked::<6>(base)?;
+                (end, Trace::held(trace))
+            }
+            true => {
+                let (end, trace) = self.tracked::<9>(base)?;
+                (end, Trace::turning(trace))
+            }
+        })
+    }
+
+    fn tracked<const K: usize>(&self, base: &Wrench) -> Result<(LoadedEnd, Tracked<K, Heavy<K>>)> {
+        let nothing = Weight::nothing();
+        let weight = self.weight.as_ref().unwrap_or(&nothing);
+        let (rod, b) = (&self.rod, self.rod.inward(base));
+        let (at, _, track) =
+            ivp_trace::tracked_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+        Ok((self.described(&at, &b, weight)?, (track, at)))
+    }
+
+    fn with_columns<const K: usize>(&self, base: &Wrench) -> Result<LoadedEnd> {
+        let nothing = Weight::nothing();
+        let weight = self.weight.as_ref().unwrap_or(&nothing);
+        let (rod, b) = (&self.rod, self.rod.inward(base));
+        let (at, _) = ivp::loaded_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+        self.described(&at, &b, weight)
+    }
+
+    fn described<const K: usize>(
+        &self,
+        at: &LineState<K, Heavy<K>>,
+        b: &Wrench,
+        weight: &Weight,
+    ) -> Result<LoadedEnd> {
+        let rod = &self.rod;
+        let (couple, force) = rod.units();
+        let (m, n) = at.resultants(b, weight);
+        let mut taken = [[0.0; K]; 3];
+        at.carried.take_columns(&mut taken);
+        let r = at.position();
+        // Of (phi, r, m)(1), in the numerics' units: dm(1) = dm(0) - r x dn - rho x n(1) - dw.
+        let mut by = SMatrix::<f64, 9, K>::from_fn(|i, j| match i {
+            0..6 => at.tangent[i][j],
+            _ => taken[i - 6][j],
+        });
+        let pulled = n.cross_matrix() * by.fixed_rows::<3>(3);
+        let mut couples = by.fixed_rows_mut::<3>(6);
+        couples += pulled;
+        for i in 0..3 {
+            couples[(i, i)] += 1.0;
+        }
+        let mut levers = couples.fixed_columns_mut::<3>(3);
+        levers -= r.cross_matrix();
+        let by_turn = (K == 9).then(|| {
+            // The base wrench turns with its directors; a rigid body is what is taken off.
+            let (m0, n0) = halves(b);
+            let mut turned = SMatrix::<f64, 6, 3>::zeros();
+            let mut rigid = SMatrix::<f64, 9, 3>::zeros();
+            for (row, f) in [(0, m0), (3, n0)] {
+                let mut part = turned.fixed_rows_mut::<3>(row);
+                part -= f.cross_matrix();
+            }
+            rigid.fixed_rows_mut::<3>(0).fill_with_identity();
+            for (row, f) in [(3, r), (6, m)] {
+                let mut part = rigid.fixed_rows_mut::<3>(row);
+                part -= f.cross_matrix();
+            }
+            by.fixed_columns::<6>(0) * turned + by.fixed_columns::<3>(6) - rigid
+        });
+        let turn = rod.clamp.rotation.to_rotation_matrix();
+        let units = [1.0, rod.length, couple];
+        let outward = |of: usize, by: Matrix3<f64>, unit: f64| {
+            turn.matrix() * by * turn.matrix().transpose() * (units[of] / unit)
+        };
+        let mut tangent = Matrix6::zeros();
+        let mut couple_by = Matrix3x6::zeros();
+        for (column, unit) in [(0, couple), (3, force)] {
+            for of in 0..3 {
+                let block = outward(of, by.fixed_view::<3, 3>(3 * of, column).into(), unit);
+                match of {
+                    2 => couple_by.fixed_columns_mut::<3>(column).copy_from(&block),
+                    _ => tangent
+                        .fixed_view_mut::<3, 3>(3 * of, column)
+                        .copy_from(&block),
+                }
+            }
+        }
+        let by_turn = by_turn.map(|by: SMatrix<f64, 9, 3>| {
+            let mut turned = by;
+            for of in 0..3 {
+                let block = outward(of, by.fixed_rows::<3>(3 * of).into(), 1.0);
+                turned.fixed_rows_mut::<3>(3 * of).copy_from(&block);
+            }
+            turned
+        });
+        Ok(LoadedEnd {
+            section: rod.outward(at, b, weight)?,
+            tangent,
+            couple: couple_by,
+            potential: weight.potential(Carried::<K>::work(&at.carried)) * couple,
+            by_turn,
+        })
+    }
+}

@@ -1,0 +1,150 @@
+//! Paths: whether a problem is solved in space, in a plane or in closed form, and why.
+
+use super::chart::Spatial;
+use super::closed_form::ClosedForm;
+use super::free_end::FreeEnd;
+use super::ivp::Wrench;
+use super::planar::Plane;
+use super::problem::Problem;
+use crate::error::{Error, Result};
+
+/// How a problem is computed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize),
+    serde(rename_all = "kebab-case")
+)]
+pub enum Path {
+    /// The simplest of the others that holds.
+    #[default]
+    Auto,
+    /// Six unknowns in space.
+    Spatial,
+    /// Three unknowns in a plane of symmetry of law, clamp and end condition.
+    Planar,
+    /// The elastica in closed form: two unknowns, no integration.
+    ClosedForm,
+}
+
+impl Path {
+    /// "auto", "spatial", "planar" or "closed-form".
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Spatial => "spatial",
+            Self::Planar => "planar",
+            Self::ClosedForm => "closed-form",
+        }
+    }
+}
+
+/// The path taken and why not a simpler one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taken {
+    /// Spatial, planar or closed form.
+    pub path: Path,
+    /// The reason, as a sentence.
+    pub why: String,
+}
+
+impl Taken {
+    pub(super) fn new(path: Path, why: impl Into<String>) -> Self {
+        Self {
+            path,
+            why: why.into(),
+        }
+    }
+}
+
+/// The charts that hold for a problem.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Charted {
+    /// In space.
+    Spatial(Spatial),
+    /// In space, the end bearing no couple.
+    FreeEnd(FreeEnd),
+    /// In a plane.
+    Planar(Plane),
+    /// In closed form.
+    ClosedForm(ClosedForm),
+}
+
+impl Charted {
+    /// True if the unknowns mean the same: the numbers of the law may differ, not the plane.
+    pub fn is_alike(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Spatial(_), Self::Spatial(_)) | (Self::FreeEnd(_), Self::FreeEnd(_)) => true,
+            (Self::Planar(a), Self::Planar(b)) => a == b,
+            (Self::ClosedForm(a), Self::ClosedForm(b)) => a.plane() == b.plane(),
+            _ => false,
+        }
+    }
+}
+
+impl Problem {
+    /// The chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
+    pub fn charted_in_space(&self) -> Charted {
+        if self.has_free_end() {
+            Charted::FreeEnd(FreeEnd)
+        } else {
+            Charted::Spatial(Spatial)
+        }
+    }
+
+    /// The same problem to be computed by the path of the user's choice.
+    #[must_use]
+    pub fn with_path(mut self, path: Path) -> Self {
+        self.path = path;
+        self
+    }
+
+    /// The chart of the path asked for, or the simplest, and the reason. A base wrench in the world frame from which the search is to
+    /// begin lies in the chart too: of two planes of symmetry it chooses one.
+    ///
+    /// # Errors
+    /// A path that does not hold for this problem; the message says why.
+    pub fn charted(&self, guess: Option<&Wrench>) -> Result<(Charted, Taken)> {
+        let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
+        let spatial = |why: String| (self.charted_in_space(), Taken::new(Path::Spatial, why));
+        let refused = |why: &str| {
+            Err(Error::domain(format!(
+                "solve.path = \"{}\" does not hold here: {why}; use \"auto\"",
+                self.path.as_str()
+            )))
+        };
+        if self.path == Path::Spatial {
+            return Ok(spatial(asked(Path::Spatial)));
+        }
+        let guess = guess.map(|base| self.rod.inward(base));
+        let plane = match self.plane(guess.as_ref()) {
+            Ok(plane) => plane,
+            Err(why) if self.path == Path::Auto => {
+                return Ok(spatial(format!("the data are not planar: {why}")));
+            }
+            Err(why) => return refused(&why),
+        };
+        let planar = |why: String| (Charted::Planar(plane), Taken::new(Path::Planar, why));
+        if self.path == Path::Planar {
+            return Ok(planar(asked(Path::Planar)));
+        }
+        match self.closed_form(&plane) {
+            Ok(chart) => Ok((
+                Charted::ClosedForm(chart),
+                Taken::new(
+                    Path::ClosedForm,
+                    match self.path {
+                        Path::Auto => "the rod is the planar elastica: straight, uniform, unshearable, inextensible, \
+                             no couple at its end"
+                            .to_owned(),
+                        path => asked(path),
+                    },
+                ),
+            )),
+            Err(why) if self.path == Path::Auto => {
+                Ok(planar(format!("the data are planar; no closed form: {why}")))
+            }
+            Err(why) => refused(why),
+        }
+    }
+}

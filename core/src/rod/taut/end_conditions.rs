@@ -1,0 +1,346 @@
+//! Problems of taut rods: what is held and loaded at the end decides the force, three unknowns instead of six.
+
+use super::interval::Pulled;
+use super::{Solved, Spring, Tip, solved};
+use crate::error::{Error, Result};
+use crate::math::se3::{exponential, frame, halves, joined};
+use crate::rod::distributed_load::Weight;
+use crate::rod::equilibrium::{Equilibrium, Route};
+use crate::rod::scaled_law::ScaledLaw;
+use crate::rod::solution_path::{Path, Taken};
+use crate::rod::{Plane, Problem, RodSection, Wrench};
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first, and beyond which it is tried when nothing stable was found.
+pub(in crate::rod) const TAUT: f64 = 16.0;
+pub(in crate::rod) const TIGHT: f64 = 8.0;
+/// What base wrenches of taut rods have of it at least, and how well their couple must agree, over sqrt(F B).
+const PULLED: f64 = 12.0;
+const AGREES: f64 = 1e-5;
+/// Newton steps at most, and the largest change of the force in one, in parts of it.
+const STEPS: usize = 60;
+const CHANGE: f64 = 0.5;
+/// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be had.
+const FOUND: f64 = 1e-12;
+/// The angles by which a force leans in turn, at last by none.
+const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
+/// Between these sqrt(F L^2/B) the force is looked for that makes a rod as long as it is held.
+const RANGE: (f64, f64) = (3.0, 1e6);
+
+impl Problem {
+    /// The law and the load along the rod.
+    pub(in crate::rod) fn bearing(&self) -> (&ScaledLaw, Option<&Weight>) {
+        (&self.rod.law, self.weight.as_ref())
+    }
+
+    pub(in crate::rod) fn tip(&self) -> Tip {
+        match self.orientation {
+            Some(directors) => Tip::Turned(directors),
+            None => Tip::Loaded {
+                couple: self.couple,
+                arm: self.arm,
+            },
+        }
+    }
+
+    pub(in crate::rod) fn is_held(&self) -> [bool; 3] {
+        self.end.position.map(|x| x.is_some())
+    }
+
+    /// Mean bending compliance of the numerics: lam^2 = flexure |n|.
+    pub(in crate::rod) fn flexure(&self) -> f64 {
+        let [a, b] = self.rod.law.flexures();
+        0.5 * (a + b)
+    }
+
+    /// False of problems under a load that turns with the end, which are not solved from both ends. The end of such a
+    /// rod turns into the force whatever its direction is, and what is left of the clamp there, exp(-lam), is all that
+    /// tells the direction: no chart is better than that.
+    pub(in crate::rod) fn may_be_taut(&self) -> bool {
+        !self.end.follower
+    }
+
+    /// The whole of the load along the rod.
+    pub(in crate::rod) fn borne(&self) -> Vector3<f64> {
+        let weight = self.weight.as_ref();
+        weight.map_or_else(Vector3::zeros, Weight::total)
+    }
+
+    /// lam = sqrt(|n| L^2/B) under the force `n` at the base, its mean along a rod that bears a load: an error at the
+    /// base grows as exp(lam) under a pull.
+    pub(in crate::rod) fn lam(&self, n: &Vector3<f64>) -> f64 {
+        let root = |n: &Vector3<f64>| n.norm().sqrt();
+        let weight = self.weight.as_ref();
+        self.flexure().sqrt() * weight.map_or_else(|| root(n), |weight| weight.mean(n, root))
+    }
+
+    /// lam^2 by the part of the force that pulls the end, at `place`, away from the base; negative if the rod is
+    /// pushed together.
+    pub(in crate::rod) fn pull_on(&self, n: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
+        let pull = match &self.weight {
+            None => n.dot(place),
+            Some(weight) => weight.mean(n, |n| n.dot(place).max(0.0).sqrt()).powi(2),
+        };
+        self.flexure() * pull
+    }
+
+    /// The taut rod that a base wrench of the numerics means; None of a slack one.
+    pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
+        let (m, n) = halves(b);
+        if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
+            return None;
+        }
+        let found = solved(
+            self.bearing(),
+            b,
+            (&self.tip(), &Spring::NONE),
+            None,
+            self.tolerance,
+        )
+        .ok()?;
+        let agrees = (found.base_couple - m).norm() < AGREES * n.norm().sqrt();
+        let pulled = self.pull_on(&n, &found.position) > PULLED * PULLED * 0.5;
+        (agrees && pulled).then_some(found)
+    }
+
+    /// The index of a taut rod found beside a spring.
+    pub(in crate::rod) fn taut_index(&self, found: &Solved, spring: &Spring) -> Result<usize> {
+        let axes = self.is_held().into_iter().zip(&self.axes);
+        let axes: Vec<_> = axes
+            .filter(|(held, _)| *held)
+            .map(|(_, axis)| *axis)
+            .collect();
+        let pulled = Pulled::new(self.bearing(), found.shape.n);
+        let alone = spring.alone(&found.by_force.position)?;
+        pulled.index(&found.shape, &self.tip(), &alone, &axes)
+    }
+
+    /// Sections of a taut rod, found beside a spring, at places in [0, 1], in growing order.
+    pub(in crate::rod) fn taut_sections(
+        &self,
+        found: &Solved,
+        spring: &Spring,
+        at: &[f64],
+    ) -> Result<Vec<RodSection>> {
+        let n = found.shape.n;
+        let borne = n + (found.position - spring.at) * spring.stiffness;
+        let pulled = Pulled::new(self.bearing(), borne);
+        let tip = self.tip();
+        let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
+        let (sections, alone) = (sections.iter().zip(at), pulled.under(&n));
+        sections
+            .map(|((section, r, energy), s)| {
+                let n = alone.force(s.clamp(0.0, 1.0));
+                self.rod.outward_section(*s, section, r, *energy, &n)
+            })
+            .collect()
+    }
+
+    /// The force with which a straight rod with layers at its ends is as long as the end is held away, if that is taut.
+    fn stretched(&self) -> Option<Vector3<f64>> {
+        let place: Vector3<f64> = (0..3).map(|i| self.axes[i] * self.targets[i]).sum();
+        let length = place.norm();
+        let along = place.try_normalize(1e-9)?;
+        let layer = |direction: Vector3<f64>| (0.25 * direction.angle(&along)).sin().powi(2);
+        let last = self
+            .orientation
+            .map_or(0.0, |r| layer(r.column(2).into_owned()));
+        let layers = layer(Vector3::z()) + last;
+        let flexure = self.flexure();
+        let excess = |lam: f64| {
+            let pull = Vector6::new(0.0, 0.0, 0.0, 0.0, 0.0, lam * lam / flexure);
+            let at = self.rod.law.inverse(0.5, &pull).ok()?;
+            Some(at.strain[5] - 4.0 * layers / lam - length)
+        };
+        let (mut low, mut high) = RANGE;
+        // A law that refuses a pull refuses greater ones.
+        if !(excess(low)? < 0.0) {
+            return None;
+        }
+        for _ in 0..60 {
+            let middle = (low * high).sqrt();
+            match excess(middle) {
+                Some(excess) if excess < 0.0 => low = middle,
+                _ => high = middle,
+            }
+        }
+        (low < 0.9 * RANGE.1).then(|| along * (low * low / flexure))
+    }
+
+    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut, sqrt(F L^2/B) below `from`.
+    pub(in crate::rod) fn solve_taut(
+        &self,
+        guess: Option<&Wrench>,
+        from: f64,
+    ) -> Option<Result<Equilibrium>> {
+        if !self.may_be_taut() || self.path == Path::ClosedForm {
+            return None;
+        }
+        let guess = guess.map(|base| self.rod.inward(base));
+        let plane = match self.path {
+            Path::Planar => Some(self.plane(guess.as_ref()).ok()?),
+            _ => None,
+        };
+        let held = self.is_held();
+        let (m, start) = match &guess {
+            Some(b) => halves(b),
+            // Each end bears half of the load along the rod.
+            None if held == [true; 3] => (Vector3::zeros(), self.stretched()? + self.borne() * 0.5),
+            None => {
+                let loaded = (0..3).filter(|i| !held[*i]);
+                let force: Vector3<f64> = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
+                (Vector3::zeros(), force + self.borne())
+            }
+        };
+        (self.lam(&start) > from).then(|| self.find_force(&m, start, (guess.is_some(), plane)))
+    }
+
+    fn find_force(
+        &self,
+        m: &Vector3<f64>,
+        start: Vector3<f64>,
+        (from_guess, plane): (bool, Option<Plane>),
+    ) -> Result<Equilibrium> {
+        let (held, tip, borne) = (self.is_held(), self.tip(), self.borne());
+        let mut n = start;
+        // Without a guess the couple at the base tells nothing.
+        let mut last = match from_guess {
+            true => None,
+            false => {
+                let straight = Pulled::new(self.bearing(), n);
+                Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
+            }
+        };
+        let mut route = Route {
+            from_guess,
+            ..Route::start()
+        };
+        let mut before = f64::INFINITY;
+        for _ in 0..STEPS {
+            let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
+            let found = solved(
+                self.bearing(),
+                &b,
+                (&tip, &Spring::NONE),
+                last.as_ref(),
+                self.tolerance,
+            )?;
+            route.iterations += 1;
+            route.evaluations += found.iterations;
+            let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
+            for i in 0..3 {
+                let axis = self.axes[i];
+                let (is, row) = match held[i] {
+                    true => (found.position, axis.transpose() * found.by_force.position),
+                    false => (n - borne, axis.transpose()),
+                };
+                off[i] = axis.dot(&is) - self.targets[i];
+                by.row_mut(i).copy_from(&row);
+            }
+            let step = -by.lu().solve(&off).ok_or_else(|| {
+                Error::ill_conditioned(
+                    "a taut rod is exactly at a fold, or cannot be stretched any more",
+                )
+            })?;
+            let size = step.norm() / n.norm();
+            // Down to rounding, if no better.
+            if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
+                let told = self.told(&found, off.norm(), route, plane)?;
+                if told.index > 0
+                    && !from_guess
+                    && plane.is_none()
+                    && held == [false; 3]
+                    && let Some(stable) = self.leant(&n)
+                {
+                    return self.told(&stable, off.norm(), route, plane);
+                }
+                return Ok(told);
+            }
+            before = size;
+            let part = (CHANGE / size).min(1.0);
+            route.damping = route.damping.min(part);
+            n += step * part;
+            last = Some(found.shape);
+        }
+        Err(Error::no_convergence(
+            "the force of a taut rod was not found; give a guess of its base wrench",
+        ))
+    }
+
+    /// A stable rod under the force `n` that does not lie in the plane of the clamp and the force, as those do that turn far about their
+    /// stiffer axis: the force leans out of that plane, where there is no symmetry that holds the rod, and is led back.
+    fn leant(&self, n: &Vector3<f64>) -> Option<Solved> {
+        let across = Vector3::z().cross(n);
+        let axes = match across.try_normalize(1e-12 * n.norm()) {
+            Some(across) => vec![across.cross(n).normalize()],
+            // Against the clamp: any plane is one of these.
+            None => vec![Vector3::x(), Vector3::y()],
+        };
+        let led = |axis: &Vector3<f64>| {
+            let mut found: Option<Solved> = None;
+            for lean in LEANS {
+                let force = frame(&exponential(&(axis * lean))) * n;
+                let start = found.map(|found| found.shape);
+                let m = start
+                    .as_ref()
+                    .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
+                let end = (&self.tip(), &Spring::NONE);
+                found = solved(
+                    self.bearing(),
+                    &joined(&m, &force),
+                    end,
+                    start.as_ref(),
+                    self.tolerance,
+                )
+                .ok();
+                found.as_ref()?;
+            }
+            found.filter(|found| self.taut_index(found, &Spring::NONE) == Ok(0))
+        };
+        axes.iter().find_map(led)
+    }
+
+    fn told(
+        &self,
+        found: &Solved,
+        residual: f64,
+        route: Route,
+        plane: Option<Plane>,
+    ) -> Result<Equilibrium> {
+        let n = found.shape.n;
+        let lam = self.lam(&n);
+        if lam < TIGHT {
+            return Err(Error::no_convergence(
+                "the guess is that of a taut rod, and leads to one that is slack; give a nearer guess",
+            ));
+        }
+        let b = joined(&found.base_couple, &n);
+        if plane.is_some_and(|plane| !plane.part(&b).1) {
+            return Err(Error::no_convergence(
+                "the equilibrium of a taut rod that was found is not in the plane; use solve.path = \"auto\"",
+            ));
+        }
+        let path = match plane {
+            Some(_) => Path::Planar,
+            None => Path::Spatial,
+        };
+        let (last, tip) = (found.shape.at(1.0), n - self.borne());
+        let potential = (self.weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
+        Ok(Equilibrium {
+            base: self.rod.outward_wrench(&b),
+            end: self
+                .rod
+                .outward_section(1.0, &last, &found.position, found.energy, &tip)?,
+            index: self.taut_index(found, &Spring::NONE)?,
+            potential: potential * self.rod.units().0,
+            residual,
+            route,
+            taken: Taken::new(
+                path,
+                format!(
+                    "the rod is taut, sqrt(F L^2/B) = {lam:.1}: the force is the unknown, and the rod is solved from both ends"
+                ),
+            ),
+        })
+    }
+}

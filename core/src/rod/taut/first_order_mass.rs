@@ -1,0 +1,353 @@
+//! The inertia of a taut rod that stays on its equilibria while its attachments move (theory 3.9).
+//!
+//! Seen from a frame that moves with the base and does not turn, all fields are those of the collocated rod: turn omega, couple m_t, force n_t
+//! and place r_t are its variations by what holds its end, and the turn of the base is one of the whole rod. What they change by while
+//! the attachments are not accelerated solves the same linear equations, with what is of second order in the velocities on the right,
+//! ```text
+//! omega_t' = (..) + q_u,       m_tt' = (..) + n x q_r + 2 n_t x r_t',       r_tt' = (..) + q_r,
+//! ```
+//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r what [`Strained::second`] makes of the velocities alone. Nothing
+//! passes through the base wrench. The stages of the collocation are the nodes of all integrals: with them as further components of the same
+//! differential equation they are of the order of its nodes.
+
+use super::chain::{Answers, Chained, Forces, Hold, REST, chain, follow};
+use super::condensed::{Block, Condensed, Residual, Variations};
+use super::interval::{Pulled, STAGES, Scheme};
+use super::turning_base::Turning;
+use super::{Shape, Spring, Taut, Tip};
+use crate::error::{Error, Result};
+use crate::math::se3::frame;
+use crate::rod::Rod;
+use crate::rod::first_order_mass::{
+    Generalized, Moving, Second, SectionMass, Strained, Sums, Swaying, Tangent,
+};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+/// What moves a taut rod, beside its base: the rates of [`Swaying`] in the place of those of the base wrench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rates {
+    /// (spin, velocity) of its end seen from its base, in lengths of the rod; of an end that bears a couple the velocity alone counts.
+    End,
+    /// (spin of its end, rate of the force that is given to it and the spring beside it, in B/L^2), its base at rest.
+    Force,
+}
+
+/// By the force or the place, by the turn (or couple) of the end, and 1.
+pub(super) type Columns = SMatrix<f64, 3, 7>;
+
+/// A stage that varies.
+pub(super) struct Varied {
+    pub turn: Columns,
+    pub couple: Columns,
+    pub place: Columns,
+    /// d(place)/ds.
+    pub slope: Columns,
+}
+
+/// The variations of all intervals, and what holds the end.
+pub(super) struct Swept<'a> {
+    pub pulled: &'a Pulled<'a>,
+    shape: &'a Shape,
+    tip: &'a Tip,
+    hold: Hold,
+    pub intervals: Vec<Variations>,
+}
+
+/// What the right-hand sides of all intervals make of the rod.
+pub(super) struct Answered {
+    pub condensed: Vec<Condensed>,
+    pub nodes: Vec<Answers>,
+    pub force: Forces,
+}
+
+impl<'a> Swept<'a> {
+    /// None where a stage is singular.
+    pub fn new(
+        pulled: &'a Pulled<'a>,
+        (shape, tip): (&'a Shape, &'a Tip),
+        hold: Hold,
+    ) -> Result<Option<Self>> {
+        let mut intervals = Vec::with_capacity(shape.stages.len());
+        for (k, stages) in shape.stages.iter().enumerate() {
+            let Some(found) = pulled.variations((shape.places[k], shape.places[k + 1]), stages)?
+            else {
+                return Ok(None);
+            };
+            intervals.push(found);
+        }
+        Ok(Some(Self {
+            pulled,
+            shape,
+            tip,
+            hold,
+            intervals,
+        }))
+    }
+
+    /// The intervals with their stages eliminated; None where one is singular.
+    pub fn condensed(&self) -> Option<Vec<Condensed>> {
+        self.intervals.iter().map(Variations::condensed).collect()
+    }
+
+    /// The answers to unit rates of what holds the end, and to what is left over in the intervals; None where the rod is singular.
+    pub fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
+        let last = &self.shape.nodes[self.shape.nodes.len() - 1];
+        let mut end = self.pulled.at_end(last, self.tip);
+        end.right.column_mut(REST).fill(0.0);
+        let Chained { nodes, force, .. } = chain(&condensed, &end, &self.hold)?;
+        Some(Answered {
+            condensed,
+            nodes,
+            force,
+        })
+    }
+
+    /// The stages of interval `k`, whose place at its start is `start`; and the place at its end.
+    pub fn stages(
+        &self,
+        k: usize,
+        answered: &Answered,
+        left: &Residual,
+        start: &Columns,
+    ) -> ([Varied; STAGES], Columns) {
+        let (scheme, by, condensed) = (Scheme::get(), &self.intervals[k], &answered.condensed[k]);
+        let of = |block: &Block| follow(block, &answered.nodes[k], &answered.force);
+        let slopes: [Columns; STAGES] = std::array::from_fn(|i| {
+            let mut slope = of(&by.way_slope(i, condensed));
+            let mut rest = slope.fixed_columns_mut::<1>(REST);
+            rest += left.moved[i] / by.h;
+            slope
+        });
+        let passed = |weights: &[f64; STAGES]| {
+            let parts = slopes.iter().zip(weights);
+            parts.fold(*start, |sum, (slope, weight)| sum + slope * (by.h * weight))
+        };
+        let stages = std::array::from_fn(|i| Varied {
+            turn: of(&condensed.turns[i]),
+            couple: of(&condensed.couples[i]) * self.pulled.kappa,
+            place: passed(&scheme.integrate[i]),
+            slope: slopes[i],
+        });
+        (stages, passed(&scheme.weights))
+    }
+}
+
+/// A rod in motion.
+struct Motion<'a> {
+    swept: Swept<'a>,
+    sections: Strained<'a>,
+    /// Rates of the columns, and the spin of the base.
+    rates: SVector<f64, 7>,
+    spin: Vector3<f64>,
+    /// Columns by the rates of what holds the end.
+    columns: SMatrix<f64, 7, 6>,
+    /// What a load along the rod makes of turns of the base.
+    turning: Option<Turning>,
+}
+
+impl Motion<'_> {
+    /// Stage `i` of interval `k`, at `r`, and what r' changes by.
+    fn moving(
+        &self,
+        (k, i): (usize, usize),
+        r: Vector3<f64>,
+        varied: &Varied,
+        force: &Forces,
+    ) -> (Moving, Vector3<f64>) {
+        let (spin, rates) = (&self.spin, &self.rates);
+        let at = &self.swept.shape.stages[k][i];
+        let along = &self.swept.intervals[k].slopes[i];
+        let mut moving = Moving {
+            turn: frame(&at.turn),
+            r,
+            omega: spin + varied.turn * rates,
+            v: spin.cross(&r) + varied.place * rates,
+            m: at.m,
+            n: along.n,
+            m_t: spin.cross(&at.m) + varied.couple * rates,
+            n_t: spin.cross(&self.swept.pulled.n) + force * rates,
+        };
+        let mut slope = spin.cross(&along.r) + varied.slope * rates;
+        if let Some(turning) = &self.turning {
+            let by = &turning.stages[k][i];
+            moving.omega += by.turn * spin;
+            moving.v += by.place * spin;
+            moving.m_t += by.couple * spin;
+            moving.n_t += turning.force * spin;
+            slope += by.slope * spin;
+        }
+        (moving, slope)
+    }
+
+    /// The places of the stages of interval `k`, which begins at `start`, and its end.
+    fn places(&self, k: usize, start: Vector3<f64>) -> ([Vector3<f64>; STAGES], Vector3<f64>) {
+        let (scheme, by) = (Scheme::get(), &self.swept.intervals[k]);
+        let passed = |weights: &[f64; STAGES]| {
+            let parts = by.slopes.iter().zip(weights);
+            parts.fold(start, |sum, (slope, weight)| {
+                sum + slope.r * (by.h * weight)
+            })
+        };
+        let stages = std::array::from_fn(|i| passed(&scheme.integrate[i]));
+        (stages, passed(&scheme.weights))
+    }
+
+    /// What is of second order in the velocities; None where the law refuses.
+    fn quadratic(&self, first: &Answered) -> Option<Vec<Residual>> {
+        let (scheme, kappa) = (Scheme::get(), self.swept.pulled.kappa);
+        let zero = Vector3::zeros();
+        let mut all = Vec::with_capacity(self.swept.intervals.len());
+        for (k, by) in self.swept.intervals.iter().enumerate() {
+            let mut left = Residual::NONE;
+            // Neither places nor their rates count.
+            let (stages, _) = self.swept.stages(k, first, &left, &Columns::zeros());
+            for (i, varied) in stages.iter().enumerate() {
+                let (at, slope) = self.moving((k, i), zero, varied, &first.force);
+                let s = self.swept.shape.places[k] + scheme.nodes[i] * by.h;
+                let [turned, moved] = self.sections.second(s, &at, &zero, &zero)?;
+                let bent = at.n.cross(&moved) + at.n_t.cross(&slope) * 2.0;
+                left.turned[i] = turned * by.h;
+                left.moved[i] = moved * by.h;
+                left.bent[i] = bent * (by.h / kappa);
+            }
+            all.push(left);
+        }
+        Some(all)
+    }
+
+    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; with what turns of the base make of a load along the rod,
+    /// where it `turns`. None where the law refuses.
+    fn inertia(
+        &mut self,
+        rotary: &Vector3<f64>,
+        turns: bool,
+    ) -> Result<Option<(Sums<9>, Second, Vector3<f64>)>> {
+        let mut condensed = self.swept.condensed().ok_or_else(neutral)?;
+        if turns {
+            let found = Turning::of(&self.swept, condensed).ok_or_else(neutral)?;
+            condensed = found.1;
+            self.turning = Some(found.0);
+        }
+        let swept = &self.swept;
+        let first = swept.answered(condensed).ok_or_else(neutral)?;
+        let Some(left) = self.quadratic(&first) else {
+            return Ok(None);
+        };
+        let condensed = first.condensed.into_iter().zip(&swept.intervals).zip(&left);
+        let condensed = condensed.map(|((condensed, by), left)| condensed.leaving(by, left));
+        let found = swept.answered(condensed.collect()).ok_or_else(neutral)?;
+        let (mut sums, mut start, mut place) = (Sums::new(), Vector3::zeros(), Columns::zeros());
+        for (k, left) in left.iter().enumerate() {
+            let h = self.swept.intervals[k].h;
+            let (places, end) = self.places(k, start);
+            let (stages, reached) = self.swept.stages(k, &found, left, &place);
+            for (i, (varied, r)) in stages.iter().zip(places).enumerate() {
+                let (at, _) = self.moving((k, i), r, varied, &found.force);
+                let tangent = self.tangent((k, i), varied, &r);
+                let second = second(&varied.turn, &varied.place);
+                let weight = h * Scheme::get().weights[i];
+                sums.add(weight, (&tangent, &at), &second, rotary);
+            }
+            (start, place) = (end, reached);
+        }
+        let last = found.nodes[found.nodes.len() - 1];
+        let [turn, couple] = [0, 3].map(|row| last.fixed_rows::<3>(row).into_owned());
+        let couple = couple.column(REST) * self.swept.pulled.kappa;
+        Ok(Some((sums, second(&turn, &place), couple)))
+    }
+
+    /// By the rates of what holds the end, and by a turn of the base, which is one of the whole rod.
+    fn tangent(&self, (k, i): (usize, usize), varied: &Varied, r: &Vector3<f64>) -> Tangent<9> {
+        let mut rows = [
+            (varied.turn * self.columns, Matrix3::identity()),
+            (varied.place * self.columns, -r.cross_matrix()),
+        ];
+        if let Some(turning) = &self.turning {
+            let by = &turning.stages[k][i];
+            rows[0].1 += by.turn;
+            rows[1].1 += by.place;
+        }
+        let by = std::array::from_fn(|i| {
+            let (rates, spin) = &rows[i / 3];
+            std::array::from_fn(|k| match k {
+                0..6 => rates[(i % 3, k)],
+                _ => spin[(i % 3, k - 6)],
+            })
+        });
+        Tangent {
+            by,
+            taken: [[0.0; 9]; 3],
+        }
+    }
+}
+
+/// (omega_t, r_tt).
+fn second(turn: &Columns, place: &Columns) -> Second {
+    Second::from_fn(|i, _| match i {
+        0..3 => turn[(i, REST)],
+        3..6 => place[(i - 3, REST)],
+        _ => 0.0,
+    })
+}
+
+pub(super) fn neutral() -> Error {
+    Error::ill_conditioned("the motion of a taut rod is undefined: it is neutral as it is held")
+}
+
+impl Rates {
+    /// What gives the force of a rod beside `spring`, forces measured by `unit`; and what its columns are by these rates.
+    pub(super) fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
+        let (give, stiffness, per) = match self {
+            Self::End => (0.0, unit, unit),
+            Self::Force => (1.0, spring.stiffness, 1.0),
+        };
+        let turned = if matches!(tip, Tip::Turned(_)) {
+            1.0
+        } else {
+            0.0
+        };
+        let mut columns = SMatrix::<f64, 7, 6>::zeros();
+        for i in 0..3 {
+            (columns[(3 + i, i)], columns[(i, 3 + i)]) = (turned, per);
+        }
+        let hold = Hold {
+            give,
+            stiffness,
+            off: Vector3::zeros(),
+            unit,
+        };
+        (hold, columns)
+    }
+}
+
+impl Rod {
+    /// The inertia of a taut rod on its equilibria while it moves as `motion` says, whose rate is that of `rates`: along the directors of its base,
+    /// which are those of the clamp, as [`Rod::generalized_inertia`] has it for a rod that its base wrench charts. If the rod bears a load and has no
+    /// [`Taut::by_turn`], its base must be at rest, and nothing is told of its turning.
+    ///
+    /// # Errors
+    /// A rod that is neutral so held; a motion too fast for a law that is not linear.
+    pub fn taut_inertia(
+        &self,
+        mass: &SectionMass,
+        (found, rates): (&Taut, Rates),
+        motion: &Swaying,
+    ) -> Result<Generalized> {
+        let pulled = self.pulled(found, found.shape.n);
+        let unit = pulled.kappa * pulled.kappa;
+        let (hold, columns) = rates.held(&found.tip, &found.spring, unit);
+        let swept = Swept::new(&pulled, (&found.shape, &found.tip), hold)?.ok_or_else(neutral)?;
+        let mut motion = Motion {
+            swept,
+            sections: Strained::of(self),
+            rates: columns * motion.rate,
+            spin: motion.spin,
+            columns,
+            turning: None,
+        };
+        let (sums, end, couple) = (motion
+            .inertia(&mass.per_mass(self.length), found.by_turn.is_some())?)
+        .ok_or_else(|| self.refused(&self.inward(&found.base)))?;
+        Ok(self.generalized(&sums, mass.mass, &end, couple))
+    }
+}

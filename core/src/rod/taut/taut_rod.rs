@@ -1,0 +1,273 @@
+//! Taut rods in the world and in the user's units.
+
+use super::interval::{Pulled, Section};
+use super::turning_base::Turning;
+use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solved};
+use crate::error::Result;
+use crate::math::se3::{frame, joined};
+use crate::rod::distributed_load::Weight;
+use crate::rod::{Distributed, Rod, RodSection, Wrench};
+use nalgebra::{Matrix3, Vector3, Vector6};
+
+/// A rod under a given force with its end held as a [`Tip`] says, good at any pull.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Taut {
+    /// Base wrench (m(0), n) in the world frame.
+    pub base: Wrench,
+    /// The section at the end.
+    pub end: RodSection,
+    /// -int f.r ds, the potential of the load along it.
+    pub potential: f64,
+    /// Derivatives by the force given at held [`Tip`].
+    pub by_force: Derivatives,
+    /// Derivatives by the turn of the tip, or by the couple on it, at held force.
+    pub by_tip: Derivatives,
+    /// Derivatives by a turn of the clamp, seen from there, at the same force given and the same [`Tip`] along its directors: what the load along the
+    /// rod, which does not turn along, makes of it. None if it was not asked for.
+    pub by_turn: Option<Derivatives>,
+    /// The sign of the determinant of the boundary-value problem: it changes where the rod under this force is neutral.
+    pub sign: f64,
+    /// Estimated error of the directors, and of couples over sqrt(F B).
+    pub error: f64,
+    /// Newton steps.
+    pub iterations: usize,
+    /// In the directors of the clamp and units of the rod.
+    pub(super) tip: Tip,
+    pub(super) spring: Spring,
+    /// Place of the end, and its derivative by the force given.
+    place: Vector3<f64>,
+    give: Matrix3<f64>,
+    pub(super) shape: Shape,
+    /// The load along it.
+    pub(super) weight: Option<Weight>,
+}
+
+impl Taut {
+    /// Intervals of the mesh along the rod.
+    pub fn intervals(&self) -> usize {
+        self.shape.intervals()
+    }
+
+    /// What rod and spring bear together, as [`Taut::spring`] has it.
+    fn borne(&self) -> Vector3<f64> {
+        let stretch = self.place - self.spring.at;
+        self.shape.n + stretch * self.spring.stiffness
+    }
+}
+
+impl Rod {
+    /// The equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
+    /// `start`, tell which one is meant. Frame and couple are good to `tolerance`.
+    ///
+    /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]); force and tip do.
+    ///
+    /// # Errors
+    /// A section law that refuses a resultant on the way; no equilibrium found; one that is neutral under this force.
+    pub fn taut(
+        &self,
+        base: &Wrench,
+        tip: &Tip,
+        start: Option<&Taut>,
+        tolerance: f64,
+    ) -> Result<Taut> {
+        self.taut_beside(base, (tip, &Spring::NONE), (None, false), start, tolerance)
+    }
+
+    /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has what the rod bears,
+    /// derivatives by the force are by that given. It bears a dead load along it too, if there is one; `turns` asks for what a turn of the
+    /// clamp makes of that, [`Taut::by_turn`].
+    ///
+    /// # Errors
+    /// As [`Rod::taut`].
+    pub fn taut_beside(
+        &self,
+        base: &Wrench,
+        (tip, spring): (&Tip, &Spring),
+        (load, turns): (Option<&Distributed>, bool),
+        start: Option<&Taut>,
+        tolerance: f64,
+    ) -> Result<Taut> {
+        let (couple, force) = self.units();
+        let weight = load.map(|load| Weight::new(load, self));
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let b = self.inward(base);
+        let tip = match tip {
+            Tip::Turned(directors) => Tip::Turned(turn.tr_mul(directors)),
+            Tip::Loaded { couple: on, arm } => Tip::Loaded {
+                couple: turn.tr_mul(on) / couple,
+                arm: arm / self.length,
+            },
+        };
+        let spring = Spring {
+            stiffness: spring.stiffness * self.length / force,
+            at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
+        };
+        let found = solved(
+            (&self.law, weight.as_ref()),
+            &b,
+            (&tip, &spring),
+            start.map(|start| &start.shape),
+            tolerance,
+        )?;
+        let turned = match &weight {
+            Some(weight) if turns => {
+                let turning = Turning::new((&self.law, weight), &found.shape, (&tip, &spring));
+                Some(turning?.derivatives())
+            }
+            _ => None,
+        };
+        self.outward_taut(found, (tip, spring), (weight, turned))
+    }
+
+    /// In the world and the units of the user what was found in those of the rod.
+    fn outward_taut(
+        &self,
+        found: Solved,
+        (tip, spring): (Tip, Spring),
+        (weight, turned): (Option<Weight>, Option<Derivatives>),
+    ) -> Result<Taut> {
+        let (couple, force) = self.units();
+        let pulled = Pulled::new((&self.law, weight.as_ref()), found.shape.n);
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
+        let out = |by: &Derivatives, unit: f64| Derivatives {
+            base_couple: place(&by.base_couple, couple / unit),
+            couple: place(&by.couple, couple / unit),
+            turn: place(&by.turn, 1.0 / unit),
+            position: place(&by.position, self.length / unit),
+        };
+        let by_tip = match tip {
+            Tip::Turned(_) => 1.0,
+            Tip::Loaded { .. } => couple,
+        };
+        let last = found.shape.at(1.0);
+        let n = pulled.force(1.0);
+        let end = self.outward_section(1.0, &last, &found.position, found.energy, &n)?;
+        let potential = (weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
+        Ok(Taut {
+            base: joined(
+                &(turn * found.base_couple * couple),
+                &(turn * found.shape.n * force),
+            ),
+            end,
+            potential: potential * couple,
+            by_force: out(&found.by_force, force),
+            by_tip: out(&found.by_tip, by_tip),
+            by_turn: turned.map(|by| out(&by, 1.0)),
+            sign: found.sign,
+            error: found.error,
+            iterations: found.iterations,
+            tip,
+            spring,
+            place: found.position,
+            give: found.by_force.position,
+            shape: found.shape,
+            weight,
+        })
+    }
+
+    /// The rod under the force `n`, with the load along it.
+    pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> Pulled<'a> {
+        Pulled::new((&self.law, found.weight.as_ref()), n)
+    }
+
+    /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
+    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, if they are to be shown, in the
+    /// directors of the clamp.
+    ///
+    /// # Errors
+    /// A flow that does not settle.
+    pub fn taut_fallen(
+        &self,
+        found: &Taut,
+        beside: [&Taut; 2],
+        tolerance: f64,
+        shown: bool,
+    ) -> Result<(Vec<Fallen>, Taut)> {
+        let pulled = self.pulled(found, found.shape.n);
+        let beside = beside.map(|taut| &taut.shape);
+        let held = (&found.tip, found.place);
+        let (mut way, rested, spring) =
+            pulled.fallen(&found.shape, beside, held, tolerance, shown)?;
+        for (energy, sections) in &mut way {
+            *energy *= self.units().0;
+            for at in sections {
+                at.translation.vector *= self.length;
+            }
+        }
+        let load = (found.weight.clone(), None);
+        Ok((way, self.outward_taut(rested, (found.tip, spring), load)?))
+    }
+
+    pub(in crate::rod) fn outward_section(
+        &self,
+        s: f64,
+        at: &Section,
+        position: &Vector3<f64>,
+        energy: f64,
+        n: &Vector3<f64>,
+    ) -> Result<RodSection> {
+        let (couple, force) = self.units();
+        let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
+        let directors = frame(&at.turn);
+        let local = joined(&directors.tr_mul(&at.m), &directors.tr_mul(n));
+        let e = self.law.inverse(s, &local)?.strain;
+        let l = self.length;
+        Ok(RodSection {
+            s: s * l,
+            position: self.clamp.translation.vector + turn * position * l,
+            directors: turn * directors,
+            couple: turn * at.m * couple,
+            force: turn * n * force,
+            strain: Vector6::new(e[0] / l, e[1] / l, e[2] / l, e[3], e[4], e[5]),
+            energy: energy * couple,
+        })
+    }
+
+    /// The sections of a taut rod at the arclengths `at`, in growing order in [0, L].
+    ///
+    /// # Errors
+    /// As [`Rod::taut`].
+    pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
+        let pulled = self.pulled(found, found.borne());
+        // Between its nodes a mesh is of half the order: it is halved until the polynomials are as good.
+        let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
+        let sections = pulled.sections(
+            &found.shape,
+            (&found.tip, &found.spring),
+            &places,
+            tolerance,
+        )?;
+        let sections = sections.iter().zip(&places);
+        sections
+            .map(|((section, r, energy), s)| {
+                let (s, pulled) = (s.clamp(0.0, 1.0), pulled.under(&found.shape.n));
+                self.outward_section(s, section, r, *energy, &pulled.force(s))
+            })
+            .collect()
+    }
+
+    /// The Morse index of a taut rod, its place held and its end as its [`Tip`] says; 0 is stable.
+    ///
+    /// # Errors
+    /// A rod that is neutral under its force.
+    pub fn taut_index(&self, found: &Taut) -> Result<usize> {
+        let axes = [0, 1, 2].map(|i| Vector3::ith(i, 1.0));
+        self.taut_index_along(found, &axes)
+    }
+
+    /// The same with the place of the end held along some axes alone, in the world.
+    pub(in crate::rod) fn taut_index_along(
+        &self,
+        found: &Taut,
+        axes: &[Vector3<f64>],
+    ) -> Result<usize> {
+        let pulled = self.pulled(found, found.shape.n);
+        pulled.index(
+            &found.shape,
+            &found.tip,
+            &found.spring.alone(&found.give)?,
+            axes,
+        )
+    }
+}

@@ -1,0 +1,462 @@
+//! Rods seen from both ends: a chart for branches that holds under any pull.
+//!
+//! The base wrench b = (m(0), n) stays the unknown, and what places the end freely joins it. Of a slack rod the base wrench tells all:
+//! what it makes of the end is to be as the end condition says, and the end where it is placed. Of a taut one (theory 3.6) it tells the
+//! force alone; the rod is then solved from both ends under that force, borne together with a spring from its end to where it is placed,
+//! and its end is turned or loaded as the end condition says. Left over are
+//! ```text
+//! m(0) - m(0)(f, end),     place - r(1)(f, end),     f = n + k (r(1) - place).
+//! ```
+//! Where both vanish the spring bears nothing. Both forms have the same solutions, whatever the spring, and the sign of the one is made
+//! that of the other, so that a branch may change from one to the other anywhere. Wrenches grow with the square of lam: in the unknowns
+//! they count by their logarithm from [`SLACK`] on, so that a branch takes about as many steps for each power of ten.
+
+use super::RodSection;
+use super::chart::Chart;
+use super::ivp::Wrench;
+use super::planar::Plane;
+use super::problem::{Problem, Trial};
+use super::taut::{Solved, Spring, Tip, solved};
+use crate::error::{Error, Result};
+use crate::math::se3::{frame, halves, joined, rotation_vector};
+use crate::solve::warm_start::Warm;
+use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
+use std::sync::Arc;
+
+/// lam^2 beyond which a rod is solved from both ends.
+const TAUT: f64 = 100.0;
+/// Couples and forces up to which unknowns are themselves.
+const SLACK: f64 = 10.0;
+/// The tolerance of taut rods, over that of the problem: what differs from mesh to mesh must not trouble Newton's method.
+const FINER: f64 = 0.01;
+/// How far off a rod may be another equilibrium than the one that is given, and how near it is certain to be this one, as [`Given::off`]
+/// has it.
+const OTHER: f64 = 0.05;
+const CLOSE: f64 = 3e-3;
+/// The unknowns of a rod in space whose end is free to move.
+const WHOLE: usize = 9;
+
+/// The base wrench, and the components of the end's place that are not held; for a rod in a plane those in it.
+#[derive(Debug, Clone)]
+pub struct BothEnds {
+    plane: Option<Plane>,
+    /// Components of the end's place that are unknown.
+    free: Vec<usize>,
+    /// Clones share it: a family, and what looks at its points, begin from the same rod.
+    warm: Arc<Warm<Beside>>,
+}
+
+/// A taut rod beside its spring.
+#[derive(Debug)]
+struct Beside {
+    found: Solved,
+    spring: Spring,
+}
+
+/// What the unknowns mean, in the clamp's frame.
+#[derive(Debug, Clone, Copy)]
+struct Given {
+    m: Vector3<f64>,
+    n: Vector3<f64>,
+    place: Vector3<f64>,
+}
+
+impl Given {
+    /// How far off a rod is: its couple at the base over sqrt(F B), or its end over the width of a layer.
+    fn off(&self, Beside { found, .. }: &Beside) -> f64 {
+        let kappa = self.n.norm().sqrt().max(1.0);
+        let couple = (found.base_couple - self.m).norm() / kappa;
+        couple.max((found.position - self.place).norm() * kappa)
+    }
+}
+
+/// The rod at trial unknowns.
+#[derive(Debug, Clone)]
+pub struct BothEndsTrial {
+    given: Given,
+    /// d(m, n, place) by the unknowns.
+    by: DMatrix<f64>,
+    seen: Seen,
+}
+
+#[derive(Debug, Clone)]
+enum Seen {
+    FromBase(Box<Trial>),
+    Taut(Arc<Beside>, Tip),
+}
+
+/// Equations of a rod in space whose end is free to move: of the couple or turn, of the place, of the force.
+type Equations = SVector<f64, WHOLE>;
+type Slopes = SMatrix<f64, WHOLE, WHOLE>;
+
+impl Problem {
+    /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
+    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other
+    /// chart.
+    pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
+        let (_, n) = halves(&self.rod.inward(base));
+        let clamp = &self.rod.clamp;
+        let place = clamp.inverse_transform_point(&end.position.into()).coords / self.rod.length;
+        self.may_be_taut() && self.pull_on(&n, &place) > TAUT
+    }
+}
+
+impl BothEnds {
+    /// The chart of all problems with the same components of the end held as `problem`; those of a plane stay in it.
+    pub fn new(problem: &Problem, plane: Option<Plane>) -> Self {
+        let held = problem.is_held();
+        let mut free: Vec<usize> = (0..3).filter(|i| !held[*i]).collect();
+        if let Some(plane) = &plane {
+            free = match free.len() {
+                3 => vec![0, 1],
+                _ => {
+                    free.retain(|i| problem.axes[*i].dot(&plane.normal()).abs() < 0.5);
+                    free
+                }
+            };
+        }
+        Self {
+            plane,
+            free,
+            warm: Arc::default(),
+        }
+    }
+
+    /// Directions of couples, of forces, and of the components of the place that are not held.
+    fn directions(&self, problem: &Problem) -> [Vec<Vector3<f64>>; 3] {
+        let Some(plane) = &self.plane else {
+            let all: Vec<_> = (0..3).map(|i| Vector3::ith(i, 1.0)).collect();
+            let free = self.free.iter().map(|i| problem.axes[*i]).collect();
+            return [all.clone(), all, free];
+        };
+        let inside = vec![plane.lift([1.0, 0.0].into()), plane.lift([0.0, 1.0].into())];
+        let whole = problem.is_held() == [false; 3];
+        let free = self.free.iter().map(|i| match whole {
+            true => inside[*i],
+            false => problem.axes[*i],
+        });
+        [vec![plane.normal()], inside.clone(), free.collect()]
+    }
+
+    fn given(&self, problem: &Problem, x: &DVector<f64>) -> Result<(Given, DMatrix<f64>)> {
+        if x.len() != self.size() {
+            return Err(Error::domain(format!(
+                "the rod has {} unknowns in this chart, not {}",
+                self.size(),
+                x.len()
+            )));
+        }
+        let held = problem.is_held();
+        let mut whole = Equations::zeros();
+        for i in (0..3).filter(|i| held[*i]) {
+            let mut place = whole.fixed_rows_mut::<3>(6);
+            place += problem.axes[i] * problem.targets[i];
+        }
+        let mut by = DMatrix::zeros(WHOLE, x.len());
+        let mut k = 0;
+        for (row, directions) in [0, 3, 6].into_iter().zip(self.directions(problem)) {
+            for direction in &directions {
+                let (value, slope) = match row {
+                    6 => (x[k], 1.0),
+                    _ => (SLACK * (x[k] / SLACK).sinh(), (x[k] / SLACK).cosh()),
+                };
+                let mut part = whole.fixed_rows_mut::<3>(row);
+                part += direction * value;
+                by.view_mut((row, k), (3, 1))
+                    .copy_from(&(direction * slope));
+                k += 1;
+            }
+        }
+        let part = |row: usize| whole.fixed_rows::<3>(row).into_owned();
+        let given = Given {
+            m: part(0),
+            n: part(3),
+            place: part(6),
+        };
+        Ok((given, by))
+    }
+
+    /// The unknowns of what is given.
+    fn of(&self, problem: &Problem, given: &Given) -> DVector<f64> {
+        let vectors = [given.m, given.n, given.place];
+        let mut x = Vec::with_capacity(self.size());
+        for (k, directions) in self.directions(problem).iter().enumerate() {
+            for direction in directions {
+                let value = direction.dot(&vectors[k]);
+                x.push(match k {
+                    2 => value,
+                    _ => SLACK * (value / SLACK).asinh(),
+                });
+            }
+        }
+        DVector::from_vec(x)
+    }
+
+    /// The rod under the force given, beside a spring that keeps it regular.
+    fn beside(&self, problem: &Problem, given: &Given) -> Result<Arc<Beside>> {
+        let last = self.warm.last();
+        let tip = problem.tip();
+        let under = |stiffness: f64, start: Option<&Beside>| {
+            let spring = Spring {
+                stiffness,
+                at: given.place,
+            };
+            let b = joined(&given.m, &given.n);
+            let start = start.map(|beside| &beside.found.shape);
+            let tolerance = FINER * problem.tolerance;
+            let found = solved(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
+            Ok(Beside { found, spring })
+        };
+        let mean = given.n - problem.borne() * 0.5;
+        let string = mean.norm() / given.place.norm().max(1e-3);
+        let springs = Spring::choice(string);
+        let kept = last
+            .as_ref()
+            .map_or(springs[0], |last| last.spring.stiffness);
+        let mut nearest = under(kept, last.as_deref());
+        // Beside another spring, or from another start, there may be a nearer rod: one that is off may be another equilibrium.
+        for stiffness in [kept].into_iter().chain(springs) {
+            if nearest.as_ref().is_ok_and(|found| given.off(found) < OTHER) {
+                break;
+            }
+            let found = under(stiffness, None);
+            let off = |found: &Result<Beside>| {
+                found
+                    .as_ref()
+                    .map_or(f64::INFINITY, |found| given.off(found))
+            };
+            if off(&found) < off(&nearest) || nearest.is_err() {
+                nearest = found;
+            }
+        }
+        let mut found = nearest?;
+        let own = found.spring.stiffness;
+        let better = Spring::better(&found.found.by_force.position, own, string);
+        if better != own
+            && let Ok(again) = under(better, Some(&found))
+            && given.off(&again) < OTHER
+        {
+            found = again;
+        }
+        let found = Arc::new(found);
+        if given.off(&found) < CLOSE {
+            self.warm.keep(&found);
+        }
+        Ok(found)
+    }
+
+    fn see(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
+        let (given, by) = self.given(problem, x)?;
+        let taut = problem.pull_on(&given.n, &given.place) > TAUT;
+        let seen = if taut && problem.may_be_taut() {
+            Seen::Taut(self.beside(problem, &given)?, problem.tip())
+        } else {
+            let b = joined(&given.m, &given.n);
+            Seen::FromBase(Box::new(problem.trial(&b)?))
+        };
+        Ok(BothEndsTrial { given, by, seen })
+    }
+
+    /// The equations that the plane, and what is held, leave.
+    fn rows(&self, problem: &Problem) -> DMatrix<f64> {
+        let [couples, forces, free] = self.directions(problem);
+        let mut rows = DMatrix::zeros(self.size(), WHOLE);
+        let free = match problem.end.follower {
+            // Along the directors of the end, which turns in the plane.
+            true => forces.clone(),
+            false => free,
+        };
+        let mut k = 0;
+        for (column, directions) in [(0, couples), (3, forces), (6, free)] {
+            for direction in directions {
+                rows.view_mut((k, column), (1, 3))
+                    .copy_from(&direction.transpose());
+                k += 1;
+            }
+        }
+        rows
+    }
+}
+
+impl BothEndsTrial {
+    /// By how much the turn, or the couple, of the end is another in `problem`.
+    fn other_tip(&self, problem: &Problem, beside: &Beside, tip: &Tip) -> Vector3<f64> {
+        match (tip, problem.tip()) {
+            (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
+            (Tip::Loaded { couple, arm }, Tip::Loaded { couple: c, arm: a }) => {
+                let directors = frame(&beside.found.shape.at(1.0).turn);
+                let n = self.given.n - problem.borne();
+                c - couple + (directors * (a - arm)).cross(&n)
+            }
+            // The kind of end is the same all along.
+            _ => Vector3::repeat(f64::NAN),
+        }
+    }
+
+    /// All equations, to first order in what the end condition of `problem` is off that of the trial.
+    fn residual(&self, problem: &Problem) -> Equations {
+        let Given { m, n, mut place } = self.given;
+        let held = problem.is_held();
+        // What the end bears.
+        let mut force = n - problem.borne();
+        let mut moved = Vector3::zeros();
+        for (i, (axis, target)) in problem.axes.iter().zip(problem.targets).enumerate() {
+            if held[i] {
+                moved += axis * (target - axis.dot(&place));
+            } else if !problem.end.follower {
+                force -= axis * target;
+            }
+        }
+        place += moved;
+        let (first, r) = match &self.seen {
+            Seen::FromBase(trial) => {
+                let all = problem.residual(trial);
+                if problem.end.follower {
+                    force = all.fixed_rows::<3>(3).into_owned();
+                }
+                (all.fixed_rows::<3>(0).into_owned(), trial.r)
+            }
+            Seen::Taut(beside, tip) => {
+                let other = self.other_tip(problem, beside, tip);
+                let pulled = moved * beside.spring.stiffness;
+                let found = &beside.found;
+                let (by_force, by_tip) = (&found.by_force, &found.by_tip);
+                let at = |by: [&Matrix3<f64>; 2]| by[0] * pulled + by[1] * other;
+                let m0 = found.base_couple + at([&by_force.base_couple, &by_tip.base_couple]);
+                let r = found.position + at([&by_force.position, &by_tip.position]);
+                ((m - m0) * beside.weight(), r)
+            }
+        };
+        let off = place - r;
+        Equations::from_iterator(first.iter().chain(&off).chain(&force).copied())
+    }
+
+    /// Their derivatives by m, n and place.
+    fn slopes(&self, problem: &Problem) -> Slopes {
+        let mut slopes = Slopes::zeros();
+        let mut put = |row: usize, column: usize, block: &Matrix3<f64>| {
+            slopes.fixed_view_mut::<3, 3>(row, column).copy_from(block);
+        };
+        let unit = Matrix3::identity();
+        put(3, 6, &unit);
+        put(6, 3, &unit);
+        match &self.seen {
+            Seen::FromBase(trial) => {
+                let (_, equations) = problem.equations(trial);
+                for column in [0, 3] {
+                    put(
+                        0,
+                        column,
+                        &equations.fixed_view::<3, 3>(0, column).into_owned(),
+                    );
+                    let r = Matrix3::from_fn(|i, j| -trial.tangent[3 + i][column + j]);
+                    put(3, column, &r);
+                    if problem.end.follower {
+                        put(
+                            6,
+                            column,
+                            &equations.fixed_view::<3, 3>(3, column).into_owned(),
+                        );
+                    }
+                }
+            }
+            Seen::Taut(beside, _) => {
+                let (by, k) = (&beside.found.by_force, beside.spring.stiffness);
+                let weight = beside.weight();
+                put(0, 0, &(unit * weight));
+                put(0, 3, &(by.base_couple * -weight));
+                put(0, 6, &(by.base_couple * (-weight * k)));
+                put(3, 3, &-by.position);
+                put(3, 6, &(unit - by.position * k));
+            }
+        }
+        slopes
+    }
+}
+
+impl Beside {
+    /// By which couples at the base count, with the sign that the equations of the base wrench have.
+    fn weight(&self) -> f64 {
+        self.found.sign / self.found.shape.force().norm().sqrt().max(1.0)
+    }
+}
+
+impl Chart for BothEnds {
+    type Trial = BothEndsTrial;
+
+    fn size(&self) -> usize {
+        self.free.len() + self.plane.map_or(6, |_| 3)
+    }
+
+    fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
+        self.see(problem, x)
+    }
+
+    fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
+        self.see(problem, x)
+    }
+
+    fn residual(&self, problem: &Problem, trial: &BothEndsTrial) -> DVector<f64> {
+        self.rows(problem) * trial.residual(problem)
+    }
+
+    fn equations(&self, problem: &Problem, trial: &BothEndsTrial) -> (DVector<f64>, DMatrix<f64>) {
+        let rows = self.rows(problem);
+        let slopes = &rows * trial.slopes(problem) * &trial.by;
+        (rows * trial.residual(problem), slopes)
+    }
+
+    fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
+        let (given, _) = self.given(problem, x)?;
+        Ok(joined(&given.m, &given.n))
+    }
+
+    fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
+        let (m, n) = halves(b);
+        let place = match problem.taut_at(b) {
+            Some(found) => found.position,
+            None => problem.bare_trial(b)?.r,
+        };
+        Ok(self.of(problem, &Given { m, n, place }))
+    }
+
+    fn reach(&self, size: f64) -> f64 {
+        SLACK * (size / SLACK).sinh()
+    }
+
+    /// Of held components of the end the change of the force that holds them, of free ones what they move by.
+    fn working(&self, problem: &Problem, [force, place]: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
+        let [couples, forces, free] = self.directions(problem);
+        let held = |direction: &Vector3<f64>| {
+            let along = free.iter().map(|free| free.dot(direction).abs());
+            along.fold(0.0, f64::max) < 1e-9
+        };
+        let first = couples.iter().map(|_| None);
+        let second = forces.iter().map(|k| held(k).then(|| k.dot(force)));
+        let third = free.iter().map(|k| Some(k.dot(place)));
+        let third = third.map(|moved| moved.filter(|_| !problem.end.follower));
+        first.chain(second).chain(third).collect()
+    }
+
+    fn index(&self, problem: &Problem, x: &DVector<f64>) -> Result<usize> {
+        match &self.see(problem, x)?.seen {
+            Seen::Taut(beside, _) => problem.taut_index(&beside.found, &beside.spring),
+            Seen::FromBase(_) => problem.index(&self.wrench(problem, x)?),
+        }
+    }
+
+    fn sections(&self, problem: &Problem, x: &DVector<f64>, at: &[f64]) -> Result<Vec<RodSection>> {
+        match &self.see(problem, x)?.seen {
+            Seen::Taut(beside, _) => problem.taut_sections(&beside.found, &beside.spring, at),
+            Seen::FromBase(_) => {
+                let b = self.wrench(problem, x)?;
+                problem.sections(&problem.rod.outward_wrench(&b), at)
+            }
+        }
+    }
+
+    fn end(&self, problem: &Problem, x: &DVector<f64>) -> Result<RodSection> {
+        self.sections(problem, x, &[1.0])
+            .map(|mut all| all.remove(0))
+    }
+}

@@ -1,0 +1,531 @@
+//! The motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
+//!
+//! Away from folds time is what the steps advance in. A rod that nears its fold slows it (see [`snaprod_systems::assembly::Slowed`]): the
+//! fold is then an ordinary root of t', found to the accuracy of the integration. There that rod settles with its ends held,
+//! and the others stay as they are.
+//!
+//! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`); implicit ones leave a fold to explicit ones.
+
+mod bounce;
+mod branching;
+mod chart_switching;
+mod events;
+mod first_order_mass;
+mod implicit;
+mod sample;
+mod step;
+
+use branching::Crossing;
+use implicit::Implicit;
+pub use sample::AssemblySample;
+
+use super::event::{Bounce, Event, Outcome};
+use super::ledger::Closing;
+use super::locate::Timed;
+use super::options::Options;
+use super::snap::{LandingRule, Landings, Snap, SnapEnd};
+use nalgebra::DVector;
+use snaprod_systems::assembly::{
+    Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
+    Slowed,
+};
+use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::rod::Wrench;
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::dop853::State;
+use snaprod_systems::solve::gauss::Reversible;
+use snaprod_systems::solve::integrator::Method;
+use snaprod_systems::solve::stepper::{Inside, Stepper, Taken};
+use std::borrow::Cow;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// Rods up to so many times as far from their folds as one for which time is slowed, by det J against its largest, keep it company.
+const COMPANY: f64 = 10.0;
+/// Bound of a step's local error, as a part of the tolerance.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-14;
+/// Error of the integration along a rod, as a part of that of a step: slopes must be smooth to it.
+const ALONG: f64 = 0.1;
+/// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
+const APART: f64 = 1e4;
+/// A step to begin with, over tolerance^(1/8) and the time in which a state changes by its scale.
+const FIRST: f64 = 0.3;
+/// Tolerances above this may lead rods to other equilibria: what then ends a run is no fault of theirs.
+const COARSE: f64 = 1e-4;
+/// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
+const FOLDING: f64 = 0.3;
+
+/// The numbers of a state; time stands third from the last.
+#[derive(Debug, Clone)]
+struct Numbers(DVector<f64>);
+
+impl State for Numbers {
+    fn axpy(&mut self, a: f64, x: &Self) {
+        State::axpy(&mut self.0, a, &x.0);
+    }
+
+    fn mean_square(&self, from: &Self, to: &Self) -> f64 {
+        self.0.mean_square(&from.0, &to.0)
+    }
+}
+
+impl Reversible for Numbers {
+    /// sigma runs like time while det J is of the size that it had at the start: for t' = det J/d, dt/dsigma = t'/Q.
+    fn pace_squared(&self, _at: &Self) -> f64 {
+        self.time().powi(2) + FOLDING * FOLDING
+    }
+}
+
+impl Timed for Numbers {
+    fn time(&self) -> f64 {
+        self.0[self.0.len() - 3]
+    }
+}
+
+impl Numbers {
+    fn at_time(mut self, t: f64) -> Self {
+        let slot = self.0.len() - 3;
+        self.0[slot] = t;
+        self
+    }
+
+    /// The same, at the time `until` if it is later.
+    fn seen(&self, until: f64) -> Cow<'_, Self> {
+        match self.time() > until {
+            true => Cow::Owned(self.clone().at_time(until)),
+            false => Cow::Borrowed(self),
+        }
+    }
+}
+
+/// What follows the step that was told last.
+#[derive(Debug, Clone)]
+enum Pending {
+    /// Rods are at their folds, the time of which is known so well; or one is at a branch point.
+    Fold(f64, Option<Crossing>),
+    /// The end.
+    Stop(Outcome),
+}
+
+/// A motion of an assembly in progress.
+#[derive(Clone)]
+pub struct AssemblyRun {
+    assembly: Arc<Assembly>,
+    options: Options,
+    solver: Stepper<Numbers>,
+    implicit: Implicit,
+    step: Option<Taken<Numbers>>,
+    dense: Option<Inside<Numbers>>,
+    slowed: Option<Slowed>,
+    /// Just before the next break of the loads and supports, which are seen until then.
+    until: f64,
+    /// When the clock last changed, with det J of all rods then.
+    since: (f64, Vec<f64>),
+    /// The largest det J of every rod on the sheet that it is on, as far as steps have begun there.
+    largest: Vec<f64>,
+    /// The charts and the clock with which the last step was taken: at its end they may change.
+    taken_by: (Arc<Assembly>, Option<Slowed>),
+    /// The rods at the present state.
+    watch: Vec<Sight>,
+    /// The index of every rod with its ends held, on the sheet it moves on.
+    indices: Vec<usize>,
+    /// Cost outside the steps.
+    extra: Cost,
+    released: f64,
+    /// What of it was booked after the last step, in which it does not count.
+    booked: f64,
+    snaps: u64,
+    /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for it. Several fold at one instant where
+    /// an assembly is symmetric; the bodies stand while rods snap, so that it does not matter which does so first.
+    folded: Vec<(usize, f64)>,
+    /// Rods that come to a branch point, to which nothing pushes them: they ask for no slow time.
+    unpushed: Vec<usize>,
+    /// What the last step has led to.
+    pending: Option<Pending>,
+    /// Rods whose mass begins to be felt at the end of the last step, or ceases to be, where that was asked.
+    due: Option<Vec<(usize, bool)>>,
+    /// How much room there is for masses of rods to stay felt, or not, as they are now, where that was asked at the end of the last step.
+    room: Option<f64>,
+    /// Rods whose mass could not be followed to where they are; until they land.
+    unfit: Vec<bool>,
+    /// For how long the mass of such rods was not felt.
+    unfelt: f64,
+    /// How near rods are to each other.
+    near: Nearness,
+    first: AssemblySample,
+    /// The end of the last step, where a rod is taut.
+    seen: Option<AssemblySample>,
+    /// Of every rod, while one is taut: whether its ends move apart against its pull. Empty while none is.
+    parting: Vec<Option<bool>>,
+    /// Bounces that are still to be told.
+    bounces: VecDeque<Bounce>,
+    before_snap: Option<AssemblySample>,
+    /// The rod that snapped last, as it was at its fold.
+    folding: Option<Link>,
+    stopped: bool,
+    interrupted: bool,
+}
+
+impl AssemblyRun {
+    /// A run from `start` at time 0. Poses and charts must agree.
+    ///
+    /// # Errors
+    /// Rods whose ends are not where their attachments are, or that stand at a fold; a landing on a sheet of the plane.
+    pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
+        if let LandingRule::Named(_) = options.landing {
+            return Err(Error::domain(
+                "landing: equilibria have names of sheets in the plane alone, and there under no load along the rod, its weight or another; tell them by \
+                 their energy, landing = \"lowest\", or follow them all, landing = \"all\"",
+            ));
+        }
+        first_order_mass::check(&assembly, &options)?;
+        Carrier::start_in_grooves(assembly.carriers(), &start.bodies)?;
+        let mut assembly = Arc::new(assembly);
+        let local = (LOCAL * options.tolerance).max(FINEST);
+        let along = (ALONG * local).max(FINEST);
+        let start = &assembly.spun(start, along)?;
+        let state = assembly.state(start, &Integrals::default());
+        let followed = |assembly: &Assembly, state: &DVector<f64>| {
+            assembly.evaluated(state, along).ok_or_else(|| {
+                Error::domain("the rods cannot be followed under the wrenches of the start")
+            })
+        };
+        let mut at = followed(&assembly, &state)?;
+        // From here on a chart changes between steps alone.
+        for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
+            let better = assembly.links()[k].better_seen(q, point);
+            let felt = assembly.should_feel(k, &at, along);
+            let assembly = Arc::make_mut(&mut assembly);
+            assembly.see(k, better);
+            assembly.feel(k, felt);
+        }
+        let apart = assembly.drift(&at);
+        if !(apart <= APART * options.tolerance) {
+            return Err(Error::domain(format!(
+                "the ends of the rods are {apart:.1e} of their length away from their attachments at the start"
+            )));
+        }
+        let links = assembly.links().len();
+        let mut numbers = Numbers(state);
+        let mut slope = numbers.clone();
+        let mut watch = vec![Sight::default(); links];
+        let mut begin = |assembly: &Assembly, numbers: &Numbers| {
+            let see = |k: usize, sight| watch[k] = sight;
+            assembly.write_slope(&numbers.0, None, along, &mut slope.0, see)
+        };
+        let mut defined = begin(&assembly, &numbers);
+        if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
+            let ends = followed(&assembly, &numbers.0)?;
+            numbers = Numbers(assembly.slid(numbers.0, &ends));
+            at = followed(&assembly, &numbers.0)?;
+            defined = begin(&assembly, &numbers);
+        }
+        defined.ok_or_else(|| {
+                let nearest = |a: &usize, b: &usize| watch[*a].det.abs().total_cmp(&watch[*b].det.abs());
+                let rod = (0..links).min_by(nearest).unwrap_or(0);
+                Error::ill_conditioned(format!(
+                    "{} stands exactly at a fold at the start, as a straight rod that cannot stretch does; let it stretch (an axial \
+                     stiffness), start it bent (an equilibrium under a load, settled = true), or give it friction (damping)",
+                    assembly.rod_name(rod)
+                ))
+            })?;
+        let leaves = assembly.leaves_groove(&numbers.0, &slope.0, options.tolerance);
+        let near = match assembly.looks_for_contacts() {
+            true => assembly.nearness(0.0, start),
+            false => Nearness::default(),
+        };
+        if let Some(contact) = near.contact.filter(|contact| contact.gap < 0.0) {
+            return Err(contact.at_start(|rod| assembly.rod_name(rod)));
+        }
+        let h = first_step(&numbers, &slope, options.tolerance);
+        // Implicit steps begin with what the bodies do: charts may be fast.
+        let bodies = assembly.chart_slots(0).start;
+        let rate = slope.0.rows(0, bodies).norm() / (bodies as f64).sqrt();
+        let slow = FIRST * local.powf(0.125) / rate.max(0.1);
+        let indices = indices(&assembly, &at, along)?;
+        let first = AssemblySample::new(assembly.aside(), at, 0.0, &indices);
+        let begun = numbers.clone();
+        let symmetric = options.method == Method::Symmetric;
+        let solver = Stepper::new(symmetric, numbers, slope, h, local)
+            .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        let mut run = Self {
+            step: None,
+            solver,
+            implicit: Implicit::new(options.method, slow),
+            assembly: assembly.clone(),
+            options,
+            dense: None,
+            slowed: None,
+            until: assembly.next_break(0.0).next_down(),
+            since: (0.0, watch.iter().map(|rod| rod.det).collect()),
+            largest: vec![0.0; links],
+            taken_by: (assembly, None),
+            watch,
+            indices,
+            extra: Cost::default(),
+            released: 0.0,
+            booked: 0.0,
+            snaps: 0,
+            folded: Vec::new(),
+            unpushed: Vec::new(),
+            pending: leaves.map(|body| Pending::Stop(Outcome::GrooveEnd(body))),
+            due: None,
+            room: None,
+            unfit: vec![false; links],
+            unfelt: 0.0,
+            near,
+            first,
+            seen: None,
+            parting: Vec::new(),
+            bounces: VecDeque::new(),
+            before_snap: None,
+            folding: None,
+            stopped: false,
+            interrupted: false,
+        };
+        if symmetric {
+            let undefined = || Error::domain("the motion is not defined at the start");
+            run.resume(begun, None, h).ok_or_else(undefined)?;
+        }
+        Ok(run)
+    }
+
+    fn local(&self) -> f64 {
+        (LOCAL * self.options.tolerance).max(FINEST)
+    }
+
+    /// Error of the integration along the rods.
+    fn along(&self) -> f64 {
+        (ALONG * self.local()).max(FINEST)
+    }
+
+    /// None where a rod cannot be followed under its wrench.
+    fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
+        let assembly = assembly.aside();
+        let at = assembly.evaluated(state, self.along())?;
+        Some(AssemblySample::new(
+            assembly,
+            at,
+            self.released,
+            &self.indices,
+        ))
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
+        if Arc::ptr_eq(&self.taken_by.0, &self.assembly) {
+            self.taken_by.0 = self.assembly.aside();
+        }
+        let state = self.inside(t)?;
+        let assembly = &self.taken_by.0;
+        let mut sample = self.describe(assembly, &state)?;
+        sample.ledger.dissipated -= self.booked;
+        // What is interpolated is off by the tolerance: charts and poses no longer say the same, and the ledger would open.
+        if sample.drift() <= self.drifted() {
+            return Some(sample);
+        }
+        let held = assembly.joined(state, &sample.at);
+        let again = held.and_then(|state| self.describe(assembly, &state));
+        Some(again.map_or(sample, |mut again| {
+            again.ledger.dissipated -= self.booked;
+            again
+        }))
+    }
+
+    /// The state now. The chart of a tight rod near its fold is found from a neighbour alone, and no more once steps have failed: then the state is
+    /// told that the last step was seen to end in.
+    pub fn sample_now(&self) -> AssemblySample {
+        self.describe(&self.assembly, &self.solver.state().0)
+            .or_else(|| self.seen.clone())
+            .unwrap_or_else(|| self.first.clone())
+    }
+
+    /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
+    /// of their own, are always slowed for a rod: what slows them is smooth, and they notice nothing.
+    fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+        let is_slowed = slowed.is_some();
+        self.go_on(state.clone(), slowed, h)?;
+        if is_slowed || !self.solver.is_symmetric() {
+            return Some(());
+        }
+        let size = |k: &usize| self.watch[*k].det.abs();
+        let link = (0..self.watch.len()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let scale = self.watch[link].det;
+        self.go_on(state, Some(Slowed::one(link, scale)), h)
+    }
+
+    fn go_on(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+        let along = self.along();
+        let mut slope = state.clone();
+        let watch = &mut self.watch;
+        self.assembly.write_slope(
+            &state.seen(self.until).0,
+            slowed.as_ref(),
+            along,
+            &mut slope.0,
+            |k, sight| watch[k] = sight,
+        )?;
+        self.extra.evaluations += 1;
+        let dets = self.watch.iter().map(|rod| rod.det);
+        self.since = (state.time(), dets.collect());
+        self.slowed = slowed;
+        self.implicit.forget();
+        self.solver.restart(state, slope, h)
+    }
+
+    /// Slows time for rod `link`, from a state with these det J, and for all rods that are about as near their folds: by the clock of one the slopes
+    /// of another that folds with it would be 0/0.
+    fn slow(&mut self, state: Numbers, link: usize, dets: &[f64]) -> Option<()> {
+        let near = |k: usize| (dets[k] / self.largest[k]).abs();
+        let others = (0..dets.len()).filter(|k| {
+            *k != link && !self.unpushed.contains(k) && near(*k) < COMPANY * near(link)
+        });
+        let rods = std::iter::once(link).chain(others);
+        let slowed = Slowed {
+            rods: rods.map(|k| (k, dets[k])).collect(),
+        };
+        let h = self.solver.next_step();
+        self.resume(state, Some(slowed), h)
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let coarse = match self.options.tolerance > COARSE {
+            true => "lower run.tolerance, which is coarse; else ",
+            false => "",
+        };
+        let remedy = format!("{coarse}{remedy}");
+        let outcome = Outcome::stuck(self.solver.state().time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// At the fold of a rod, or a branch point: finds its landings and, unless the run branches, goes on from there.
+    fn snap(&mut self, time_error: f64, crossing: Option<Crossing>) -> Result<Event> {
+        let link = self.folded[0].0;
+        if self.snaps >= self.options.max_snaps {
+            return Ok(self.stop(Outcome::SnapLimit));
+        }
+        let along = self.along();
+        let here = self.sample_now();
+        let mut closing = Closing::new(self.first.ledger.total());
+        closing.look(&self.first.ledger);
+        closing.look(&here.ledger);
+        if closing.is_lost() {
+            let relative = closing.relative();
+            let remedy = "what seems to be a fold is an error; lower run.tolerance";
+            return Ok(self.stuck(Cause::Ledger { relative }, remedy));
+        }
+        let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
+        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
+        let held = point.held();
+        let folding = rod.clone().into_owned();
+        if let Some(crossing) = crossing
+            && (crossing == Crossing::AllRound || !rod.falls(&fold, &held, along))
+        {
+            return Ok(self.stay(link, point, crossing));
+        }
+        let landed = match self.options.landing {
+            LandingRule::Viscous => Landings::viscous(rod.settle(&fold, &held, along)?),
+            rule => {
+                let all = rod.landings(&fold, &held, along)?.into_iter();
+                let all = all.map(|landing| (landing.chart, landing.reached));
+                Landings::chosen(rule, all.collect(), |_| None)
+            }
+        };
+        let end = |q: &Wrench, index, elastic| SnapEnd {
+            q: DVector::from_column_slice(q.as_slice()),
+            sheet: None,
+            index,
+            elastic,
+        };
+        let from = end(&fold, self.indices[link], point.end.energy);
+        let snaps = landed.at.iter().map(|(q, reached)| {
+            let landing = rod.held(q, &held, along)?;
+            let to = end(q, rod.index(q, &held, along)?, landing.energy);
+            Ok(Snap {
+                t: here.at.integrals.time,
+                time_error,
+                pose: DVector::from_column_slice(held.translation.vector.as_slice()),
+                velocity: DVector::from_column_slice(&point.relative_twist().as_slice()[3..]),
+                released: point.end.whole_energy() - landing.whole_energy(),
+                from: from.clone(),
+                to,
+                rod: link,
+                base: point.base.pose.rotation,
+                choices: landed.choices,
+                reached: *reached,
+                moving: Some(Box::new(here.at.now.clone())),
+            })
+        });
+        let mut snaps = snaps.collect::<Result<Vec<Snap>>>()?;
+        if snaps.is_empty() {
+            return Ok(self.stop(Outcome::NoStableEquilibrium));
+        }
+        if self.options.landing == LandingRule::All {
+            return Ok(self.stop(Outcome::Branched(snaps)));
+        }
+        let snap = snaps.swap_remove(0);
+        self.land(&snap)?;
+        (self.before_snap, self.folding) = (Some(here), Some(folding));
+        Ok(Event::Snap(snap))
+    }
+
+    /// Goes on from where a snap lands.
+    fn land(&mut self, snap: &Snap) -> Result<()> {
+        let state = self.solver.state().0.clone();
+        let q = Wrench::from_column_slice(snap.to.q.as_slice());
+        let state = self.assembly.with_chart(state, snap.rod, &q);
+        let state = Numbers(self.assembly.aligned(state, self.along()));
+        self.see_anew(&state, snap.rod)?;
+        self.released += snap.released;
+        self.snaps += 1;
+        self.indices[snap.rod] = snap.to.index;
+        self.largest[snap.rod] = 0.0;
+        self.unfit[snap.rod] = false;
+        (self.due, self.room) = (None, None);
+        self.unpushed.clear();
+        let h = self.solver.next_step();
+        self.folded.retain(|(link, _)| *link != snap.rod);
+        let rods = self.folded.clone();
+        let others = (!rods.is_empty()).then_some(Slowed { rods });
+        self.pending = others
+            .is_some()
+            .then_some(Pending::Fold(snap.time_error, None));
+        self.resume(state, others, h)
+            .ok_or_else(|| Error::no_convergence("the motion cannot leave its landing"))?;
+        self.solver.refit();
+        self.step = None;
+        self.dense = None;
+        if self.assembly.looks_for_contacts() {
+            let state = self.solver.state();
+            let now = self.assembly.configuration(&state.0);
+            self.near = self.assembly.nearness(state.time(), &now);
+            let touching = self.near.contact.filter(|contact| contact.gap < 0.0);
+            if let Some(contact) = touching {
+                self.pending = Some(Pending::Stop(Outcome::SelfContact(contact)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The length of a step to begin with.
+fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
+    let rate = slope.mean_square(state, state).sqrt();
+    FIRST * tolerance.powf(0.125) / rate.max(0.1)
+}
+
+fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
+    let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
+    rods.map(|((link, point), q)| {
+        let seen = link.facing(&point.base.pose.rotation);
+        seen.index(q, &point.held(), tolerance)
+    })
+    .collect()
+}

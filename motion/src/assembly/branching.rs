@@ -1,0 +1,158 @@
+//! Branch points: where a rod that is straight, or symmetric, buckles to either side alike (theory 3.3).
+//!
+//! A fold is where the motion of its ends pushes a rod that is neutral. To a branch point nothing pushes it: u . xi = 0 for the left null vector u of J, so
+//! that q' = J^-1 xi stays finite, and the motion is smooth through det J = 0, where t' = det J/d and the slopes by it would both die away. Steps
+//! go there in plain time; where the rod is neutral all round, det J touches 0 without a change of its sign, so it is the resistance in the direction
+//! concerned that is watched.
+
+use super::step::Progress;
+use super::{AssemblyRun, Numbers};
+use crate::event::{Event, Outcome};
+use crate::locate::{Guess, Timed, locate};
+use snaprod_systems::assembly::{LinkPoint, Neutral, Sight, Slowed};
+use snaprod_systems::error::{Cause, Error, Message, Quantity};
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::stepper::Taken;
+
+/// A push that is rounding. Those of small imperfections, such as an offset of the body of 1e-6, are larger, and followed.
+const ROUNDING: f64 = 1e-14;
+/// Resistance, relative to that at the start of the step, that counts as none.
+const NONE: f64 = 1e-6;
+/// Singular values of J in radians and lengths of the rod that count as 0 beside that which is.
+const ALL_ROUND: f64 = 1e-6;
+
+/// In how many directions a rod is neutral at a branch point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Crossing {
+    /// One: to either side of it.
+    Sides,
+    /// Two, as where a round column buckles.
+    AllRound,
+}
+
+impl AssemblyRun {
+    /// The rods whose det J would vanish within so many steps, at the rates of the last, which led here from `before`; takes note of those that nothing
+    /// pushes.
+    pub(super) fn falling(&mut self, before: &[Sight], near: f64) -> Vec<usize> {
+        let falling = |k: &usize| {
+            let left = self.watch[*k].det / (before[*k].det - self.watch[*k].det);
+            0.0 < left && left < near
+        };
+        let falling: Vec<usize> = (0..before.len()).filter(falling).collect();
+        let unpushed = falling.iter().copied();
+        self.unpushed = unpushed
+            .filter(|k| self.unpushed(*k, before).is_some())
+            .collect();
+        falling
+    }
+
+    /// The direction in which rod `k` is neutral next, at the rates of the last step, if nothing pushes it there.
+    fn unpushed(&self, k: usize, before: &[Sight]) -> Option<Neutral> {
+        let next = self.watch[k].neutral_next(&before[k]);
+        next.filter(|next| next.push <= ROUNDING)
+    }
+
+    /// Slows time no more for rods that nothing pushes.
+    pub(super) fn leave_to_branch_points(&mut self) -> Option<()> {
+        let Some(slowed) = &self.slowed else {
+            return Some(());
+        };
+        let rods = slowed.rods.iter().copied();
+        let rods: Vec<_> = rods.filter(|(k, _)| !self.unpushed.contains(k)).collect();
+        if rods.len() == slowed.rods.len() {
+            return Some(());
+        }
+        let h = self.solver.next_step();
+        let state = self.solver.state().clone();
+        match rods.is_empty() {
+            true => self.go_on(state, None, h * self.solver.slope().time()),
+            false => self.go_on(state, Some(Slowed { rods }), h),
+        }
+    }
+
+    /// Ends the step that was taken, from where rods were seen `before`, at the branch point of a rod that nothing pushes, if one came to that.
+    pub(super) fn branch_point(
+        &mut self,
+        step: &mut Taken<Numbers>,
+        before: &[Sight],
+    ) -> Option<Progress> {
+        let span = step.to().time() - step.from().time();
+        let suspect =
+            |k: &usize| self.unpushed.contains(k) || self.watch[*k].det * before[*k].det <= 0.0;
+        let passed = (0..before.len()).filter(suspect).filter_map(|k| {
+            let next = self.unpushed(k, before)?;
+            (next.left <= 0.0).then_some((k, next))
+        });
+        let (k, next) = passed.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
+        let (assembly, along) = (self.taken_by.0.clone(), self.along());
+        let seen = |state: &Numbers| {
+            let mut sight = None;
+            let mut slope = state.0.clone();
+            let slowed = None;
+            assembly.write_slope(&state.0, slowed, along, &mut slope, |rod, seen| {
+                if rod == k {
+                    sight = Some(seen);
+                }
+            });
+            sight
+        };
+        let was = next.resistance(&before[k].jacobian);
+        let resistance = |state: &Numbers, _: &Numbers| {
+            seen(state).map_or(f64::NAN, |sight| next.resistance(&sight.jacobian) / was)
+        };
+        let h = (1.0 + next.left) * step.h();
+        let guess = Guess {
+            h,
+            rate: -1.0 / h,
+            t: step.from().time() + (1.0 + next.left) * span,
+        };
+        let mut cost = Cost::default();
+        let found = locate(
+            step,
+            &mut { self.right_hand_side() },
+            guess,
+            resistance,
+            &mut cost,
+        );
+        self.extra.evaluations += cost.evaluations;
+        let found = found?;
+        let to = found.step.to();
+        let there = seen(to).filter(|_| resistance(to, to).abs() <= NONE)?;
+        *step = found.step;
+        self.solver
+            .rewind(step.to().clone(), step.end_slope().clone());
+        self.watch[k] = there;
+        Some(Progress::Fold {
+            rods: vec![(k, before[k].det)],
+            time_error: found.time_error,
+            crossing: Some(match there.is_neutral_all_round(ALL_ROUND) {
+                true => Crossing::AllRound,
+                false => Crossing::Sides,
+            }),
+        })
+    }
+
+    /// The end at the branch point of a rod that does not fall there.
+    pub(super) fn stay(&mut self, link: usize, point: &LinkPoint, crossing: Crossing) -> Event {
+        let way = match crossing {
+            Crossing::Sides => "to either side",
+            Crossing::AllRound => "any way round",
+        };
+        let why = Message::from(self.assembly.rod_name(link).to_string())
+            .words(" has come to its buckling load, a force of ")
+            .number(point.end.force.norm(), Quantity::Force)
+            .words(" and a couple of ")
+            .number(point.end.base_couple.norm(), Quantity::Couple)
+            .words(format!(
+                " at its base: straight or symmetric, it can buckle {way} alike here, and nothing tells it to which side it goes on"
+            ));
+        let remedy = "a small rest curvature does, or a small offset of the body, in the plane in which it would buckle: of a straight rod that in which it \
+                      bends most easily";
+        let at = self.solver.state().time();
+        self.stop(Outcome::stuck(
+            at,
+            Cause::Failed(Error::domain(why)),
+            remedy,
+        ))
+    }
+}

@@ -1,0 +1,85 @@
+//! What the charts of rods stand for, as they are pulled taut and let go, and which rods give way along themselves.
+
+use super::step::LOOSE;
+use super::{AssemblyRun, Chart, Numbers};
+use crate::locate::Timed;
+use snaprod_systems::assembly::Assembly;
+use snaprod_systems::error::Result;
+use std::sync::Arc;
+
+impl AssemblyRun {
+    /// Changes what charts stand for as their rods are pulled taut or let go; true if one did. A rod whose other chart does not say the
+    /// same keeps its own.
+    pub(super) fn look(&mut self) -> bool {
+        let links = self.assembly.links().iter().zip(&self.watch).enumerate();
+        let changed: Vec<_> = links
+            .filter(|(_, (link, rod))| {
+                (link.seen(), link.spring(), link.give()) != (rod.better, rod.spring, rod.give)
+            })
+            .map(|(k, (_, rod))| (k, *rod))
+            .collect();
+        if changed.is_empty() {
+            return false;
+        }
+        let along = self.along();
+        let Some(at) = self.assembly.evaluated(&self.solver.state().0, along) else {
+            return false;
+        };
+        let mut other = (*self.assembly).clone();
+        for (k, rod) in &changed {
+            other.see(*k, rod.better);
+            other.brace(*k, rod.spring);
+            other.let_give(*k, rod.give);
+        }
+        // The couples of rods that were taut are those that their forces make.
+        let told = (self.assembly).with_charts(self.solver.state().0.clone(), &at.now.charts);
+        let agrees = other
+            .evaluated(&told, along)
+            .filter(|there| other.drift(there) <= LOOSE * self.options.tolerance)
+            .and_then(|there| other.joined(told, &there));
+        self.extra.evaluations += 2;
+        let Some(state) = agrees.map(Numbers) else {
+            return false;
+        };
+        // The same motion of the bodies sways a rod with mass otherwise where its end gives way by more or less: that is lost, or got back.
+        let compliance =
+            |rod: &Assembly, k: usize| rod.links()[k].give().map(|give| give.compliance);
+        let slides = |(k, _): &(usize, _)| compliance(&self.assembly, *k) != compliance(&other, *k);
+        let lost = match other.feels_rods() && changed.iter().any(slides) {
+            true => other.evaluated(&state.0, along).map_or(0.0, |after| {
+                self.assembly.rod_kinetic(&at, along) - other.rod_kinetic(&after, along)
+            }),
+            false => 0.0,
+        };
+        let before = std::mem::replace(&mut self.assembly, Arc::new(other));
+        let h = self.solver.next_step();
+        if self.resume(state, None, h).is_none() {
+            self.assembly = before;
+            return false;
+        }
+        self.released += lost;
+        self.booked += lost;
+        // det J is another.
+        for (k, _) in changed {
+            self.largest[k] = 0.0;
+        }
+        true
+    }
+
+    /// Lets the chart of a rod that has landed stand for what is better there.
+    pub(super) fn see_anew(&mut self, state: &Numbers, link: usize) -> Result<()> {
+        let (t, now) = (state.time(), self.assembly.configuration(&state.0));
+        let rod = &self.assembly.links()[link];
+        let q = &now.charts[link];
+        let point = rod.sought().point(t, &now.bodies, q, self.along())?;
+        let seen = rod.better_seen(q, &point);
+        let spring = rod.better_spring(&point.end);
+        let give = rod.better_give(&point.end);
+        let taut = seen == Chart::Taut;
+        let assembly = Arc::make_mut(&mut self.assembly);
+        assembly.see(link, seen);
+        assembly.brace(link, if taut { spring } else { 0.0 });
+        assembly.let_give(link, if taut { None } else { give });
+        Ok(())
+    }
+}

@@ -1,0 +1,158 @@
+//! From event to event: the motion of an assembly as those see it who drive and record it.
+
+use super::step::Progress;
+use super::{AssemblyRun, Pending};
+use crate::drive::{Carried, Motion};
+use crate::event::{Event, Outcome};
+use crate::locate::Timed;
+use crate::snap::Snap;
+use crate::state::Seen;
+use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::rod::{Fallen, Wrench};
+use snaprod_systems::solve::cost::Cost;
+
+impl<'a> Motion<'a> for AssemblyRun {
+    fn advance(&mut self) -> Option<Event> {
+        if self.stopped {
+            return None;
+        }
+        if let Some(bounce) = self.bounces.pop_front() {
+            return Some(Event::Bounce(bounce));
+        }
+        match self.pending.take() {
+            None => {}
+            Some(Pending::Stop(outcome)) => return Some(self.stop(outcome)),
+            Some(Pending::Fold(time_error, crossing)) => {
+                return Some(self.snap(time_error, crossing).unwrap_or_else(|why| {
+                    self.stuck(
+                        Cause::Failed(why),
+                        "the rod found no way down from its fold; change the start a little, or tighten run.tolerance",
+                    )
+                }));
+            }
+        }
+        if self.interrupted {
+            return Some(self.stop(Outcome::Interrupted));
+        }
+        let from = self.solver.state().time();
+        if from >= self.options.duration {
+            return Some(self.stop(Outcome::EndOfTime));
+        }
+        if self.cost().steps >= self.options.max_steps {
+            return Some(self.stop(Outcome::StepLimit));
+        }
+        for (largest, rod) in self.largest.iter_mut().zip(&self.watch) {
+            *largest = largest.max(rod.det.abs());
+        }
+        let next = self.assembly.next_break(from);
+        let end = next.min(self.options.duration);
+        let seen = self.look_until(next.next_down());
+        let Some(progress) = seen.and_then(|()| self.advance_with_rods(end)) else {
+            let cause = Cause::StepCollapsed {
+                next: self.solver.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return Some(self.stuck(
+                cause,
+                "a rod is pulled straight, or folds in a way that is not simple: give it stretch (a finite axial stiffness), or \
+                 friction (damping)",
+            ));
+        };
+        self.look_back(from);
+        if let Some((link, gap, lambda)) = self.loose() {
+            let which = self.assembly.rod_name(link);
+            let remedy = "let the rod stretch more (a smaller axial stiffness), give it friction (damping), or end before it is taut";
+            let why = Error::ill_conditioned(format!(
+                "the end of {which} can be held no better than {gap:.1e} of its length: under sqrt(F L^2/B) = {lambda:.1} its base wrench \
+                 no longer tells where its end is, and its force does not either, since the rod is neutral under it, as a loop in a taut wire can be"
+            ));
+            return Some(self.stuck(Cause::Failed(why), remedy));
+        }
+        match progress {
+            Progress::Fold {
+                rods,
+                time_error,
+                crossing,
+            } => {
+                self.folded = rods;
+                self.pending = Some(Pending::Fold(time_error, crossing));
+            }
+            Progress::End(outcome) => self.pending = Some(Pending::Stop(outcome)),
+            Progress::Moved | Progress::Arrived => {}
+        }
+        Some(Event::Step {
+            from,
+            to: self.solver.state().time(),
+        })
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Kept(&self.first)
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.sample_now()))
+    }
+
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        self.before_snap
+            .as_ref()
+            .map(|sample| Seen::Kept(sample as _))
+    }
+
+    fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
+        let held = self.before_snap.as_ref()?.at.points.get(snap.rod)?.held();
+        let fold = Wrench::from_column_slice(snap.from.q.as_slice());
+        // A taut rod is looked for from what was found last, which is to be the fold.
+        let rod = self.folding.clone()?;
+        let (shapes, landed) = rod.fall(&fold, &held, self.along()).ok()?;
+        snap.lands(landed.as_slice()).then_some(shapes)
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.state_at(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    fn unfelt(&self) -> f64 {
+        self.unfelt
+    }
+
+    fn cost(&self) -> Cost {
+        self.solver.cost() + self.extra
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let links = self.assembly.links().len();
+        let bodies = self.assembly.chart_slots(0).start;
+        let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
+        Carried::some([
+            ("charts of the rods", 6 * links),
+            ("turns and spins of rods about their chords", spins),
+            ("places and velocities of the bodies", bodies),
+            ("time, work and loss to drag", 3),
+        ])
+    }
+
+    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        if snap.rod >= self.assembly.links().len() || snap.to.q.len() != 6 {
+            return Err(Error::domain("the snap is none of a rod of this assembly"));
+        }
+        let mut branch = self.clone();
+        *branch.solver.cost_mut() = Cost::default();
+        branch.extra = Cost::default();
+        branch.stopped = false;
+        branch.before_snap = None;
+        branch.folding = None;
+        branch.land(snap)?;
+        branch.first = branch.sample_now();
+        Ok(Box::new(branch))
+    }
+}

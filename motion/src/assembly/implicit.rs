@@ -1,0 +1,520 @@
+//! Implicit steps of an assembly: Radau IIA with seven stages, where rods are stiff and their fast modes are not asked for.
+//!
+//! ```text
+//! place' = V,   M V' = wrenches of the rods + loads,   gap of every rod = 0
+//! ```
+//! in the places and velocities of the bodies; the charts are unknowns of every stage that have no past. So the error of a step is
+//! measured in poses and velocities, and a force by what it does to these. The unknowns of Newton's iteration are the accelerations at
+//! the stages; its matrix is known at each of them and is used as it is, since it costs nothing beside the rods.
+
+use super::{AssemblyRun, Numbers};
+use nalgebra::{DMatrix, DVector};
+use snaprod_systems::assembly::{Assembly, Linearised};
+use snaprod_systems::rod::Wrench;
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::dop853::State;
+use snaprod_systems::solve::integrator::Method;
+use snaprod_systems::solve::radau7::{GAMMA, NODES, RadauStep, S, tableau, through_stages};
+use snaprod_systems::solve::stepper::Taken;
+
+/// Most iterations of Newton's method, and the size of an increment that gives it up.
+const ITERATIONS: usize = 10;
+const WILD: f64 = 1e2;
+/// The part of a step's error that may be left to the iteration, and increments that are rounding.
+const NEWTON: f64 = 0.1;
+const ROUNDING: f64 = 1e-13;
+/// Most attempts at one step.
+const TRIES: usize = 12;
+/// Bounds of a change of length, and what the error is kept below.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 3.0;
+const SAFETY: f64 = 0.8;
+/// Stages are extrapolated to steps so many times as long as the last.
+const BEYOND: f64 = 2.0;
+/// Every explicit step speaks for implicit ones, since what is fast may ring so faintly that it is followed and bounds the steps all the same; one that is longer
+/// than STIFF over the fastest rate as much as OTHERS others. Implicit steps are tried when PATIENCE have spoken, of which disappointments
+/// make up to PATIENCE_LIMIT.
+const STIFF: f64 = 3.0;
+const OTHERS: u32 = 6;
+const PATIENCE: u32 = 100;
+const PATIENCE_LIMIT: u32 = 3000;
+/// So many implicit steps in a row were worth the change.
+const SETTLED: u32 = 20;
+/// An explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
+const EXPLICIT: f64 = 6.0;
+/// An implicit step is tried with so many times the length of explicit ones, is begun with if these would be so many times the
+/// work, and given up when they would be less.
+const TRIAL: f64 = 8.0;
+const GAIN: f64 = 1.5;
+/// Error of the integration along a rod, as a part of that for explicit steps: accelerations at the stages follow from differences of
+/// poses, twice over a step.
+const FINER: f64 = 1e-2;
+/// The error of a step is less than the estimate, which is of a lower order, by so much.
+const SLACK: f64 = 0.03;
+
+/// Accelerations and charts at the stages.
+type Stages = [(DVector<f64>, Vec<Wrench>); S];
+
+/// The implicit steps of a run.
+#[derive(Debug, Clone)]
+pub(super) struct Implicit {
+    /// The run is to take them wherever it can, without asking what rings.
+    asked: bool,
+    /// The run may take them.
+    allowed: bool,
+    /// They are being taken.
+    on: bool,
+    h: f64,
+    last: Option<(f64, Stages)>,
+    /// The length of the explicit steps that were left, and evaluations of an implicit one.
+    explicit: f64,
+    votes: u32,
+    patience: u32,
+    /// Implicit steps in a row.
+    stay: u32,
+}
+
+impl Implicit {
+    pub(super) fn new(method: Method, h: f64) -> Self {
+        let asked = method == Method::Implicit;
+        Self {
+            asked,
+            allowed: asked || method == Method::Auto,
+            on: asked,
+            h,
+            last: None,
+            explicit: 0.0,
+            votes: 0,
+            patience: PATIENCE,
+            stay: 0,
+        }
+    }
+
+    /// The charts are others.
+    pub(super) fn forget(&mut self) {
+        self.last = None;
+    }
+
+    /// Explicit steps from here on.
+    pub(super) fn leave(&mut self) {
+        self.on = false;
+        self.votes = 0;
+        self.last = None;
+        self.patience = (2 * self.patience).min(PATIENCE_LIMIT);
+        self.stay = 0;
+    }
+}
+
+/// A step whose stages are solved.
+struct Solved {
+    stages: Vec<DVector<f64>>,
+    unknowns: Stages,
+    /// At the last stage.
+    last: Linearised,
+    iterations: usize,
+    dets: Vec<Vec<f64>>,
+}
+
+/// Solves the stages of a step of length `h` from a guess; None where that fails.
+fn solve(
+    assembly: &Assembly,
+    from: &DVector<f64>,
+    h: f64,
+    mut unknowns: Stages,
+    (goal, along): (f64, f64),
+    cost: &mut Cost,
+) -> Option<Solved> {
+    let table = tableau();
+    let (places, velocities) = assembly.slots();
+    let count = velocities.len();
+    let time = assembly.time_slot();
+    let mut stages = vec![from.clone(); S];
+    let mut rates = stages.clone();
+    let mut last = f64::INFINITY;
+    for iteration in 0..=ITERATIONS {
+        place(
+            assembly,
+            from,
+            h,
+            &unknowns,
+            (&places, &velocities),
+            &mut stages,
+            &mut rates,
+        );
+        let here: Option<Vec<Linearised>> = stages
+            .iter()
+            .map(|stage| assembly.linearised(stage, along))
+            .collect();
+        cost.evaluations += S as u64;
+        let here = here?;
+        cost.iterations += 1;
+        let mut matrix = DMatrix::identity(S * count, S * count);
+        let mut right = DVector::zeros(S * count);
+        for (i, at) in here.iter().enumerate() {
+            for (k, slot) in velocities.iter().enumerate() {
+                right[i * count + k] = at.rates[*slot] - unknowns[i].0[k];
+            }
+            for j in 0..S {
+                let mut block = matrix.view_mut((i * count, j * count), (count, count));
+                block -= &at.by_place * (h * h * table.twice[i][j]);
+                block -= &at.by_velocity * (h * table.once[i][j]);
+            }
+        }
+        let lu = matrix.lu();
+        lu.solve_mut(&mut right).then_some(())?;
+        let change = |rows: &[[f64; S]; S], i: usize| {
+            let mut sum = DVector::zeros(count);
+            for (j, weight) in rows[i].iter().enumerate() {
+                sum.axpy(*weight, &right.rows(j * count, count), 1.0);
+            }
+            sum
+        };
+        let (mut size, mut gap) = (0.0_f64, 0.0_f64);
+        for (i, at) in here.iter().enumerate() {
+            let moved = change(&table.twice, i) * (h * h);
+            let faster = change(&table.once, i) * h;
+            size = size
+                .max(moved.amax())
+                .max(scaled(&faster, from, &velocities));
+            gap = gap.max(at.gap);
+            let charts = &at.charts_by_place * moved;
+            for (k, q) in unknowns[i].1.iter_mut().enumerate() {
+                *q = at.charts[k] + charts.fixed_rows::<6>(6 * k);
+            }
+            unknowns[i].0 += right.rows(i * count, count);
+        }
+        if !(size < WILD) {
+            return None;
+        }
+        // The gap is gone to first order: what is left of it is of its square.
+        let size = size.max(gap * gap.min(1.0));
+        let ratio = (size / last).min(1.0);
+        if size * ratio.max(0.01) <= goal || size <= ROUNDING.max(goal) {
+            place(
+                assembly,
+                from,
+                h,
+                &unknowns,
+                (&places, &velocities),
+                &mut stages,
+                &mut rates,
+            );
+            for (i, stage) in stages.iter_mut().enumerate() {
+                for slot in [time + 1, time + 2] {
+                    let sum: f64 = (0..S).map(|j| table.once[i][j] * here[j].rates[slot]).sum();
+                    stage[slot] = from[slot] + h * sum;
+                }
+            }
+            let dets = here.iter().map(|at| at.dets.clone()).collect();
+            return Some(Solved {
+                stages,
+                unknowns,
+                last: here.into_iter().last()?,
+                iterations: iteration + 1,
+                dets,
+            });
+        }
+        if iteration > 2 && ratio > 0.7 {
+            return None;
+        }
+        last = size;
+    }
+    None
+}
+
+/// True if det J of a rod, `before` the step and at its stages, changes its sign or comes near zero in between, as where a column that bends alike about
+/// all axes buckles: straight it stays an equilibrium, and det J has a double root.
+fn passes_fold(before: &[f64], stages: &[Vec<f64>]) -> bool {
+    const BETWEEN: usize = 32;
+    const NEAR: f64 = 1e-2;
+    before.iter().enumerate().any(|(rod, first)| {
+        let size = first.abs().max(stages[S - 1][rod].abs());
+        let near = |det: f64| !(det * first.signum() > NEAR * size);
+        let crossed = stages.iter().any(|dets| !(dets[rod] * first > 0.0));
+        crossed
+            || (1..BETWEEN).any(|k| {
+                let weights = through_stages(k as f64 / BETWEEN as f64);
+                let parts = weights.iter().zip(stages);
+                near(parts.map(|(weight, dets)| weight * dets[rod]).sum())
+            })
+    })
+}
+
+/// The largest of changes of velocities, relative to 1 + their sizes.
+fn scaled(change: &DVector<f64>, state: &DVector<f64>, slots: &[usize]) -> f64 {
+    let parts = change.iter().zip(slots);
+    let parts = parts.map(|(x, slot)| x.abs() / (1.0 + state[*slot].abs()));
+    parts.fold(0.0, f64::max)
+}
+
+/// Velocities, places, charts and time at the stages that the accelerations make. Places follow from velocities by collocation too:
+/// rotations by iteration, which needs no rods.
+fn place(
+    assembly: &Assembly,
+    from: &DVector<f64>,
+    h: f64,
+    unknowns: &Stages,
+    (places, velocities): (&[usize], &[usize]),
+    stages: &mut [DVector<f64>],
+    rates: &mut [DVector<f64>],
+) {
+    const SWEEPS: usize = 40;
+    let once = &tableau().once;
+    let time = assembly.time_slot();
+    for (i, stage) in stages.iter_mut().enumerate() {
+        for (k, slot) in velocities.iter().enumerate() {
+            let sum: f64 = (0..S).map(|j| once[i][j] * unknowns[j].0[k]).sum();
+            stage[*slot] = from[*slot] + h * sum;
+        }
+        for (k, q) in unknowns[i].1.iter().enumerate() {
+            stage.as_mut_slice()[assembly.chart_slots(k)].copy_from_slice(q.as_slice());
+        }
+        stage[time] = from[time] + h * NODES[i];
+    }
+    for _ in 0..SWEEPS {
+        for (stage, rates) in stages.iter().zip(rates.iter_mut()) {
+            assembly.write_place_rates(stage, rates);
+        }
+        let mut moved = 0.0_f64;
+        for (i, stage) in stages.iter_mut().enumerate() {
+            for slot in places {
+                let sum: f64 = (0..S).map(|j| once[i][j] * rates[j][*slot]).sum();
+                let to = from[*slot] + h * sum;
+                moved = moved.max((to - stage[*slot]).abs() / (1.0 + to.abs()));
+                stage[*slot] = to;
+            }
+        }
+        if moved < f64::EPSILON {
+            break;
+        }
+    }
+}
+
+/// The error of a step in places and velocities: h GAMMA times what the polynomials through the stages miss the rates at the start by.
+/// `quiet`: as often as that, what is fast against the step is taken to be slaved to the rest (the filter of Hairer and Wanner).
+fn error(
+    (from, slope): (&DVector<f64>, &DVector<f64>),
+    h: f64,
+    solved: &Solved,
+    velocities: &[usize],
+    quiet: usize,
+) -> f64 {
+    let start = &tableau().start;
+    let size = h * GAMMA;
+    let count = velocities.len();
+    let miss = |begun: &dyn Fn(usize) -> f64, stage: &dyn Fn(usize, usize) -> f64| {
+        DVector::from_fn(count, |k, _| {
+            let sum: f64 = (0..S).map(|i| start[i] * stage(i, k)).sum();
+            size * (begun(k) - sum)
+        })
+    };
+    let mut moved = miss(&|k| from[velocities[k]], &|i, k| {
+        solved.stages[i][velocities[k]]
+    });
+    let mut faster = miss(&|k| slope[velocities[k]], &|i, k| solved.unknowns[i].0[k]);
+    if quiet > 0 {
+        let at = &solved.last;
+        let matrix =
+            DMatrix::identity(count, count) - &at.by_velocity * size - &at.by_place * (size * size);
+        let lu = matrix.lu();
+        for _ in 0..quiet {
+            faster += &at.by_place * &moved * size;
+            if !lu.solve_mut(&mut faster) {
+                return f64::INFINITY;
+            }
+            moved += &faster * size;
+        }
+    }
+    let to = &solved.stages[S - 1];
+    let sum: f64 = (0..count)
+        .map(|k| {
+            let slot = velocities[k];
+            let speed = 1.0 + from[slot].abs().max(to[slot].abs());
+            moved[k].powi(2) + (faster[k] / speed).powi(2)
+        })
+        .sum();
+    let error = (sum / (2 * count) as f64).sqrt();
+    if error.is_nan() { f64::INFINITY } else { error }
+}
+
+impl AssemblyRun {
+    /// True if the next step is to be an implicit one, or to be tried as one.
+    pub(super) fn is_implicit(&self) -> bool {
+        let state = &self.implicit;
+        state.allowed && (state.on || state.votes >= state.patience)
+    }
+
+    /// Counts what an explicit step that was taken, with time at the `rate`, says for implicit ones: more if it is stability that bounds it.
+    pub(super) fn judge(&mut self, step: &Taken<Numbers>, rate: f64) {
+        let Taken::Explicit(step) = step else { return };
+        let state = &mut self.implicit;
+        let stiff = step.stiffness(Numbers::mean_square);
+        let speaks = state.asked || stiff.is_some_and(|size| size > STIFF);
+        state.votes += if speaks { OTHERS } else { 1 };
+        state.explicit = rate * self.solver.next_step();
+    }
+
+    /// Accelerations and charts at the stages of a step of length `h`: those of the last step carried on, or `blind` of it those of the
+    /// start.
+    fn guess(&self, h: f64, blind: bool) -> Stages {
+        let (state, slope) = (&self.solver.state().0, &self.solver.slope().0);
+        let rods = self.assembly.links().len();
+        if let Some((before, stages)) = &self.implicit.last
+            && !blind
+            && h <= BEYOND * before
+        {
+            return NODES.map(|c| {
+                let weights = through_stages(1.0 + c * h / before);
+                let mut sum = (stages[0].0.clone() * 0.0, vec![Wrench::zeros(); rods]);
+                for (weight, (acceleration, charts)) in weights.iter().zip(stages) {
+                    sum.0.axpy(*weight, acceleration, 1.0);
+                    for (sum, q) in sum.1.iter_mut().zip(charts) {
+                        *sum += q * *weight;
+                    }
+                }
+                sum
+            });
+        }
+        let (_, velocities) = self.assembly.slots();
+        let acceleration =
+            DVector::from_iterator(velocities.len(), velocities.iter().map(|slot| slope[*slot]));
+        let chart = |k: usize, c: f64| {
+            let slots = self.assembly.chart_slots(k);
+            let [q, rate] =
+                [state, slope].map(|x| Wrench::from_column_slice(&x.as_slice()[slots.clone()]));
+            q + rate * (c * h)
+        };
+        NODES.map(|c| {
+            (
+                acceleration.clone(),
+                (0..rods).map(|k| chart(k, c)).collect(),
+            )
+        })
+    }
+
+    /// One implicit step of at most `h_max`; None, and explicit ones from here on, where it does not pay, does not converge, or a
+    /// rod would pass its fold.
+    pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
+        let trial = !self.implicit.on;
+        if trial {
+            let longest = if self.implicit.asked {
+                self.implicit.h
+            } else {
+                0.0
+            };
+            self.implicit.h = longest.max(TRIAL * self.implicit.explicit);
+            self.implicit.last = None;
+        }
+        let (clock, since) = (self.slowed.clone(), self.since.clone());
+        let h = self.solver.next_step();
+        let state = self.solver.state().clone();
+        if clock.is_some() {
+            self.resume(state.clone(), None, self.implicit.explicit)?;
+        }
+        let taken = self.try_implicit(h_max, trial);
+        if taken.is_none() {
+            self.implicit.leave();
+            if clock.is_some() {
+                self.resume(state, clock, h)?;
+                self.since = since;
+            }
+        }
+        taken
+    }
+
+    fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<Taken<Numbers>> {
+        let (from, slope) = (self.solver.state().clone(), self.solver.slope().clone());
+        let (_, velocities) = self.assembly.slots();
+        let local = self.local();
+        let along = (FINER * self.along()).max(super::FINEST);
+        let goal = (NEWTON * local).max(ROUNDING);
+        let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+        let asked = self.implicit.asked;
+        let mut blind = self.implicit.last.is_none();
+        let mut rejected = false;
+        for _ in 0..TRIES {
+            let h = self.implicit.h.min(h_max);
+            let begun = self.extra.evaluations;
+            let assembly = self.assembly.clone();
+            let guess = self.guess(h, blind);
+            let solved = solve(&assembly, &from.0, h, guess, (goal, along), &mut self.extra);
+            let steps = |h: f64, evaluations: u64| {
+                evaluations as f64 / EXPLICIT * self.implicit.explicit / h
+            };
+            let Some(solved) = solved else {
+                self.extra.rejected += 1;
+                rejected = true;
+                if blind {
+                    self.implicit.h = 0.4 * h;
+                    if h < h_max.min(self.solver.next_step()) || trial && !asked {
+                        return None;
+                    }
+                }
+                blind = true;
+                continue;
+            };
+            if passes_fold(&before, &solved.dets) {
+                return None;
+            }
+            let quiet = match (asked, self.implicit.last.is_none()) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => 2,
+            };
+            let size = error((&from.0, &slope.0), h, &solved, &velocities, quiet) * SLACK / local;
+            let factor = SAFETY * size.max(1e-12).powf(-1.0 / 8.0);
+            if !(size <= 1.0) {
+                self.extra.rejected += 1;
+                rejected = true;
+                self.implicit.h = h * if factor > SHRINK {
+                    factor.min(0.9)
+                } else {
+                    SHRINK
+                };
+                let poor = steps(self.implicit.h, self.extra.evaluations - begun) > 1.0;
+                if poor && !asked || self.implicit.h < self.solver.next_step().min(h_max) {
+                    return None;
+                }
+                continue;
+            }
+            let spent = steps(h, self.extra.evaluations - begun);
+            if !asked && h < h_max && spent > if trial { 1.0 / GAIN } else { 1.0 } {
+                return None;
+            }
+            let stages: Vec<Numbers> = solved.stages.into_iter().map(Numbers).collect();
+            let stages: [Numbers; S] = stages.try_into().ok()?;
+            let mut end = slope.clone();
+            let along = self.along();
+            let watch = &mut self.watch;
+            assembly.write_slope(&stages[S - 1].0, None, along, &mut end.0, |k, sight| {
+                watch[k] = sight
+            })?;
+            self.extra.evaluations += 1;
+            self.extra.steps += 1;
+            self.extra.implicit_steps += 1;
+            self.extra.switches += u64::from(trial);
+            let most = if rejected { 1.0 } else { GROW };
+            let hard = if solved.iterations > 5 { 1.0 } else { most };
+            if h >= self.implicit.h {
+                self.implicit.h = h * factor.clamp(SHRINK, hard);
+            }
+            self.implicit.on = true;
+            self.implicit.votes = 0;
+            self.implicit.stay += 1;
+            if self.implicit.stay == SETTLED {
+                self.implicit.patience = PATIENCE;
+            }
+            self.implicit.last = Some((h, solved.unknowns));
+            self.dense = None;
+            self.taken_by = (assembly, None);
+            self.solver.rewind(stages[S - 1].clone(), end.clone());
+            return Some(Taken::Implicit(RadauStep::new(
+                from,
+                h,
+                stages,
+                [slope, end],
+            )));
+        }
+        None
+    }
+}

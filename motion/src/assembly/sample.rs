@@ -1,0 +1,149 @@
+//! What a state of an assembly shows.
+
+use crate::ledger::Ledger;
+use crate::state::{Labels, RodCurve, State};
+use nalgebra::{Isometry3, Vector3, Vector6};
+use snaprod_systems::assembly::{Assembly, Configuration, Evaluated, Tether};
+use snaprod_systems::rod::RodSection;
+use snaprod_systems::section::Strain;
+use std::sync::Arc;
+
+/// Tolerance of the sections that are shown.
+const SHAPE: f64 = 1e-12;
+
+/// The state of an assembly at one moment.
+#[derive(Debug, Clone)]
+pub struct AssemblySample {
+    assembly: Arc<Assembly>,
+    /// Bodies, rods, time.
+    pub at: Evaluated,
+    /// The energies.
+    pub ledger: Ledger,
+    /// The index of every rod with its ends held.
+    pub indices: Vec<usize>,
+}
+
+impl AssemblySample {
+    pub(super) fn new(
+        assembly: Arc<Assembly>,
+        at: Evaluated,
+        released: f64,
+        indices: &[usize],
+    ) -> Self {
+        let [kinetic, elastic, potential] = assembly.energies(&at);
+        let rod_kinetic = assembly.rod_kinetic(&at, SHAPE);
+        let ledger = Ledger {
+            rod_kinetic,
+            kinetic,
+            elastic,
+            potential,
+            dissipated: released + at.integrals.drag,
+            work: at.integrals.work,
+        };
+        Self {
+            assembly,
+            at,
+            ledger,
+            indices: indices.to_vec(),
+        }
+    }
+
+    /// Sections of rod `link` at places in [0, 1], in growing order, seen from its base; empty where it cannot be followed.
+    pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
+        let point = &self.at.points[link];
+        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
+        let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
+        let held = point.held();
+        let q = &self.at.now.charts[link];
+        rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
+    }
+
+    /// Rod `link` as a tether ([`Link::tether`](snaprod_systems::assembly::Link::tether)).
+    pub fn tether(&self, link: usize) -> Option<Tether> {
+        self.assembly
+            .links()
+            .get(link)?
+            .tether(self.at.points.get(link)?)
+    }
+
+    /// What resists it ([`Assembly::resistance`]).
+    pub(super) fn resistance(&self, link: usize, tether: &Tether) -> Option<f64> {
+        self.assembly.resistance(link, &self.at, &tether.along)
+    }
+
+    /// How far the ends of rods are from their attachments.
+    pub fn drift(&self) -> f64 {
+        self.assembly.drift(&self.at)
+    }
+}
+
+/// The first rod stands for all where one is asked for.
+impl State for AssemblySample {
+    fn time(&self) -> f64 {
+        self.at.integrals.time
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        self.at.points[0].end.pose
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        self.at.points[0].end_twist(&self.assembly.links()[0])
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        self.assembly.end_action(0, &self.at, SHAPE)
+    }
+
+    fn drift(&self) -> f64 {
+        Self::drift(self)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        0.0
+    }
+
+    fn distance(&self) -> f64 {
+        0.0
+    }
+
+    fn equilibrium(&self) -> Option<Labels> {
+        None
+    }
+
+    fn index(&self) -> Option<usize> {
+        Some(self.indices.iter().sum())
+    }
+
+    fn configuration(&self) -> Option<&Configuration> {
+        Some(&self.at.now)
+    }
+
+    fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
+        self.assembly.groove_forces(&self.at)
+    }
+
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
+        self.rod_sections(rod, places)
+            .iter()
+            .map(|section| section.strain)
+            .collect()
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        vec![0.0; places.len()]
+    }
+
+    fn sections(&self, points: usize) -> RodCurve {
+        let last = points.max(2) - 1;
+        let places: Vec<f64> = (0..=last).map(|k| k as f64 / last as f64).collect();
+        self.rod_sections(0, &places)
+            .iter()
+            .map(|section| (section.s, section.pose()))
+            .collect()
+    }
+}

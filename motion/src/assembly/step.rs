@@ -1,0 +1,540 @@
+//! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
+
+use super::branching::Crossing;
+use super::{AssemblyRun, Numbers, first_step};
+use crate::event::Outcome;
+use crate::groove_turning_points::turned;
+use crate::locate::{Guess, Located, Timed, at_time, first_fold, locate};
+use nalgebra::DVector;
+use snaprod_systems::assembly::{Sight, Slowed};
+use snaprod_systems::body::Groove;
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::stepper::Taken;
+
+/// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
+const NEAR: f64 = 8.0;
+/// ... until det J has grown to so many times what it was then.
+const FAR: f64 = 4.0;
+/// How well a moment at which steps are to end is hit, relative to 1 + its size, where time is slowed ...
+const ON_TIME: f64 = 1e-12;
+/// ... and by a plain step: a pulse can be so short that what happens in 1e-12 counts.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// det J, relative to where time began to be slowed, from which it tells a rod's chart by its end well.
+const CLEAR: f64 = 0.1;
+/// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
+const DRIFTED: f64 = 3.0;
+/// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
+pub(super) const LOOSE: f64 = 1e3;
+
+/// Parts of a step at which a contact is looked for that may lie inside.
+const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
+
+/// How a step ended.
+pub(super) enum Progress {
+    Moved,
+    Arrived,
+    /// At the folds of these rods.
+    Fold {
+        rods: Vec<(usize, f64)>,
+        time_error: f64,
+        /// Where it is a branch point, to which nothing pushes the rod.
+        crossing: Option<Crossing>,
+    },
+    /// At an end of the run.
+    End(Outcome),
+}
+
+impl AssemblyRun {
+    /// Goes one step of at most `h_max`, which is kept for those who look inside.
+    fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
+        let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
+        let (watch, until) = (&mut self.watch, self.until);
+        let f = |y: &Numbers, out: &mut Numbers| {
+            let y = y.seen(until);
+            assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
+        };
+        self.dense = None;
+        self.taken_by = (self.assembly.clone(), self.slowed.clone());
+        self.solver.step(f, h_max).ok()
+    }
+
+    /// Time is one of the integrated variables where it is slowed, so that what a step tries may lie behind the break at which it is to end. It sees loads
+    /// and supports as they are just before; behind the break they are others at once.
+    pub(super) fn look_until(&mut self, until: f64) -> Option<()> {
+        if until == self.until {
+            return Some(());
+        }
+        self.until = until;
+        self.see()
+    }
+
+    /// Sees the rods where the solver stands: what was seen last was the end of a step, which may lie behind the moment to which that was cut.
+    fn see(&mut self) -> Option<()> {
+        let state = self.solver.state().clone();
+        let mut slope = state.clone();
+        let (slowed, along, watch) = (self.slowed.as_ref(), self.along(), &mut self.watch);
+        let seen = state.seen(self.until);
+        self.assembly
+            .write_slope(&seen.0, slowed, along, &mut slope.0, |k, sight| {
+                watch[k] = sight
+            })?;
+        self.extra.evaluations += 1;
+        self.solver.rewind(state, slope);
+        Some(())
+    }
+
+    /// One step, at most to time `end`, or to a fold if that comes first. None: the step size has collapsed.
+    pub(super) fn advance_to(&mut self, end: f64) -> Option<Progress> {
+        self.booked = 0.0;
+        let watched = self.watch.clone();
+        let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
+        let from = self.solver.state().clone();
+        let left = end - from.time();
+        let implicit = match self.is_implicit() {
+            true => self.implicit_step(left),
+            false => None,
+        };
+        let is_implicit = implicit.is_some();
+        if self.slowed.is_some() {
+            return self.slow_step(end);
+        }
+        let Some(mut step) = implicit.or_else(|| self.take_step(left)) else {
+            // As at a fold that is too near for plain steps: towards which det J fell.
+            let nearest = (0..before.len()).max_by(|a, b| {
+                let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
+                fall(a).total_cmp(&fall(b))
+            })?;
+            self.slow(from, nearest, &before)?;
+            return self.slow_step(end);
+        };
+        let branching = self.branch_point(&mut step, &watched);
+        let crossed = (0..before.len()).find(|k| self.watch[*k].det * before[*k] <= 0.0);
+        if let Some(link) = crossed.filter(|_| branching.is_none()) {
+            self.slow(from, link, &before)?;
+            return self.slow_step(end);
+        }
+        self.judge(&step, 1.0);
+        let h = step.h();
+        let arrived = branching.is_none()
+            && (h >= left || (end - step.to().time()).abs() <= ROUNDING * (1.0 + end));
+        if arrived {
+            *step.to_mut() = step.to().clone().at_time(end);
+        }
+        if let Some(progress) = self.cut(&mut step) {
+            self.step = Some(step);
+            self.implicit.forget();
+            self.see();
+            return progress;
+        }
+        if arrived {
+            self.solver
+                .rewind(step.to().clone(), step.end_slope().clone());
+        }
+        let to = step.to().clone();
+        self.step = Some(step);
+        if branching.is_some() {
+            return branching;
+        }
+        self.hold()?;
+        if !self.look() && !is_implicit {
+            let near = NEAR * self.solver.next_step() / h;
+            let falling = self.falling(&watched, near);
+            if let Some(link) = falling.into_iter().find(|k| !self.unpushed.contains(k)) {
+                let dets: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
+                self.slow(to, link, &dets)?;
+            } else if self.solver.is_symmetric() && self.unpushed.is_empty() {
+                self.resume(to, None, h)?;
+            }
+        }
+        Some(if arrived {
+            Progress::Arrived
+        } else {
+            Progress::Moved
+        })
+    }
+
+    /// How far the ends of rods may be from the bodies.
+    pub(super) fn drifted(&self) -> f64 {
+        DRIFTED * self.local()
+    }
+
+    /// Brings the charts back to the poses of the bodies where they have drifted off.
+    fn hold(&mut self) -> Option<()> {
+        if !self.watch.iter().any(|rod| rod.gap > self.drifted()) {
+            return Some(());
+        }
+        let state = self.solver.state().clone();
+        let at = self.assembly.evaluated(&state.0, self.along())?;
+        self.extra.evaluations += 1;
+        let held = self.assembly.joined(state.0, &at)?;
+        let h = self.solver.next_step();
+        self.resume(Numbers(held), self.slowed.clone(), h)
+    }
+
+    /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
+    pub(super) fn loose(&self) -> Option<(usize, f64, f64)> {
+        let off = |rod: &Sight| rod.gap > LOOSE * self.options.tolerance;
+        let link = self.watch.iter().position(off)?;
+        let slots = self.assembly.chart_slots(link);
+        let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
+        Some((link, self.watch[link].gap, force.sqrt()))
+    }
+
+    /// The same with time slowed for the rod that nears its fold.
+    fn slow_step(&mut self, end: f64) -> Option<Progress> {
+        self.taken_by = (self.assembly.clone(), self.slowed.clone());
+        let f = &self.right_hand_side();
+        let remaining = end - self.solver.state().time();
+        let mut h_max = 4.0 * remaining / self.solver.slope().time().max(1e-3);
+        let watched = self.watch.clone();
+        let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
+        let mut cost = Cost::default();
+        let (mut step, fold) = loop {
+            let Some(mut step) = self.take_step(h_max) else {
+                let state = self.solver.state().clone();
+                let rods = self.at_folds(&state, false)?;
+                if rods.is_empty() {
+                    return None;
+                }
+                let time_error = ON_TIME * (1.0 + state.time());
+                let h = first_step(&state, self.solver.slope(), self.options.tolerance);
+                self.resume(state, self.slowed.clone(), h)?;
+                return Some(Progress::Fold {
+                    rods,
+                    time_error,
+                    crossing: None,
+                });
+            };
+            let fold = first_fold(&mut step, &mut { f }, &mut cost).and_then(|guess| {
+                locate(&step, &mut { f }, guess, |_, slope| slope.time(), &mut cost)
+            });
+            if fold.is_some() || step.end_slope().time() > 0.0 {
+                break (step, fold);
+            }
+            // Time turned back and the fold was not found: it must be in a shorter step.
+            self.solver
+                .rewind(step.from().clone(), step.start_slope().clone());
+            h_max = 0.5 * step.h();
+        };
+        // Beyond a fold time runs backward: `end` is sought before it.
+        let folded = fold.map(|fold| {
+            step = fold.step;
+            fold.time_error
+        });
+        let mut progress = Progress::Moved;
+        if step.to().time() >= end {
+            let passed = step.to().time() - step.from().time();
+            let guess = Guess {
+                h: step.h() * remaining / passed,
+                rate: passed / step.h(),
+                t: end,
+            };
+            let missing = |state: &Numbers, _: &Numbers| state.time() - end;
+            let found = locate(&step, &mut { f }, guess, missing, &mut cost);
+            let near = ON_TIME * (1.0 + end);
+            let hit = |found: &Located<Numbers>| (found.step.to().time() - end).abs() <= near;
+            let Some(found) = found.filter(hit) else {
+                // The state stays where it was.
+                self.solver
+                    .rewind(step.from().clone(), step.start_slope().clone());
+                self.see();
+                return None;
+            };
+            step = found.step;
+            *step.to_mut() = step.to().clone().at_time(end);
+            progress = Progress::Arrived;
+        } else if let Some(time_error) = folded {
+            progress = Progress::Fold {
+                rods: self.at_folds(step.to(), true)?,
+                time_error,
+                crossing: None,
+            };
+        }
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        let whole = matches!(progress, Progress::Moved);
+        if !whole {
+            self.solver
+                .rewind(step.to().clone(), step.end_slope().clone());
+            self.see()?;
+        }
+        let branching = self.branch_point(&mut step, &watched);
+        if let Some(ended) = self.cut(&mut step) {
+            self.step = Some(step);
+            self.see();
+            return ended;
+        }
+        if branching.is_some() {
+            self.step = Some(step);
+            return branching;
+        }
+        let (cause, scale) = self.slowed.as_ref()?.rods[0];
+        let rate = self.watch[cause].det / scale;
+        self.judge(&step, rate.abs());
+        self.step = Some(step);
+        if whole {
+            self.falling(&watched, NEAR);
+            self.leave_to_branch_points()?;
+        }
+        if whole && rate > CLEAR {
+            self.hold()?;
+            self.look();
+        }
+        self.reconsider(&before, rate)?;
+        Some(progress)
+    }
+
+    /// Slows time for the rod that needs it most, or for none where explicit steps need it no more.
+    fn reconsider(&mut self, before: &[f64], rate: f64) -> Option<()> {
+        let Some(slowed) = &self.slowed else {
+            return Some(());
+        };
+        let state = self.solver.state().clone();
+        let h = self.solver.next_step();
+        if !self.solver.is_symmetric() {
+            return match rate > FAR {
+                true => self.resume(state, None, rate * h),
+                false => Some(()),
+            };
+        }
+        // Steps until det J vanishes, at its present rate.
+        let left = |k: usize| match self.watch[k].det / (before[k] - self.watch[k].det) {
+            left if left > 0.0 => left,
+            _ => f64::INFINITY,
+        };
+        let among = |k: usize| slowed.rods.iter().any(|(rod, _)| *rod == k);
+        let all = (0..before.len()).filter(|k| !among(*k));
+        let Some(next) = all.min_by(|a, b| left(*a).total_cmp(&left(*b))) else {
+            return Some(());
+        };
+        let soonest = slowed.rods.iter().map(|(rod, _)| left(*rod));
+        if left(next) < soonest.fold(NEAR, f64::min) {
+            let scale = self.watch[next].det;
+            return self.resume(state, Some(Slowed::one(next, scale)), h);
+        }
+        Some(())
+    }
+
+    /// det J of all rods in a state.
+    fn determinants(&mut self, state: &Numbers) -> Option<Vec<f64>> {
+        let at = self.assembly.evaluated(&state.0, self.along())?;
+        self.extra.evaluations += 1;
+        let dets = at
+            .points
+            .iter()
+            .map(|point| point.end.jacobian.determinant());
+        Some(dets.collect())
+    }
+
+    /// The rods that are at their folds in a state, each with its det J when time was last slowed: the one that makes time stand still, if it does, and
+    /// all whose own folds are as near in time as makes no difference. On the way to a fold det J goes with the root of the time left.
+    fn at_folds(&mut self, to: &Numbers, stands: bool) -> Option<Vec<(usize, f64)>> {
+        let after = self.determinants(to)?;
+        let x = |(k, scale): &(usize, f64)| (after[*k] / scale).abs();
+        let clock = self.slowed.iter().flat_map(|slowed| &slowed.rods);
+        let least = clock.min_by(|a, b| x(a).total_cmp(&x(b)));
+        let least = least.filter(|_| stands).map(|rod| rod.0);
+        let (from, before) = &self.since;
+        let now = |k: &usize| {
+            let (was, is) = (before[*k] * before[*k], after[*k] * after[*k]);
+            let left = is * (to.time() - from) / (was - is);
+            let passed = after[*k] * before[*k] <= 0.0;
+            let soon = is < 0.25 * was && left <= ON_TIME * (1.0 + to.time());
+            Some(*k) == least || passed || soon
+        };
+        let rods = (0..after.len()).filter(now);
+        Some(rods.map(|k| (k, before[k])).collect())
+    }
+
+    /// Ends the step that was taken where that must be.
+    fn cut(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        let knot = self.knot(step);
+        if let Some(None) = knot {
+            return knot;
+        }
+        self.touch(step).or(knot)
+    }
+
+    /// Ends it where rods touch.
+    fn touch(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        if !self.assembly.looks_for_contacts() {
+            return None;
+        }
+        let assembly = self.assembly.clone();
+        let nearness =
+            |state: &Numbers| assembly.nearness(state.time(), &assembly.configuration(&state.0));
+        let after = nearness(step.to());
+        let before = std::mem::replace(&mut self.near, after.clone());
+        let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
+        let mut part = 1.0;
+        // Between its ends a step can bring rods nearer by no more than they move in it.
+        if before.gap().min(after.gap()) < before.moved(&after) {
+            let f = self.right_hand_side();
+            let mut cost = Cost::default();
+            let dense = step.inside(&mut { f }, &mut cost)?;
+            self.extra.evaluations += cost.evaluations;
+            for x in INSIDE {
+                let there = nearness(&dense.at(x)).contact;
+                let there = there.filter(|contact| contact.gap <= 0.0);
+                if there.is_some() {
+                    (found, part) = (there, x);
+                    break;
+                }
+            }
+        }
+        let contact = found?;
+        let gap = |state: &Numbers| {
+            let now = assembly.configuration(&state.0);
+            let there = assembly.contact(state.time(), &now, &contact);
+            there.map_or(1.0, |contact| contact.gap)
+        };
+        let h = part * step.h();
+        let (first, last) = (gap(step.from()), contact.gap);
+        let guess = Guess {
+            h: h * first / (first - last),
+            rate: (last - first) / h,
+            t: step.from().time(),
+        };
+        let mut cost = Cost::default();
+        let f = self.right_hand_side();
+        let found = locate(step, &mut { f }, guess, |state, _| gap(state), &mut cost);
+        self.extra.evaluations += cost.evaluations;
+        let Some(found) = found else {
+            return Some(None);
+        };
+        *step = found.step;
+        self.solver
+            .rewind(step.to().clone(), step.end_slope().clone());
+        let now = assembly.configuration(&step.to().0);
+        let there = assembly.contact(step.to().time(), &now, &contact);
+        let outcome = Outcome::SelfContact(there.unwrap_or(contact));
+        Some(Some(Progress::End(outcome)))
+    }
+
+    /// The step as far as where a body first turns back beyond the end of its groove, if one does.
+    fn turned(&mut self, step: &mut Taken<Numbers>) -> Option<Taken<Numbers>> {
+        let [from, to] =
+            [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
+        let span = step.to().time() - step.from().time();
+        let (assembly, f) = (&self.assembly, &self.right_hand_side());
+        let mut cost = Cost::default();
+        let mut dense = None;
+        let turns = from.iter().zip(&to).enumerate();
+        let turns = turns.filter_map(|(k, ((body, from), (_, to)))| {
+            let ends = assembly.carriers()[*body].groove()?.ends()?;
+            turned([*from, *to], span, ends, |x| {
+                if dense.is_none() {
+                    dense = step.inside(&mut { f }, &mut cost);
+                }
+                Some(assembly.along_grooves(&dense.as_ref()?.at(x).0)[k].1)
+            })
+        });
+        let part = turns.reduce(f64::min);
+        let shorter = part.and_then(|part| step.redo(&mut { f }, part * step.h(), &mut cost));
+        self.extra.evaluations += cost.evaluations;
+        shorter
+    }
+
+    /// Where in a step a body first passes a place of its groove at which that is not smooth, or its end: the body, the place, the part of the step and
+    /// how fast it goes there.
+    fn passed(&self, step: &Taken<Numbers>) -> Option<(usize, f64, f64, f64)> {
+        let [from, to] =
+            [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
+        let passed = from
+            .iter()
+            .zip(&to)
+            .filter_map(|((body, [a, _]), (_, [b, _]))| {
+                let groove = self.assembly.carriers()[*body].groove()?;
+                let left = groove.end_left(*a, *b);
+                let knot = left.or_else(|| groove.first_break(*a, *b))?;
+                // From an end a step may first lead inward: that is where it comes back.
+                let part = match groove.way_out(*a) {
+                    Some(way) if groove.way_out(knot) == Some(way) => 1.0,
+                    _ => (knot - a) / (b - a),
+                };
+                Some((*body, knot, part, (b - a) / step.h()))
+            });
+        passed.min_by(|x, y| x.2.total_cmp(&y.2))
+    }
+
+    /// Ends the step that was taken where a body first passes such a place.
+    fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+        if self.assembly.along_grooves(&step.from().0).is_empty() {
+            return None;
+        }
+        let turned = self.turned(step);
+        let back = turned
+            .as_ref()
+            .and_then(|part| Some((part, self.passed(part)?)));
+        let (within, (body, knot, part, rate)) = match back {
+            Some(back) => back,
+            None => (&*step, self.passed(step)?),
+        };
+        let assembly = self.assembly.clone();
+        let along = |state: &Numbers| {
+            let all = assembly.along_grooves(&state.0);
+            all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1[0])
+        };
+        let guess = Guess {
+            h: part * within.h(),
+            rate,
+            t: step.from().time(),
+        };
+        let f = self.right_hand_side();
+        let mut cost = Cost::default();
+        let found = locate(
+            within,
+            &mut { f },
+            guess,
+            |state, _| along(state) - knot,
+            &mut cost,
+        );
+        self.extra.evaluations += cost.evaluations;
+        let Some(found) = found else {
+            return Some(None);
+        };
+        *step = found.step;
+        self.solver
+            .rewind(step.to().clone(), step.end_slope().clone());
+        let groove = self.assembly.carriers()[body].groove();
+        let ends = groove.and_then(Groove::ends);
+        let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
+        Some(Some(match at_end {
+            true => Progress::End(Outcome::GrooveEnd(body)),
+            false => Progress::Moved,
+        }))
+    }
+
+    /// The right-hand side of the last step.
+    pub(super) fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
+        let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
+        let until = self.until;
+        move |y: &Numbers| {
+            let mut out = y.clone();
+            assembly.write_slope(
+                &y.seen(until).0,
+                slowed.as_ref(),
+                along,
+                &mut out.0,
+                |_, _| (),
+            )?;
+            Some(out)
+        }
+    }
+
+    /// The state at a time within the last step.
+    pub(super) fn inside(&mut self, t: f64) -> Option<DVector<f64>> {
+        let f = self.right_hand_side();
+        let mut cost = Cost::default();
+        let found = at_time(
+            self.step.as_mut()?,
+            &mut self.dense,
+            &mut { f },
+            t,
+            &mut cost,
+        );
+        self.extra.evaluations += cost.evaluations;
+        self.extra.samples += cost.samples;
+        Some(found?.at_time(t).0)
+    }
+}

@@ -1,0 +1,506 @@
+//! A run of rods with mass, step by step.
+
+use super::assembly::{self, HeavyAssemblyStart};
+use super::model::{Begun, Judged, Model};
+use super::rod::{self, HeavyStart};
+use crate::adaptive_nodes::Following;
+use crate::groove_turning_points::{ON_END, turned};
+use crate::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
+use nalgebra::DVector;
+use snaprod_systems::assembly::{Carrier, Nearness};
+use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::full_mass::assembly::HeavyAssembly;
+use snaprod_systems::full_mass::rod::Given;
+use snaprod_systems::full_mass::system::INTEGRALS;
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::integrator::{Integrator, Method};
+use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes};
+
+/// The last two coefficients of the strain rates may carry this part of them; beyond, the run says so.
+pub const SPILL: f64 = 1e-3;
+/// A step's local error, as a part of the tolerance: the errors of the steps add up.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-13;
+/// Nodes to begin with.
+const FIRST: usize = 8;
+/// A step that ends with coefficients so many times their bound is taken again with more nodes: a state that too few
+/// nodes have made stays wrong.
+const FAR: f64 = 10.0;
+/// Steps in a row after which nodes that are not needed are given up.
+const PATIENCE: u32 = 40;
+/// Ends of rods that are farther from their attachments than this many tolerances are brought back.
+const DRIFTED: f64 = 0.1;
+/// Places in a step at which contacts are looked for where its ends do not exclude them.
+const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
+/// Rounds of the search for the end of a groove or a contact, and how near in time, relative to the duration, it comes.
+const ROUNDS: usize = 60;
+const CLOSE: f64 = 1e-13;
+/// Tolerances below this leave no room for the errors along the rod.
+const LEAST_TOLERANCE: f64 = 1e-13;
+/// What is zero where a run ends.
+type Seek<'a> = &'a dyn Fn(&dyn Model, &DVector<f64>) -> Option<f64>;
+
+/// A run of rods with mass in progress.
+pub struct HeavyRun {
+    model: Box<dyn Model>,
+    integrator: Integrator,
+    options: Options,
+    tails: [f64; 2],
+    nodes: Following,
+    first: Box<dyn State>,
+    current: Box<dyn State>,
+    /// How near rods with a contact diameter are to each other.
+    near: Option<Nearness>,
+    /// Why the run ends with the step that was taken.
+    ended: Option<Outcome>,
+    stopped: bool,
+    interrupted: bool,
+}
+
+impl HeavyRun {
+    /// A run of one rod with its body at time 0.
+    ///
+    /// # Errors
+    /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity that the rod cannot follow;
+    /// no equilibrium where one is asked for; a tolerance below 1e-13; symmetric steps.
+    pub fn new(given: &Given, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
+        let elements = given.breaks().len() + 1;
+        Self::begun(
+            elements,
+            &|counts| rod::begun(given, start, counts),
+            options,
+        )
+    }
+
+    /// A run of an assembly, whatever the nodes of its rods, at time 0.
+    ///
+    /// # Errors
+    /// As [`HeavyRun::new`]; ends of rods that are not at their attachments, bodies beside their grooves.
+    pub fn of_assembly(
+        given: &HeavyAssembly,
+        start: &HeavyAssemblyStart<'_>,
+        options: Options,
+    ) -> Result<Self> {
+        Carrier::start_in_grooves(&given.carriers, &start.bodies)?;
+        let rods = given.links.iter();
+        let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
+        let begun = |counts: &[usize]| assembly::begun(given, start, counts);
+        Self::begun(elements.sum(), &begun, options)
+    }
+
+    fn begun(
+        elements: usize,
+        begin: &dyn Fn(&[usize]) -> Result<Begun>,
+        options: Options,
+    ) -> Result<Self> {
+        if !(options.tolerance >= LEAST_TOLERANCE) {
+            return Err(Error::domain(format!(
+                "tolerance = {} must lie in [1e-13, 1e-2] for a rod with mass",
+                options.tolerance
+            )));
+        }
+        if options.method == Method::Symmetric {
+            return Err(Error::domain(
+                "method: symmetric steps follow elastic rods without mass; let the program choose (auto), or ask for explicit or \
+                 implicit steps",
+            ));
+        }
+        let outside = || {
+            Error::domain(
+                "the strains at the start are outside the law's domain, or too large for a shape of the rod",
+            )
+        };
+        let mut counts = match options.nodes {
+            Nodes::Adaptive => vec![FIRST; elements],
+            Nodes::Fixed(nodes) => vec![nodes; elements],
+        };
+        let (model, mut y, nodes) = loop {
+            let (model, y) = begin(&counts)?;
+            let judged = Judged::new(&*model, &y, &options).ok_or_else(outside)?;
+            match judged.demand {
+                Demand::More(more) if options.nodes == Nodes::Adaptive => {
+                    if more.iter().any(|n| *n > MOST_NODES) {
+                        return Err(Error::domain(format!(
+                            "the strains at the start are too rough for {MOST_NODES} nodes on an element; give smoother strains, or a \
+                             larger tolerance"
+                        )));
+                    }
+                    counts = more;
+                }
+                _ => break (model, y, judged.nodes),
+            }
+        };
+        model.system().settle(&mut y).ok_or_else(|| {
+            Error::domain(
+                "the accelerations at the start do not follow from the loads: the strains are outside the law's domain, or the rods hold \
+                 each other in more ways than they can deform (straight inextensible rods that close a loop)",
+            )
+        })?;
+        let [first, current] = [model.sample(&y, true), model.sample(&y, true)];
+        let (first, current) = first.zip(current).ok_or_else(outside)?;
+        let near = model.nearness(&y);
+        let touching = near.as_ref().and_then(|near| near.contact);
+        if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
+            return Err(contact.at_start(|rod| model.rod_name(rod)));
+        }
+        let tolerance = (LOCAL * options.tolerance).max(FINEST);
+        let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
+            .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        // Factors are dense here, and every sample takes some of its own.
+        integrator.keep_order();
+        Ok(Self {
+            nodes: Following::new(options.nodes, PATIENCE, nodes),
+            model,
+            integrator,
+            options,
+            tails: [0.0; 2],
+            current,
+            first,
+            near,
+            ended: None,
+            stopped: false,
+            interrupted: false,
+        })
+    }
+
+    fn time(&self) -> f64 {
+        self.integrator.state()[self.model.time()]
+    }
+
+    /// The state of an implicit step has its second derivatives; that of an explicit one does not.
+    fn sample_of(&self, y: &DVector<f64>) -> Option<Box<dyn State>> {
+        let implicit = self.integrator.method_now() == Method::Implicit;
+        self.model.sample(y, implicit)
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// Judges the nodes after a step.
+    fn judge(&mut self) -> std::result::Result<(), Cause> {
+        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options);
+        let Some(judged) = judged else {
+            return Err(Cause::EdgeOfDomain);
+        };
+        let ([tail, spill], demand) = (judged.tails, judged.demand);
+        self.tails[0] = self.tails[0].max(tail);
+        // Nodes that are about to be added hold the next states.
+        if !self.nodes.grows(&demand) {
+            self.tails[1] = self.tails[1].max(spill);
+        }
+        self.nodes.asked(demand, tail)
+    }
+
+    /// Numbers of nodes for another try of the last step; None if its nodes serve.
+    fn unresolved(&self) -> Option<Vec<usize>> {
+        if self.options.nodes != Nodes::Adaptive {
+            return None;
+        }
+        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options)?;
+        match judged.demand {
+            Demand::More(counts) if judged.excess > FAR => {
+                Some(counts).filter(|counts| counts.iter().all(|n| *n <= MOST_NODES))
+            }
+            _ => None,
+        }
+    }
+
+    /// Takes a step no longer than `left`, with as many nodes as it asks for. False if the step size collapses.
+    fn step(&mut self, left: f64) -> bool {
+        while self.integrator.step(self.model.system(), left).is_ok() {
+            let Some(counts) = self.unresolved() else {
+                return true;
+            };
+            let from = self.integrator.from().clone();
+            if self.regrid(&from, &counts).is_none() {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Goes on from a state on a grid with so many nodes on the elements.
+    fn regrid(&mut self, from: &DVector<f64>, counts: &[usize]) -> Option<()> {
+        let (model, state) = self.model.regridded(from, counts)?;
+        self.integrator.restart(model.system(), state, None)?;
+        self.model = model;
+        let nodes = Judged::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
+        self.nodes.became(nodes);
+        Some(())
+    }
+
+    /// Brings the ends of rods back to their attachments where the errors of the steps have moved them.
+    fn hold(&mut self) -> Option<()> {
+        let bound = DRIFTED * self.options.tolerance;
+        match self.model.held(self.integrator.state(), bound) {
+            Some(state) => self.integrator.restart(self.model.system(), state, None),
+            None => Some(()),
+        }
+    }
+
+    fn go_on(&mut self) -> Event {
+        if self.interrupted {
+            return self.stop(Outcome::Interrupted);
+        }
+        if let Some(outcome) = self.ended.take() {
+            return self.stop(outcome);
+        }
+        let from = self.time();
+        let left = self.options.duration - from;
+        if !(left > 1e-14 * self.options.duration) {
+            return self.stop(Outcome::EndOfTime);
+        }
+        if self.integrator.cost().steps >= self.options.max_steps {
+            return self.stop(Outcome::StepLimit);
+        }
+        let here = self.integrator.state().clone();
+        let wanted = self.nodes.wanted();
+        if wanted.is_some_and(|counts| self.regrid(&here, &counts).is_none()) {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        let past = from + 1e-14 * self.options.duration;
+        let left = left.min(self.model.next_break(past) - from);
+        if self.hold().is_none() {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        if !self.step(left) {
+            let cause = Cause::StepCollapsed {
+                next: self.integrator.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return self.stuck(
+                cause,
+                "the motion is rougher than rounding lets it be followed: raise the tolerance, give the rod damping, or fewer nodes \
+                 (rod.nodes)",
+            );
+        }
+        if self.look().is_none() {
+            return self.stuck(
+                Cause::EdgeOfDomain,
+                "the end of a groove or a contact is not found: lower the tolerance",
+            );
+        }
+        let to = self.time();
+        match self.sample_of(self.integrator.state()) {
+            Some(current) => self.current = current,
+            None => return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section"),
+        }
+        if let Err(cause) = self.judge() {
+            return self.stuck(
+                cause,
+                "waves in the rod have become too short: give it damping, which they meet first, raise the tolerance, or fix rod.nodes",
+            );
+        }
+        Event::Step { from, to }
+    }
+}
+
+impl HeavyRun {
+    /// Ends the step that was taken where a body comes to the end of its groove, or a rod to touch itself or another, whichever is
+    /// first. None where that cannot be found.
+    fn look(&mut self) -> Option<()> {
+        let [from, to] = [self.integrator.from(), self.integrator.state()].map(DVector::clone);
+        if let Some((part, body)) = self.leaves_groove(&from, &to)? {
+            self.end_at(&from, part, Outcome::GrooveEnd(body))?;
+        }
+        let Some(after) = self.model.nearness(self.integrator.state()) else {
+            return Some(());
+        };
+        let before = self.near.replace(after.clone()).unwrap_or_default();
+        let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
+        let mut found = touches(&after).map(|contact| (contact, 1.0));
+        // Between its ends a step can bring rods nearer by no more than they move in it.
+        if before.gap().min(after.gap()) < before.moved(&after) {
+            for part in INSIDE {
+                let y = self.integrator.at(self.model.system(), part)?;
+                if let Some(contact) = self.model.nearness(&y).as_ref().and_then(touches) {
+                    found = Some((contact, part));
+                    break;
+                }
+            }
+        }
+        if let Some((contact, part)) = found {
+            let gap = |model: &dyn Model, y: &DVector<f64>| {
+                Some(
+                    model
+                        .contact(y, &contact)
+                        .map_or(1.0, |contact| contact.gap),
+                )
+            };
+            let part = self.crossing(&from, part, 0.0, &gap)?;
+            self.end_at(&from, part, Outcome::SelfContact(contact))?;
+            let there = self.model.contact(self.integrator.state(), &contact);
+            if let Some(Outcome::SelfContact(contact)) = &mut self.ended {
+                *contact = there.unwrap_or(*contact);
+            }
+        }
+        Some(())
+    }
+
+    /// The body that first comes to the end of its groove in the step, if one does, and the part of the step after which it is there; None where that
+    /// cannot be found.
+    fn leaves_groove(
+        &mut self,
+        from: &DVector<f64>,
+        to: &DVector<f64>,
+    ) -> Option<Option<(f64, usize)>> {
+        let [before, after] = [from, to].map(|y| self.model.along_grooves(y));
+        if before.is_empty() {
+            return Some(None);
+        }
+        let span = self.integrator.span();
+        let (model, integrator) = (&*self.model, &mut self.integrator);
+        let turns = before.iter().zip(&after).enumerate();
+        let turns = turns.filter_map(|(k, (from, to))| {
+            turned([from.1, to.1], span, from.2, |x| {
+                let y = integrator.at(model.system(), x)?;
+                Some(model.along_grooves(&y)[k].1)
+            })
+        });
+        // Whoever has come to an end before the first body turns back is still beyond it there.
+        let part = turns.fold(1.0, f64::min);
+        let there = self.integrator.at(self.model.system(), part)?;
+        let mut first: Option<(f64, usize)> = None;
+        for (k, (body, [phi, _], [start, last])) in
+            self.model.along_grooves(&there).into_iter().enumerate()
+        {
+            // A body may rest on the end itself.
+            let rounding = ON_END * (last - start);
+            let end = phi.clamp(start, last);
+            if (phi - end).abs() <= rounding {
+                continue;
+            }
+            let beyond =
+                |model: &dyn Model, y: &DVector<f64>| Some(model.along_grooves(y)[k].1[0] - end);
+            let part = self.crossing(from, part, rounding, &beyond)?;
+            if first.is_none_or(|(least, _)| part < least) {
+                first = Some((part, body));
+            }
+        }
+        Some(first)
+    }
+
+    /// The part of the step after which a function first has the sign that it has at `part` of it. At the start it has the other, or is 0 to `rounding`:
+    /// None if not.
+    fn crossing(
+        &mut self,
+        from: &DVector<f64>,
+        part: f64,
+        rounding: f64,
+        function: Seek<'_>,
+    ) -> Option<f64> {
+        let (mut low, mut high) = (0.0, part);
+        let mut at_low = function(&*self.model, from)?;
+        let y = self.integrator.at(self.model.system(), part)?;
+        let mut at_high = function(&*self.model, &y)?;
+        if !(at_low * at_high <= 0.0) {
+            if !(at_low.abs() <= rounding) {
+                return None;
+            }
+            at_low = 0.0;
+        }
+        // The secant; halved on the side that stays (Illinois).
+        for _ in 0..ROUNDS {
+            let near = (high - low) * self.integrator.span() <= CLOSE * self.options.duration;
+            if near || at_high == 0.0 {
+                break;
+            }
+            let x = (low * at_high - high * at_low) / (at_high - at_low);
+            let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
+            let there = self.integrator.at(self.model.system(), x)?;
+            let value = function(&*self.model, &there)?;
+            if value * at_high < 0.0 {
+                (low, at_low) = (x, value);
+                at_high *= 0.5;
+            } else {
+                (high, at_high) = (x, value);
+                at_low *= 0.5;
+            }
+        }
+        Some(high)
+    }
+
+    /// Ends the step after this part of it.
+    fn end_at(&mut self, from: &DVector<f64>, part: f64, outcome: Outcome) -> Option<()> {
+        // The step is taken again, so that samples lie in it. If it comes out shorter the next one leads there.
+        let h = part * self.integrator.span();
+        let system = self.model.system();
+        self.integrator.restart(system, from.clone(), Some(h))?;
+        self.integrator.step(system, h).ok()?;
+        let whole = self.integrator.span() >= h * (1.0 - 1e-9);
+        self.ended = Some(outcome).filter(|_| whole);
+        Some(())
+    }
+}
+
+impl<'a> Motion<'a> for HeavyRun {
+    fn advance(&mut self) -> Option<Event> {
+        (!self.stopped).then(|| self.go_on())
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Kept(&*self.first)
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Kept(&*self.current)
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        if t == self.time() {
+            return Some(Seen::Kept(&*self.current));
+        }
+        let fraction = self.integrator.fraction(self.model.time(), t)?;
+        let mut y = self.integrator.at(self.model.system(), fraction)?;
+        y[self.model.time()] = t;
+        Some(Seen::Made(self.sample_of(&y)?))
+    }
+
+    fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    fn cost(&self) -> Cost {
+        self.integrator.cost()
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let y = self.integrator.state();
+        let rods = self.model.rods(y).unwrap_or_default();
+        let strains: usize = rods.iter().map(|(rod, _)| rod.size()).sum();
+        let time = self.model.time();
+        Carried::some([
+            ("strains at the nodes", strains),
+            ("rates of the strains", strains),
+            (
+                "bodies and dashpots: places, velocities, strains",
+                time - 2 * strains,
+            ),
+            ("time, work, dissipation and loss to drag", INTEGRALS),
+            (
+                "accelerations and forces, which implicit steps find",
+                y.len() - time - INTEGRALS,
+            ),
+        ])
+    }
+
+    fn resolution(&self) -> Option<Resolution> {
+        Some(Resolution {
+            most_nodes: self.nodes.most(),
+            tail: self.tails[0],
+            rate_tail: Some(self.tails[1]),
+        })
+    }
+}

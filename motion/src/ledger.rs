@@ -1,0 +1,193 @@
+//! The energy ledger: kinetic (of body and rod) + elastic + potential + dissipated - work = constant.
+
+use super::sheet::Phase;
+use super::state::State;
+use snaprod_systems::body::Body;
+use snaprod_systems::manifold::ManifoldPoint;
+
+/// The terms of the ledger at one moment.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ledger {
+    /// Of the body.
+    pub kinetic: f64,
+    /// Of the rod; 0 for one without mass.
+    pub rod_kinetic: f64,
+    /// Stored in the rod.
+    pub elastic: f64,
+    /// Of gravity and dead loads, zero at the clamp.
+    pub potential: f64,
+    /// Lost in snaps and to drag, so far.
+    pub dissipated: f64,
+    /// Done by the forces in time and by the clamp, so far.
+    pub work: f64,
+}
+
+impl Ledger {
+    /// The ledger of a state on the manifold; `snapped` is what the snaps so far released.
+    pub fn new<const N: usize>(
+        body: &Body<N>,
+        at: &ManifoldPoint<N>,
+        phase: &Phase<N>,
+        snapped: f64,
+    ) -> Self {
+        Self {
+            kinetic: body.kinetic(phase.t, &at.pose, &phase.v),
+            rod_kinetic: 0.0,
+            elastic: at.energy,
+            potential: body.potential(phase.t, &at.pose),
+            dissipated: snapped + phase.drag_loss,
+            work: phase.work,
+        }
+    }
+
+    /// On the way to `next`, in proportion to `x` in [0, 1].
+    pub fn between(&self, next: &Self, x: f64) -> Self {
+        let mix = |a: f64, b: f64| a + (b - a) * x;
+        Self {
+            kinetic: mix(self.kinetic, next.kinetic),
+            rod_kinetic: mix(self.rod_kinetic, next.rod_kinetic),
+            elastic: mix(self.elastic, next.elastic),
+            potential: mix(self.potential, next.potential),
+            dissipated: mix(self.dissipated, next.dissipated),
+            work: mix(self.work, next.work),
+        }
+    }
+
+    /// The ledger in other units, of which one of the present makes `energy`.
+    pub fn scaled(&self, energy: f64) -> Self {
+        Self {
+            kinetic: self.kinetic * energy,
+            rod_kinetic: self.rod_kinetic * energy,
+            elastic: self.elastic * energy,
+            potential: self.potential * energy,
+            dissipated: self.dissipated * energy,
+            work: self.work * energy,
+        }
+    }
+
+    /// How the terms have changed since `before`.
+    pub fn less(&self, before: &Self) -> Self {
+        Self {
+            kinetic: self.kinetic - before.kinetic,
+            rod_kinetic: self.rod_kinetic - before.rod_kinetic,
+            elastic: self.elastic - before.elastic,
+            potential: self.potential - before.potential,
+            dissipated: self.dissipated - before.dissipated,
+            work: self.work - before.work,
+        }
+    }
+
+    /// What should not change.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.rod_kinetic + self.elastic + self.potential + self.dissipated
+            - self.work
+    }
+
+    /// The largest term, by which an error of the total is judged.
+    pub fn largest(&self) -> f64 {
+        [
+            self.kinetic,
+            self.rod_kinetic,
+            self.elastic,
+            self.potential,
+            self.dissipated,
+            self.work,
+        ]
+        .into_iter()
+        .fold(0.0, |most, term| most.max(term.abs()))
+    }
+}
+
+/// How well a ledger closes over all states that were looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Closing {
+    /// What the total should stay.
+    total: f64,
+    /// Largest term so far.
+    pub largest: f64,
+    /// Largest change of the total so far.
+    pub error: f64,
+    /// How far ends of rods were from their attachments, at worst: in radians and lengths of the rod; 0 where the place of the end is no state.
+    pub drift: f64,
+}
+
+/// Tolerances of the run by which its ledger may be open.
+const ALLOWED: f64 = 1e3;
+/// Whatever the tolerance, a motion whose ledger is open by this part of its energies is another one.
+const MOST: f64 = 0.1;
+/// Tolerances below this drown in rounding.
+const FINEST: f64 = 1e-13;
+/// Errors beyond this part of the largest term leave no energy of a motion to be trusted.
+const OPEN: f64 = 1e-3;
+/// Energies below this, in the units of the rod, are the rounding of a rod at rest.
+const REST: f64 = 1e-29;
+
+impl Closing {
+    /// Nothing looked at yet; the total should stay `total`.
+    pub fn new(total: f64) -> Self {
+        Self {
+            total,
+            largest: 0.0,
+            error: 0.0,
+            drift: 0.0,
+        }
+    }
+
+    /// Looks at one state and at what holds its rods.
+    pub fn measure(&mut self, state: &dyn State) {
+        self.look(&state.ledger());
+        self.drift = self.drift.max(state.drift());
+    }
+
+    /// Looks at one ledger.
+    pub fn look(&mut self, ledger: &Ledger) {
+        self.largest = self.largest.max(ledger.largest());
+        let error = (ledger.total() - self.total).abs();
+        // NaN is an error, too.
+        self.error = if error >= 0.0 {
+            self.error.max(error)
+        } else {
+            f64::INFINITY
+        };
+    }
+
+    /// The error relative to the largest term.
+    pub fn relative(&self) -> f64 {
+        self.error / self.largest.max(f64::MIN_POSITIVE)
+    }
+
+    /// The same in other units, of which one of the present makes `energy`.
+    pub fn scaled(&self, energy: f64) -> Self {
+        Self {
+            total: self.total * energy,
+            largest: self.largest * energy,
+            error: self.error * energy,
+            drift: self.drift,
+        }
+    }
+
+    /// True if no energy of the motion can be trusted: as where it is so small that errors within the tolerance, which is relative to
+    /// 1 + size, are of the size of its energies. The unit of energy is `energy` here.
+    pub fn is_open(&self, energy: f64) -> bool {
+        self.error > OPEN * self.largest && self.largest > REST * energy
+    }
+
+    /// False if the run cannot be trusted: with E the largest term, in the units of the rod, EI/L, the error is beyond 1000
+    /// tolerances of E + sqrt(E), or beyond a tenth of that.
+    ///
+    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and strains is one
+    /// of sqrt(2 E) tolerances in the energy where E is small (x dx with x^2/2 = E), and of E where it is large: that is what a
+    /// sound run may gather step by step, whatever the size of its energies.
+    pub fn is_closed(&self, tolerance: f64) -> bool {
+        self.within((ALLOWED * tolerance.max(FINEST)).min(MOST))
+    }
+
+    /// True if the motion is another one than that which began: no snap of it is one.
+    pub fn is_lost(&self) -> bool {
+        !self.within(MOST)
+    }
+
+    fn within(&self, part: f64) -> bool {
+        self.error <= part * (self.largest + self.largest.sqrt())
+    }
+}

@@ -1,0 +1,485 @@
+//! The light rod beside one with friction or mass: which folds of the equilibria the motion of the end passes.
+//!
+//! A rod with friction or mass does not jump. The rod without either, whose end is moved as this one's is, does: it follows its sheet, falls
+//! at the fold and lands where the viscous layer takes it. That is what is followed here, from step to step, in the plane and in space
+//! ([`Light`]).
+
+mod plane;
+mod space;
+
+pub use space::LightInSpace;
+
+use super::snap::{Snap, SnapEnd};
+use super::{Ledger, State};
+use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
+use snaprod_systems::assembly::{Configuration, Place};
+use snaprod_systems::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
+use std::fmt;
+
+/// Tolerance of the light rod while it is followed, and of its folds.
+const FOLLOWED: f64 = 1e-9;
+const FINE: f64 = 1e-12;
+/// The light rod is followed over pieces of the way no longer than this.
+const PIECE: f64 = 0.01;
+/// Most pieces of a step.
+const PIECES: f64 = 200.0;
+/// Change of the chart point over a piece beyond which another sheet was met.
+const JUMP: f64 = 0.5;
+/// Steps after which a rod that was lost is looked for again.
+const PATIENCE: usize = 50;
+/// A fold so far outside a piece, in its lengths, may be that of the piece.
+const SLACK: f64 = 0.05;
+/// Halvings of the piece in which a fold is sought.
+const HALVINGS: usize = 16;
+/// Newton steps to a fold.
+const NEWTON: usize = 40;
+/// Change of the chart, relative to 1 + its size, by which the fold function is differentiated: the gradient leads the search and is not in
+/// its result.
+const ASIDE: f64 = 1e-7;
+/// A search for a fold ends with a step below the first, relative to 1 + the chart, or below the second where rounding keeps it from getting shorter.
+const FOUND: [f64; 2] = [1e-12, 1e-8];
+/// A shape is like another that differs by less than this part of its deviation from the unloaded one.
+const ALIKE: f64 = 0.5;
+/// Places at which shapes are compared.
+const PLACES: usize = 17;
+
+/// Where shapes are compared.
+fn places() -> Vec<f64> {
+    let middle = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+    (0..PLACES).map(middle).collect()
+}
+
+/// A fold that the light rod has passed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Crossed {
+    /// What the light rod does there.
+    pub snap: Snap,
+    /// The energies of the rod that is not light, at that time; on a straight line between those at the ends of the step until the motion is asked for
+    /// them.
+    pub ledger: Ledger,
+}
+
+/// A time in which the light rod is not known, so that the folds that it passes are not told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lost {
+    /// The number of its rod in an assembly.
+    pub rod: usize,
+    /// Since when.
+    pub from: f64,
+    /// When it was found again; None: it was not.
+    pub until: Option<f64>,
+    /// Why.
+    pub why: Loss,
+}
+
+/// Why a light rod is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loss {
+    /// No equilibrium is like the rod at the start.
+    Unlike,
+    /// Neither the next equilibrium nor a fold was found.
+    Unfollowed,
+    /// Where it lands from its fold was not found.
+    NoLanding,
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Unlike => "no stable equilibrium was found whose shape is like that of the rod",
+            Self::Unfollowed => {
+                "neither its next equilibrium nor a fold was found, as where a rod is pulled straight"
+            }
+            Self::NoLanding => "it passes a fold from which no landing was found",
+        })
+    }
+}
+
+/// A rod without mass and friction, whose end is held at a place seen from its clamp, by its equilibria.
+pub trait Light {
+    /// Its number in an assembly.
+    fn number(&self) -> usize {
+        0
+    }
+
+    /// Its end seen from its clamp.
+    fn end(&self, state: &dyn State) -> Place {
+        Place {
+            pose: state.pose(),
+            twist: state.twist(),
+        }
+    }
+
+    /// Its end under the chart point `q`, to this tolerance; None outside the chart.
+    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held>;
+
+    /// The equilibrium at `site` that Newton's method leads to from `guess`.
+    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
+
+    /// The stable equilibrium that is like the rod in this state.
+    fn like(&self, state: &dyn State) -> Option<DVector<f64>>;
+
+    /// Where it lands that leaves its fold.
+    fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>>;
+
+    /// One end of a snap, and the energy that counts in what it releases.
+    fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)>;
+
+    /// How far two places are from each other, as far as they are held.
+    fn apart(&self, a: &Place, b: &Place) -> f64;
+
+    /// Place and velocity of the end as a snap has them, and the configuration.
+    fn told(
+        &self,
+        q: &DVector<f64>,
+        site: &Place,
+    ) -> (DVector<f64>, DVector<f64>, Option<Configuration>);
+}
+
+/// The end of a light rod against the place where it is held.
+pub struct Held {
+    /// From the end to its place.
+    pub gap: DVector<f64>,
+    /// How the end moves with the chart.
+    pub jacobian: DMatrix<f64>,
+    /// How its place moves.
+    pub drive: DVector<f64>,
+    /// Vanishes at folds.
+    pub fold: f64,
+    /// True where the chart stands for something else: the fold functions of the two are none.
+    pub other: bool,
+}
+
+/// The light rod beside another, seen from its clamp.
+pub struct Beside {
+    rod: Box<dyn Light>,
+    /// None while it is lost, as next to a straight rod in the plane.
+    at: Option<At>,
+    lost: Vec<Lost>,
+    last: Seen,
+    patience: usize,
+}
+
+/// Where the light rod is.
+#[derive(Debug, Clone)]
+struct At {
+    /// Its chart point.
+    q: DVector<f64>,
+    /// On which side of folds, and of which chart.
+    side: (bool, bool),
+}
+
+impl At {
+    fn new(rod: &dyn Light, q: DVector<f64>, site: &Place) -> Option<Self> {
+        let held = rod.held(&q, site, FOLLOWED)?;
+        Some(Self {
+            q,
+            side: (held.fold > 0.0, held.other),
+        })
+    }
+
+    /// The equilibrium that is like the rod in this state.
+    fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
+        Self::new(rod, rod.like(state)?, &rod.end(state))
+    }
+}
+
+/// The end at one moment.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    t: f64,
+    place: Place,
+    ledger: Ledger,
+}
+
+impl Seen {
+    fn new(rod: &dyn Light, state: &dyn State) -> Self {
+        Self {
+            t: state.time(),
+            place: rod.end(state),
+            ledger: state.ledger(),
+        }
+    }
+
+    /// The end by the fraction of the way to `next`, its twist per fraction: cubic in place and rotation vector, by what they and their rates are at
+    /// both ends.
+    fn towards(&self, next: &Self, x: f64) -> Place {
+        let h = next.t - self.t;
+        let cubic = |d: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>| {
+            let (c2, c3) = (d * 3.0 - a * 2.0 - b, a + b - d * 2.0);
+            (
+                (a + (c2 + c3 * x) * x) * x,
+                a + (c2 * 2.0 + c3 * (3.0 * x)) * x,
+            )
+        };
+        let (here, there) = (&self.place.pose, &next.place.pose);
+        let [(w0, v0), (w1, v1)] = [self, next].map(|seen| halves(&(seen.place.twist * h)));
+        let turn = (there.rotation * here.rotation.inverse()).scaled_axis();
+        let (moved, rate) = cubic(there.translation.vector - here.translation.vector, v0, v1);
+        let (turned, turning) = cubic(turn, w0, inverse_left_jacobian(&turn) * w1);
+        Place {
+            pose: Isometry3::from_parts(
+                (here.translation.vector + moved).into(),
+                UnitQuaternion::from_scaled_axis(turned) * here.rotation,
+            ),
+            twist: joined(&(left_jacobian(&turned) * turning), &rate),
+        }
+    }
+}
+
+impl Beside {
+    /// The light `rod` beside one in this state.
+    pub fn new(rod: Box<dyn Light>, state: &dyn State) -> Self {
+        let mut beside = Self {
+            at: At::like(&*rod, state),
+            lost: Vec::new(),
+            last: Seen::new(&*rod, state),
+            rod,
+            patience: PATIENCE,
+        };
+        if beside.at.is_none() {
+            beside.lose(state.time(), Loss::Unlike);
+        }
+        beside
+    }
+
+    /// When it was not known.
+    pub fn lost(&self) -> &[Lost] {
+        &self.lost
+    }
+
+    fn lose(&mut self, from: f64, why: Loss) {
+        self.patience = PATIENCE;
+        self.lost.push(Lost {
+            rod: self.rod.number(),
+            from,
+            until: None,
+            why,
+        });
+    }
+
+    /// The equilibrium that the rod has come to be in, where that is known.
+    pub fn land(&mut self, state: &dyn State) {
+        let Some(like) = At::like(&*self.rod, state) else {
+            return;
+        };
+        if self.at.is_none()
+            && let Some(lost) = self.lost.last_mut()
+        {
+            lost.until = Some(state.time());
+        }
+        self.at = Some(like);
+    }
+
+    /// Follows the end through a step to `state`; the folds that were passed in it.
+    pub fn step(&mut self, state: &dyn State) -> Vec<Crossed> {
+        let next = Seen::new(&*self.rod, state);
+        let last = std::mem::replace(&mut self.last, next);
+        let mut passed = Vec::new();
+        let Some(mut at) = self.at.take() else {
+            self.patience = self.patience.saturating_sub(1);
+            if self.patience == 0 {
+                self.patience = PATIENCE;
+                self.land(state);
+            }
+            return passed;
+        };
+        let way = Way {
+            rod: &*self.rod,
+            ends: (last, next),
+        };
+        let length = self.rod.apart(&last.place, &next.place);
+        let pieces = (length / PIECE).ceil().clamp(1.0, PIECES);
+        for k in 0..pieces as usize {
+            let piece = [k as f64 / pieces, (k + 1) as f64 / pieces];
+            match way.over(at, piece, &mut passed) {
+                Ok(there) => at = there,
+                Err((x, why)) => {
+                    self.lose(last.t + x * (next.t - last.t), why);
+                    return passed;
+                }
+            }
+        }
+        self.at = Some(at);
+        passed
+    }
+}
+
+/// What comes of a light rod on a piece of its way.
+enum Passed {
+    /// Its fold is still ahead.
+    Before(At),
+    /// It has passed this fold, at this fraction of the way.
+    Fold(DVector<f64>, f64),
+}
+
+/// The light rod on the way of its end through a step.
+struct Way<'a> {
+    rod: &'a dyn Light,
+    ends: (Seen, Seen),
+}
+
+impl Way<'_> {
+    fn place(&self, x: f64) -> Place {
+        self.ends.0.towards(&self.ends.1, x)
+    }
+
+    /// The equilibrium at the end of a piece of the way, and the folds that are passed on it; else where it was lost, and why.
+    fn over(
+        &self,
+        at: At,
+        [from, to]: [f64; 2],
+        passed: &mut Vec<Crossed>,
+    ) -> Result<At, (f64, Loss)> {
+        if let Some(there) = self.followed(&at, to) {
+            return Ok(there);
+        }
+        match self.passed(at, from, to) {
+            Some(Passed::Before(there)) => Ok(there),
+            Some(Passed::Fold(fold, x)) => {
+                let (crossed, landed) = self.crossed(&fold, x).ok_or((x, Loss::NoLanding))?;
+                passed.push(crossed);
+                self.followed(&landed, to).ok_or((x, Loss::Unfollowed))
+            }
+            None => Err((from, Loss::Unfollowed)),
+        }
+    }
+
+    /// The equilibrium at the fraction `to` of the way on the same sheet as one before it.
+    fn followed(&self, at: &At, to: f64) -> Option<At> {
+        self.found(at, &at.q, to)
+    }
+
+    /// The same, sought from `guess`.
+    fn found(&self, at: &At, guess: &DVector<f64>, to: f64) -> Option<At> {
+        let site = self.place(to);
+        let found = self.rod.inverted(guess, &site, FOLLOWED)?;
+        let near = (&found - &at.q).norm() < JUMP * (1.0 + at.q.norm());
+        let found = At::new(self.rod, found, &site)?;
+        let same = found.side.1 != at.side.1 || found.side.0 == at.side.0;
+        (near && same).then_some(found)
+    }
+
+    /// What comes of a rod that Newton's method does not lead from the fraction `from` to the fraction `end`. Where that does not lead to its fold
+    /// either, the rod is followed closer to it.
+    fn passed(&self, mut at: At, mut from: f64, end: f64) -> Option<Passed> {
+        let mut to = end;
+        for _ in 0..HALVINGS {
+            let slack = SLACK * (to - from);
+            let fold = self.fold_near(&at.q, from, to);
+            if let Some((fold, x)) = fold.filter(|fold| fold.1 >= from - slack) {
+                // A rod nears its fold as the root of the way that is left, and Newton's method from the last place is thrown over it.
+                let left = (x - to) / (x - from);
+                let guess = &fold + (&at.q - &fold) * left.max(0.0).sqrt();
+                if x > to
+                    && let Some(found) = self.found(&at, &guess, to)
+                {
+                    if to == end {
+                        return Some(Passed::Before(found));
+                    }
+                    (at, from, to) = (found, to, end);
+                    continue;
+                }
+                if x <= to + slack {
+                    return Some(Passed::Fold(fold, x));
+                }
+            }
+            let middle = 0.5 * (from + to);
+            match self.followed(&at, middle) {
+                Some(nearer) => (at, from) = (nearer, middle),
+                None => to = middle,
+            }
+        }
+        None
+    }
+
+    /// Newton's method on place and fold together, which is regular at a fold that is crossed: from `q` at the fraction `from`.
+    fn fold_near(&self, q: &DVector<f64>, from: f64, to: f64) -> Option<(DVector<f64>, f64)> {
+        let n = q.len();
+        let unit = self.rod.held(q, &self.place(from), FINE)?;
+        let span = to - from;
+        // Of the chart and the part of the piece.
+        let system = |q: &DVector<f64>, part: f64| -> Option<(Held, DVector<f64>)> {
+            let mut held = self.rod.held(q, &self.place(from + part * span), FINE)?;
+            if held.other != unit.other {
+                return None;
+            }
+            held.fold /= unit.fold;
+            let mut residual = held.gap.clone().insert_row(n, 0.0);
+            residual[n] = held.fold;
+            Some((held, residual))
+        };
+        let (mut q, mut part) = (q.clone(), 0.0);
+        let (mut held, mut residual) = system(&q, part)?;
+        let mut before = f64::INFINITY;
+        for _ in 0..NEWTON {
+            let mut matrix = DMatrix::zeros(n + 1, n + 1);
+            matrix.view_mut((0, 0), (n, n)).copy_from(&held.jacobian);
+            matrix
+                .view_mut((0, n), (n, 1))
+                .copy_from(&(&held.drive * -span));
+            for k in 0..n {
+                let mut aside = q.clone();
+                aside[k] += ASIDE * (1.0 + q[k].abs());
+                let change = system(&aside, part)?.0.fold - held.fold;
+                matrix[(n, k)] = -change / (aside[k] - q[k]);
+            }
+            let step = matrix.full_piv_lu().solve(&residual)?;
+            let [along, on] = [step.rows(0, n).norm(), step[n].abs()];
+            let scale = 1.0 + q.norm();
+            // Of a short way the place of the end knows few digits of the fraction.
+            let moved = on * (held.drive.norm() * span.abs()).min(1.0);
+            let length = (along / scale).max(moved);
+            if length <= FOUND[0] || length <= FOUND[1] && length > 0.3 * before {
+                return Some((&q + step.rows(0, n), from + (part + step[n]) * span));
+            }
+            before = length;
+            // Not farther at once than the chart's own curvature lets it see.
+            let mut share = (JUMP * scale / along).min(4.0 / on).min(1.0);
+            let size = residual.norm();
+            loop {
+                let trial = (&q + step.rows(0, n) * share, part + step[n] * share);
+                match system(&trial.0, trial.1) {
+                    Some(there) if there.1.norm() < size || share == 1.0 && size < 1e-8 => {
+                        (q, part) = trial;
+                        (held, residual) = there;
+                        break;
+                    }
+                    _ => share *= 0.5,
+                }
+                if share < 1e-4 {
+                    return None;
+                }
+            }
+        }
+        None
+    }
+
+    /// What the light rod does at its fold, and where it lands.
+    fn crossed(&self, fold: &DVector<f64>, x: f64) -> Option<(Crossed, At)> {
+        let (last, next) = &self.ends;
+        let h = next.t - last.t;
+        let mut site = self.place(x);
+        site.twist /= h;
+        let landed = self.rod.landing(fold, &site)?;
+        let (from, before) = self.rod.snap_end(fold, &site)?;
+        let (to, after) = self.rod.snap_end(&landed, &site)?;
+        let (pose, velocity, moving) = self.rod.told(fold, &site);
+        let snap = Snap {
+            base: UnitQuaternion::identity(),
+            t: last.t + x * h,
+            time_error: f64::NAN,
+            pose,
+            velocity,
+            released: before - after,
+            from,
+            to,
+            rod: self.rod.number(),
+            choices: None,
+            reached: Some(true),
+            moving: moving.map(Box::new),
+        };
+        let ledger = last.ledger.between(&next.ledger, x);
+        Some((Crossed { snap, ledger }, At::new(self.rod, landed, &site)?))
+    }
+}

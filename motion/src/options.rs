@@ -1,0 +1,89 @@
+//! What a run is asked to do.
+
+use super::LandingRule;
+use snaprod_systems::error::{Error, Result};
+use snaprod_systems::solve::integrator::Method;
+
+pub use snaprod_systems::viscoelastic::resolution::Nodes;
+
+/// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps, method and nodes chosen by
+/// the program.
+///
+/// An elastic rod has no nodes and ignores them; its steps are explicit unless symmetric ones are asked for, in space implicit where
+/// that pays or is asked for. A viscoelastic one has no landings: its snaps are passages that it lives through; and no symmetric steps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// End of time.
+    pub duration: f64,
+    /// Bound of the error, relative to 1 + size, of a smooth run of a few periods: in time, and along the rod if that has
+    /// strains to follow. The local error of a step is bounded by a tenth of it.
+    pub tolerance: f64,
+    /// Where snaps land.
+    pub landing: LandingRule,
+    /// Explicit, implicit or symmetric steps.
+    pub method: Method,
+    /// Nodes along the rod.
+    pub nodes: Nodes,
+    /// Most steps.
+    pub max_steps: u64,
+    /// Most snaps.
+    pub max_snaps: u64,
+}
+
+impl Options {
+    /// Options with defaults, up to the time `duration`.
+    ///
+    /// # Errors
+    /// A duration that is not positive and finite.
+    pub fn new(duration: f64) -> Result<Self> {
+        if !(0.0 < duration && duration < f64::INFINITY) {
+            return Err(Error::domain(format!(
+                "duration = {duration} must be finite and > 0"
+            )));
+        }
+        Ok(Self {
+            duration,
+            tolerance: 1e-10,
+            landing: LandingRule::Viscous,
+            method: Method::Auto,
+            nodes: Nodes::Adaptive,
+            max_steps: 10_000_000,
+            max_snaps: 100_000,
+        })
+    }
+
+    /// Sets the tolerance.
+    ///
+    /// # Errors
+    /// A tolerance outside [1e-14, 1e-2]; a viscoelastic run asks for 1e-13 at least.
+    pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self> {
+        if !(1e-14..=1e-2).contains(&tolerance) {
+            return Err(Error::domain(format!(
+                "tolerance = {tolerance} must lie in [1e-14, 1e-2]"
+            )));
+        }
+        self.tolerance = tolerance;
+        Ok(self)
+    }
+
+    /// Sets the landing rule.
+    #[must_use]
+    pub fn with_landing(mut self, landing: LandingRule) -> Self {
+        self.landing = landing;
+        self
+    }
+
+    /// Sets the method.
+    #[must_use]
+    pub fn with_method(mut self, method: Method) -> Self {
+        self.method = method;
+        self
+    }
+
+    /// Sets the nodes.
+    #[must_use]
+    pub fn with_nodes(mut self, nodes: Nodes) -> Self {
+        self.nodes = nodes;
+        self
+    }
+}

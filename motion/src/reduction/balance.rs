@@ -1,0 +1,363 @@
+//! Forces on the body in a motion with strains that are the same all along the rod.
+
+use super::{Carried, Reduction};
+use nalgebra::{
+    Isometry3, Matrix3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
+};
+use snaprod_systems::body::{EndBody, Support};
+use snaprod_systems::error::{Error, Result};
+use snaprod_systems::math::se3::{halves, joined, turned};
+use snaprod_systems::section::rate::Viscoelastic;
+use snaprod_systems::section::{Resultant, Strain};
+
+/// The strains that move, at most three.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Slots {
+    places: [usize; 3],
+    count: usize,
+}
+
+impl Slots {
+    pub fn new(places: impl Iterator<Item = usize>) -> Self {
+        let mut slots = Self {
+            places: [0; 3],
+            count: 0,
+        };
+        for place in places.take(3) {
+            slots.places[slots.count] = place;
+            slots.count += 1;
+        }
+        slots
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        self.places[..self.count].iter().copied()
+    }
+
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    pub fn contains(&self, place: usize) -> bool {
+        self.iter().any(|k| k == place)
+    }
+
+    /// The moving components of `x`, the others 0.
+    pub fn only(&self, x: &Vector6<f64>) -> Vector6<f64> {
+        Vector6::from_fn(|i, _| if self.contains(i) { x[i] } else { 0.0 })
+    }
+}
+
+/// Strains, their rates, and what the Maxwell branches remember.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct State {
+    pub time: f64,
+    pub strain: Strain,
+    /// Also the end's velocity along its directors, since V = Q^T e_t.
+    pub rate: Strain,
+    pub branches: Vec<Strain>,
+}
+
+impl State {
+    /// The state h later, to first order, with d/dt of the state.
+    pub fn moved(&self, slope: &Self, h: f64) -> Self {
+        let branches = self.branches.iter().zip(&slope.branches);
+        Self {
+            time: self.time + slope.time * h,
+            strain: self.strain + slope.strain * h,
+            rate: self.rate + slope.rate * h,
+            branches: branches.map(|(z, dz)| z + dz * h).collect(),
+        }
+    }
+
+    /// Largest entry of strains, rates and branches.
+    pub fn size(&self) -> f64 {
+        let branches = self.branches.iter().map(|z| z.amax());
+        branches.fold(self.strain.amax().max(self.rate.amax()), f64::max)
+    }
+}
+
+/// The forces at a state.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Balance {
+    /// e_tt of the moving strains.
+    pub acceleration: Strain,
+    /// Largest of the forces and couples.
+    largest: f64,
+    /// u x n, u x m + v x n where a couple would not be a reaction.
+    uneven: Vector6<f64>,
+    /// Forces and couples that move the body out of the motion.
+    astray: Vector6<f64>,
+}
+
+impl Balance {
+    /// The defects of (A) and (B), as forces and couples.
+    pub fn defects(&self) -> SVector<f64, 12> {
+        SVector::from_fn(|i, _| {
+            if i < 6 {
+                self.uneven[i]
+            } else {
+                self.astray[i - 6]
+            }
+        })
+    }
+
+    /// What the defects are compared with.
+    pub fn scale(&self) -> f64 {
+        self.largest.max(f64::MIN_POSITIVE)
+    }
+
+    /// The largest relative defect (NaN counts as infinite) and what it means.
+    pub fn defect(&self) -> (f64, &'static str) {
+        let defects = self.defects();
+        let (place, size) = defects.iter().enumerate().fold((0, 0.0), |most, (i, x)| {
+            let size = if x.is_nan() { f64::INFINITY } else { x.abs() };
+            if size > most.1 { (i, size) } else { most }
+        });
+        let why = match place {
+            0..6 => "the force does not go through the clamp: v x n, AMV (6.19), bends the rod",
+            6..9 => {
+                "a couple would turn the end: of the section, of the loads, or of forces beside its centre of mass"
+            }
+            _ => "a force across the motion would move the end: of the section or of the loads",
+        };
+        (size / self.scale(), why)
+    }
+}
+
+/// Resultants where the law does not constrain the strains, and their derivative by the strains.
+pub(super) struct Stored {
+    pub resultants: Resultant,
+    pub tangent: Matrix6<f64>,
+}
+
+/// What the section stores at `e`. A law that holds some strains rigid gives only the inverse: it is inverted, and the
+/// reactions are left 0.
+pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
+    let law = &section.elastic;
+    if !section.rate.rigid()[3..].contains(&true) {
+        return Ok(Stored {
+            resultants: law.resultants(0.0, e)?,
+            tangent: law.tangent(0.0, e)?,
+        });
+    }
+    let mut resultants = Resultant::zeros();
+    let mut last = f64::INFINITY;
+    for _ in 0..40 {
+        let inverse = law.inverse(0.0, &resultants)?;
+        let mut compliance = inverse.compliance.matrix();
+        let mut gap = e - inverse.strain;
+        let free: [bool; 6] = std::array::from_fn(|k| compliance[(k, k)] > 0.0);
+        for k in (0..6).filter(|k| !free[*k]) {
+            compliance[(k, k)] = 1.0;
+            gap[k] = 0.0;
+        }
+        let mut tangent = compliance
+            .try_inverse()
+            .ok_or_else(|| Error::ill_conditioned("the compliance of the section is singular"))?;
+        let size = gap.amax();
+        if size <= 4.0 * f64::EPSILON * (1.0 + e.amax()) || size >= last && size < 1e-12 {
+            for k in (0..6).filter(|k| !free[*k]) {
+                tangent[(k, k)] = 0.0;
+            }
+            return Ok(Stored {
+                resultants,
+                tangent,
+            });
+        }
+        last = size;
+        resultants += tangent * gap;
+    }
+    Err(Error::no_convergence(format!(
+        "no resultants were found for the strains {:?}",
+        e.as_slice()
+    )))
+}
+
+impl Carried {
+    /// The end's acceleration (an end on a ball joint does not turn).
+    pub(super) fn acceleration(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
+    ) -> Vector6<f64> {
+        match self {
+            Self::Welded(body) => body.motion(t, pose, v, rod).acceleration,
+            Self::BallJoint(body) => {
+                beneath(&EndBody::motion(body, t, pose, &lower(v), &lower(rod)).acceleration)
+            }
+        }
+    }
+
+    /// d(acceleration)/d(wrench) and d(acceleration)/dV.
+    pub(super) fn linearised(
+        &self,
+        t: f64,
+        pose: &Isometry3<f64>,
+        v: &Vector6<f64>,
+        rod: &Vector6<f64>,
+    ) -> (Matrix6<f64>, Matrix6<f64>) {
+        match self {
+            Self::Welded(body) => {
+                let linear = body.linearised(t, pose, v, rod);
+                (linear.by_wrench, linear.by_velocity)
+            }
+            Self::BallJoint(body) => {
+                let linear = body.linearised(t, pose, &lower(v), &lower(rod));
+                let placed = |a: Matrix3<f64>| {
+                    let mut whole = Matrix6::zeros();
+                    whole.fixed_view_mut::<3, 3>(3, 3).copy_from(&a);
+                    whole
+                };
+                (placed(linear.by_wrench), placed(linear.by_velocity))
+            }
+        }
+    }
+
+    /// The clamp, if the body knows one.
+    pub(super) fn support(&self) -> Option<&Support<3>> {
+        match self {
+            Self::Welded(body) => body.support(),
+            Self::BallJoint(body) => body.support(),
+        }
+    }
+}
+
+fn upper(v: &Vector6<f64>) -> Vector3<f64> {
+    halves(v).0
+}
+
+fn lower(v: &Vector6<f64>) -> Vector3<f64> {
+    halves(v).1
+}
+
+fn beneath(b: &Vector3<f64>) -> Vector6<f64> {
+    joined(&Vector3::zeros(), b)
+}
+
+impl Reduction {
+    /// The end's pose at strains that are constant along the rod: twisted but straight, or sheared with directors that
+    /// do not turn.
+    pub(super) fn pose(e: &Strain) -> Isometry3<f64> {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2]);
+        Isometry3::from_parts(Translation3::from(lower(e)), turn)
+    }
+
+    /// d(acceleration)/d(wrench) and d(acceleration)/dV along the directors of the end.
+    pub(super) fn linear_body(
+        &self,
+        at: &State,
+        pose: &Isometry3<f64>,
+    ) -> (Matrix6<f64>, Matrix6<f64>) {
+        let v = turned(&pose.rotation, &at.rate);
+        let (mobility, by_velocity) = self
+            .carried
+            .linearised(at.time, pose, &v, &Vector6::zeros());
+        let back = pose.rotation.inverse().to_rotation_matrix();
+        let mut turn = Matrix6::zeros();
+        turn.fixed_view_mut::<3, 3>(0, 0).copy_from(back.matrix());
+        turn.fixed_view_mut::<3, 3>(3, 3).copy_from(back.matrix());
+        let along = |a: Matrix6<f64>| turn * a * turn.transpose();
+        (along(mobility), along(by_velocity))
+    }
+
+    /// Forces, accelerations and defects at a state.
+    ///
+    /// # Errors
+    /// Strains outside the domain of a law.
+    pub(super) fn balance(&self, at: &State) -> Result<Balance> {
+        let (e, rate) = (&at.strain, &at.rate);
+        let rigid = self.section.rate.rigid();
+        let welded = matches!(self.carried, Carried::Welded(_));
+        let elastic = stored(&self.section, e)?;
+        let viscous = self.section.rate.overstress(0.0, e, rate)?;
+        let branches = self.section.branches.iter().zip(&at.branches);
+        let branched = branches.fold(Resultant::zeros(), |sum, (branch, z)| {
+            sum + branch.modulus * (e - z)
+        });
+        let mut w = elastic.resultants + viscous + branched;
+        for k in (0..6).filter(|k| rigid[*k]) {
+            w[k] = 0.0;
+        }
+
+        let pose = Self::pose(e);
+        let velocity = turned(&pose.rotation, rate);
+        let back = pose.rotation.inverse();
+        let act = |w: &Resultant| {
+            let rod = turned(&pose.rotation, &-w);
+            turned(
+                &back,
+                &self.carried.acceleration(at.time, &pose, &velocity, &rod),
+            )
+        };
+        let (mobility, _) = self.linear_body(at, &pose);
+        // Reactions of what is rigid keep the end from moving there.
+        let held: [bool; 6] = std::array::from_fn(|k| rigid[k] && mobility[(k, k)] > 0.0);
+        let mut acceleration = act(&w);
+        if held.contains(&true) {
+            let matrix = Matrix6::from_fn(|i, j| match (held[i], held[j]) {
+                (true, true) => mobility[(i, j)],
+                _ => f64::from(i == j),
+            });
+            let missing = Vector6::from_fn(|k, _| if held[k] { acceleration[k] } else { 0.0 });
+            w += matrix
+                .lu()
+                .solve(&missing)
+                .ok_or_else(|| Error::ill_conditioned("the mass matrix of the body is singular"))?;
+            acceleration = act(&w);
+        }
+
+        let (u, v, m, n) = (upper(e), lower(e), upper(&w), lower(&w));
+        let mut couple = u.cross(&m) + v.cross(&n);
+        if u == Vector3::zeros() {
+            for k in (0..3).filter(|k| rigid[*k]) {
+                couple[k] = 0.0;
+            }
+        }
+        // What acts on the end as a force or couple: acceleration over mobility, component by component.
+        let acting = |a: &Vector6<f64>| {
+            Vector6::from_fn(|k, _| {
+                if mobility[(k, k)] > 0.0 {
+                    a[k] / mobility[(k, k)]
+                } else {
+                    0.0
+                }
+            })
+        };
+        let mut astray = acting(&(acceleration - self.slots.only(&acceleration)));
+        for k in 0..6 {
+            if held[k] {
+                astray[k] = 0.0;
+            } else if k < 3 && !welded {
+                // A ball joint bears no couple.
+                astray[k] = w[k];
+            }
+        }
+        let free = act(&Resultant::zeros());
+        // Forces far below those of the section at a strain of 1 are roundoff.
+        let floor = self.slots.iter().map(|k| elastic.tangent[(k, k)].abs());
+        let floor = 1e-6 * floor.fold(0.0, f64::max);
+        let terms = [elastic.resultants, viscous, branched, w, acting(&free)];
+        Ok(Balance {
+            acceleration: self.slots.only(&acceleration),
+            largest: terms.iter().map(|x| x.amax()).fold(floor, f64::max),
+            uneven: joined(&u.cross(&n), &couple),
+            astray,
+        })
+    }
+
+    /// d/dt of the state.
+    pub(super) fn slope(&self, at: &State, balance: &Balance) -> State {
+        let branches = self.section.branches.iter().zip(&at.branches);
+        State {
+            time: 1.0,
+            strain: at.rate,
+            rate: balance.acceleration,
+            branches: branches
+                .map(|(branch, z)| (at.strain - z) / branch.time)
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,564 @@
+//! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
+
+mod elastica;
+mod first_order_mass;
+
+pub use elastica::on_elastica;
+
+use super::drive::{Carried, Motion};
+use super::event::{Bounce, Event, Outcome};
+use super::ledger::Ledger;
+use super::options::Options;
+use super::sheet::{OnSheet, Phase, Progress};
+use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
+use super::start::{Departure, depart};
+use super::state::{Seen, State};
+use nalgebra::{DVector, SVector, UnitQuaternion};
+use snaprod_systems::body::Body;
+use snaprod_systems::error::{Cause, Error, Result};
+use snaprod_systems::manifold::{Multivalued, Patch, Sheet};
+use snaprod_systems::solve::cost::Cost;
+
+/// The state of a run at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample<const N: usize> {
+    /// Time, chart point, velocity.
+    pub phase: Phase<N>,
+    /// Pose.
+    pub pose: SVector<f64, N>,
+    /// Force of the rod on the body.
+    pub force: SVector<f64, N>,
+    /// Sheet.
+    pub sheet: Sheet,
+    /// Morse index.
+    pub index: usize,
+    /// Ledger.
+    pub ledger: Ledger,
+}
+
+/// Steps between two looks at the pace of a run.
+const STRETCH: u64 = 50_000;
+/// A run that would need more than twice its most steps is ended after so many looks in a row: a mass that passes the straight rod by
+/// takes up to a million steps for it.
+const PATIENCE: u32 = 30;
+
+/// The state at a time before the motion's first, and kinetic energy and potential of the rod there.
+type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<(Phase<N>, [f64; 2])> + 'a>;
+
+/// A run in progress.
+pub struct Run<'a, M, const N: usize> {
+    manifold: &'a M,
+    body: &'a Body<N>,
+    options: Options,
+    motion: OnSheet<'a, M, N>,
+    /// True while the motion feels the mass of the rod.
+    followed: bool,
+    /// Whether it does from the end of the last step on, where that was asked.
+    due: Option<bool>,
+    /// How much room there is for that to stay as it is, where that was asked at the end of the last step.
+    room: Option<f64>,
+    /// For how long it has not, of a rod with mass.
+    unfelt: f64,
+    /// True while the end shakes next to the straight rod, so hard that the mass of the rod is left out.
+    shakes: bool,
+    /// True where the last step was ended because the motion comes next to the straight rod, or away from it.
+    at_edge: bool,
+    index: usize,
+    snapped: f64,
+    snaps: u64,
+    past: Cost,
+    pending: Option<f64>,
+    /// While the rod is taut: true if the body still moves outward.
+    outward: Option<bool>,
+    /// The energy with which a motion next to the straight rod began, but for what is counted as lost in `snapped`. What it changes there, by the order of the
+    /// rod's mass times the deflection, goes to vibrations of the rod.
+    straight: Option<f64>,
+    /// An event of the last step that is to be told.
+    found: Option<Event>,
+    /// The state just before the last snap.
+    before_snap: Option<Sample<N>>,
+    stopped: bool,
+    interrupted: bool,
+    /// The state it was asked to start from.
+    given: Phase<N>,
+    /// The pose there, and energies of the rod, where the chart has them only to rounding: of the straight rod.
+    given_pose: Option<(SVector<f64, N>, [f64; 2])>,
+    /// States before the motion's first, back to the time given: see [`Run::straight`].
+    early: Option<Early<'a, N>>,
+    /// True once the step over them was told.
+    announced: bool,
+    /// Steps and time when the pace was last judged.
+    milestone: (u64, f64),
+    /// Looks in a row at which the end was out of reach.
+    slow_looks: u32,
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
+    /// A run from the chart point `q` with velocity `v` at time 0. A start on a fold moves off it to
+    /// the stable side if it can, and snaps at once if it cannot.
+    ///
+    /// # Errors
+    /// A start outside the chart, or a velocity that is not finite.
+    pub fn new(
+        manifold: &'a M,
+        body: &'a Body<N>,
+        q: SVector<f64, N>,
+        v: SVector<f64, N>,
+        options: Options,
+    ) -> Result<Self> {
+        let zero = Phase {
+            q,
+            v,
+            t: 0.0,
+            work: 0.0,
+            drag_loss: 0.0,
+        };
+        Self::start(manifold, body, zero, options, 0.0, 0)
+    }
+
+    fn start(
+        manifold: &'a M,
+        body: &'a Body<N>,
+        phase: Phase<N>,
+        options: Options,
+        snapped: f64,
+        snaps: u64,
+    ) -> Result<Self> {
+        if !phase.v.iter().all(|v| v.is_finite()) {
+            return Err(Error::domain(format!(
+                "the velocity {:?} must be finite",
+                phase.v.as_slice()
+            )));
+        }
+        manifold.resolved(&phase.q)?;
+        let given = phase;
+        let departure = depart(manifold, body, &phase)?;
+        let (phase, orientation, index, pending) = match departure {
+            Departure::Regular { orientation } => {
+                (phase, orientation, manifold.index(&phase.q)?, None)
+            }
+            Departure::FromFold {
+                phase,
+                orientation,
+                index,
+            } => (phase, orientation, index, None),
+            Departure::Snap { index } => {
+                (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
+            }
+        };
+        let rod = (body.rod()).filter(|rod| rod.room(&phase.q, &phase.v, true) > 0.0);
+        let mut run = Self {
+            manifold,
+            body,
+            options,
+            motion: OnSheet::new(manifold, body, phase, orientation, rod, &options)?,
+            followed: rod.is_some(),
+            due: None,
+            room: None,
+            shakes: false,
+            at_edge: false,
+            unfelt: 0.0,
+            index,
+            snapped,
+            snaps,
+            past: Cost::default(),
+            pending,
+            outward: None,
+            straight: None,
+            found: None,
+            before_snap: None,
+            stopped: false,
+            interrupted: false,
+            given,
+            given_pose: None,
+            early: None,
+            announced: false,
+            milestone: (0, phase.t),
+            slow_looks: 0,
+        };
+        run.outward = run.motion.moves_outward();
+        Ok(run)
+    }
+
+    /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
+    ///
+    /// # Errors
+    /// A snap that is not of this run's manifold.
+    pub fn branch(&self, snap: &Snap) -> Result<Self> {
+        if snap.to.q.len() != N {
+            return Err(Error::domain(format!(
+                "the snap lands at the chart point {:?}, which is none of this manifold",
+                snap.to.q.as_slice()
+            )));
+        }
+        let phase = Phase {
+            q: SVector::from_column_slice(snap.to.q.as_slice()),
+            ..self.motion.phase()
+        };
+        let mut run = Self::start(
+            self.manifold,
+            self.body,
+            phase,
+            self.options,
+            self.snapped + snap.released,
+            self.snaps + 1,
+        )?;
+        if run.followed {
+            run.snapped -= run.of_rod(&phase).iter().sum::<f64>();
+        }
+        Ok(run)
+    }
+
+    /// The state now.
+    pub fn now(&self) -> Sample<N> {
+        self.describe(self.motion.phase())
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn sample(&mut self, t: f64) -> Option<Sample<N>> {
+        Some(match &self.early {
+            Some(early) => {
+                let (phase, of_rod) = early(t)?;
+                self.with_energies(phase, of_rod)
+            }
+            None => {
+                let phase = self.motion.at(t)?;
+                self.describe(phase)
+            }
+        })
+    }
+
+    /// The state that the run was given, which may lie a first small step before its motion: see
+    /// [`Run::new`] on starts at folds.
+    pub fn given(&self) -> Sample<N> {
+        let Some((pose, of_rod)) = self.given_pose else {
+            return self.describe(self.given);
+        };
+        Sample {
+            pose,
+            ..self.with_energies(self.given, of_rod)
+        }
+    }
+
+    /// Time now.
+    pub fn time(&self) -> f64 {
+        self.motion.time()
+    }
+
+    /// End of time.
+    pub fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    /// Ends the run at its next step, with [`Outcome::Interrupted`].
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        self.past + self.motion.cost()
+    }
+
+    /// Snaps so far.
+    pub fn snaps(&self) -> u64 {
+        self.snaps
+    }
+
+    fn describe(&self, phase: Phase<N>) -> Sample<N> {
+        if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(phase.t)) {
+            return self.with_energies(phase, of_rod);
+        }
+        let mut state = self.with_mass(phase);
+        if let Some(total) = self.straight {
+            state.ledger.dissipated += total + self.snapped - state.ledger.total();
+        }
+        state
+    }
+
+    /// The state, with kinetic energy and potential of the rod.
+    fn with_energies(&self, phase: Phase<N>, [kinetic, potential]: [f64; 2]) -> Sample<N> {
+        let at = self
+            .manifold
+            .point(&phase.q)
+            .expect("every state of a run lies in the chart");
+        let mut ledger = Ledger::new(self.body, &at, &phase, self.snapped);
+        ledger.rod_kinetic = kinetic;
+        ledger.potential += potential;
+        Sample {
+            phase,
+            pose: at.pose,
+            force: at.force,
+            sheet: self.manifold.sheet(&phase.q),
+            index: self.index,
+            ledger,
+        }
+    }
+
+    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass close to the
+    /// straight rod shakes along it ever faster, without bound; but one that only passes by gets slower again.
+    fn hopeless(&mut self, steps: u64) -> Option<f64> {
+        let (before, since) = self.milestone;
+        let time = self.time();
+        self.milestone = (steps, time);
+        let per_time = (steps - before) as f64 / (time - since);
+        let needed = per_time * (self.options.duration - time);
+        let most = self.options.max_steps as f64;
+        if needed <= 2.0 * most {
+            self.slow_looks = 0;
+            return None;
+        }
+        self.slow_looks += 1;
+        (self.slow_looks >= PATIENCE).then_some(needed)
+    }
+
+    /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
+    /// a taut rod.
+    fn bounce(&mut self) -> Option<Bounce> {
+        let now = self.motion.moves_outward();
+        let turned = match (self.outward, now) {
+            (Some(true), Some(false) | None) | (None, Some(false)) => true,
+            (Some(false) | None, _) | (Some(true), Some(true)) => false,
+        };
+        self.outward = now;
+        if !turned {
+            return None;
+        }
+        let there = self.motion.hardest()?;
+        let lambda = self.manifold.tautness(Patch::Global, &there.q)?;
+        let at = self.manifold.point(&there.q)?;
+        Some(Bounce {
+            rod: 0,
+            t: there.t,
+            pose: dynamic(&at.pose),
+            velocity: dynamic(&there.v),
+            tension: lambda * lambda,
+            lambda,
+            elastic: at.energy,
+            mass: self.body.mass(),
+        })
+    }
+
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        self.stopped = true;
+        Event::Stop(outcome)
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// At a fold: finds the landings and, unless the run branches, goes on from there.
+    fn snap(&mut self, time_error: f64) -> Result<Event> {
+        if self.snaps >= self.options.max_snaps {
+            return Ok(self.stop(Outcome::SnapLimit));
+        }
+        let phase = self.motion.phase();
+        let here = self.describe(phase);
+        let landed = landings(self.manifold, &phase.q, self.options.landing)?;
+        let mut snaps = Vec::with_capacity(landed.at.len());
+        for &(q, reached) in &landed.at {
+            let elastic = self
+                .manifold
+                .point(&q)
+                .ok_or_else(|| Error::domain("a landing outside the chart"))?
+                .energy;
+            snaps.push(Snap {
+                base: UnitQuaternion::identity(),
+                t: phase.t,
+                time_error,
+                pose: dynamic(&here.pose),
+                velocity: dynamic(&phase.v),
+                from: SnapEnd {
+                    q: dynamic(&phase.q),
+                    sheet: Some(here.sheet),
+                    index: self.index,
+                    elastic: here.ledger.elastic,
+                },
+                to: SnapEnd {
+                    q: dynamic(&q),
+                    sheet: Some(self.manifold.sheet(&q)),
+                    index: self.manifold.index(&q)?,
+                    elastic,
+                },
+                released: here.ledger.elastic - elastic,
+                rod: 0,
+                choices: landed.choices,
+                reached,
+                moving: None,
+            });
+        }
+        if snaps.is_empty() {
+            return Ok(self.stop(Outcome::NoStableEquilibrium));
+        }
+        if self.options.landing == LandingRule::All {
+            return Ok(self.stop(Outcome::Branched(snaps)));
+        }
+        let (snap, (q, _)) = (snaps.swap_remove(0), landed.at[0]);
+        self.before_snap = Some(here);
+        self.past = self.cost();
+        (self.due, self.room) = (None, None);
+        self.snapped += snap.released;
+        self.snaps += 1;
+        self.index = snap.to.index;
+        self.motion = OnSheet::new(
+            self.manifold,
+            self.body,
+            Phase { q, ..phase },
+            orientation(self.manifold, &q)?,
+            None,
+            &self.options,
+        )?;
+        self.outward = self.motion.moves_outward();
+        Ok(Event::Snap(snap))
+    }
+}
+
+fn dynamic<const N: usize>(v: &SVector<f64, N>) -> DVector<f64> {
+    DVector::from_column_slice(v.as_slice())
+}
+
+impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        if self.stopped {
+            return None;
+        }
+        if let Some(event) = self.found.take() {
+            return Some(event);
+        }
+        if self.interrupted {
+            return Some(self.stop(Outcome::Interrupted));
+        }
+        if let Some(time_error) = self.pending.take() {
+            return Some(self.snap(time_error).unwrap_or_else(|e| {
+                self.stuck(
+                    Cause::Failed(e.context("the snap")),
+                    "change the start a little, or the landing rule",
+                )
+            }));
+        }
+        let from = self.time();
+        if self.early.is_some() && !self.announced {
+            self.announced = true;
+            return Some(Event::Step {
+                from: self.given.t,
+                to: from,
+            });
+        }
+        // What the rod had until here goes to vibrations of its own, but for what the motion goes on with.
+        if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(from)) {
+            let before = self.with_energies(phase, of_rod).ledger.total();
+            self.early = None;
+            self.snapped += before - self.now().ledger.total();
+        }
+        self.early = None;
+        if from >= self.options.duration {
+            return Some(self.stop(Outcome::EndOfTime));
+        }
+        if let Err(why) = self.motion.resolved() {
+            return Some(self.stuck(
+                Cause::Failed(why),
+                "start with a smaller |p|, less load or less speed",
+            ));
+        }
+        let steps = self.cost().steps;
+        if steps >= self.options.max_steps {
+            return Some(self.stop(Outcome::StepLimit));
+        }
+        if self.options.max_steps > 20 * STRETCH
+            && steps >= self.milestone.0 + STRETCH
+            && let Some(steps) = self.hopeless(steps)
+        {
+            return Some(self.stuck(
+                Cause::TooSlow { steps },
+                "the motion's own time has become too short for the time asked: a mass under an enormous load shakes so, and one next to the \
+                 straight rod, along the rod, if loads break or change while it turns round a few hundred times: lower the load, or make it \
+                 change less often; or end earlier, or raise max_steps",
+            ));
+        }
+        let progress = match self.step() {
+            Ok(progress) => progress,
+            Err(why) => {
+                return Some(self.stuck(
+                    Cause::Failed(why),
+                    "leave out the rod's mass: inertia = \"none\"",
+                ));
+            }
+        };
+        let Some(progress) = progress else {
+            let cause = Cause::StepCollapsed {
+                next: self.motion.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return Some(self.stuck(
+                cause,
+                "the motion runs into a point that the model does not lead through (for the elastica: straight, at full reach, and so fast \
+                 that the force has no bound): start with less speed, or a little beside it (kappa in [start])",
+            ));
+        };
+        if let Progress::Fold { time_error } = progress {
+            self.pending = Some(time_error);
+        }
+        self.found = self.bounce().map(Event::Bounce);
+        Some(Event::Step {
+            from,
+            to: self.time(),
+        })
+    }
+}
+
+impl<'a, M: Multivalued<N>, const N: usize> Motion<'a> for Run<'a, M, N>
+where
+    Sample<N>: State,
+{
+    fn advance(&mut self) -> Option<Event> {
+        self.next()
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.given()))
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Made(Box::new(self.now()))
+    }
+
+    fn before_snap(&self) -> Option<Seen<'_>> {
+        self.before_snap.as_ref().map(|state| Seen::Kept(state))
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn cost(&self) -> Cost {
+        self.cost()
+    }
+
+    fn unfelt(&self) -> f64 {
+        self.unfelt
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        Carried::some([
+            ("chart of the sheet", N),
+            ("velocity of the body", N),
+            ("time, work and loss to drag", 3),
+        ])
+    }
+
+    fn branch(&self, snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
+        Ok(Box::new(self.branch(snap)?))
+    }
+}

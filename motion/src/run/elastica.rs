@@ -1,0 +1,63 @@
+//! Runs of a mass on the planar elastica: what they have beyond those on any chart is the straight rod.
+
+use super::{Phase, Run};
+use crate::drive::Motion;
+use crate::options::Options;
+use crate::sheet::Passage;
+use crate::straight_release::Opening;
+use nalgebra::Vector2;
+use snaprod_systems::body::Body;
+use snaprod_systems::elastica::Elastica;
+use snaprod_systems::error::{Error, Result};
+
+impl<'a> Run<'a, Elastica, 2> {
+    /// A run of the straight rod let go at (1, 0) with a velocity across it, by its own start (see `straight.rs`).
+    ///
+    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads, and is then the only one
+    /// whose pull stays bounded as t -> 0.
+    ///
+    /// # Errors
+    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the straight rod is
+    /// unstable; a pull above 3600 EI/L^2.
+    pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
+        let opening = Opening::new(body, v, options.duration)?;
+        let state = |t: f64| {
+            opening.at(t).ok_or_else(|| {
+                Error::no_convergence("the start from the straight rod has no shape")
+            })
+        };
+        let given = Phase { v, ..state(0.0)? };
+        let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
+        if let Some(rod) = body.rod()
+            && let Passage::Glides(glide) = run
+                .motion
+                .nears_straight(rod, (false, false), false)
+                .passage
+        {
+            run.go_straight(rod, *glide);
+            run.snapped = 0.0;
+        }
+        run.given = given;
+        run.given_pose = Some((Vector2::new(1.0, 0.0), opening.of_rod(0.0)));
+        run.early = Some(Box::new(move |t| Some((opening.at(t)?, opening.of_rod(t)))));
+        Ok(run)
+    }
+}
+
+/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight rod, behind the one trait of
+/// all motions: whoever asks for one here compiles none again.
+///
+/// # Errors
+/// As [`Run::new`] and [`Run::straight`].
+pub fn on_elastica<'a>(
+    body: &'a Body<2>,
+    from: Option<Vector2<f64>>,
+    v: Vector2<f64>,
+    options: Options,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    let run = match from {
+        Some(q) => Run::new(&Elastica, body, q, v, options)?,
+        None => Run::straight(body, v, options)?,
+    };
+    Ok(Box::new(run))
+}

@@ -1,0 +1,103 @@
+//! States inside the last step: at a time, where the stored energy is largest, where the step is to end.
+
+use super::sheet8::Both;
+use super::{OnSheet, Phase};
+use crate::locate::{Guess, at_time, locate, part};
+use snaprod_systems::manifold::{Multivalued, Patch};
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::roots::chandrupatla;
+use snaprod_systems::solve::stepper::Taken;
+
+impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
+    /// The states inside the last step, by their fraction of it; None where there is no such step, as after one over many turns of a shaking.
+    pub fn inside(&mut self) -> Option<impl Fn(f64) -> Phase<N> + use<'a, M, N>> {
+        if !self.shaking.single() {
+            return None;
+        }
+        let mut step = self.last.clone()?;
+        let (f, mut cost) = (self.right_hand_side(), Cost::default());
+        let dense = step.inside(&mut self.both(f), &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        let (dense, manifold, patch) = (dense?, self.manifold, self.patch);
+        Some(move |x| {
+            let there = dense.at(x);
+            let q = manifold.carried(&there.q, patch, Patch::Global);
+            Phase { q, ..there }
+        })
+    }
+
+    /// Ends the last step after this fraction of it. False, with the step as it was, if that is none.
+    pub fn end_after(&mut self, fraction: f64) -> bool {
+        let Some(step) = self.last.clone() else {
+            return false;
+        };
+        let (f, mut cost) = (self.right_hand_side(), Cost::default());
+        let part = part(&step, &mut self.both(f), fraction, &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        let Some(part) = part else {
+            return false;
+        };
+        self.dense = None;
+        self.rewind(part);
+        true
+    }
+
+    /// The state within the last step at which the stored energy is largest, where the body did work on the rod before and the rod does on the body after:
+    /// there its power vanishes. Nothing is counted.
+    pub fn hardest(&mut self) -> Option<Phase<N>> {
+        if !self.shaking.single() {
+            return None;
+        }
+        let mut step = self.last.clone()?;
+        let (manifold, patch) = (self.manifold, self.patch);
+        let power = |phase: &Phase<N>| {
+            let at = manifold.point_in(patch, &phase.q);
+            at.map_or(f64::NAN, |at| at.force.dot(&phase.v))
+        };
+        let f = self.right_hand_side();
+        let both = &mut self.both(f);
+        let cost = &mut Cost::default();
+        let dense = step.inside(both, cost)?;
+        let [before, after] = [step.from(), step.to()].map(power);
+        let ends = ((0.0, before), (1.0, after));
+        let x = chandrupatla(|x| power(&dense.at(x)), ends.0, ends.1, 0.0)?;
+        if !matches!(step, Taken::Symmetric(_)) {
+            return Some(self.global(dense.at(x)));
+        }
+        // The polynomial of a long step tells the place; the step to there the state.
+        let guess = Guess {
+            h: x * step.h(),
+            rate: (after - before) / step.h(),
+            t: dense.at(x).t,
+        };
+        let found = locate(&step, both, guess, |state, _| power(state), cost)?;
+        Some(self.global(*found.step.to()))
+    }
+
+    /// The state at a time within the last step, as accurate as the steps are.
+    pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
+        let f = self.right_hand_side();
+        if self.shaking.glides() {
+            return self.at_glide(t);
+        }
+        if self.shaking.strode()
+            && let Some(step) = &self.last
+            && step.from().t < t
+            && t < step.to().t
+        {
+            return self.at_turn(t);
+        }
+        let mut cost = Cost::default();
+        let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
+        let both = &mut Both { one: f, eight };
+        let found = at_time(self.last.as_mut()?, &mut self.dense, both, t, &mut cost);
+        let total = self.solver.cost_mut();
+        *total = *total + cost;
+        Some(Phase {
+            t,
+            ..self.global(found?)
+        })
+    }
+}

@@ -1,0 +1,396 @@
+//! What a state of a motion shows, whatever model is integrated.
+
+use super::Ledger;
+use super::run::Sample;
+use super::viscoelastic::{ViscousSample, near_equilibrium};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3, Vector6};
+use snaprod_systems::assembly::{Configuration, Place};
+use snaprod_systems::elastica::chart::ChartPoint;
+use snaprod_systems::elastica::{Elastica, Equilibrium};
+use snaprod_systems::manifold::{EquilibriumManifold, Sheet};
+use snaprod_systems::math::se3::joined;
+use snaprod_systems::section::Strain;
+use snaprod_systems::viscoelastic::grid::Grid;
+use snaprod_systems::viscoelastic::kinematics::{Kinematics, Local};
+use snaprod_systems::viscoelastic::plane::Plane;
+use snaprod_systems::viscoelastic::space::{Curve, Space};
+
+/// A state of a motion, in the frame of the clamp and in the units of the rod (length 1).
+///
+/// Rods in a plane lie in the plane of x and y and start along x; their sections have d3 along the tangent and d1 along z,
+/// so that u1 is the curvature.
+pub trait State {
+    /// Time.
+    fn time(&self) -> f64;
+
+    /// Pose of the end.
+    fn pose(&self) -> Isometry3<f64>;
+
+    /// (angular velocity of the end's directors, velocity of the end); an elastic rod's sections turn as its chart point
+    /// moves, which is not told: 0.
+    fn twist(&self) -> Vector6<f64>;
+
+    /// (couple, force) of the rod on the body: minus the end wrench w1.
+    fn action(&self) -> Vector6<f64>;
+
+    /// Energies.
+    fn ledger(&self) -> Ledger;
+
+    /// Energy that friction in the rod has dissipated so far, without drag and snaps.
+    fn friction(&self) -> f64;
+
+    /// How far the rod is from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a sheet.
+    fn distance(&self) -> f64;
+
+    /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names none.
+    fn equilibrium(&self) -> Option<Labels>;
+
+    /// The Morse index of the rod with its end held; None off equilibrium.
+    fn index(&self) -> Option<usize> {
+        self.equilibrium().map(|labels| labels.index)
+    }
+
+    /// Where bodies and rods of an assembly are and how they move, in the world; None in models of one rod whose body is at its
+    /// end.
+    fn configuration(&self) -> Option<&Configuration> {
+        None
+    }
+
+    /// The bodies of an assembly, in the world; none of one rod whose body is at its end.
+    fn bodies(&self) -> &[Place] {
+        self.configuration().map_or(&[], |now| &now.bodies)
+    }
+
+    /// The rods of an assembly that have strains of their own, each as [`State::sections`], in the world; none where the configuration
+    /// tells them.
+    fn curves(&self, _points: usize) -> Vec<RodCurve> {
+        Vec::new()
+    }
+
+    /// The forces of grooves on the bodies that slide in them, in the world of [`State::configuration`].
+    fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
+        Vec::new()
+    }
+
+    /// How far ends of rods are from their attachments, at worst, where poses and charts are both in the state: in radians and lengths of
+    /// the rod.
+    fn drift(&self) -> f64 {
+        0.0
+    }
+
+    /// The six strains of a rod of an assembly at places in [0, 1], in growing order; those of the one rod there is, whatever the number.
+    fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain>;
+
+    /// The same of the first rod.
+    fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
+        self.strains_of(0, places)
+    }
+
+    /// Dissipation per length and time at places in [0, 1], in growing order.
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64>;
+
+    /// Sections from the clamp to the end, `points` of them for a rod on a sheet, `points` on every element beside the two
+    /// ends for one with strains; empty if the strains give no shape.
+    fn sections(&self, points: usize) -> RodCurve;
+}
+
+/// Sections of a rod from its base to its end, each by its arclength in the unstrained rod and its pose.
+pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
+
+/// A pose seen from a `clamp` that stands so in the world, in units of a rod of this `length`, as the world sees it.
+pub fn outward(clamp: &Isometry3<f64>, length: f64, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    let pose = clamp * pose;
+    Isometry3::from_parts((pose.translation.vector * length).into(), pose.rotation)
+}
+
+/// The same of all sections of a curve, and their arclengths.
+pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) {
+    for (s, pose) in curve {
+        (*s, *pose) = (*s * length, outward(clamp, length, pose));
+    }
+}
+
+/// A state that a motion keeps, or has made to be seen.
+pub enum Seen<'a> {
+    /// Kept by the motion.
+    Kept(&'a dyn State),
+    /// Made for the purpose.
+    Made(Box<dyn State + 'a>),
+}
+
+impl<'a> std::ops::Deref for Seen<'a> {
+    type Target = dyn State + 'a;
+
+    fn deref(&self) -> &Self::Target {
+        match self {
+            Self::Kept(state) => *state,
+            Self::Made(state) => &**state,
+        }
+    }
+}
+
+/// What names an equilibrium of the elastica.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Labels {
+    /// Chart: p.
+    pub p: f64,
+    /// Chart: w.
+    pub w: f64,
+    /// Its sheet.
+    pub sheet: Sheet,
+    /// Its Morse index.
+    pub index: usize,
+}
+
+impl Labels {
+    /// lambda = sqrt(|force|).
+    pub fn lambda(&self) -> f64 {
+        ChartPoint::new(self.p, self.w).integrals.lam
+    }
+}
+
+/// A section in the plane with its tangent at the angle `theta` to x: directors (z, d2, tangent).
+pub(super) fn planar(x: f64, y: f64, theta: f64) -> Isometry3<f64> {
+    let (sin, cos) = theta.sin_cos();
+    let directors = Matrix3::new(0.0, sin, cos, 0.0, -cos, sin, 1.0, 0.0, 0.0);
+    let turn = Rotation3::from_matrix_unchecked(directors);
+    Isometry3::from_parts(Vector3::new(x, y, 0.0).into(), turn.into())
+}
+
+/// The strains of a rod of this curvature in the plane.
+fn bent(curvature: f64) -> Strain {
+    Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// A rod on a sheet of the elastica.
+impl Sample<2> {
+    /// The equilibrium; every state of a run lies in the chart.
+    fn rod(&self) -> Option<Equilibrium> {
+        Equilibrium::new(self.phase.q[0], self.phase.q[1]).ok()
+    }
+}
+
+impl State for Sample<2> {
+    fn time(&self) -> f64 {
+        self.phase.t
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        let turned = self.rod().map_or(0.0, |rod| rod.theta1);
+        planar(self.pose[0], self.pose[1], turned)
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        Vector6::new(0.0, 0.0, 0.0, self.phase.v[0], self.phase.v[1], 0.0)
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        Vector6::new(0.0, 0.0, 0.0, self.force[0], self.force[1], 0.0)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        0.0
+    }
+
+    fn distance(&self) -> f64 {
+        0.0
+    }
+
+    fn equilibrium(&self) -> Option<Labels> {
+        Some(Labels {
+            p: self.phase.q[0],
+            w: self.phase.q[1],
+            sheet: self.sheet,
+            index: self.index,
+        })
+    }
+
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
+        let rod = self.rod();
+        let curvature = |s: &f64| {
+            rod.and_then(|rod| rod.section(*s).ok())
+                .map(|at| at.curvature)
+        };
+        places
+            .iter()
+            .map(|s| bent(curvature(s).unwrap_or(f64::NAN)))
+            .collect()
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        vec![0.0; places.len()]
+    }
+
+    fn sections(&self, points: usize) -> RodCurve {
+        let curve = self.rod().map_or(Vec::new(), |rod| rod.curve(points));
+        curve
+            .iter()
+            .map(|at| (at.s, planar(at.x, at.y, at.theta)))
+            .collect()
+    }
+}
+
+/// A viscoelastic rod in the plane.
+impl State for ViscousSample<Plane, 1, 2> {
+    fn time(&self) -> f64 {
+        self.t
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        let turned = self.configuration.shape.end_angle();
+        planar(self.pose[0], self.pose[1], turned)
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        let weighted = self.flow.rates.iter().zip(self.grid.weights());
+        let spin: f64 = weighted.map(|(rate, weight)| rate[0] * weight).sum();
+        Vector6::new(0.0, 0.0, spin, self.velocity[0], self.velocity[1], 0.0)
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        -Vector6::new(0.0, 0.0, 0.0, self.flow.wrench[0], self.flow.wrench[1], 0.0)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    fn distance(&self) -> f64 {
+        self.distance()
+    }
+
+    fn equilibrium(&self) -> Option<Labels> {
+        let near = near_equilibrium(self)?;
+        Some(Labels {
+            p: near.p,
+            w: near.w,
+            sheet: near.sheet,
+            index: Elastica.index(&[near.p, near.w].into()).ok()?,
+        })
+    }
+
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
+        let strains = self.strains_at(places);
+        strains.iter().map(|e| bent(e[0])).collect()
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        self.dissipation_at(places)
+    }
+
+    fn sections(&self, points: usize) -> RodCurve {
+        let fine = self.grid.finer(points.max(8));
+        let strains = self.grid.carried(&self.configuration.strains, &fine);
+        let Some(shape) = Plane.shape(&fine, &strains) else {
+            return Vec::new();
+        };
+        let inner = shape.positions().iter().zip(shape.tangents());
+        let inner = inner.map(|(r, tangent)| planar(r.x, r.y, tangent.y.atan2(tangent.x)));
+        let end = planar(shape.end().x, shape.end().y, shape.end_angle());
+        with_ends(&fine, planar(0.0, 0.0, 0.0), inner, end)
+    }
+}
+
+/// A viscoelastic rod in space.
+impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> {
+    fn time(&self) -> f64 {
+        self.t
+    }
+
+    fn pose(&self) -> Isometry3<f64> {
+        self.pose
+    }
+
+    fn twist(&self) -> Vector6<f64> {
+        let velocity: Vector3<f64> = self.velocity.fixed_rows::<3>(D - 3).into_owned();
+        let spin = if D == 6 {
+            self.velocity.fixed_rows::<3>(0).into_owned()
+        } else {
+            // omega(1) = int R u_t ds.
+            let directors = self.configuration.shape.directors().iter();
+            directors
+                .zip(&self.flow.rates)
+                .zip(self.grid.weights())
+                .fold(Vector3::zeros(), |sum, ((frame, rate), weight)| {
+                    sum + frame * rate.fixed_rows::<3>(0) * *weight
+                })
+        };
+        joined(&spin, &velocity)
+    }
+
+    fn action(&self) -> Vector6<f64> {
+        let force: Vector3<f64> = self.flow.wrench.fixed_rows::<3>(D - 3).into_owned();
+        let couple = if D == 6 {
+            self.flow.wrench.fixed_rows::<3>(0).into_owned()
+        } else {
+            Vector3::zeros()
+        };
+        -joined(&couple, &force)
+    }
+
+    fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    fn distance(&self) -> f64 {
+        self.distance()
+    }
+
+    fn equilibrium(&self) -> Option<Labels> {
+        None
+    }
+
+    fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {
+        let active: Vec<Local<M>> = self.strains_at(places);
+        let space = Space::<M, D>::new();
+        active.iter().map(|e| space.strain(e)).collect()
+    }
+
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        self.dissipation_at(places)
+    }
+
+    fn sections(&self, points: usize) -> RodCurve {
+        let fine = self.grid.finer(points.max(8));
+        let strains = self.grid.carried(&self.configuration.strains, &fine);
+        framed(&fine, Space::<M, D>::new().shape(&fine, &strains))
+    }
+}
+
+/// The sections of a curve, with those at its ends.
+fn framed(grid: &Grid, curve: Option<Curve>) -> RodCurve {
+    let Some(curve) = curve else {
+        return Vec::new();
+    };
+    let nodes = curve.positions().iter().zip(curve.directors());
+    let inner = nodes.map(|(r, frame)| {
+        Isometry3::from_parts((*r).into(), Rotation3::from_matrix_unchecked(*frame).into())
+    });
+    with_ends(grid, Isometry3::identity(), inner, *curve.end())
+}
+
+/// The poses at the nodes of a grid on [0, 1] and at its two ends.
+fn with_ends(
+    grid: &Grid,
+    base: Isometry3<f64>,
+    inner: impl Iterator<Item = Isometry3<f64>>,
+    end: Isometry3<f64>,
+) -> RodCurve {
+    let nodes = grid.nodes().iter().copied();
+    std::iter::once((0.0, base))
+        .chain(nodes.zip(inner))
+        .chain([(1.0, end)])
+        .collect()
+}

@@ -1,0 +1,32 @@
+//! Motion of a body on a viscoelastic rod: strains with memory, theory Sec. 5.
+//!
+//! [`ViscousRun`] is an iterator over events. It starts from any strains ([`ViscousStart`]), chooses its nodes and its method
+//! unless the options do, and keeps a ledger of energies that nothing is projected on.
+//!
+//! * [`ViscousSystem`]: the equations in two forms ([`Hold`]). Explicit steps take w1 from strains and velocity by the
+//!   mobility G, and so do implicit ones where the end relaxes faster than the strains; else implicit steps carry place
+//!   and w1 and ask that the rod end where the body is, which stays regular as the viscosity vanishes.
+//! * [`Nodes`](super::Nodes): how many Gauss nodes, by the tails of the strains.
+//! * [`ViscousSample`]: a state with all that follows from it: shape, wrench, rates, dissipation along the rod, and how
+//!   far the rod is from equilibrium.
+//! * [`small_in_plane`], [`small_in_space`]: eigenvalues of small motions about an equilibrium, the friction of the rod included.
+//! * [`Layer`]: a passage far from equilibrium, such as a snap (AMV (8.6)). [`near_equilibrium`]: the labels of the
+//!   equilibrium that a planar rod is near.
+
+mod motions;
+mod nearby_equilibrium;
+mod run;
+mod sample;
+mod small_motions;
+mod snap_layer;
+
+pub use motions::{Moving, in_plane, in_space};
+pub use nearby_equilibrium::near_equilibrium;
+pub use run::{ViscousRun, ViscousStart};
+pub use sample::ViscousSample;
+pub use small_motions::{SmallCreep, small_in_plane, small_in_space};
+pub use snap_layer::Layer;
+pub use snaprod_systems::viscoelastic::resolution::MOST_NODES;
+pub use snaprod_systems::viscoelastic::system::{
+    Hold, Layout, Rates, ViscousFactor, ViscousLinear, ViscousSystem,
+};

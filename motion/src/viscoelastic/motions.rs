@@ -1,0 +1,187 @@
+//! Viscoelastic motions behind the one trait [`Motion`]: whoever asks for one by these functions compiles none of them again.
+
+use super::run::{ViscousRun, ViscousStart};
+use crate::reduction::Carried;
+use crate::{Motion, Options};
+use nalgebra::Isometry3;
+use snaprod_systems::body::{Body, EndBody};
+use snaprod_systems::error::{Error, Result};
+use snaprod_systems::rod::Distributed;
+use snaprod_systems::section::rate::Viscoelastic;
+use snaprod_systems::section::{Strain, StrainName};
+use snaprod_systems::viscoelastic::kinematics::Local;
+use snaprod_systems::viscoelastic::material::Material;
+use snaprod_systems::viscoelastic::plane::Plane;
+use snaprod_systems::viscoelastic::space::Space;
+
+/// The strains of a rod in space that move.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Moving {
+    /// u1, u2, u3: shear and stretch are rigid.
+    Flexure,
+    /// u1, u2, u3, v3: shear is rigid.
+    Stretch,
+    /// All six.
+    All,
+}
+
+impl Moving {
+    /// Those that a section does not hold rigid; `rigid` says it of v1, v2, v3.
+    ///
+    /// # Errors
+    /// Shear and stretch held rigid in a combination that has no kinematics.
+    pub fn of(rigid: [bool; 3]) -> Result<Self> {
+        match rigid {
+            [true, true, true] => Ok(Self::Flexure),
+            [true, true, false] => Ok(Self::Stretch),
+            [false, false, false] => Ok(Self::All),
+            _ => {
+                let named = |held: bool| {
+                    let names = ["v1", "v2", "v3"].iter().zip(rigid);
+                    let list: Vec<&str> = names
+                        .filter(|(_, is)| *is == held)
+                        .map(|(n, _)| *n)
+                        .collect();
+                    list.join(" and ")
+                };
+                let (still, free) = (named(true), named(false));
+                Err(Error::domain(format!(
+                    "rod.section holds {still} rigid and lets {free} move: in a motion v1, v2 and v3 are all rigid, or v1 and v2 \
+                     alone, or none; give {still} a stiffness in [rod.section], or hold {free} rigid, too"
+                )))
+            }
+        }
+    }
+
+    /// Their names.
+    pub fn names(self) -> &'static [StrainName] {
+        use StrainName::{U1, U2, U3, V3};
+        match self {
+            Self::Flexure => &[U1, U2, U3],
+            Self::Stretch => &[U1, U2, U3, V3],
+            Self::All => &StrainName::ALL,
+        }
+    }
+}
+
+/// The motion of a mass on a viscoelastic rod in the plane.
+///
+/// # Errors
+/// As [`ViscousRun::new`].
+pub fn in_plane<'a>(
+    material: Material<1>,
+    body: &'a Body<2>,
+    start: &ViscousStart<'_, 1, 2>,
+    options: Options,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    let run = ViscousRun::new(Plane, material, body, start, options)?;
+    Ok(Box::new(run))
+}
+
+/// The motion of what a viscoelastic rod in space carries, with the kinematics that its strains and its joint ask for. The start gives all six
+/// strains, and the twist of the end (angular velocity first; a ball joint takes the velocity alone). `load` is a dead load along the rod, in the
+/// frame of the clamp and the units of the rod.
+///
+/// # Errors
+/// As [`ViscousRun::new`].
+pub fn in_space<'a>(
+    section: Viscoelastic,
+    (strains, load): (Moving, Option<&Distributed>),
+    carried: &'a Carried,
+    start: &ViscousStart<'_, 6, 6>,
+    options: Options,
+) -> Result<Box<dyn Motion<'a> + 'a>> {
+    dispatch((section, load), strains, carried, Begun { start, options })
+}
+
+/// What is done with a rod in space once the number of its strains and that of the velocities of its end are known to the compiler.
+pub(super) trait InSpace<'a> {
+    /// What comes of it.
+    type Output;
+
+    /// Does it.
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        material: Material<M>,
+        body: &'a B,
+    ) -> Result<Self::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>;
+}
+
+/// Finds out these numbers.
+pub(super) fn dispatch<'a, T: InSpace<'a>>(
+    (section, load): (Viscoelastic, Option<&Distributed>),
+    strains: Moving,
+    carried: &'a Carried,
+    task: T,
+) -> Result<T::Output> {
+    match carried {
+        Carried::Welded(body) => with_body::<_, _, 6>((section, load), strains, &**body, task),
+        Carried::BallJoint(body) => with_body::<_, _, 3>((section, load), strains, body, task),
+    }
+}
+
+fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
+    (section, load): (Viscoelastic, Option<&Distributed>),
+    strains: Moving,
+    body: &'a B,
+    task: T,
+) -> Result<T::Output>
+where
+    B: EndBody<D, Pose = Isometry3<f64>>,
+{
+    match strains {
+        Moving::Flexure => task.with::<B, 3, D>(
+            Material::new(section, Space::<3, D>::places())?.under(load.cloned()),
+            body,
+        ),
+        Moving::Stretch => task.with::<B, 4, D>(
+            Material::new(section, Space::<4, D>::places())?.under(load.cloned()),
+            body,
+        ),
+        Moving::All => task.with::<B, 6, D>(
+            Material::new(section, Space::<6, D>::places())?.under(load.cloned()),
+            body,
+        ),
+    }
+}
+
+/// A run that begins.
+struct Begun<'s, 'f> {
+    start: &'s ViscousStart<'f, 6, 6>,
+    options: Options,
+}
+
+impl<'a> InSpace<'a> for Begun<'_, '_> {
+    type Output = Box<dyn Motion<'a> + 'a>;
+
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        material: Material<M>,
+        body: &'a B,
+    ) -> Result<Self::Output>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+    {
+        let active = |strain: &Strain| -> Local<M> { material.active_of(strain) };
+        let relaxed = self
+            .start
+            .relaxed
+            .map(|field| move |x: f64| active(&field(x)));
+        let start = ViscousStart {
+            strain: &|x| active(&(self.start.strain)(x)),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<M>),
+            // A ball joint takes the velocity alone.
+            velocity: self.start.velocity.fixed_rows::<D>(6 - D).into_owned(),
+        };
+        let run = ViscousRun::new(
+            Space::<M, D>::new(),
+            material.clone(),
+            body,
+            &start,
+            self.options,
+        )?;
+        Ok(Box::new(run))
+    }
+}

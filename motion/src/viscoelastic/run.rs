@@ -1,0 +1,533 @@
+//! A viscoelastic run, step by step, as an iterator.
+
+use super::sample::ViscousSample;
+use super::snap_layer::LayerWatch;
+use crate::adaptive_nodes::Following;
+use crate::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
+use nalgebra::DVector;
+use snaprod_systems::body::EndBody;
+use snaprod_systems::error::{Cause, Error, Message, Quantity, Result};
+use snaprod_systems::solve::cost::Cost;
+use snaprod_systems::solve::integrator::{Integrator, Method};
+use snaprod_systems::viscoelastic::grid::{Grid, more};
+use snaprod_systems::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
+use snaprod_systems::viscoelastic::material::Material;
+use snaprod_systems::viscoelastic::reduced::Reduced;
+use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes, ROUNDING, demand};
+use snaprod_systems::viscoelastic::system::{Hold, ViscousSystem};
+use std::sync::Arc;
+
+/// The initial data of a viscoelastic run: any strains, any memory, any velocity of the end.
+pub struct ViscousStart<'a, const M: usize, const D: usize> {
+    /// Strains at s in [0, 1].
+    pub strain: &'a dyn Fn(f64) -> Local<M>,
+    /// Strains at which the Maxwell branches are relaxed; None: those of the start.
+    pub relaxed: Option<&'a dyn Fn(f64) -> Local<M>>,
+    /// Velocity of the end.
+    pub velocity: AtEnd<D>,
+}
+
+/// A step's local error, as a part of the tolerance: the errors of the steps add up.
+const LOCAL: f64 = 0.1;
+/// Local errors below this drown in rounding.
+const FINEST: f64 = 1e-14;
+/// Nodes to begin with.
+const FIRST: usize = 8;
+/// Steps in a row after which nodes that are not needed are given up.
+const PATIENCE: u32 = 12;
+/// Tolerances below this leave no room for the errors along the rod.
+const LEAST_TOLERANCE: f64 = 1e-13;
+/// A start is looked at down to distances 2^-NEAREST from the ends of the elements.
+const NEAREST: i32 = 45;
+/// Strains between nodes that are off by this, relative to 1 + the largest at the nodes, show a bend that the nodes miss.
+const FAR: f64 = 1e-3;
+/// A start that misses its velocity by more than this, relative to 1 + its size, is one that the rod cannot follow.
+const FOLLOWS: f64 = 1e-9;
+/// Rounding of that velocity, relative to what the stresses and the wrench would each make the end move at alone.
+const ROUNDED: f64 = 1e-13;
+
+/// A viscoelastic run in progress.
+pub struct ViscousRun<'a, K: Kinematics<M, D>, B, const M: usize, const D: usize>
+where
+    B: EndBody<D, Pose = K::Pose>,
+{
+    system: ViscousSystem<'a, K, B, M, D>,
+    integrator: Integrator,
+    options: Options,
+    watch: LayerWatch,
+    /// An event of the last step that is to be told.
+    found: Option<Event>,
+    tail: f64,
+    nodes: Following,
+    first: ViscousSample<K, M, D>,
+    current: ViscousSample<K, M, D>,
+    stopped: bool,
+    interrupted: bool,
+}
+
+impl<'a, K, B, const M: usize, const D: usize> ViscousRun<'a, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    /// A run at time 0.
+    ///
+    /// # Errors
+    /// Strains that are not finite or outside the law's domain, or so rough that [`MOST_NODES`] do not resolve them; a
+    /// velocity that the rod cannot follow (an inextensible straight rod cannot be stretched); a tolerance below 1e-13.
+    pub fn new(
+        kinematics: K,
+        material: Material<M>,
+        body: &'a B,
+        start: &ViscousStart<'_, M, D>,
+        options: Options,
+    ) -> Result<Self> {
+        if !(options.tolerance >= LEAST_TOLERANCE) {
+            return Err(Error::domain(format!(
+                "tolerance = {} must lie in [1e-13, 1e-2] for a viscoelastic rod",
+                options.tolerance
+            )));
+        }
+        let system = resolved(kinematics, material, body, start, &options)?;
+        let grid = &system.rod.grid;
+        let strains = field(grid, start.strain);
+        let relaxed = start
+            .relaxed
+            .map_or_else(|| strains.clone(), |f| field(grid, f));
+        let memory = vec![relaxed; system.rod.material.branches().len()];
+        let y = system.state(&strains, &memory, &start.velocity);
+        let begun = system.at(&y).ok_or_else(|| {
+            Error::domain(
+                "the strains at the start are outside the law's domain, or too large for a shape: give strains that the section admits",
+            )
+        })?;
+        let first = ViscousSample::new(&system, &y, begun);
+        let moved = system.rod.moved(&first.configuration, &first.flow);
+        let missed = (moved - start.velocity).norm();
+        // Rates are differences of what stresses and wrench would do each for itself: large if the viscosity is small.
+        let parts: f64 = first
+            .flow
+            .fluidity
+            .iter()
+            .zip(&first.configuration.taken)
+            .zip(grid.weights())
+            .map(|((fluidity, taken), w)| w * (fluidity * taken).norm())
+            .sum();
+        if !(missed <= FOLLOWS * (1.0 + start.velocity.norm()) + ROUNDED * parts) {
+            // Of an end that turns, the angular velocity comes first.
+            let of = |i: usize| Quantity::of_twist(if D == 6 { i } else { 3 });
+            return Err(Error::domain(
+                Message::from("the rod cannot follow the velocity ")
+                    .list(start.velocity.as_slice(), of)
+                    .words(
+                        " of its end: it is straight and inextensible, or cannot be strained that way; it would move at ",
+                    )
+                    .list(moved.as_slice(), of)
+                    .words("; change the velocity, or bend the rod a little"),
+            ));
+        }
+        if options.method == Method::Symmetric {
+            return Err(Error::domain(
+                "method: symmetric steps keep the energy of a motion that can run backward, and a rod with damping loses it; let the \
+                 program choose (auto), or ask for explicit or implicit steps",
+            ));
+        }
+        let tolerance = (LOCAL * options.tolerance).max(FINEST);
+        let integrator = Integrator::new(&system, y, tolerance, options.method, None)
+            .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
+        let nodes = Following::new(options.nodes, PATIENCE, system.rod.grid.len());
+        let watch = LayerWatch::new(&first);
+        Ok(Self {
+            system,
+            integrator,
+            options,
+            watch,
+            found: None,
+            tail: 0.0,
+            nodes,
+            current: first.clone(),
+            first,
+            stopped: false,
+            interrupted: false,
+        })
+    }
+
+    /// The state at the start.
+    pub fn first(&self) -> &ViscousSample<K, M, D> {
+        &self.first
+    }
+
+    /// The state now.
+    pub fn now(&self) -> &ViscousSample<K, M, D> {
+        &self.current
+    }
+
+    /// The state at a time within the last step; None outside it.
+    pub fn sample(&mut self, t: f64) -> Option<ViscousSample<K, M, D>> {
+        if t == self.time() {
+            return Some(self.current.clone());
+        }
+        let fraction = self.integrator.fraction(self.system.layout().time(), t)?;
+        let y = self.integrator.at(&self.system, fraction)?;
+        let mut sample = self.sample_of(&y)?;
+        sample.t = t;
+        Some(sample)
+    }
+
+    /// The sample of a state within the last step, or at its end.
+    fn sample_of(&self, y: &DVector<f64>) -> Option<ViscousSample<K, M, D>> {
+        let found = match self.integrator.method_now() {
+            Method::Implicit => self.system.reached(y)?,
+            _ => self.system.at(y)?,
+        };
+        Some(ViscousSample::new(&self.system, y, found))
+    }
+
+    /// Time now.
+    pub fn time(&self) -> f64 {
+        self.integrator.state()[self.system.layout().time()]
+    }
+
+    /// End of time.
+    pub fn duration(&self) -> f64 {
+        self.options.duration
+    }
+
+    /// Ends the run at its next step.
+    pub fn interrupt(&mut self) {
+        self.interrupted = true;
+    }
+
+    /// What it cost so far.
+    pub fn cost(&self) -> Cost {
+        self.integrator.cost()
+    }
+
+    /// The method of the last step.
+    pub fn method(&self) -> Method {
+        self.integrator.method_now()
+    }
+
+    /// Largest relative size of the last coefficients of a field so far: how well the nodes resolved the strains.
+    pub fn tail(&self) -> f64 {
+        self.tail
+    }
+
+    /// Most nodes so far.
+    pub fn most_nodes(&self) -> usize {
+        self.nodes.most()
+    }
+
+    /// The rod.
+    pub fn rod(&self) -> &Reduced<K, M, D> {
+        &self.system.rod
+    }
+
+    /// The end; a layer that ends with the run is told before it.
+    fn stop(&mut self, outcome: Outcome) -> Event {
+        let stop = Event::Stop(outcome);
+        let cut = || self.watch.cut(&self.current).map(Event::Layer);
+        match self.found.take().or_else(cut) {
+            Some(layer) => {
+                self.found = Some(stop);
+                layer
+            }
+            None => {
+                self.stopped = true;
+                stop
+            }
+        }
+    }
+
+    fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
+        let outcome = Outcome::stuck(self.time(), cause, remedy);
+        self.stop(outcome)
+    }
+
+    /// Judges the nodes after a step.
+    fn judge(&mut self) -> std::result::Result<(), Cause> {
+        let y = self.integrator.state();
+        let strains = self.system.strains(y);
+        let memory = self.system.memory(y);
+        let fields: Vec<_> = std::iter::once(strains.as_slice())
+            .chain(memory.iter().map(Vec::as_slice))
+            .collect();
+        let rod = &self.system.rod;
+        let (tail, mut demand) = demand(&rod.grid, &fields, self.options.tolerance);
+        let defect = rod
+            .kinematics
+            .defect(&rod.grid, &self.current.configuration.shape);
+        if defect > self.options.tolerance.max(ROUNDING) && !matches!(demand, Demand::More(_)) {
+            demand = Demand::More(rod.grid.counts().into_iter().map(more).collect());
+        }
+        self.tail = self.tail.max(tail);
+        self.nodes.asked(demand, tail)
+    }
+
+    /// Carries the state over to a grid with so many nodes on the elements.
+    fn regrid(&mut self, counts: &[usize]) -> Option<()> {
+        let y = self.integrator.state();
+        let old = self.system.rod.grid.clone();
+        let grid = Arc::new(Grid::new(&old.breaks(), counts));
+        let carry = |field: &[Local<M>]| old.carried(field, &grid);
+        let strains = carry(&self.system.strains(y));
+        let memory: Vec<_> = self.system.memory(y).iter().map(|z| carry(z)).collect();
+        let integrals = y.as_slice()[self.system.layout().time()..].to_vec();
+        let velocity = self.system.velocity(y);
+        self.nodes.became(grid.len());
+        self.system.rod.grid = grid;
+        let mut next = self.system.state(&strains, &memory, &velocity);
+        next.as_mut_slice()[self.system.layout().time()..].copy_from_slice(&integrals);
+        self.integrator.restart(&self.system, next, None)
+    }
+
+    /// Changes the form of implicit steps where the other one has become better.
+    fn reform(&mut self) -> Option<()> {
+        let (y, h) = (self.integrator.state(), self.integrator.next_step());
+        let (at, flow) = (&self.current.configuration, &self.current.flow);
+        let suited = self.system.suited(at, flow, y, h);
+        let before = std::mem::replace(&mut self.system.hold, suited);
+        if self.integrator.method_now() == Method::Explicit {
+            if suited == Hold::Together {
+                self.integrator.stiffen(&self.system);
+            }
+            return Some(());
+        }
+        if suited == before {
+            return Some(());
+        }
+        let y = y.clone();
+        self.integrator.restart(&self.system, y, None)
+    }
+
+    fn go_on(&mut self) -> Event {
+        if let Some(event) = self.found.take() {
+            self.stopped = matches!(event, Event::Stop(_));
+            return event;
+        }
+        if self.interrupted {
+            return self.stop(Outcome::Interrupted);
+        }
+        let from = self.time();
+        let left = self.options.duration - from;
+        if !(left > 1e-14 * self.options.duration) {
+            return self.stop(Outcome::EndOfTime);
+        }
+        if self.cost().steps >= self.options.max_steps {
+            return self.stop(Outcome::StepLimit);
+        }
+        let held = self.reform();
+        let wanted = self.nodes.wanted();
+        if held.is_none() || wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
+            return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
+        }
+        // A break that rounding has left ahead is behind.
+        let past = from + 1e-14 * self.options.duration;
+        let left = left.min(self.system.body.next_break(past) - from);
+        if self.integrator.step(&self.system, left).is_err() {
+            let cause = Cause::StepCollapsed {
+                next: self.integrator.next_step(),
+                tolerance: self.options.tolerance,
+            };
+            return self.stuck(
+                cause,
+                "the motion is rougher than rounding lets it be followed: raise the tolerance, or the damping",
+            );
+        }
+        let to = self.time();
+        if let Some(current) = self.sample_of(self.integrator.state()) {
+            self.current = current;
+        }
+        self.found = self.watch.look(&self.current).map(Event::Layer);
+        if let Err(cause) = self.judge() {
+            return self.stuck(
+                cause,
+                "bends have become very sharp, as under enormous end forces: raise the tolerance or the damping, or change the loads",
+            );
+        }
+        Event::Step { from, to }
+    }
+}
+
+impl<K, B, const M: usize, const D: usize> Iterator for ViscousRun<'_, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    type Item = Event;
+
+    fn next(&mut self) -> Option<Event> {
+        (!self.stopped).then(|| self.go_on())
+    }
+}
+
+impl<'a, K, B, const M: usize, const D: usize> Motion<'a> for ViscousRun<'a, K, B, M, D>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+    ViscousSample<K, M, D>: State,
+{
+    fn advance(&mut self) -> Option<Event> {
+        self.next()
+    }
+
+    fn given(&self) -> Seen<'_> {
+        Seen::Kept(self.first())
+    }
+
+    fn now(&self) -> Seen<'_> {
+        Seen::Kept(self.now())
+    }
+
+    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+        Some(Seen::Made(Box::new(self.sample(t)?)))
+    }
+
+    fn duration(&self) -> f64 {
+        self.duration()
+    }
+
+    fn interrupt(&mut self) {
+        self.interrupt();
+    }
+
+    fn cost(&self) -> Cost {
+        self.cost()
+    }
+
+    fn carries(&self) -> Vec<Carried> {
+        let layout = self.system.layout();
+        Carried::some([
+            ("strains at the nodes", layout.field()),
+            (
+                "strains of the dashpots there",
+                layout.branches * layout.field(),
+            ),
+            ("velocity of the end", layout.end),
+            ("place of the end", layout.place),
+            ("wrench on the end, which implicit steps find", layout.end),
+            (
+                "time, work, dissipation and loss to drag",
+                layout.place() - layout.time(),
+            ),
+        ])
+    }
+
+    fn resolution(&self) -> Option<Resolution> {
+        Some(Resolution {
+            most_nodes: self.nodes.most(),
+            tail: self.tail,
+            rate_tail: None,
+        })
+    }
+}
+
+fn field<const M: usize>(grid: &Grid, f: &dyn Fn(f64) -> Local<M>) -> Vec<Local<M>> {
+    grid.nodes().iter().map(|s| f(*s)).collect()
+}
+
+/// A place where the polynomials through the values at the nodes are far from the field: a bend so short that it falls
+/// between nodes leaves no trace in their coefficients. Looked for where such bends are, near the ends of the elements.
+fn missed<const M: usize>(
+    grid: &Grid,
+    f: &dyn Fn(f64) -> Local<M>,
+    values: &[Local<M>],
+) -> Option<f64> {
+    let size = 1.0 + values.iter().map(Local::amax).fold(0.0, f64::max);
+    grid.elements().iter().find_map(|element| {
+        let length = element.to() - element.from();
+        let near = (1..NEAREST).map(|k| length * 0.5f64.powi(k));
+        let mut places: Vec<f64> = near
+            .flat_map(|d| [element.from() + d, element.to() - d])
+            .collect();
+        places.sort_by(f64::total_cmp);
+        let seen = grid.at_each(values, &places);
+        let mut both = places.iter().zip(seen);
+        both.find(|(s, seen)| !((f(**s) - seen).amax() <= FAR * size))
+            .map(|(s, _)| *s)
+    })
+}
+
+/// The system with as many nodes as the start asks for.
+fn resolved<'a, K, B, const M: usize, const D: usize>(
+    kinematics: K,
+    material: Material<M>,
+    body: &'a B,
+    start: &ViscousStart<'_, M, D>,
+    options: &Options,
+) -> Result<ViscousSystem<'a, K, B, M, D>>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    let breaks = material.breaks();
+    let first = match options.nodes {
+        Nodes::Adaptive => FIRST,
+        Nodes::Fixed(nodes) => nodes,
+    };
+    let mut counts = vec![first; breaks.len() + 1];
+    loop {
+        let grid = Grid::new(&breaks, &counts);
+        let strains = field(&grid, start.strain);
+        if let Some(i) = strains
+            .iter()
+            .position(|e| !e.iter().all(|x| x.is_finite()))
+        {
+            return Err(Error::domain(
+                Message::from("the strains at s = ")
+                    .number(grid.nodes()[i], Quantity::Length)
+                    .words(" are ")
+                    .list(strains[i].as_slice(), Quantity::of_strain)
+                    .words("; they must be finite"),
+            ));
+        }
+        let relaxed = start.relaxed.map_or_else(Vec::new, |f| field(&grid, f));
+        let mut fields = vec![strains.as_slice()];
+        if !relaxed.is_empty() {
+            fields.push(&relaxed);
+        }
+        let shape = kinematics.shape(&grid, &strains);
+        let blurred = shape
+            .is_none_or(|shape| kinematics.defect(&grid, &shape) > options.tolerance.max(ROUNDING));
+        let missed = missed(&grid, start.strain, &strains)
+            .or_else(|| start.relaxed.and_then(|f| missed(&grid, f, &relaxed)));
+        let (tail, demand) = demand(&grid, &fields, options.tolerance);
+        let more = match demand {
+            Demand::More(counts) => Some(counts),
+            _ if blurred || missed.is_some() => Some(grid.counts().into_iter().map(more).collect()),
+            _ => None,
+        };
+        match more {
+            Some(more) if options.nodes == Nodes::Adaptive => {
+                if more.iter().any(|n| *n > MOST_NODES) {
+                    return Err(Error::domain(match missed {
+                        Some(s) => Message::from(format!(
+                            "the strains at the start are too rough: {MOST_NODES} nodes on an element do not see those at s = "
+                        ))
+                        .number(s, Quantity::Length)
+                        .words(", ")
+                        .list((start.strain)(s).as_slice(), Quantity::of_strain)
+                        .words(
+                            "; a rod that is held at almost its full reach is straight but for such a bend, far shorter than the \
+                             rod: start further inside, or give smoother strains",
+                        ),
+                        None => Message::from(format!(
+                            "the strains at the start are too rough: {MOST_NODES} nodes on an element leave coefficients of {tail:.1e} (tolerance {:.1e}); \
+                             give smoother strains, or a larger tolerance",
+                            options.tolerance
+                        )),
+                    }));
+                }
+                counts = more;
+            }
+            _ => {
+                let rod = Reduced {
+                    kinematics,
+                    material,
+                    grid: Arc::new(grid),
+                };
+                return Ok(ViscousSystem::new(rod, body, Hold::Velocity));
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Small motions of a body on a viscoelastic rod about an equilibrium.
+
+use super::motions::{InSpace, Moving, dispatch};
+use crate::reduction::Carried;
+use nalgebra::Isometry3;
+use snaprod_systems::body::{Body, EndBody};
+use snaprod_systems::error::{Error, Result};
+use snaprod_systems::rod::Distributed;
+use snaprod_systems::section::Strain;
+use snaprod_systems::section::rate::Viscoelastic;
+use snaprod_systems::solve::system::System;
+use snaprod_systems::viscoelastic::grid::{Grid, more};
+use snaprod_systems::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
+use snaprod_systems::viscoelastic::material::Material;
+use snaprod_systems::viscoelastic::plane::Plane;
+use snaprod_systems::viscoelastic::reduced::Reduced;
+use snaprod_systems::viscoelastic::space::Space;
+use snaprod_systems::viscoelastic::system::{Hold, Rates, ViscousSystem};
+use std::sync::Arc;
+
+/// Nodes on each element to begin with.
+const FIRST: usize = 8;
+/// Most strains and dashpots, all nodes together: eigenvalues cost the third power.
+const MOST: usize = 300;
+/// Eigenvalues stand still when a finer grid changes them by less, relative.
+const STILL: f64 = 1e-10;
+
+/// The eigenvalues of small motions, in the units of the rod.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SmallCreep {
+    /// Those of motions exp(s t) of the body on the rod, and what of the rod's own is near them.
+    pub rates: Rates,
+    /// By how much the last refinement of the grid changed them, relative to each.
+    pub change: f64,
+}
+
+/// Small motions of a mass on a viscoelastic rod in the plane about the equilibrium with these strains at places in [0, 1]. Friction counts by its
+/// derivative at rest, Maxwell branches are relaxed.
+///
+/// # Errors
+/// Strains outside the law's domain; eigenvalues that do not converge; what `strains` refuses.
+pub fn small_in_plane(
+    material: Material<1>,
+    body: &Body<2>,
+    strains: &dyn Fn(&[f64]) -> Result<Vec<Local<1>>>,
+) -> Result<SmallCreep> {
+    refined(&Plane, &material, body, strains)
+}
+
+/// The same of what a rod in space carries; `strains` are all six.
+///
+/// # Errors
+/// As [`small_in_plane`].
+pub fn small_in_space(
+    section: Viscoelastic,
+    (moving, load): (Moving, Option<&Distributed>),
+    carried: &Carried,
+    strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
+) -> Result<SmallCreep> {
+    dispatch((section, load), moving, carried, Small { strains })
+}
+
+struct Small<'s> {
+    strains: &'s dyn Fn(&[f64]) -> Result<Vec<Strain>>,
+}
+
+impl<'a> InSpace<'a> for Small<'_> {
+    type Output = SmallCreep;
+
+    fn with<B, const M: usize, const D: usize>(
+        self,
+        material: Material<M>,
+        body: &'a B,
+    ) -> Result<SmallCreep>
+    where
+        B: EndBody<D, Pose = Isometry3<f64>>,
+    {
+        let strains = |at: &[f64]| -> Result<Vec<Local<M>>> {
+            let all = (self.strains)(at)?;
+            Ok(all.iter().map(|e| material.active_of(e)).collect())
+        };
+        refined(&Space::<M, D>::new(), &material, body, &strains)
+    }
+}
+
+/// The eigenvalues on finer and finer grids, until they stand still.
+fn refined<K, B, const M: usize, const D: usize>(
+    kinematics: &K,
+    material: &Material<M>,
+    body: &B,
+    strains: &dyn Fn(&[f64]) -> Result<Vec<Local<M>>>,
+) -> Result<SmallCreep>
+where
+    K: Kinematics<M, D> + Clone,
+    B: EndBody<D, Pose = K::Pose>,
+{
+    let breaks = material.breaks();
+    let elements = breaks.len() + 1;
+    let branches = material.branches().len();
+    let at = |nodes: usize| -> Result<Rates> {
+        let grid = Grid::new(&breaks, &vec![nodes; elements]);
+        let field = strains(grid.nodes())?;
+        let system = ViscousSystem::new(
+            Reduced {
+                kinematics: kinematics.clone(),
+                material: material.clone(),
+                grid: Arc::new(grid),
+            },
+            body,
+            Hold::Velocity,
+        );
+        let y = system.state(&field, &vec![field.clone(); branches], &AtEnd::zeros());
+        let linear = system.linearised(&y).ok_or_else(|| {
+            Error::domain("the equilibrium is outside the domain of the law of friction")
+        })?;
+        linear.rates(system.rod.grid.weights()).ok_or_else(|| {
+            Error::no_convergence("the eigenvalues of small motions did not converge")
+        })
+    };
+    let mut nodes = FIRST;
+    let mut last = at(nodes)?;
+    loop {
+        nodes = more(nodes);
+        let next = at(nodes)?;
+        let change = match next.body.len() == last.body.len() {
+            true => next
+                .body
+                .iter()
+                .zip(&last.body)
+                .map(|(a, b)| (a - b).norm() / a.norm().max(f64::MIN_POSITIVE))
+                .fold(0.0, f64::max),
+            false => f64::INFINITY,
+        };
+        if change <= STILL || more(nodes) * elements * M * (1 + branches) > MOST {
+            return Ok(SmallCreep {
+                rates: next,
+                change,
+            });
+        }
+        last = next;
+    }
+}

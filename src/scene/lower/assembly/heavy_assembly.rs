@@ -1,0 +1,145 @@
+//! Assemblies whose rods have mass.
+
+use super::super::heavy::{grain, in_space};
+use super::{AssemblySetup, FINE, attachment, vector};
+use crate::assembly::{Carrier, Configuration, Joint};
+use crate::error::{Error, Quantity, Result};
+use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
+use crate::full_mass::frames::Curve;
+use crate::full_mass::rod::{Given, HeavyRod};
+use crate::motion::full_mass::{HeavyAssemblyStart, HeavyRun, RodStart};
+use crate::motion::{Nodes, Options};
+use crate::scene::{AssemblyScene, LoadAlong, Rod, Scales, Scene, Site};
+use crate::section::Strain;
+use crate::viscoelastic::grid::{FEWEST, Grid};
+use nalgebra::UnitQuaternion;
+
+/// The assembly with the mass of its rods, those with a free end last; None where they have none that counts.
+pub(super) fn heavy(
+    scene: &Scene,
+    given: &AssemblyScene,
+    scales: &Scales,
+    carriers: &[Carrier],
+) -> Result<Option<HeavyAssembly>> {
+    if !scene.rod.is_heavy() {
+        return Ok(None);
+    }
+    let gravity = vector(scales, Quantity::Acceleration, &scene.loads.gravity);
+    let unit = scales.inward(Quantity::Distributed, 1.0);
+    let link = |name: &str,
+                rod: &Rod,
+                load: Option<&LoadAlong>,
+                (from, to): (&Site, Option<&Site>)|
+     -> Result<HeavyLink> {
+        let tie = |site: &Site| -> Result<Tie> {
+            Ok(Tie {
+                on: attachment(given, site, scales)?,
+                joint: site.joint,
+            })
+        };
+        let made = || {
+            let (law, mass, rotary) = in_space(rod, scales)?;
+            let given = Given {
+                law: law.along(scales.inward(Quantity::Length, rod.length)),
+                curve: Curve::Space,
+                mass,
+                rotary: Some(rotary),
+                grain: grain(gravity, None)?,
+                distributed: match load {
+                    Some(load) if !load.is_zero() => {
+                        Some(load.on(rod.length)?.mapped(|f| f * unit))
+                    }
+                    _ => None,
+                },
+                body: None,
+                diameter: rod
+                    .thickness()
+                    .filter(|_| to.is_some())
+                    .map(|d| scales.inward(Quantity::Length, d)),
+            };
+            let breaks = given.breaks();
+            let grid = Grid::new(&breaks, &vec![FEWEST; breaks.len() + 1]);
+            Ok(HeavyLink {
+                rod: HeavyRod::new(given, grid)?,
+                from: tie(from)?,
+                to: to.map(tie).transpose()?,
+            })
+        };
+        made().map_err(|why: Error| why.context(format!("the rod {name:?}")))
+    };
+    let held = given.rods.iter();
+    let held = held.map(|rod| {
+        let along = Some(&rod.distributed);
+        link(&rod.name, &rod.rod, along, (&rod.from, Some(&rod.to)))
+    });
+    let free = given.free.iter();
+    let free = free.map(|rod| link(&rod.name, &rod.rod, None, (&rod.from, None)));
+    let links = held.chain(free).collect::<Result<_>>()?;
+    let held = given.rods.iter().map(|rod| rod.name.clone());
+    let free = given.free.iter().map(|rod| rod.name.clone());
+    let names = held.chain(free).collect();
+    HeavyAssembly::new(carriers.to_vec(), links).map(|made| Some(made.with_names(names)))
+}
+
+impl AssemblySetup {
+    /// A run with the mass of the rods from where they would be without.
+    pub(super) fn heavy_motion(
+        &self,
+        heavy: &HeavyAssembly,
+        start: &Configuration,
+        scene: &Scene,
+        mut options: Options,
+    ) -> Result<HeavyRun> {
+        if let Some(nodes) = scene.rod.nodes {
+            options.nodes = Nodes::Fixed(nodes);
+        }
+        HeavyRun::of_assembly(heavy, &self.heavy_start(start)?, options)
+    }
+
+    /// Where rods with mass start that would be there without: at the equilibrium with it, unless the unloaded rods are let go.
+    ///
+    /// # Errors
+    /// As [`AssemblySetup::shapes`].
+    pub fn heavy_start<'a>(&'a self, start: &'a Configuration) -> Result<HeavyAssemblyStart<'a>> {
+        let bases = self.shapes(0.0, start, 1)?;
+        let rods = bases.iter().enumerate().map(|(k, sections)| RodStart {
+            base: sections
+                .first()
+                .map_or_else(UnitQuaternion::identity, |(_, pose)| pose.rotation),
+            strain: Box::new(move |s| {
+                let strain = self.strain_of(k, start, s);
+                strain.unwrap_or(Strain::repeat(f64::NAN))
+            }),
+            relaxed: None,
+            rate: Box::new(|_| Strain::zeros()),
+        });
+        Ok(HeavyAssemblyStart {
+            bodies: start.bodies.clone(),
+            rods: rods.collect(),
+            settled: !self.unloaded,
+            following: true,
+        })
+    }
+
+    /// The strains of a rod without mass at s in [0, 1] from its `from`, in the units of the assembly.
+    fn strain_of(&self, k: usize, now: &Configuration, s: f64) -> Result<Strain> {
+        let Some(link) = self.assembly.links().get(k) else {
+            let rod = &self.assembly.free()[k - self.assembly.links().len()].rod();
+            return rod.law().unloaded(s * rod.length());
+        };
+        let point = link.point(0.0, &now.bodies, &now.charts[k], FINE)?;
+        let s = if self.reversed[k] { 1.0 - s } else { s };
+        let at = [s * link.rod().length()];
+        let seen = link.facing(&point.base.pose.rotation);
+        let sections = seen.shape(&now.charts[k], &point.held(), &at, FINE)?;
+        let mut strain = sections
+            .last()
+            .map(|section| section.strain)
+            .unwrap_or_default();
+        if self.reversed[k] && link.joint() != Joint::Pins {
+            strain[0] = -strain[0];
+            strain[3] = -strain[3];
+        }
+        Ok(strain)
+    }
+}

@@ -1,0 +1,226 @@
+//! The clamp as a support of the body: where it stands, and how it moves.
+
+use crate::body::{Body, Frame, History, Support};
+use crate::error::{Error, Result};
+use crate::motion::full_mass::EndVelocity;
+use crate::scene::{
+    Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation,
+};
+use nalgebra::{Isometry3, SVector, Vector2, Vector3, Vector6};
+
+use super::planar::in_plane;
+use super::rod::rotation;
+
+/// The clamp of a planar rod, in units of the rod; `None` where it stands at the origin along +x, as the model has it.
+pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
+    if *clamp == Clamp::default() {
+        return Ok(None);
+    }
+    let [w, _, _, z] = clamp.orientation.quaternion();
+    let angle = 2.0 * z.atan2(w);
+    let mut support = Support::<2>::new(in_plane(clamp.position), angle).map_err(named)?;
+    let Some(motion) = &clamp.motion else {
+        return Ok(Some(support));
+    };
+    for (direction, history) in translations(motion, in_plane).map_err(named)? {
+        support = support
+            .with_translation(direction, history)
+            .map_err(named)?;
+    }
+    if let Some(turn) = &motion.turn {
+        support = support.with_turning(turn.angle.clone()).map_err(named)?;
+    }
+    Ok(Some(support))
+}
+
+/// The clamp of a planar rod with this body at time `t`.
+pub(super) fn frame(body: &Body<2>, t: f64) -> Frame<3> {
+    match body.support() {
+        Some(support) => support.at(t).in_space(),
+        None => Frame::standing(&Isometry3::identity()),
+    }
+}
+
+/// The clamp of a rod in space, in units of the rod, if it moves. One that stands is the frame of the run.
+pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
+    let Some(motion) = &clamp.motion else {
+        return Ok(None);
+    };
+    let place = Isometry3::from_parts(
+        Vector3::from(clamp.position).into(),
+        rotation(&clamp.orientation),
+    );
+    moving(&place, motion).map(Some).map_err(named)
+}
+
+/// The clamp of a planar rod as one in space, in units of the rod; `None` where it stands at the origin along +x.
+pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
+    if *clamp == Clamp::default() {
+        return Ok(None);
+    }
+    let place = Isometry3::from_parts(
+        Vector3::from(clamp.position).into(),
+        rotation(&clamp.orientation),
+    );
+    let support = match &clamp.motion {
+        None => Support::<3>::new(place.translation.vector, &place.rotation),
+        Some(motion) => moving(&place, &out_of_plane(motion)),
+    };
+    support.map(Some).map_err(named)
+}
+
+/// The motion of the clamp of a planar rod as one in space.
+pub(super) fn out_of_plane(motion: &ClampMotion) -> ClampMotion {
+    let mut motion = motion.clone();
+    if let Some(Translation::Table(rows)) = &mut motion.translate {
+        rows.iter_mut().for_each(|row| row.resize(4, 0.0));
+    }
+    motion
+}
+
+/// A support in space that stands at `place` and moves from there, in units of the rod.
+pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
+    let mut support = Support::<3>::new(place.translation.vector, &place.rotation)?;
+    for (direction, history) in translations(motion, Vector3::from)? {
+        support = support.with_translation(direction, history)?;
+    }
+    if let Some(turn) = &motion.turn {
+        support = support.with_turning(&Vector3::from(turn.axis), turn.angle.clone())?;
+    }
+    Ok(support)
+}
+
+impl Scene {
+    /// The scene at t = 0 and at rest, without friction in the rod: the clamp stands as it does then, and nothing has a velocity.
+    ///
+    /// # Errors
+    /// A scene of statics; a motion of the clamp that is none.
+    pub fn standing(&self) -> Result<Self> {
+        let plain = self.dimensionless()?;
+        let frame = match self.is_planar() {
+            true => planar(&plain.clamp)?.map(|support| support.at(0.0).in_space()),
+            false => spatial(&plain.clamp)?.map(|support| support.at(0.0)),
+        };
+        let mut standing = self.clone();
+        if let (Some(_), Some(frame)) = (&self.clamp.motion, frame) {
+            let pose = frame.pose();
+            let q = pose.rotation.quaternion();
+            standing.clamp = Clamp {
+                position: (pose.translation.vector * self.scales()?.length).into(),
+                orientation: Orientation::Quaternion([q.w, q.i, q.j, q.k]),
+                motion: None,
+            };
+        }
+        standing.rod.damping = None;
+        standing.start = Start {
+            velocity: [0.0; 3],
+            angular_velocity: [0.0; 3],
+            with_clamp: false,
+            ..self.start.clone()
+        };
+        Ok(standing)
+    }
+}
+
+fn named(error: Error) -> Error {
+    error.context("[clamp]")
+}
+
+fn translations<const N: usize>(
+    motion: &ClampMotion,
+    inward: impl Fn([f64; 3]) -> SVector<f64, N>,
+) -> Result<Vec<(SVector<f64, N>, History)>> {
+    match &motion.translate {
+        None => Ok(Vec::new()),
+        Some(Translation::Sine { direction, sine }) => {
+            let direction = inward(*direction);
+            Ok(vec![(direction / direction.norm(), History::Sine(*sine))])
+        }
+        Some(Translation::Table(rows)) => {
+            let along = |i: usize| {
+                let points: Vec<[f64; 2]> = rows.iter().map(|row| [row[0], row[1 + i]]).collect();
+                let axis = SVector::from_fn(|k, _| if k == i { 1.0 } else { 0.0 });
+                Ok((axis, History::smooth(&points)?))
+            };
+            (0..N).map(along).collect()
+        }
+    }
+}
+
+/// A place and a velocity in the world as they are seen from the clamp of a planar rod at t = 0.
+pub(super) struct Seen(pub Option<Support<2>>);
+
+impl Seen {
+    pub fn place(&self, place: [f64; 3]) -> Vector2<f64> {
+        let place = in_plane(place);
+        self.0.as_ref().map_or(place, |support| {
+            let frame = support.at(0.0);
+            frame.inward(&(place - frame.place(&Vector2::zeros())))
+        })
+    }
+
+    /// The velocity at the start of the end, which is at `end` as seen from the clamp, and the words `about` that start.
+    pub fn velocity(
+        &self,
+        end: &Vector2<f64>,
+        plain: &Dimensionless,
+        (about, scales): (&str, &Scales),
+    ) -> (Vector2<f64>, String) {
+        let velocity = in_plane(plain.start.velocity);
+        let Some(support) = &self.0 else {
+            return (velocity, about.to_owned());
+        };
+        let frame = support.at(0.0);
+        let carried = frame.outward(&frame.carried(end)) * scales.velocity;
+        (
+            begun(&frame, end, &velocity, plain),
+            words(about, &[("velocity", carried.as_slice())], plain),
+        )
+    }
+}
+
+/// The velocity at t = 0, seen from the clamp's frame, of an end that is at `place` there and to start with `velocity`, along
+/// the axes of the world.
+pub(super) fn begun<const D: usize>(
+    frame: &Frame<D>,
+    place: &SVector<f64, D>,
+    velocity: &SVector<f64, D>,
+    plain: &Dimensionless,
+) -> SVector<f64, D> {
+    match plain.start.with_clamp {
+        true => frame.inward(velocity),
+        false => frame.relative(place, velocity),
+    }
+}
+
+/// The velocity at t = 0 of the end of a rod with mass on this clamp, (angular velocity, velocity) as `[start]` gives
+/// it.
+pub(super) fn end_velocity(
+    clamp: Option<&Support<3>>,
+    given: &Vector6<f64>,
+    plain: &Dimensionless,
+) -> EndVelocity {
+    match clamp {
+        Some(clamp) if plain.start.with_clamp => {
+            EndVelocity::OnClamp(clamp.at(0.0).of_poses().inward(given))
+        }
+        _ => EndVelocity::InWorld(*given),
+    }
+}
+
+/// The words `about` a start that may not do, with those velocities at which the clamp carries the end at t = 0 that the
+/// start should perhaps have.
+pub(super) fn words(about: &str, carried: &[(&str, &[f64])], plain: &Dimensionless) -> String {
+    let moving = |(_, rates): &(&str, &[f64])| rates.iter().any(|rate| *rate != 0.0);
+    if plain.start.with_clamp || !carried.iter().any(moving) {
+        return about.to_owned();
+    }
+    let named: Vec<String> = carried
+        .iter()
+        .map(|(name, rates)| format!("{name} = {rates:?}"))
+        .collect();
+    format!(
+        "{about} (the clamp moves at t = 0: an end at rest on it has {} in the world; with_clamp = true in [start] adds that)",
+        named.join(" and ")
+    )
+}

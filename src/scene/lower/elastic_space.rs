@@ -1,0 +1,216 @@
+//! An elastic rod in space.
+
+use super::first_order_mass::light;
+use super::in_space::{InSpace, SpaceField, bent, in_world};
+use super::{ModelKind, MotionModel};
+use crate::assembly::{
+    Assembly, Attachment, Carrier, Configuration, Joint, LightRod, Link, Place as Held,
+};
+use crate::body::{Frame, Groove, Support};
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::motion::assembly::AssemblyRun;
+use crate::motion::reduction::Carried;
+use crate::motion::{Motion, Options};
+use crate::rod::{Rod, Wrench};
+use crate::scene::{Place, Scene, StrainName};
+use nalgebra::{Isometry3, Vector3, Vector6};
+
+/// Tolerance of the pose of the end at the start.
+const POSE: f64 = 1e-13;
+/// Tolerance of the equilibrium in a groove at the start.
+const SETTLED: f64 = 1e-11;
+
+/// An elastic rod in space: an assembly of one rod and one body, seen from the clamp; in the world where a load along the rod would turn with time
+/// as a clamp sees it that turns.
+#[derive(Debug, Clone)]
+pub struct ElasticSpace {
+    /// Body, clamp and start.
+    pub common: InSpace,
+    rod: Rod,
+    /// The chart at the start.
+    chart: Wrench,
+    /// Where the end is found at the start, seen from the clamp.
+    end: Isometry3<f64>,
+    /// The contact diameter; 0 where contacts are not looked for.
+    diameter: f64,
+    /// The groove of the body, seen from the clamp.
+    groove: Option<Groove>,
+    /// Whether the start is the equilibrium in the groove.
+    settled: bool,
+    /// The mass of the rod, where it is followed to first order.
+    light: Option<LightRod>,
+    /// The body as the world sees it and the clamp that turns, where the run is in the world.
+    in_world: Option<(Carried, Support<3>)>,
+}
+
+impl ElasticSpace {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`]; a start for which no equilibrium is found.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let measures = scene.scales()?.measures();
+        let breaks = scene.cosserat_rod()?.measured(measures).law().breaks();
+        let common = InSpace::new(scene, breaks)?;
+        let clamp = common.clamp(0.0).pose();
+        let groove = match &scene.body()?.groove {
+            Some(groove) => Some(groove.curve(common.scales.length)?),
+            None => None,
+        };
+        let settled = groove.is_some() && matches!(scene.start.place, Place::Settled { .. });
+        let (chart, end) = match &common.strain {
+            SpaceField::Equilibrium { problem, base, end } => {
+                let mut end = problem.rod().clamp_pose().inv_mul(end);
+                end.translation.vector /= problem.rod().length();
+                (problem.rod().inward(base), end)
+            }
+            // The unloaded rod: an elastic one has no strains of its own to start from. In a groove it is where the search begins.
+            SpaceField::Polynomial { .. } if settled || common.load().is_none() => {
+                (Vector6::zeros(), Isometry3::identity())
+            }
+            SpaceField::Polynomial { .. } => {
+                return Err(Error::domain(
+                    "[start]: an elastic rod under its weight, or another load along it, does not rest straight: start it with settled = true, from \
+                     a pose or an equilibrium; or give it friction (damping), or leave out its mass",
+                ));
+            }
+        };
+        let turning = common.support().filter(|support| support.turns());
+        let in_world = match turning.filter(|_| common.load().is_some()) {
+            Some(support) => Some((in_world(&scene.dimensionless()?)?, support.clone())),
+            None => None,
+        };
+        let mut model = Self {
+            in_world,
+            light: light(&scene.rod, &scene.scales()?)?,
+            rod: common.rod.measured(measures),
+            chart,
+            end,
+            diameter: scene.rod.thickness().unwrap_or(0.0) / common.scales.length,
+            settled,
+            groove: groove.map(|groove| groove.seen_from(&clamp)),
+            common,
+        };
+        if model.settled {
+            let (assembly, now) = model.assembly()?;
+            model.common.start_index = Some(assembly.index(0.0, &now, SETTLED)?);
+        }
+        Ok(model)
+    }
+
+    /// Where the end is at the start, seen from the clamp, in units of the rod.
+    pub(super) fn end(&self) -> &Isometry3<f64> {
+        &self.end
+    }
+
+    /// The strains at the start, whatever it is told by.
+    ///
+    /// # Errors
+    /// As [`ElasticSpace::assembly`].
+    pub(super) fn field(&self) -> Result<SpaceField> {
+        let (_, start) = self.assembly()?;
+        let rod = &self.common.rod;
+        bent(
+            (rod, self.common.load_outward()),
+            rod.outward_wrench(&start.charts[0]),
+        )
+    }
+
+    /// The rod and the body, and where they start, in the frame of the clamp, or in the world, and units of the rod.
+    ///
+    /// # Errors
+    /// A start that cannot be evaluated.
+    pub fn assembly(&self) -> Result<(Assembly, Configuration)> {
+        let here = Isometry3::identity();
+        let (carried, load, from, frame) = match &self.in_world {
+            None => (
+                &self.common.carried,
+                self.common.load(),
+                Attachment::ground(here),
+                Frame::standing(&here),
+            ),
+            Some((carried, support)) => (
+                carried,
+                self.common.load_in_world(),
+                Attachment::support(support.clone()),
+                support.at(0.0),
+            ),
+        };
+        let (mut carrier, joint) = match carried {
+            Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
+            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+        };
+        if let Some(groove) = &self.groove {
+            carrier = carrier.in_groove(groove.clone());
+        }
+        let to = Attachment::body(0, here);
+        let mut link = Link::new(self.rod.clone(), from, to, joint).with_diameter(self.diameter);
+        if let Some(load) = load {
+            link = link.with_distributed(load)?;
+        }
+        let pose = link.held(&self.chart, &self.end, POSE)?.pose;
+        let lever = joined(&Vector3::zeros(), &pose.translation.vector);
+        let mut twist = frame.of_poses().absolute(&lever, &self.common.velocity);
+        let mut pose = frame.pose() * pose;
+        if joint == Joint::Ball {
+            twist.fixed_rows_mut::<3>(0).fill(0.0);
+            pose = pose.translation.into();
+        }
+        let mut start = Configuration {
+            bodies: vec![Held { pose, twist }],
+            charts: vec![self.chart],
+            spins: Vec::new(),
+        };
+        let mut assembly = Assembly::new(vec![carrier], vec![link])?;
+        if let Some(light) = &self.light {
+            assembly = assembly.with_light_rods(vec![Some(light.clone())])?;
+        }
+        if self.settled {
+            start = assembly.equilibrium(None, SETTLED)?.now;
+            start.bodies[0].twist = twist;
+        }
+        Ok((assembly, start))
+    }
+}
+
+impl MotionModel for ElasticSpace {
+    fn kind(&self) -> ModelKind {
+        ModelKind::ElasticSpace
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let begun = self
+            .assembly()
+            .and_then(|(assembly, start)| AssemblyRun::new(assembly, &start, options));
+        let run = begun.map_err(|why| why.context(self.common.words.as_str()))?;
+        Ok(Box::new(run))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        self.common.clamp(t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.common.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        let rigid = self.rod.law().rigid();
+        let moves = |name: &StrainName| (*name as usize) < 3 || !rigid[*name as usize - 3];
+        let names = StrainName::ALL.iter().filter(|name| moves(name));
+        names.map(|name| (name.as_str(), *name as usize)).collect()
+    }
+
+    fn is_heavy(&self) -> bool {
+        self.light.is_some()
+    }
+
+    fn looks_for_contact(&self) -> bool {
+        self.diameter > 0.0
+    }
+
+    fn start_index(&self) -> Option<usize> {
+        self.common.start_index
+    }
+}

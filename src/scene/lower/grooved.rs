@@ -1,0 +1,118 @@
+//! A rod with mass whose body slides in a groove: an assembly of one rod and one body, seen from the clamp.
+
+use super::elastic_space::ElasticSpace;
+use super::heavy::HeavySpace;
+use super::in_space::SpaceField;
+use crate::assembly::{Attachment, Carrier, Joint, Place};
+use crate::error::{Error, Result};
+use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
+use crate::full_mass::rod::{Given, HeavyRod};
+use crate::motion::full_mass::{HeavyAssemblyStart, RodStart};
+use crate::motion::reduction::Carried;
+use crate::scene::{Inertia, Scene};
+use crate::section::Strain;
+use crate::viscoelastic::grid::Grid;
+use crate::viscoelastic::resolution::MOST_NODES;
+use nalgebra::{Isometry3, UnitQuaternion};
+
+/// Nodes of an element at first, for the end of the rod at the start, and how well they must hold the curve.
+const FIRST: usize = 16;
+const SHAPE: f64 = 1e-13;
+
+/// The strains in the equilibrium in the groove that the rod would have without inertia.
+pub(super) fn settled(scene: &Scene) -> Result<SpaceField> {
+    let mut light = scene.clone();
+    light.rod.inertia = Some(Inertia::None);
+    light.rod.damping = None;
+    ElasticSpace::new(&light)?.field()
+}
+
+impl HeavySpace {
+    /// The rod between the clamp and a body in its groove; None where the body is free.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::new`].
+    pub fn assembly(&self) -> Result<Option<HeavyAssembly>> {
+        let Some(groove) = &self.groove else {
+            return Ok(None);
+        };
+        let (carrier, joint) = match &self.common.carried {
+            Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
+            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+        };
+        let here = Isometry3::identity();
+        let link = HeavyLink {
+            rod: self.bare(FIRST)?,
+            from: Tie {
+                on: Attachment::ground(here),
+                joint: Joint::Weld,
+            },
+            to: Some(Tie {
+                on: Attachment::body(0, here),
+                joint,
+            }),
+        };
+        let carrier = carrier.in_groove(groove.clone());
+        HeavyAssembly::new(vec![carrier], vec![link]).map(Some)
+    }
+
+    /// The start of that assembly.
+    ///
+    /// # Errors
+    /// Strains that give no shape.
+    pub fn assembly_start(&self) -> Result<HeavyAssemblyStart<'_>> {
+        let mut body = self.end()?;
+        if self.rate.is_none() {
+            body.twist = self.common.velocity;
+        }
+        Ok(HeavyAssemblyStart {
+            bodies: vec![body],
+            rods: vec![RodStart {
+                relaxed: self.relaxed.as_ref().map(|field| {
+                    let of = move |s| self.scaled(field, s);
+                    Box::new(of) as Box<dyn Fn(f64) -> Strain + '_>
+                }),
+                base: UnitQuaternion::identity(),
+                strain: Box::new(|s| self.strain_at(s)),
+                rate: Box::new(|s| self.rate_at(s)),
+            }],
+            settled: self.settled,
+            following: self.rate.is_none(),
+        })
+    }
+
+    /// The rod without its body.
+    fn bare(&self, nodes: usize) -> Result<HeavyRod> {
+        let given = Given {
+            body: None,
+            ..self.given.clone()
+        };
+        let breaks = given.breaks();
+        let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+        HeavyRod::new(given, grid)
+    }
+
+    /// Where the strains of the start lead the end, and how fast their rates move it.
+    fn end(&self) -> Result<Place> {
+        let mut nodes = FIRST;
+        loop {
+            let rod = self.bare(nodes)?;
+            let field = |f: &dyn Fn(f64) -> Strain| {
+                let nodes = rod.sections.grid.nodes().iter();
+                rod.coordinates(&nodes.map(|s| f(*s)).collect::<Vec<_>>())
+            };
+            let [q, w] = [field(&|s| self.strain_at(s)), field(&|s| self.rate_at(s))];
+            let finite = q.iter().chain(&w).all(|x| x.is_finite());
+            let at = rod.moving(&q, &w).filter(|_| finite).ok_or_else(|| {
+                Error::domain("[start]: the strains and their rates give no shape of the rod")
+            })?;
+            if nodes >= MOST_NODES || at.shape.defect <= SHAPE {
+                return Ok(Place {
+                    pose: at.shape.end(),
+                    twist: at.flow.end(),
+                });
+            }
+            nodes *= 2;
+        }
+    }
+}

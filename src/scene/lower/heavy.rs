@@ -1,0 +1,404 @@
+//! Rods with mass, in the plane and in space.
+
+use super::clamp::{self, words};
+use super::grooved;
+use super::in_space::{InSpace, SpaceField};
+use super::loads::point_mass;
+use super::planar::start;
+use super::viscous::Field;
+use super::{ModelKind, MotionModel};
+use crate::body::{Body, Frame, Groove, RigidBody, Support};
+use crate::error::{Error, Result};
+use crate::full_mass::frames::Curve;
+use crate::full_mass::law::Law;
+use crate::full_mass::mass::Mass;
+use crate::full_mass::rod::Given;
+use crate::math::se3::joined;
+use crate::motion::full_mass::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
+use crate::motion::reduction::Carried;
+use crate::motion::{Motion, Options};
+use crate::rod::Distributed;
+use crate::scene::{
+    Dimensionless, Model, Place, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
+};
+use crate::section::rate::RateLaw;
+use crate::section::{Linear, Measures, SectionLaw, Strain};
+use nalgebra::{Isometry3, Matrix3, Vector2, Vector3};
+use std::sync::Arc;
+
+/// A rod with mass in the plane, with a point mass at its end that is free to turn.
+#[derive(Debug, Clone)]
+pub struct HeavyPlane {
+    /// The rod, its body and their loads.
+    pub given: Given,
+    /// The curvature at the start, or near it.
+    pub curvature: Field,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<Field>,
+    /// Its rate; None: as the rod without mass would follow its end.
+    pub rate: Option<Vec<f64>>,
+    /// True: at the stable equilibrium under all loads.
+    pub settled: bool,
+    /// Velocity of the end.
+    pub velocity: EndVelocity,
+    words: String,
+}
+
+/// A rod with mass in space.
+#[derive(Debug, Clone)]
+pub struct HeavySpace {
+    /// Body, clamp and start.
+    pub common: InSpace,
+    /// The rod, its body and their loads.
+    pub given: Given,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<SpaceField>,
+    /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
+    pub rate: Option<StrainField>,
+    /// True: at the equilibrium under all loads, without a groove the stable one.
+    pub settled: bool,
+    /// The groove that the body slides in, seen from the clamp.
+    pub groove: Option<Groove>,
+    /// Velocity of the end.
+    velocity: EndVelocity,
+}
+
+/// A section law with its friction, in these units.
+fn law(rod: &Rod, measures: Measures, active: &[usize]) -> Result<Law> {
+    let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) = match &rod.damping {
+        Some(_) => {
+            let section = rod.viscoelastic()?.measured(measures);
+            let law = Law::new(section.elastic, Some(section.rate), active)?;
+            return Ok(law.with_branches(section.branches));
+        }
+        None if rod.model == Model::Elastica => (Arc::new(Linear::diagonal([1.0; 2], 1.0)?), None),
+        None => (rod.unclamped()?.measured(measures).law().clone(), None),
+    };
+    Law::new(elastic, friction, active)
+}
+
+/// Mass of the rod over the unit of mass.
+fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
+    if !rod.is_heavy() {
+        return Err(Error::domain(
+            "rod.inertia: a rod with mass has inertia = \"full\"",
+        ));
+    }
+    let mass = rod.mass().ok_or_else(|| {
+        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
+    })?;
+    Ok(mass / scales.mass)
+}
+
+/// Its law in space, with the strains that can change, its mass and the inertia of its sections, in these units.
+///
+/// # Errors
+/// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known.
+pub(in crate::scene) fn in_space(rod: &Rod, scales: &Scales) -> Result<(Law, f64, Matrix3<f64>)> {
+    let rigid = rod.unclamped()?.law().rigid();
+    let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
+    Ok((
+        law(rod, scales.measures(), &active)?,
+        mass(rod, scales)?,
+        rotary(rod, scales)?,
+    ))
+}
+
+/// A point of mass 1 on the clamp of the rod, under gravity alone.
+pub(super) fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Result<Body<3>> {
+    let grain = Body::new(1.0)?.with_gravity(gravity)?;
+    Ok(match support {
+        Some(support) => grain.with_support(support),
+        None => grain,
+    })
+}
+
+impl HeavyPlane {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; a rod without mass.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+        let support = clamp::lifted(&plain.clamp)?;
+        let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
+        let given = Given {
+            law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
+            curve: Curve::Plane,
+            mass: mass(&scene.rod, &scales)?,
+            rotary: None,
+            grain: grain(plain.loads.gravity.into(), support.clone())?,
+            distributed: distributed(&plain, Vector3::from)?,
+            body: Some(Mass::Point(body)),
+            // In the plane rods pass beside each other.
+            diameter: None,
+        };
+        let settled = matches!(plain.start.place, Place::Settled { .. });
+        let curvature = match &plain.start.place {
+            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
+            Place::Settled { .. } => Field::Polynomial(vec![0.0]),
+            _ => match start(scene, &plain)? {
+                None => Field::Polynomial(vec![0.0]),
+                Some(rod) => Field::Equilibrium(Box::new(rod)),
+            },
+        };
+        let rate = match &plain.start.rate {
+            Some(StrainRate::Curvature(rate)) => Some(rate.clone()),
+            // Its strains are told by their shape alone: at rest, unless the end moves.
+            None => None,
+            Some(StrainRate::Strain(_)) => {
+                return Err(Error::domain("start.strain_rate is for a rod in space"));
+            }
+        };
+        let given_velocity = joined(&Vector3::zeros(), &plain.start.velocity.into());
+        let words = match &support {
+            None => "[start]".to_owned(),
+            Some(support) => {
+                let end = curvature.end();
+                let place = Vector3::new(end.x, end.y, 0.0);
+                let frame = support.at(0.0);
+                let carried = frame.outward(&frame.carried(&place)) * scales.velocity;
+                words("[start]", &[("velocity", &carried.as_slice()[..2])], &plain)
+            }
+        };
+        Ok(Self {
+            given,
+            curvature,
+            relaxed: Field::relaxed(&plain.start.relaxed)?,
+            rate,
+            settled,
+            velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
+            words,
+        })
+    }
+}
+
+/// The load along the rod beside its weight, world vectors led by `inward` into the frame of the run.
+fn distributed(
+    plain: &Dimensionless,
+    inward: impl Fn([f64; 3]) -> Vector3<f64>,
+) -> Result<Option<Distributed>> {
+    let load = &plain.loads.distributed;
+    Ok(match load.is_zero() {
+        true => None,
+        false => Some(load.on(1.0)?.mapped(|f| inward((*f).into()))),
+    })
+}
+
+fn bent(curvature: f64) -> Strain {
+    Strain::new(curvature, 0.0, 0.0, 0.0, 0.0, 1.0)
+}
+
+impl MotionModel for HeavyPlane {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Planar
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let rate = |s: f64| {
+            let rate = self.rate.iter().flatten().rev();
+            let mut strain = bent(rate.fold(0.0, |sum, c| sum * s + c));
+            strain[5] = 0.0;
+            strain
+        };
+        let relaxed = self
+            .relaxed
+            .as_ref()
+            .map(|field| |s: f64| bent(field.at(s)[0]));
+        let start = HeavyStart {
+            strain: &|s| bent(self.curvature.at(s)[0]),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
+            rate: match self.rate {
+                Some(_) => HeavyRate::Strain(&rate),
+                None => HeavyRate::End(self.velocity),
+            },
+            settled: self.settled,
+        };
+        let run = HeavyRun::new(&self.given, &start, options);
+        Ok(Box::new(run.map_err(|e| e.context(self.words.as_str()))?))
+    }
+
+    fn load(&self) -> Option<Vector2<f64>> {
+        let stands = (self.given.grain.support()).is_none_or(|support| support.is_fixed());
+        match &self.given.body {
+            Some(Mass::Point(body)) if stands => Some(body.load(0.0).xy()),
+            _ => None,
+        }
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        match self.given.grain.support() {
+            Some(support) => support.at(t),
+            None => Frame::standing(&Isometry3::identity()),
+        }
+    }
+
+    fn is_driven(&self) -> bool {
+        match &self.given.body {
+            Some(Mass::Point(body)) => body.is_driven(),
+            Some(Mass::Rigid(body)) => body.is_driven(),
+            None => false,
+        }
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        vec![("curvature", StrainName::U1 as usize)]
+    }
+
+    fn is_heavy(&self) -> bool {
+        true
+    }
+}
+
+impl HeavySpace {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known; a start for which no
+    /// equilibrium is found.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (law, mass, rotary) = in_space(&scene.rod, &scene.scales()?)?;
+        let plain = scene.dimensionless()?;
+        let mut common = InSpace::new(scene, law.breaks())?;
+        let settled = matches!(scene.start.place, Place::Settled { .. });
+        let groove = match &scene.body()?.groove {
+            Some(groove) => {
+                let groove = groove.curve(common.scales.length)?;
+                Some(groove.seen_from(&common.clamp(0.0).pose()))
+            }
+            None => None,
+        };
+        if settled && groove.is_some() {
+            common.strain = grooved::settled(scene)?;
+        }
+        let (body, support) = match &common.carried {
+            Carried::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
+            Carried::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
+        };
+        let start = &plain.start;
+        let velocity = match &support {
+            None => common.velocity,
+            Some(_) => joined(&start.angular_velocity.into(), &start.velocity.into()),
+        };
+        // The support of a clamp that moves leads the loads inwards by itself.
+        let inward = |v: [f64; 3]| match support {
+            None => common.clamp.rotation.inverse() * Vector3::from(v),
+            Some(_) => Vector3::from(v),
+        };
+        let given = Given {
+            law,
+            curve: Curve::Space,
+            mass,
+            rotary: Some(rotary),
+            grain: grain(inward(plain.loads.gravity), support.clone())?,
+            distributed: distributed(&plain, inward)?,
+            body: Some(body),
+            diameter: scene.rod.thickness().map(|d| d / common.scales.length),
+        };
+        Ok(Self {
+            given,
+            rate: match &plain.start.rate {
+                Some(StrainRate::Strain(rate)) => Some(rate.clone()),
+                _ => None,
+            },
+            relaxed: common.relaxed(scene),
+            settled,
+            groove,
+            velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
+            common,
+        })
+    }
+
+    /// All strains of the start at s in [0, 1], in units of the rod; NaN where there are none.
+    pub(super) fn strain_at(&self, s: f64) -> Strain {
+        self.scaled(&self.common.strain, s)
+    }
+
+    /// Strains of this field at s in [0, 1], in units of the rod; NaN where there are none.
+    pub(super) fn scaled(&self, field: &SpaceField, s: f64) -> Strain {
+        let measures = self.common.scales.measures();
+        let strain = field.at(s).map(|e| measures.strain_in(&e));
+        strain.unwrap_or(Strain::repeat(f64::NAN))
+    }
+
+    /// How fast they change; zero where that is not given.
+    pub(super) fn rate_at(&self, s: f64) -> Strain {
+        let of = |name: StrainName| self.rate.as_ref().and_then(|rate| rate.at(name, s));
+        Strain::from_fn(|k, _| of(StrainName::ALL[k]).unwrap_or(0.0))
+    }
+}
+
+/// Inertia of the sections per length, about their middle along their directors, in units of the rod.
+fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
+    let found = rod.rotary_inertia()?.ok_or_else(|| {
+        Error::domain(
+            "rod.section_inertia is missing: a rod in space with mass turns its sections, and neither a shape nor an axial stiffness tells \
+             their inertia; write section_inertia = [1e-6, 1e-6, 2e-6] (mass per length times the squares of the radii of gyration)",
+        )
+    })?;
+    let unit = scales.mass * scales.length;
+    let scaled = found.map(|j| j / unit);
+    match scaled.iter().all(|j| j.is_normal() && *j > 0.0) {
+        true => Ok(Matrix3::from_diagonal(&Vector3::from(scaled))),
+        false => Err(Error::domain(format!(
+            "rod.section_inertia = {found:?} must be finite and > 0"
+        ))),
+    }
+}
+
+impl MotionModel for HeavySpace {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Space
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let run = || match self.assembly()? {
+            Some(assembly) => HeavyRun::of_assembly(&assembly, &self.assembly_start()?, options),
+            None => {
+                let rate = |s: f64| self.rate_at(s);
+                let relaxed = self
+                    .relaxed
+                    .as_ref()
+                    .map(|field| |s: f64| self.scaled(field, s));
+                let start = HeavyStart {
+                    strain: &|s| self.strain_at(s),
+                    relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
+                    rate: match self.rate {
+                        Some(_) => HeavyRate::Strain(&rate),
+                        None => HeavyRate::End(self.velocity),
+                    },
+                    settled: self.settled,
+                };
+                HeavyRun::new(&self.given, &start, options)
+            }
+        };
+        Ok(Box::new(
+            run().map_err(|e| e.context(self.common.words.as_str()))?,
+        ))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        self.common.clamp(t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.common.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        let active = self.given.law.active().iter();
+        active.map(|k| (StrainName::ALL[*k].as_str(), *k)).collect()
+    }
+
+    fn looks_for_contact(&self) -> bool {
+        self.given.diameter.is_some()
+    }
+
+    fn start_index(&self) -> Option<usize> {
+        None
+    }
+
+    fn is_heavy(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,434 @@
+//! What every rod in space has in a motion: its body, its clamp, its start.
+
+use super::clamp as supports;
+use super::loads::{acting_on, in_time, point_mass};
+use super::rod::rotation;
+use crate::assembly::{Assembly, Attachment, Carrier, Link};
+use crate::body::{Frame, RigidBody, Support};
+use crate::error::{Error, Quantity, Result};
+use crate::math::se3::{halves, joined};
+use crate::motion::reduction::Carried;
+use crate::motion::viscoelastic::MOST_NODES;
+use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
+use crate::scene::{
+    Dimensionless, EndLoad, EndPose, Force, Joint, Place, Relaxed, Scales, Scene, StrainField,
+    StrainName,
+};
+use crate::section::Strain;
+use crate::viscoelastic::grid::{FEWEST, Grid};
+use crate::viscoelastic::kinematics::Kinematics;
+use crate::viscoelastic::space::Space;
+use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
+
+/// Body, clamp and start of a rod in space. The frame of its body is that of the clamp.
+#[derive(Debug, Clone)]
+pub struct InSpace {
+    /// The body with its loads.
+    pub carried: Carried,
+    /// The strains at the start, in the scene's units.
+    pub strain: SpaceField,
+    /// (angular velocity, velocity) of the end at the start.
+    pub velocity: Vector6<f64>,
+    /// The Morse index of the equilibrium at the start, if it is one.
+    pub start_index: Option<usize>,
+    /// The way back to the scene's units.
+    pub scales: Scales,
+    /// The pose of the base, in the scene's units.
+    pub clamp: Isometry3<f64>,
+    /// What a fault of the start is about.
+    pub(super) words: String,
+    /// The rod on its clamp as that stands at t = 0, in the scene's units.
+    pub(super) rod: Rod,
+    /// The dead load along it if its mass does no more than weigh, in the world and the scene's units.
+    load: Option<Distributed>,
+}
+
+impl InSpace {
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub(super) fn relaxed(&self, scene: &Scene) -> Option<SpaceField> {
+        let given = match &scene.start.relaxed {
+            Relaxed::Start => return None,
+            Relaxed::Strain(given) => given.clone(),
+            Relaxed::Unloaded | Relaxed::Curvature(_) => StrainField::default(),
+        };
+        Some(SpaceField::Polynomial {
+            given,
+            rod: Box::new(self.rod.clone()),
+        })
+    }
+
+    /// Finds the start and scales everything; `breaks` are the places in [0, 1] at which the section is not smooth.
+    ///
+    /// # Errors
+    /// A start for which no equilibrium is found.
+    pub(super) fn new(scene: &Scene, breaks: Vec<f64>) -> Result<Self> {
+        let plain = scene.dimensionless()?;
+        let (mut rod, scales) = (scene.cosserat_rod()?, scene.scales()?);
+        let clamp = Isometry3::from_parts(
+            Vector3::from(scene.clamp.position).into(),
+            rotation(&scene.clamp.orientation),
+        );
+        let support = supports::spatial(&plain.clamp)?;
+        let mut base = clamp;
+        base.translation.vector /= scales.length;
+        if let Some(support) = &support {
+            // An equilibrium is one about the clamp as it stands at t = 0.
+            base = support.pose(0.0);
+            rod = rod.with_clamp(base.translation.vector * scales.length, base.rotation);
+        }
+        let load = scene.light_load()?;
+        let field = |given: &StrainField| SpaceField::Polynomial {
+            given: given.clone(),
+            rod: Box::new(rod.clone()),
+        };
+        // In a groove it is found with the body.
+        let settled =
+            matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
+        let at_start = scene.load_at_start()?;
+        let under = |load: Option<&Distributed>| -> Result<_> {
+            let tolerance = scene.run()?.tolerance;
+            if settled {
+                let followed = under_followers((&rod, load), &base, (&plain, &scales), tolerance)?;
+                if let Some(followed) = followed {
+                    return Ok(Some((followed, None)));
+                }
+            }
+            match end(scene)? {
+                Some(end) => {
+                    equilibrium((&rod, load), end, scene.guess().as_ref(), tolerance).map(Some)
+                }
+                None => Ok(None),
+            }
+        };
+        // A rod with mass that is found in no equilibrium with its weight settles from the one without.
+        let found = match under(at_start.as_ref()) {
+            Err(_) if at_start.is_some() && load.is_none() => under(None)?,
+            found => found?,
+        };
+        let (strain, start_index) = match (found, &scene.start.place) {
+            (Some(found), _) => found,
+            (None, Place::Strain { strain: given }) => (field(given), None),
+            (None, _) => (field(&StrainField::default()), None),
+        };
+        let inward = Inward(clamp);
+        let about = "[start], in the frame of the clamp";
+        let start = &plain.start;
+        let (velocity, words) = match &support {
+            None => (
+                inward.pair(&start.angular_velocity, &start.velocity),
+                about.to_owned(),
+            ),
+            Some(support) => {
+                let frame = support.at(0.0).of_poses();
+                let place = joined(&Vector3::zeros(), &strain.end(breaks, &scales)?);
+                let given = joined(&start.angular_velocity.into(), &start.velocity.into());
+                let (omega, v) = halves(&frame.outward(&frame.carried(&place)));
+                let (omega, v) = (omega / scales.time, v * scales.velocity);
+                let mut carried = vec![("velocity", v.as_slice())];
+                if matches!(plain.body.joint, Joint::Weld { .. }) {
+                    carried.push(("angular_velocity", omega.as_slice()));
+                }
+                (
+                    supports::begun(&frame, &place, &given, &plain),
+                    supports::words(about, &carried, &plain),
+                )
+            }
+        };
+        Ok(Self {
+            carried: carried(&plain, &inward, support)?,
+            strain,
+            velocity,
+            start_index,
+            scales,
+            clamp,
+            words,
+            rod,
+            load,
+        })
+    }
+
+    /// The dead load along the rod in the frame of the clamp and the units of the rod.
+    pub(super) fn load(&self) -> Option<Distributed> {
+        let back = self.rod.clamp_pose().rotation.inverse();
+        Some(self.load_in_world()?.mapped(|f| back * f))
+    }
+
+    /// The same in the world.
+    pub(super) fn load_in_world(&self) -> Option<Distributed> {
+        let unit = self.scales.inward(Quantity::Distributed, 1.0);
+        Some(self.load.as_ref()?.mapped(|f| f * unit))
+    }
+
+    /// The same in the world and the scene's units.
+    pub(super) fn load_outward(&self) -> Option<&Distributed> {
+        self.load.as_ref()
+    }
+
+    /// The clamp, if it moves.
+    pub(super) fn support(&self) -> Option<&Support<3>> {
+        match &self.carried {
+            Carried::Welded(body) => body.support(),
+            Carried::BallJoint(body) => body.support(),
+        }
+    }
+
+    /// The clamp at time `t`.
+    pub(super) fn clamp(&self, t: f64) -> Frame<3> {
+        match self.support() {
+            Some(support) => support.at(t),
+            None => {
+                let position = self.clamp.translation.vector / self.scales.length;
+                Frame::standing(&Isometry3::from_parts(position.into(), self.clamp.rotation))
+            }
+        }
+    }
+
+    /// True if forces in time do work on the body.
+    pub(super) fn is_driven(&self) -> bool {
+        match &self.carried {
+            Carried::Welded(body) => body.is_driven(),
+            Carried::BallJoint(body) => body.is_driven(),
+        }
+    }
+}
+
+/// A field of all six strains along a rod, in the scene's units.
+#[derive(Debug, Clone)]
+pub enum SpaceField {
+    /// Polynomials, and the strains of the unloaded rod where none is given.
+    Polynomial {
+        /// The polynomials.
+        given: StrainField,
+        /// The rod.
+        rod: Box<Rod>,
+    },
+    /// An equilibrium.
+    Equilibrium {
+        /// The rod with its end condition.
+        problem: Box<Problem>,
+        /// Its base wrench.
+        base: Wrench,
+        /// The pose of its end.
+        end: Isometry3<f64>,
+    },
+}
+
+/// Tolerance of the integration along an equilibrium at the start.
+const SHAPE: f64 = 1e-13;
+
+impl SpaceField {
+    /// The strains at x = s/L.
+    ///
+    /// # Errors
+    /// As [`Rod::shape`]; a law that has no unloaded state there.
+    pub fn at(&self, x: f64) -> Result<Strain> {
+        match self {
+            Self::Polynomial { given, rod } => {
+                let mut strain = rod.law().unloaded(x * rod.length())?;
+                for name in StrainName::ALL {
+                    if let Some(value) = given.at(name, x) {
+                        strain[name as usize] = value;
+                    }
+                }
+                Ok(strain)
+            }
+            Self::Equilibrium { problem, base, .. } => {
+                let sections = problem.sections(base, &[x])?;
+                sections
+                    .first()
+                    .map(|section| section.strain)
+                    .ok_or_else(|| Error::domain(format!("no section at s/L = {x}")))
+            }
+        }
+    }
+
+    /// Where the end is, seen from the clamp, in units of the rod.
+    fn end(&self, mut breaks: Vec<f64>, scales: &Scales) -> Result<Vector3<f64>> {
+        breaks.retain(|s| 0.0 < *s && *s < 1.0);
+        let mut nodes = 2 * FEWEST;
+        loop {
+            let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+            let strain = |x: &f64| Ok(scales.measures().strain_in(&self.at(*x)?));
+            let strains: Vec<Strain> = grid.nodes().iter().map(strain).collect::<Result<_>>()?;
+            let space = Space::<6, 6>::new();
+            let curve = space.shape(&grid, &strains).ok_or_else(|| {
+                Error::domain("[start]: the strains are too large for a shape of the rod")
+            })?;
+            if nodes >= MOST_NODES || space.defect(&grid, &curve) <= SHAPE {
+                return Ok(curve.end().translation.vector);
+            }
+            nodes *= 2;
+        }
+    }
+}
+
+/// World vectors in the frame of the clamp.
+struct Inward(Isometry3<f64>);
+
+impl Inward {
+    fn vector(&self, v: &[f64; 3]) -> Vector3<f64> {
+        self.0.rotation.inverse() * Vector3::from(*v)
+    }
+
+    fn pair(&self, a: &[f64; 3], b: &[f64; 3]) -> Vector6<f64> {
+        let (a, b) = (self.vector(a), self.vector(b));
+        Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+    }
+}
+
+/// The body as the world sees it.
+pub(super) fn in_world(plain: &Dimensionless) -> Result<Carried> {
+    carried(plain, &Inward(Isometry3::identity()), None)
+}
+
+fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<Carried> {
+    let loads = &plain.loads;
+    // The support of a clamp that moves leads the loads inwards by itself.
+    let vector = |v: &[f64; 3]| match support {
+        None => inward.vector(v),
+        Some(_) => Vector3::from(*v),
+    };
+    match &plain.body.joint {
+        Joint::Ball => {
+            let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
+            Ok(Carried::BallJoint(body))
+        }
+        Joint::Weld {
+            offset,
+            inertia,
+            rotor,
+        } => {
+            let inertia = Matrix3::from_fn(|i, j| inertia[i][j]);
+            let body = RigidBody::new(1.0, inertia)
+                .map_err(|e| e.context("body.inertia, in units of mass length^2"))?
+                .with_centre((*offset).into())?
+                .with_rotor((*rotor).into())?;
+            let body = acting_on(body, loads, |v| vector(&v))?;
+            Ok(Carried::welded(match support {
+                None => body,
+                Some(support) => body.with_support(support),
+            }))
+        }
+    }
+}
+
+/// The end condition of which the start is an equilibrium.
+fn end(scene: &Scene) -> Result<Option<EndConditions>> {
+    Ok(match &scene.start.place {
+        Place::Equilibrium {
+            equilibrium: EndLoad { force, couple },
+        } => Some(EndConditions::load((*force).into(), (*couple).into())),
+        Place::Pose {
+            pose: EndPose {
+                position,
+                orientation,
+            },
+        } => Some(match orientation {
+            None => EndConditions::ball((*position).into()),
+            Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
+        }),
+        // In a groove it is found with the body.
+        Place::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
+        _ => None,
+    })
+}
+
+/// The loads at t = 0 on the end: they act at the centre of mass.
+fn at_rest(scene: &Scene) -> Result<EndConditions> {
+    let (body, loads) = (scene.body()?, &scene.loads);
+    let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
+    let now = |constant: Vector3<f64>, parts: &[Force]| -> Result<_> {
+        let parts = in_time("loads", parts, Vector3::from)?;
+        Ok(parts
+            .iter()
+            .fold(constant, |sum, (_, load)| sum + load.at(0.0)))
+    };
+    let force = now(constant, &loads.force)?;
+    let couple = now(loads.couple.constant().into(), loads.couple.in_time())?;
+    let arm = match &body.joint {
+        Joint::Weld { offset, .. } => (*offset).into(),
+        Joint::Ball => Vector3::zeros(),
+    };
+    Ok(EndConditions::weight(force, arm, couple))
+}
+
+/// The equilibrium under the loads at t = 0 if some of them turn with the body: that of an assembly of one rod.
+fn under_followers(
+    (rod, load): (&Rod, Option<&Distributed>),
+    base: &Isometry3<f64>,
+    (plain, scales): (&Dimensionless, &Scales),
+    tolerance: f64,
+) -> Result<Option<SpaceField>> {
+    let Carried::Welded(body) = in_world(plain)? else {
+        return Ok(None);
+    };
+    if !body.is_followed(0.0) {
+        return Ok(None);
+    }
+    let link = Link::new(
+        rod.measured(scales.measures()),
+        Attachment::ground(*base),
+        Attachment::body(0, Isometry3::identity()),
+        crate::assembly::Joint::Weld,
+    );
+    let link = match load {
+        None => link,
+        Some(load) => {
+            let unit = scales.inward(Quantity::Distributed, 1.0);
+            link.with_distributed(load.mapped(|f| f * unit))?
+        }
+    };
+    let found = Assembly::new(vec![Carrier::rigid(*body)], vec![link])?
+        .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
+        .map_err(|e| e.context("[start]"))?;
+    bent((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
+}
+
+/// The rod under this base wrench, whatever holds its end.
+pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<SpaceField> {
+    // It is asked only for shapes under the base wrench: nothing is held, for a straight rod could not be held at full reach.
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+    let problem = bearing(rod, free, SHAPE)?;
+    let sections = problem.sections(&base, &[1.0])?;
+    let end = sections
+        .first()
+        .ok_or_else(|| Error::domain("the rod has no end"))?
+        .pose();
+    Ok(SpaceField::Equilibrium {
+        problem: Box::new(problem),
+        base,
+        end,
+    })
+}
+
+/// The problem of a rod that may bear a load along it.
+fn bearing(
+    (rod, load): (&Rod, Option<&Distributed>),
+    end: EndConditions,
+    tolerance: f64,
+) -> Result<Problem> {
+    let problem = Problem::new(rod.clone(), end, tolerance)?;
+    Ok(match load {
+        None => problem,
+        Some(load) => problem.with_distributed(load),
+    })
+}
+
+fn equilibrium(
+    rod: (&Rod, Option<&Distributed>),
+    end: EndConditions,
+    guess: Option<&Wrench>,
+    tolerance: f64,
+) -> Result<(SpaceField, Option<usize>)> {
+    let doing = |e: Error| e.context("[start]");
+    let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
+    let found = bearing(rod, end, tolerance)
+        .and_then(|problem| problem.solve(guess))
+        .map_err(doing)?;
+    let field = SpaceField::Equilibrium {
+        base: found.base,
+        end: found.end.pose(),
+        problem: Box::new(bearing(rod, end, SHAPE)?),
+    };
+    Ok((field, Some(found.index)))
+}

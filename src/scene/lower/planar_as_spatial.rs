@@ -1,0 +1,158 @@
+//! Planar rods under a load along them, as rods in space that stay in their plane.
+//!
+//! The closed form of the planar elastica knows no load along the rod. In space such a rod is one that is stiff out of its plane: its clamp has
+//! d3 along the tangent and d1 across the plane, about which it bends.
+
+use super::clamp::{self, out_of_plane};
+use super::elastic_space::ElasticSpace;
+use super::planar;
+use super::rod::rotation;
+use crate::error::{Error, Result};
+use crate::full_mass::statics::EITHER_SIDE;
+use crate::scene::{
+    Diagonal, EndPose, Inertia, Model, Orientation, Place, Scene, Section, Stiffness,
+};
+use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
+
+/// Largest distance of a straight rod's end from the line of the clamp, in lengths of the rod.
+const STRAIGHT: f64 = 1e-9;
+/// How much stiffer it is out of its plane, and against twist.
+const STIFFER: f64 = 1e4;
+
+/// d1 across the plane, d3 along +x.
+fn laid() -> UnitQuaternion<f64> {
+    let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+impl Scene {
+    /// The scene of an elastic planar rod that bears a load along it, in space; None of any other.
+    ///
+    /// # Errors
+    /// As [`Scene::lifted`].
+    pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
+        let elastic = self.is_planar() && self.rod.damping.is_none();
+        match elastic && self.light_load()?.is_some() {
+            true => self.lifted().map(Some),
+            false => Ok(None),
+        }
+    }
+
+    /// The scene in space whose small motions are those of a light planar rod under a load along it; None of any other planar rod.
+    ///
+    /// # Errors
+    /// A rod with friction; as [`Scene::lifted`].
+    pub(crate) fn lifted_for_modes(&self) -> Result<Option<Self>> {
+        // The closed form of a rod whose mass is followed to first order is for its motion.
+        if let Some(weighing) = self.weighing()? {
+            return weighing.lifted().map(Some);
+        }
+        if self.light_load()?.is_some() && self.rod.damping.is_some() {
+            return Err(Error::domain(
+                "the small motions of a planar rod with friction under a load along it are not found: write model = \"cosserat\", or leave out the mass of the \
+                 rod (a material by E, without a density)",
+            ));
+        }
+        self.bearing_in_plane()
+    }
+
+    /// A planar scene whose rod is followed to first order and bent by its weight, as one whose rod does nothing but weigh; None of any other.
+    fn weighing(&self) -> Result<Option<Self>> {
+        if !self.rod.is_light() {
+            return Ok(None);
+        }
+        let gravity = Vector2::new(self.loads.gravity[0], self.loads.gravity[1]);
+        let along = clamp::planar(&self.dimensionless()?.clamp)?
+            .map_or(gravity, |support| support.at(0.0).inward(&gravity));
+        if along.y == 0.0 {
+            return Ok(None);
+        }
+        let mut weighing = self.clone();
+        weighing.rod.inertia = Some(Inertia::None);
+        if matches!(self.start.place, Place::Rest { .. }) {
+            weighing.start.place = Place::Settled { settled: true };
+        }
+        Ok(Some(weighing))
+    }
+
+    /// An error where loads that all lie along the clamp buckle the rod, which settles to either side alike; `lifted`
+    /// is the scene in space.
+    fn leans(&self, lifted: &Self) -> Result<()> {
+        let support = clamp::planar(&self.dimensionless()?.clamp)?;
+        let frame = support.map(|support| support.at(0.0));
+        let across = |force: &Vector3<f64>| {
+            let force = Vector2::new(force.x, force.y);
+            frame.map_or(force, |frame| frame.inward(&force)).y
+        };
+        let on_end = planar::body(&self.dimensionless()?)?.load(0.0).y;
+        let along = lifted.light_load()?.is_none_or(|load| {
+            let across = load.mapped(|force| Vector3::new(across(force), 0.0, 0.0));
+            across.is_zero()
+        });
+        if on_end != 0.0 || !along {
+            return Ok(());
+        }
+        let end = *ElasticSpace::new(lifted)?.end();
+        match end.translation.vector.y.abs() <= STRAIGHT {
+            true => Ok(()),
+            false => Err(Error::ambiguous(EITHER_SIDE).context("[start]")),
+        }
+    }
+
+    /// A planar scene as one in space, the rod without its friction. An equilibrium of the planar elastica at the start says where the end is, and near which
+    /// shape: under a load along the rod that is another one.
+    ///
+    /// # Errors
+    /// As the start of a planar scene.
+    pub(in crate::scene) fn lifted(&self) -> Result<Self> {
+        let (plain, scales) = (self.dimensionless()?, self.scales()?);
+        let mut lifted = self.clone();
+        let stiffness = self.rod.bending_stiffness()?;
+        let rod = &mut lifted.rod;
+        rod.mass = self.rod.mass();
+        (rod.model, rod.material, rod.damping) = (Model::Cosserat, None, None);
+        rod.relaxation = Vec::new();
+        rod.section = Section::Diagonal(Diagonal {
+            bending: [stiffness.into(), (STIFFER * stiffness).into()],
+            torsion: (STIFFER * stiffness).into(),
+            shear: Stiffness::Rigid,
+            axial: Stiffness::Rigid,
+        });
+        let q = (rotation(&self.clamp.orientation) * laid()).into_inner();
+        lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
+        lifted.clamp.motion = self.clamp.motion.as_ref().map(out_of_plane);
+        // An equilibrium is one about the clamp as it stands at t = 0.
+        let clamp = clamp::lifted(&plain.clamp)?
+            .map_or_else(Isometry3::identity, |support| support.pose(0.0));
+        match &self.start.place {
+            Place::Settled { .. } => self.leans(&lifted)?,
+            Place::Rest { .. } => {
+                return Err(Error::domain(
+                    "[start] rest: an elastic rod under its weight, or another load along it, does not rest straight: write settled = true, a position, or \
+                     lambda and kappa; or give it friction (damping), or leave out its mass, or follow that (inertia = \"full\", or, under its weight \
+                     alone, \"first-order\")",
+                ));
+            }
+            _ => {
+                if let Some(at) = planar::start(self, &plain)? {
+                    let out = |x: Vector2<f64>| clamp.rotation * Vector3::new(x.x, x.y, 0.0);
+                    let curvature = at.section(0.0)?.curvature;
+                    let pull = Vector2::new(at.alpha.cos(), at.alpha.sin());
+                    let total = self.load_along()?.total(self.rod.length);
+                    let n = out(pull) * (-at.lambda.powi(2) * scales.force) + total;
+                    lifted.start.wrench =
+                        Some([0.0, 0.0, curvature * scales.energy, n.x, n.y, n.z]);
+                    let place = (clamp.translation.vector + out(Vector2::new(at.x, at.y)))
+                        * self.rod.length;
+                    lifted.start.place = Place::Pose {
+                        pose: EndPose {
+                            position: place.into(),
+                            orientation: None,
+                        },
+                    };
+                }
+            }
+        }
+        Ok(lifted)
+    }
+}

@@ -1,0 +1,128 @@
+//! A viscoelastic rod in space.
+
+use super::in_space::{InSpace, SpaceField};
+use super::{ModelKind, MotionModel};
+use crate::body::Frame;
+use crate::error::Result;
+use crate::motion::reduction::{ReducedStart, Reduction, Refusal};
+use crate::motion::viscoelastic::{Moving, ViscousStart, in_space};
+use crate::motion::{Motion, Options};
+use crate::scene::Scene;
+use crate::section::Strain;
+use crate::section::rate::Viscoelastic;
+
+/// A viscoelastic rod in space. The frame of its body is that of the clamp.
+#[derive(Debug, Clone)]
+pub struct ViscousSpace {
+    /// Body, clamp and start.
+    pub common: InSpace,
+    /// The section, in the scene's units.
+    pub section: Viscoelastic,
+    /// Which strains move.
+    pub strains: Moving,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<SpaceField>,
+}
+
+impl Scene {
+    /// The strains that move in a motion in space.
+    ///
+    /// # Errors
+    /// As [`Scene::cosserat_rod`]; shear and stretch held rigid in a combination that has no kinematics.
+    pub fn moving(&self) -> Result<Moving> {
+        Moving::of(self.cosserat_rod()?.law().rigid())
+    }
+}
+
+impl ViscousSpace {
+    /// Finds the start and scales everything.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
+    /// for which no equilibrium is found.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let section = scene.viscoelastic()?;
+        let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
+        Ok(Self {
+            strains: Moving::of(section.elastic.rigid())?,
+            section,
+            relaxed: common.relaxed(scene),
+            common,
+        })
+    }
+}
+
+impl MotionModel for ViscousSpace {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Space
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let measures = self.common.scales.measures();
+        // NaN is refused by the run, which says where.
+        let scaled = |field: &SpaceField, x: f64| {
+            let strain = field.at(x).map(|strain| measures.strain_in(&strain));
+            strain.unwrap_or(Strain::repeat(f64::NAN))
+        };
+        let relaxed = self.relaxed.as_ref().map(|field| |x: f64| scaled(field, x));
+        let start = ViscousStart {
+            strain: &|x| scaled(&self.common.strain, x),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
+            velocity: self.common.velocity,
+        };
+        let section = self.section.measured(measures);
+        let load = self.common.load();
+        let rod = (self.strains, load.as_ref());
+        in_space(section, rod, &self.common.carried, &start, options)
+            .map_err(|e| e.context(self.common.words.as_str()))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        self.common.clamp(t)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.common.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        let names = self.strains.names().iter();
+        names.map(|name| (name.as_str(), *name as usize)).collect()
+    }
+
+    fn start_index(&self) -> Option<usize> {
+        self.common.start_index
+    }
+
+    fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
+        if self.common.load().is_some() {
+            // A load along the rod keeps its strains from being the same everywhere.
+            return Ok(None);
+        }
+        let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
+            Ok(self.common.scales.measures().strain_in(&field.at(x)?))
+        };
+        let sampled = |field: &SpaceField| -> Result<Vec<Strain>> {
+            PROBES.iter().map(|x| scaled(field, *x)).collect()
+        };
+        let branches = match &self.relaxed {
+            None => Vec::new(),
+            Some(field) => vec![sampled(field)?; self.section.branches.len()],
+        };
+        let start = ReducedStart {
+            time: 0.0,
+            strains: &sampled(&self.common.strain)?,
+            branches: &branches,
+            velocity: self.common.velocity,
+        };
+        let section = self.section.measured(self.common.scales.measures());
+        Ok(Some(Reduction::recognise(
+            &section,
+            &self.common.carried,
+            &start,
+        )))
+    }
+}
+
+/// Places at which strains are asked whether they are the same all along the rod.
+const PROBES: [f64; 9] = [0.0, 0.03, 0.17, 0.29, 0.5, 0.618, 0.83, 0.97, 1.0];

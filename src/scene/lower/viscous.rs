@@ -1,0 +1,219 @@
+//! A viscoelastic rod in a plane.
+
+use super::clamp::{self, Seen};
+use super::in_space::SpaceField;
+use super::planar::{body, resting, start};
+use super::{ElasticSpace, ModelKind, MotionModel};
+use crate::body::{Body, Frame};
+use crate::elastica::Equilibrium;
+use crate::elastica::straight_beam::{EULER, unstable};
+use crate::error::{Error, Quantity, Result};
+use crate::math::gauss::Rule;
+use crate::motion::viscoelastic::{ViscousStart, in_plane};
+use crate::motion::{Motion, Options};
+use crate::rod::Distributed;
+use crate::scene::{Dimensionless, Place, Relaxed, Scene, StrainName};
+use crate::viscoelastic::kinematics::Local;
+use crate::viscoelastic::material::Material;
+use nalgebra::{UnitQuaternion, Vector1, Vector2};
+
+/// A viscoelastic rod in a plane.
+#[derive(Debug, Clone)]
+pub struct ViscousPlane {
+    /// The mass and its loads.
+    pub body: Body<2>,
+    /// The section.
+    pub material: Material<1>,
+    /// The strains at the start.
+    pub strain: Field,
+    /// Where the Maxwell branches are relaxed at the start, if not there.
+    pub relaxed: Option<Field>,
+    /// Velocity at the start.
+    pub velocity: Vector2<f64>,
+    /// What a fault of the start is about.
+    words: String,
+}
+
+/// Panels, and Gauss nodes in each, of the integral to the end of a rod of given curvature.
+const PANELS: usize = 32;
+const PANEL: usize = 10;
+
+/// A field of curvature, s in [0, 1].
+#[derive(Debug, Clone)]
+pub enum Field {
+    /// c0 + c1 s + ...
+    Polynomial(Vec<f64>),
+    /// That of an equilibrium.
+    Equilibrium(Box<Equilibrium>),
+    /// That of one under a load along the rod, found in space.
+    Bearing {
+        /// The strains.
+        strains: Box<SpaceField>,
+        /// The length of the rod in their units.
+        length: f64,
+        /// Where the end is.
+        end: Vector2<f64>,
+    },
+}
+
+impl Field {
+    /// Where the Maxwell branches of a planar rod are relaxed at the start, if not there.
+    ///
+    /// # Errors
+    /// Strains, which are for a rod in space.
+    pub(super) fn relaxed(relaxed: &Relaxed) -> Result<Option<Self>> {
+        Ok(match relaxed {
+            Relaxed::Start => None,
+            Relaxed::Unloaded => Some(Self::Polynomial(vec![0.0])),
+            Relaxed::Curvature(curvature) => Some(Self::Polynomial(curvature.clone())),
+            Relaxed::Strain(_) => {
+                return Err(Error::domain(
+                    "start.relaxed: strains are for a rod in space",
+                ));
+            }
+        })
+    }
+
+    /// The curvature at s.
+    pub fn at(&self, s: f64) -> Local<1> {
+        Vector1::new(match self {
+            Self::Polynomial(c) => c.iter().rev().fold(0.0, |sum, c| sum * s + c),
+            // A rod of a chart has a curvature everywhere; NaN is refused by the run.
+            Self::Equilibrium(rod) => rod.section(s).map_or(f64::NAN, |at| at.curvature),
+            Self::Bearing {
+                strains, length, ..
+            } => strains.at(s).map_or(f64::NAN, |e| e[BENDING] * length),
+        })
+    }
+
+    /// Where the end is: the integral of (cos theta, sin theta), theta = c0 s + c1 s^2/2 + ...
+    pub(super) fn end(&self) -> Vector2<f64> {
+        let curvature = match self {
+            Self::Equilibrium(rod) => return Vector2::new(rod.x, rod.y),
+            Self::Bearing { end, .. } => return *end,
+            Self::Polynomial(curvature) => curvature,
+        };
+        let rule = Rule::new(PANEL);
+        let theta = |s: f64| {
+            let term = |(k, c): (usize, &f64)| c * s.powi(k as i32 + 1) / (k + 1) as f64;
+            curvature.iter().enumerate().map(term).sum::<f64>()
+        };
+        let point = |panel: usize, i: usize| {
+            let (sin, cos) = theta((panel as f64 + rule.nodes[i]) / PANELS as f64).sin_cos();
+            Vector2::new(cos, sin) * (rule.weights[i] / PANELS as f64)
+        };
+        (0..PANELS)
+            .flat_map(|panel| (0..PANEL).map(move |i| (panel, i)))
+            .map(|(panel, i)| point(panel, i))
+            .sum()
+    }
+}
+
+impl ViscousPlane {
+    /// Finds the start.
+    ///
+    /// # Errors
+    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; scales at which the
+    /// law is not one of doubles.
+    pub fn new(scene: &Scene) -> Result<Self> {
+        let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+        let law = scene.viscoelastic()?.measured(scales.measures());
+        let load = load_in_plane(scene)?;
+        let strain = match &plain.start.place {
+            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
+            Place::Settled { .. } if load.is_some() => {
+                let space = ElasticSpace::new(&scene.lifted()?)?;
+                let end = space.end().translation.vector;
+                Field::Bearing {
+                    strains: Box::new(space.common.strain),
+                    length: scales.length,
+                    // Along d3, and against d2.
+                    end: Vector2::new(end.z, -end.y),
+                }
+            }
+            _ => match start(scene, &plain)? {
+                None => {
+                    stays_straight(&plain)?;
+                    Field::Polynomial(vec![0.0])
+                }
+                Some(rod) => {
+                    // A rod drawn to its full reach has no arclength that double precision holds.
+                    rod.section(0.5).map_err(|e| {
+                        e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
+                    })?;
+                    Field::Equilibrium(Box::new(rod))
+                }
+            },
+        };
+        let relaxed = Field::relaxed(&plain.start.relaxed)?;
+        let seen = Seen(clamp::planar(&plain.clamp)?);
+        let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
+        Ok(Self {
+            body: body(&plain)?,
+            material: Material::new(law, [BENDING])?.under(load),
+            strain,
+            relaxed,
+            velocity,
+            words,
+        })
+    }
+}
+
+/// The dead load along a planar rod without inertia, in the frame of its clamp and the units of the rod.
+pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<Distributed>> {
+    let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
+    let Some(load) = scene.light_load()? else {
+        return Ok(None);
+    };
+    let unit = scales.inward(Quantity::Distributed, 1.0);
+    let frame = clamp::lifted(&plain.clamp)?.map(|support| support.pose(0.0).rotation.inverse());
+    let back = frame.unwrap_or_else(UnitQuaternion::identity);
+    Ok(Some(load.mapped(|f| back * f * unit)))
+}
+
+impl MotionModel for ViscousPlane {
+    fn kind(&self) -> ModelKind {
+        ModelKind::Planar
+    }
+
+    fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
+        let relaxed = self.relaxed.as_ref().map(|field| |s: f64| field.at(s));
+        let start = ViscousStart {
+            strain: &|s| self.strain.at(s),
+            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Local<1>),
+            velocity: self.velocity,
+        };
+        in_plane(self.material.clone(), &self.body, &start, options)
+            .map_err(|e| e.context(self.words.as_str()))
+    }
+
+    fn clamp(&self, t: f64) -> Frame<3> {
+        clamp::frame(&self.body, t)
+    }
+
+    fn load(&self) -> Option<Vector2<f64>> {
+        resting(&self.body)
+    }
+
+    fn is_driven(&self) -> bool {
+        self.body.is_driven()
+    }
+
+    fn strains(&self) -> Vec<(&'static str, usize)> {
+        vec![("curvature", BENDING)]
+    }
+}
+
+/// Refuses a straight rod that nothing moves across and that a push beyond Euler's load would keep straight for ever.
+fn stays_straight(plain: &Dimensionless) -> Result<()> {
+    let (body, start) = (body(plain)?, &plain.start);
+    let (load, free) = (body.load(0.0), start.relaxed == Relaxed::Start);
+    let idle = load.y == 0.0 && start.velocity == [0.0; 3] && !body.is_driven() && free;
+    match idle && load.x < -EULER {
+        true => Err(unstable(-load.x).context("[start]")),
+        false => Ok(()),
+    }
+}
+
+/// The strain that a planar rod has.
+const BENDING: usize = StrainName::U1 as usize;

@@ -1,0 +1,197 @@
+//! Rods in space at rest, single ones and those of assemblies.
+
+use super::{BouncePassed, BouncingRod, Followed, RodMass, SmallMass};
+use crate::assembly::{Assembly, Configuration, Link};
+use crate::error::Result;
+use crate::full_mass::held_vibrations::{Massive, fold_form, held_modes};
+use crate::motion::{Bounce, LightInSpace, Snap};
+use crate::rod::Wrench;
+use crate::scene::{AssemblySetup, Scales, Scene};
+use crate::study::modes::resting;
+
+/// Tolerance of the integration along the rods.
+pub(super) const ALONG: f64 = 1e-13;
+
+/// A rod of known mass.
+#[derive(Debug, Clone)]
+struct Known {
+    massive: Massive,
+    /// Without its numbers.
+    told: RodMass,
+}
+
+/// Rods of known mass in equilibrium under the loads at t = 0.
+#[derive(Debug, Clone)]
+pub(in crate::study) struct Resting {
+    assembly: Assembly,
+    now: Configuration,
+    /// By their place among the rods; None where the mass is not known.
+    rods: Vec<Option<Known>>,
+    time: f64,
+    /// The same, with its numbers.
+    pub mass: SmallMass,
+}
+
+/// The rod of a scene of statics under this base wrench, its end held where it is; None where its mass is not known, or its vibrations are not.
+pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMass> {
+    let rod = scene.standing_rod(base).ok()??;
+    let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
+    let modes = held_modes(&rod.massive, (&rod.link, &rod.chart, &point), 1).ok()?;
+    let mode = modes.first()?;
+    Some(SmallMass {
+        frequency_shift: None,
+        rods: vec![RodMass {
+            rod: None,
+            eps: None,
+            frequency: mode.frequency().map(|omega| omega / rod.scales.time),
+            decay: Some(mode.decay / rod.scales.time),
+            followed: false,
+        }],
+    })
+}
+
+impl Resting {
+    /// The rod of a scene in space; None where its mass is not known, its clamp moves, or no equilibrium is found.
+    pub fn single(scene: &Scene) -> Option<Self> {
+        if scene.clamp.motion.is_some() || scene.rod.mass().is_none() {
+            return None;
+        }
+        let found = resting(&scene.standing().ok()?).ok()?;
+        let (assembly, now) = found.at;
+        Self::new(scene, (assembly, now), &scene.scales().ok()?).ok()
+    }
+
+    /// The rods of an assembly; None where no mass is known, or no equilibrium is found.
+    pub fn assembly(scene: &Scene, setup: &AssemblySetup) -> Option<Self> {
+        let given = scene.assembly.as_ref()?;
+        if given.rods.iter().all(|rod| rod.rod.mass().is_none()) {
+            return None;
+        }
+        let now = setup.equilibrium().ok()?.now;
+        Self::new(scene, (setup.assembly.clone(), now), &setup.scales).ok()
+    }
+
+    /// About an equilibrium in the library's units, of which `scales` are those of the scene.
+    pub fn new(
+        scene: &Scene,
+        (assembly, now): (Assembly, Configuration),
+        scales: &Scales,
+    ) -> Result<Self> {
+        let rods: Vec<Option<Known>> = (0..assembly.links().len())
+            .map(|k| {
+                let rod = scene.rod_of(k);
+                let Some(massive) = rod.massive(assembly.links()[k].rod(), scales)? else {
+                    return Ok(None);
+                };
+                Ok(Some(Known {
+                    massive,
+                    told: RodMass {
+                        rod: assembly.name_of_rod(k).map(str::to_owned),
+                        eps: scene.mass_ratio(k),
+                        frequency: None,
+                        decay: None,
+                        followed: rod.is_light(),
+                    },
+                }))
+            })
+            .collect::<Result<_>>()?;
+        let mut resting = Self {
+            mass: SmallMass {
+                frequency_shift: None,
+                rods: Vec::new(),
+            },
+            assembly,
+            now,
+            rods,
+            time: scales.time,
+        };
+        resting.mass = SmallMass {
+            frequency_shift: resting.shift(),
+            rods: (0..resting.rods.len())
+                .filter_map(|k| resting.held(k))
+                .collect(),
+        };
+        Ok(resting)
+    }
+
+    /// Its one rod, to be followed by its equilibria.
+    pub fn light(&self) -> Option<LightInSpace> {
+        match self.assembly.links() {
+            [link] => Some(LightInSpace::new(link)),
+            _ => None,
+        }
+    }
+
+    /// The relative change of the lowest frequency.
+    fn shift(&self) -> Option<f64> {
+        let (assembly, now) = (&self.assembly, &self.now);
+        if assembly.is_followed(0.0) || assembly.index(0.0, now, ALONG).ok()? > 0 {
+            return None;
+        }
+        let modes = assembly.modes(now, ALONG).ok()?;
+        let rods = self.rods.iter();
+        let masses: Vec<_> = rods
+            .map(|rod| rod.as_ref().map(|rod| rod.massive.sections))
+            .collect();
+        assembly.shift_by_rods(now, &modes, &masses, ALONG)
+    }
+
+    /// Rod `k` with its ends held.
+    fn held(&self, k: usize) -> Option<RodMass> {
+        let rod = self.rods[k].as_ref()?;
+        let (link, q) = (&self.assembly.links()[k], &self.now.charts[k]);
+        let point = link.point(0.0, &self.now.bodies, q, ALONG).ok();
+        let modes = point.and_then(|point| held_modes(&rod.massive, (link, q, &point), 1).ok());
+        let mode = modes.and_then(|modes| modes.first().copied());
+        Some(RodMass {
+            frequency: mode.and_then(|mode| Some(mode.frequency()? / self.time)),
+            decay: mode.map(|mode| mode.decay / self.time),
+            ..rod.told.clone()
+        })
+    }
+
+    /// The fold of a snap, or one that a rod with friction or mass passes; None where the mass of the rod is not known, or the fold has no
+    /// normal form.
+    pub fn passed(&self, snap: &Snap) -> Option<Followed> {
+        let now = snap.moving.as_ref()?;
+        let link = self.assembly.links().get(snap.rod)?;
+        self.form(snap, now, (link, now.charts.get(snap.rod)?))
+    }
+
+    /// The bounce of a rod; None where its mass is not known.
+    pub fn bounced(&self, bounce: &Bounce) -> Option<BouncePassed> {
+        let rod = self.rods.get(bounce.rod)?.as_ref()?;
+        let of = BouncingRod {
+            name: rod.told.rod.clone(),
+            mass: rod.massive.sections.mass,
+            length: self.assembly.links()[bounce.rod].rod().length(),
+            // Rods that bounce have no friction.
+            eta: 0.0,
+        };
+        Some(BouncePassed::new(bounce, of, self.time))
+    }
+
+    /// The same of a fold of the light rod beside one of an assembly ([`LightInSpace::in_assembly`]).
+    pub fn passed_alone(&self, snap: &Snap) -> Option<Followed> {
+        let now = snap.moving.as_ref()?;
+        let link = self.assembly.links().get(snap.rod)?.alone();
+        self.form(snap, now, (&link, now.charts.first()?))
+    }
+
+    fn form(
+        &self,
+        snap: &Snap,
+        now: &Configuration,
+        (link, q): (&Link, &Wrench),
+    ) -> Option<Followed> {
+        let rod = self.rods.get(snap.rod)?.as_ref()?;
+        let point = link.point(snap.t, &now.bodies, q, ALONG).ok()?;
+        let (form, eta) = fold_form(&rod.massive, (link, q, &point)).ok()?;
+        Some(Followed {
+            rod: rod.told.rod.clone(),
+            form,
+            eta,
+            eps: rod.massive.sections.mass,
+        })
+    }
+}

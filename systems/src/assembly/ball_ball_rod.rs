@@ -1,0 +1,260 @@
+//! Rods between two ball joints: springs along their chords.
+//!
+//! Without couples at both ends the force is along the chord, r(1) x n = 0, and n, along the directors of the base, charts the rod
+//! with its length: in the six numbers of the chart
+//! ```text
+//! dm(0) = 0,       (r^ r^T) dr(1) + (L/couple) dm(1) = r^ dl,
+//! ```
+//! r^ the direction of the chord, l its length; dm(1) is across r^ where m(0) = 0. The directors of the base follow the chord, but for a
+//! spin about it, which nothing but the rod's own mass feels (`spin`). A round straight rod that has buckled can spin in its own curve as well, n' = d3 x n: that
+//! direction is held.
+
+use super::{Joint, Link, LinkEnd, LinkPoint};
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
+use crate::rod::{RodSection, Wrench};
+use crate::solve::deflation::{self, further};
+use crate::solve::newton;
+use crate::solve::parametrised_problem::{Family, Linearised};
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, Quaternion, SMatrix, Unit, UnitQuaternion,
+    Vector3, Vector6,
+};
+
+/// What a neutral turn may change, relative to what other directions do.
+const NEUTRAL: f64 = 1e-8;
+/// 1 + the cosine of the angle between directions that are opposite.
+const OPPOSITE: f64 = 1e-14;
+/// A force is along d3 that is less than this part of it aside.
+const STRAIGHT: f64 = 1e-12;
+/// Eigenvalues of the stiffness of a base above minus this part of the largest are not negative.
+const ZERO: f64 = 1e-7;
+/// A neutral direction with less than this part along the chord is neutral whatever the chord does.
+const ACROSS: f64 = 1e-7;
+/// Forces, in B/L^2, from which other equilibria are looked for: those of the first two ways in which a column buckles.
+const TYPICAL: [f64; 2] = [10.0, 40.0];
+/// Newton steps of a search from one of them at most.
+const PATIENCE: usize = 40;
+
+/// A rod between two ball joints that are held so far apart, by its force.
+struct Spanned<'a> {
+    link: &'a Link,
+    held: &'a Isometry3<f64>,
+    tolerance: f64,
+}
+
+impl Family for Spanned<'_> {
+    fn size(&self) -> usize {
+        3
+    }
+
+    fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
+        let q = joined(&Vector3::zeros(), &Vector3::from_column_slice(x.as_slice()));
+        let end = self.link.end(&q, self.tolerance)?;
+        let length = self.link.rod().length();
+        let gap = halves(&end.gap(self.held, Joint::Pins)).1 / length;
+        let jacobian = end.jacobian.fixed_view::<3, 3>(3, 3) / length;
+        Ok(Linearised {
+            residual: DVector::from_column_slice((-gap).as_slice()),
+            jacobian: DMatrix::from_column_slice(3, 3, jacobian.as_slice()),
+            slope: DVector::zeros(3),
+        })
+    }
+}
+
+impl LinkEnd {
+    /// The direction of the chord.
+    pub(super) fn along(&self) -> Vector3<f64> {
+        self.chord.unwrap_or_else(Vector3::z)
+    }
+
+    /// The direction in which the force of a round rod can turn about the rod's base while its curve turns in itself; None of any other rod. The chart
+    /// holds it.
+    pub(super) fn own_turn(&self) -> Option<Vector3<f64>> {
+        let couple = self.resultants.fixed_rows::<3>(6).into_owned();
+        let rows = chord_rows(&self.tangent, &couple, (&self.chord?, self.per_couple));
+        let by_force = rows.fixed_columns::<3>(3).into_owned();
+        own_turn(&by_force, &self.force, &(self.couple * self.per_couple))
+    }
+}
+
+/// What the chart makes of the chord, and of m(1) in lengths.
+fn chord_rows(
+    tangent: &Matrix6<f64>,
+    couple: &SMatrix<f64, 3, 6>,
+    (along, per_couple): (&Vector3<f64>, f64),
+) -> SMatrix<f64, 3, 6> {
+    along * along.transpose() * tangent.fixed_rows::<3>(3) + couple * per_couple
+}
+
+/// The direction in which the force turns about d3, if the end of the rod turns with it, its m(1), in lengths, too.
+fn own_turn(
+    by_force: &Matrix3<f64>,
+    force: &Vector3<f64>,
+    couple: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let z = Vector3::z();
+    let turn = z.cross(force);
+    let size = turn.norm();
+    let apart = by_force * turn - z.cross(couple);
+    let is_round =
+        size > STRAIGHT * force.norm() && apart.norm() <= NEUTRAL * by_force.norm() * size;
+    is_round.then(|| turn / size)
+}
+
+impl Link {
+    /// The matrices jacobian and drive of [`LinkEnd`], from the derivatives of the end and of m(1) by the chart.
+    pub(super) fn pins(
+        &self,
+        tangent: &Matrix6<f64>,
+        couple: &SMatrix<f64, 3, 6>,
+        section: &RodSection,
+        along: &Vector3<f64>,
+    ) -> (Matrix6<f64>, Matrix6<f64>) {
+        let units = self.units();
+        let line = along * along.transpose();
+        let mut jacobian = Matrix6::zeros();
+        jacobian
+            .fixed_view_mut::<3, 3>(0, 0)
+            .fill_diagonal(units[0]);
+        let per_couple = self.rod.length() / units[0];
+        let below = chord_rows(tangent, couple, (along, per_couple));
+        jacobian.fixed_rows_mut::<3>(3).copy_from(&below);
+        // By n alone.
+        let by_force: Matrix3<f64> = below.fixed_columns::<3>(3).into_owned();
+        if let Some(turn) = own_turn(&by_force, &section.force, &(section.couple * per_couple))
+            && let Some(across) = turn.cross(along).try_normalize(f64::MIN_POSITIVE)
+        {
+            // In place of what the end of the rod does in its own plane across the chord, which is nothing.
+            let held = turn.transpose() * by_force.norm() - across.transpose() * by_force;
+            let mut block = jacobian.fixed_view_mut::<3, 3>(3, 3);
+            block += across * held;
+        }
+        let mut drive = Matrix6::zeros();
+        drive.fixed_view_mut::<3, 3>(3, 3).copy_from(&line);
+        (jacobian, drive)
+    }
+
+    /// In how many directions the rod is neutral without a fold: paths of equilibria cross there, as those of a column at Euler's load do,
+    /// and the chord goes on along each of them. Neutral is what a force changes by less than `within`: singular values of the Jacobian in
+    /// lengths of the rod. None where it is regular, at a fold, and of a rod that is not between two ball joints.
+    pub fn crossing(&self, end: &LinkEnd, within: f64) -> Option<usize> {
+        let along = end.chord?;
+        let svd = end.jacobian.fixed_view::<3, 3>(3, 3).svd(true, false);
+        let (u, sizes) = (svd.u?, svd.singular_values / self.rod.length());
+        let is_across = |k: &usize| sizes[*k] <= within && u.column(*k).dot(&along).abs() <= ACROSS;
+        let count = (0..3).filter(is_across).count();
+        (count > 0).then_some(count)
+    }
+
+    /// The index of the rod with its ends where they are: that with the base held too, and the negative eigenvalues of the stiffness of
+    /// the base against turning about the point where it is (Haynsworth).
+    pub(super) fn pinned_index(
+        &self,
+        q: &Wrench,
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Result<usize> {
+        let mut ball = self.clone();
+        ball.joint = Joint::Ball;
+        let end = ball.end(q, tolerance)?;
+        let factors = ball.regular(&end).ok_or_else(|| {
+            Error::ill_conditioned(
+                "a rod between two ball joints has no index where it is straight and cannot be stretched: give it an axial stiffness",
+            )
+        })?;
+        // The base turns by phi: seen from there the end moves by r x phi, and the couple on the base is dm(0).
+        let mut moved = SMatrix::<f64, 6, 3>::zeros();
+        let r = end.pose.translation.vector.cross_matrix();
+        moved.fixed_rows_mut::<3>(3).copy_from(&r);
+        let change = factors
+            .solve(&(ball.gap_scale(&end) * moved))
+            .ok_or_else(|| Error::ill_conditioned("a rod exactly at a fold has no index"))?;
+        let stiffness: Matrix3<f64> = -(end.resultants.fixed_rows::<3>(0) * change);
+        let values = ((stiffness + stiffness.transpose()) * 0.5).symmetric_eigenvalues();
+        let zero = ZERO * values.amax();
+        let turning = values.iter().filter(|x| **x < -zero).count();
+        Ok(ball.index(q, held, tolerance)? + turning)
+    }
+
+    /// Charts of equilibria that are found with the ends so far apart besides those known: by deflation from these, from the unloaded rod
+    /// and from forces along the axes of the base and between them.
+    pub(super) fn other_spans(
+        &self,
+        known: &[Wrench],
+        held: &Isometry3<f64>,
+        tolerance: f64,
+    ) -> Vec<Wrench> {
+        let known = known
+            .iter()
+            .map(|q| DVector::from_column_slice(&q.as_slice()[3..]));
+        let known: Vec<DVector<f64>> = known.collect();
+        let mut guesses = known.clone();
+        guesses.push(DVector::zeros(3));
+        for size in TYPICAL {
+            for at in 0..27 {
+                let n = [at / 9, at / 3 % 3, at % 3].map(|k| f64::from(k - 1));
+                if let Some(along) = Vector3::from(n).try_normalize(0.5) {
+                    guesses.push(DVector::from_column_slice((along * size).as_slice()));
+                }
+            }
+        }
+        let asked = deflation::Options {
+            newton: newton::Options {
+                tolerance,
+                max_iterations: PATIENCE,
+                ..newton::Options::default()
+            },
+            ..deflation::Options::default()
+        };
+        let spanned = Spanned {
+            link: self,
+            held,
+            tolerance: 0.01 * tolerance,
+        };
+        let found = further(&spanned, 0.0, &known, &guesses, &asked);
+        let found = found.map_or_else(|_| Vec::new(), |search| search.solutions);
+        let charts = found.iter().map(|at| {
+            joined(
+                &Vector3::zeros(),
+                &Vector3::from_column_slice(at.x.as_slice()),
+            )
+        });
+        charts.collect()
+    }
+
+    /// The chart of the rod near `q` with its ends so far apart, seen from the base; for starts.
+    pub(super) fn spanning(&self, held: &Isometry3<f64>, tolerance: f64) -> Option<Wrench> {
+        self.polished(&Vector6::zeros(), held, tolerance).ok()
+    }
+}
+
+impl LinkPoint {
+    /// Turns the base of a rod between two ball joints along its chord.
+    pub(super) fn align(&mut self) {
+        if let Some(chord) = self.end.chord {
+            self.base.pose.rotation = along_chord(&self.base.pose, &self.tip.pose, &chord);
+        }
+    }
+}
+
+/// The rotation that leads the chord of a rod, along the directors of its base, to that between its attachments, from `base` by the least
+/// turn: the rod can spin about it as it likes.
+fn along_chord(
+    base: &Isometry3<f64>,
+    tip: &Isometry3<f64>,
+    chord: &Vector3<f64>,
+) -> UnitQuaternion<f64> {
+    let wanted = tip.translation.vector - base.translation.vector;
+    let now = base.rotation * chord;
+    let ahead = wanted.norm() + now.dot(&wanted);
+    let turn = if ahead > OPPOSITE * wanted.norm() {
+        // Right for small angles, too, which an arc cosine is not.
+        UnitQuaternion::from_quaternion(Quaternion::from_parts(ahead, now.cross(&wanted)))
+    } else {
+        // Half a turn about whatever is across.
+        let across = now.cross(&now.zxy());
+        UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
+    };
+    turn * base.rotation
+}

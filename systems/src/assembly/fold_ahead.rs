@@ -1,0 +1,336 @@
+//! The fold that a rod of small mass nears, before which its mass is given up (theory 2.8, 2.9, 3.9).
+
+use super::first_order_mass::swaying;
+use super::{Joint, LightRod, Link, LinkEnd, LinkPoint};
+use crate::math::se3::{halves, joined};
+use crate::rod::{Generalized, Rates, Wrench};
+use nalgebra::{DMatrix, Matrix6, SVector, Vector3, Vector6};
+
+/// Times T_i before a fold within which a rod is not followed, by its normal form (theory 2.8, 2.9).
+const CLEAR: f64 = 2.0;
+/// Radians by which a rod sways, the way it is softest, in the time that is left until its fold, below which it is not followed, and beyond which it is again: near folds these are 2 T_i
+/// and 3 T_i.
+const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
+/// A fold is looked for within this part of the chart, where the rod's normal form tells of it.
+const NEAR: f64 = 0.25;
+/// So many times that before a fold there is as much room as there need be.
+const AMPLE: f64 = 16.0;
+/// Of a fold with as much room as that it is enough to know the least.
+const FAR: f64 = 0.25;
+
+/// The change of the chart that moves the end of a rod least: at a fold not at all. Of a taut rod that of its force alone, for its attachment turns its end exactly.
+struct Softest {
+    /// The units in which the end is measured.
+    scale: Matrix6<f64>,
+    /// The least singular value of J in them, sigma, and its left and right singular vectors.
+    sigma: f64,
+    u: Vector6<f64>,
+    z: Vector6<f64>,
+}
+
+impl Softest {
+    fn of(end: &LinkEnd, scale: Matrix6<f64>) -> Option<Self> {
+        let from = if end.taut.is_some() { 3 } else { 0 };
+        let size = 6 - from;
+        let svd = DMatrix::from_column_slice(6, 6, (scale * end.jacobian).as_slice())
+            .view((from, from), (size, size))
+            .svd(true, true);
+        let least = svd.singular_values.imin();
+        let whole =
+            |part: &[f64]| Vector6::from_fn(|i, _| if i < from { 0.0 } else { part[i - from] });
+        let (u, z) = (svd.u?, svd.v_t?.transpose());
+        Some(Self {
+            scale,
+            sigma: svd.singular_values[least],
+            u: whole(u.column(least).as_slice()),
+            z: whole(z.column(least).as_slice()),
+        })
+    }
+
+    /// s: the wrench that z makes on the end is next to a fold ell = s u (by the law of reciprocity), dual to motions of the end. Elsewhere they may be across each other, and s is the
+    /// one's size over the other's.
+    fn wrench(&self, joint: Joint, end: &LinkEnd) -> f64 {
+        let ell = end.resultants * self.z;
+        let (couple, force) = (ell.fixed_rows::<3>(6), ell.fixed_rows::<3>(3));
+        let against = (self.scale * self.u).fixed_rows::<3>(3).into_owned();
+        match joint {
+            Joint::Weld => {
+                let dual = self.scale.map_diagonal(|unit| 1.0 / unit);
+                let wrench = joined(&couple.into_owned(), &force.into_owned());
+                dual.component_mul(&wrench).norm()
+            }
+            Joint::Ball => force.norm() / against.norm(),
+            Joint::Pins => (end.along().dot(&force) / end.along().dot(&against)).abs(),
+        }
+    }
+}
+
+/// A fold ahead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Passage {
+    /// How far in the chart.
+    way: f64,
+    /// The time until it; infinite if the rod moves away from it.
+    ahead: f64,
+    /// T_i, the time in which inertia lets the rod go.
+    inertial: f64,
+}
+
+impl Link {
+    /// How much room there is before the mass of the rod is to be given up for a fold, or, where it is not `followed`, to be taken back: positive where it should be followed, falling to 0
+    /// steadily. None where that cannot be told.
+    pub(super) fn room(
+        &self,
+        light: &LightRod,
+        (q, point): (&Wrench, &LinkPoint),
+        followed: bool,
+        tolerance: f64,
+    ) -> Option<f64> {
+        let (rod, soft) = (
+            (q, point),
+            Softest::of(&point.end, self.gap_scale(&point.end))?,
+        );
+        let meanwhile = || -> Option<(f64, f64)> {
+            let (left, sways) = self.sways(light, &soft, rod, tolerance)?;
+            Some((left, (sways / SWAYS[usize::from(!followed)] - 1.0) / AMPLE))
+        };
+        let fold = self.passage(light, &soft, rod, tolerance)?;
+        let far = fold.way / (NEAR * q.norm()) - 1.0;
+        // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
+        // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
+        if !followed {
+            return Some(meanwhile().map_or(far, |(_, regular)| far.max(regular)));
+        }
+        let clear = |time: f64| (time / (CLEAR * fold.inertial) - 1.0) / AMPLE;
+        let room = far.max(clear(fold.ahead));
+        if room > FAR {
+            return Some(room);
+        }
+        Some(meanwhile().map_or(room, |(left, regular)| room.max(clear(left)).max(regular)))
+    }
+
+    /// The time that is left until the fold, and by how many radians the rod sways meanwhile, the way it is softest: t omega, omega^2 = s sigma/M0.
+    fn sways(
+        &self,
+        light: &LightRod,
+        soft: &Softest,
+        (q, point): (&Wrench, &LinkPoint),
+        tolerance: f64,
+    ) -> Option<(f64, f64)> {
+        let (left, inertia) = self.left(light, soft, (q, point), tolerance)?;
+        let along = point.charted(q, &SVector::zeros(), &soft.z);
+        let mass = along.dot(&(inertia.matrix * along));
+        let stiffness = soft.wrench(self.joint(), &point.end) * soft.sigma;
+        Some((left, left * (stiffness / mass).sqrt()))
+    }
+
+    /// The fold that the rod nears, by its normal form: with z and u the null vectors of J, scaled to u . J z = sigma, and the wrench that z makes on the end, ell = s u, the fold lies
+    /// sigma/(2 B) away along z, B = |u . D^2\[z, z\]|/2, and is reached after sigma^2/(4 A B), A = |u . drive|. The chord of a rod between two ball joints stands meanwhile. None where
+    /// that cannot be told.
+    fn passage(
+        &self,
+        light: &LightRod,
+        soft: &Softest,
+        (q, point): (&Wrench, &LinkPoint),
+        tolerance: f64,
+    ) -> Option<Passage> {
+        let Softest { scale, sigma, u, z } = soft;
+        let along = point.charted(q, &SVector::zeros(), z);
+        let (rod, motion) = ((q, point), swaying(&along));
+        let inertia = self.inertia(&light.sections, rod, (&motion, Rates::Force), tolerance)?;
+        let bend = u.dot(&(scale * self.second(&point.end, &inertia)));
+        let drive = u.dot(&(scale * point.drive()));
+        let away = bend * drive >= 0.0;
+        let (drive, bend) = (drive.abs(), 0.5 * bend.abs());
+        let ahead = sigma * sigma / (4.0 * drive * bend);
+        let (s, mass) = (
+            soft.wrench(self.joint(), &point.end),
+            along.dot(&(inertia.matrix * along)),
+        );
+        Some(Passage {
+            way: sigma / (2.0 * bend),
+            ahead: if away { f64::INFINITY } else { ahead },
+            inertial: mass.powf(0.4) * (s * s * drive * bend).powf(-0.2),
+        })
+    }
+
+    /// The time until the fold by how fast sigma falls as the rod moves now, for it falls to 0 as the root of the time that is left: sigma' = u . D^2[z, q']. Infinite if it grows. With it
+    /// the inertia of the rod. None where J is singular.
+    fn left(
+        &self,
+        light: &LightRod,
+        Softest { scale, sigma, u, z }: &Softest,
+        (q, point): (&Wrench, &LinkPoint),
+        tolerance: f64,
+    ) -> Option<(f64, Generalized)> {
+        let mut rate = self.regular(&point.end)?.solve(&(scale * point.drive()))?;
+        if point.end.taut.is_some() {
+            // What turns the end, and what pulls at it and at the spring beside it.
+            let (spin, velocity) = halves(&point.relative_twist());
+            let pulled = halves(&rate).1 + velocity * (self.spring() / self.rod().length());
+            rate = joined(&spin, &pulled);
+        }
+        // D^2 of a pair by those of sum and difference, which are best told apart where both are of one size.
+        let size = rate.norm().max(f64::MIN_POSITIVE);
+        let still = SVector::zeros();
+        let bent = |along: Wrench| {
+            let motion = swaying(&point.charted(q, &still, &along));
+            let inertia = self.inertia(
+                &light.sections,
+                (q, point),
+                (&motion, Rates::Force),
+                tolerance,
+            )?;
+            // Between two ball joints the base turns with the chart, so that its wrench is accelerated where the chart is not.
+            let by = |b: Vector3<f64>, rate: Vector3<f64>| {
+                motion.spin.cross(&(rate * 2.0 + motion.spin.cross(&b)))
+            };
+            let ((m, n), (m_t, n_t)) = (halves(q), halves(&along));
+            let turned = point.end.jacobian * joined(&by(m, m_t), &by(n, n_t));
+            let bent = u.dot(&(scale * (self.second(&point.end, &inertia) + turned)));
+            Some((bent, inertia))
+        };
+        let ((sum, inertia), (difference, _)) = (bent(z + rate / size)?, bent(z - rate / size)?);
+        let falls = -0.25 * size * (sum - difference);
+        let left = if falls > 0.0 {
+            0.5 * sigma / falls
+        } else {
+            f64::INFINITY
+        };
+        Some((left, inertia))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Assembly, Attachment, Carrier, Configuration, Integrals, Place, Seen};
+    use super::*;
+    use crate::body::Body;
+    use crate::elastica::{self, Equilibrium};
+    use crate::math::se3::joined;
+    use crate::rod::{Rod, SectionMass};
+    use crate::section::Linear;
+    use nalgebra::{Isometry3, UnitQuaternion, Vector2};
+
+    /// Catches a wrong scale of the null vectors, a wrong stiffness, mass or time that is left, by the base wrench or from both ends: next to the fold of the reference snap
+    /// (theory 2.6) the planar rod has its normal form in closed form, by which it sways sqrt(2) (t/T_i)^(5/4) radians in the time t, up to the distance from it.
+    #[test]
+    fn folds_ahead_are_those_of_the_plane() {
+        const EPS: f64 = 1e-3;
+        let (fold, start) = ([0.639_250_507, 6.556_218_856], [0.7, 6.3]);
+        let v = Vector2::new(0.0, -0.5);
+        for (off, seen) in [1e-2, 1e-3]
+            .map(|off| [Seen::FromBase, Seen::Taut].map(|seen| (off, seen)))
+            .concat()
+        {
+            let [p, lam] = [0, 1].map(|k| fold[k] + off * (start[k] - fold[k]));
+            let at = Equilibrium::from_lambda_p(lam, p).unwrap();
+            let expected = elastica::Passage::new(at.p, at.w, &v).unwrap();
+            let rod = Rod::new(1.0, Linear::diagonal([1.0; 2], 1.0).unwrap()).unwrap();
+            let here = Isometry3::identity();
+            let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
+            let mut link = Link::new(rod, from, to, Joint::Ball);
+            link.seen_as(seen);
+            link.beside_spring(1.0);
+            let body = Carrier::point(Body::new(1.0).unwrap());
+            let light = LightRod {
+                sections: SectionMass {
+                    mass: EPS,
+                    rotary: Vector3::zeros(),
+                },
+                followed: true,
+            };
+            let assembly = Assembly::new(vec![body], vec![link]).unwrap();
+            let end = Vector3::new(at.y, 0.0, at.x);
+            let force = Vector3::new(at.alpha.sin(), 0.0, at.alpha.cos()) * -lam * lam;
+            let mut place = Place::at_rest(Isometry3::translation(end.x, end.y, end.z));
+            place.twist = joined(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
+            let now = Configuration {
+                bodies: vec![place],
+                charts: vec![joined(&end.cross(&force), &force)],
+                spins: Vec::new(),
+            };
+            let state = assembly.state(&now, &Integrals::default());
+            let at = assembly.evaluated(&state, 1e-12).unwrap();
+            let rod = (&at.now.charts[0], &at.points[0]);
+            let link = &assembly.links[0];
+            let soft = Softest::of(&rod.1.end, link.gap_scale(&rod.1.end)).unwrap();
+            let found = link.passage(&light, &soft, rod, 1e-12).unwrap();
+            let (_, sways) = link.sways(&light, &soft, rod, 1e-12).unwrap();
+            let near = |found: f64, expected: f64| {
+                let error = (found / expected - 1.0).abs();
+                assert!(error < 10.0 * off, "{found} {expected}");
+            };
+            let (ahead, inertial) = (expected.time_ahead(), expected.inertial(EPS));
+            near(found.inertial, inertial);
+            near(found.ahead, ahead);
+            near(sways, (ahead / inertial).powf(1.25) * 2f64.sqrt());
+        }
+    }
+
+    /// Catches a rate of sigma that leaves out what moves a rod apart from its null vector, the turn of its end, or the spring beside it: it is that of sigma itself, by differences along the motion.
+    #[test]
+    fn the_time_left_is_that_of_sigma() {
+        let law = Linear::diagonal([1.1, 1.0], 0.75)
+            .and_then(|law| law.with_axial(50.0))
+            .and_then(|law| law.with_rest([0.1, -0.05], 0.2));
+        let rod = Rod::new(1.3, law.unwrap()).unwrap();
+        let light = LightRod {
+            sections: SectionMass {
+                mass: 1e-3,
+                rotary: Vector3::new(2e-6, 1e-6, 3e-6),
+            },
+            followed: true,
+        };
+        let here = Isometry3::identity();
+        let (mut nearing, mut leaving) = (0, 0);
+        for (joint, seen, spring) in [
+            (Joint::Weld, Seen::FromBase, 0.0),
+            (Joint::Weld, Seen::Taut, 0.0),
+            (Joint::Weld, Seen::Taut, 7.0),
+            (Joint::Ball, Seen::FromBase, 0.0),
+            (Joint::Ball, Seen::Taut, 7.0),
+            (Joint::Pins, Seen::FromBase, 0.0),
+        ] {
+            let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
+            let mut link = Link::new(rod.clone(), from, to, joint);
+            let mut q = Vector6::new(1.0, -2.0, 0.6, 1.5, 0.4, 3.0);
+            let held = link.end(&q, 1e-13).unwrap().pose;
+            if joint != Joint::Weld {
+                q = link.settle(&q, &held, 1e-13).unwrap();
+            }
+            link.seen_as(seen);
+            link.beside_spring(spring);
+            for way in [1.0, -1.0] {
+                let twist = Vector6::new(0.3, -0.4, 0.5, 0.7, -0.2, 0.6) * way;
+                let at = |dt: f64, q: Wrench| {
+                    let turn = UnitQuaternion::from_scaled_axis(twist.fixed_rows::<3>(0) * dt);
+                    let place = held.translation.vector + twist.fixed_rows::<3>(3) * dt;
+                    let pose = Isometry3::from_parts(place.into(), turn * held.rotation);
+                    let mut body = Place::at_rest(pose);
+                    body.twist = twist;
+                    link.point(0.0, &[body], &q, 1e-13).unwrap()
+                };
+                let point = at(0.0, q);
+                let scale = link.gap_scale(&point.end);
+                let rate = link.regular(&point.end).unwrap();
+                let rate = rate.solve(&(scale * point.drive())).unwrap();
+                let step = 1e-5;
+                let soft = |end: &LinkEnd| Softest::of(end, scale).unwrap();
+                let sigma = |dt: f64| soft(&at(dt, q + rate * dt).end).sigma;
+                let falls = (sigma(-step) - sigma(step)) / (2.0 * step);
+                let soft = soft(&point.end);
+                let (left, _) = link.left(&light, &soft, (&q, &point), 1e-13).unwrap();
+                if falls > 0.0 {
+                    let error = left / (0.5 * sigma(0.0) / falls) - 1.0;
+                    assert!(error.abs() < 1e-6, "{joint:?} {seen:?}: {error:.1e}");
+                    nearing += 1;
+                } else {
+                    assert_eq!(left, f64::INFINITY, "{joint:?} {seen:?}");
+                    leaving += 1;
+                }
+            }
+        }
+        assert_eq!((nearing, leaving), (6, 6));
+    }
+}

@@ -1,0 +1,231 @@
+//! The fast layer along which a rod falls that has lost its equilibrium, as a flow of its strains (see [`super::landing`]).
+
+use crate::math::se3::joined;
+use crate::rod::Fallen;
+use crate::section::SectionLaw;
+use crate::solve::dop853::Dop853;
+use crate::viscoelastic::grid::Grid;
+use crate::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
+use crate::viscoelastic::reduced::solve;
+use crate::viscoelastic::space::{Curve, Space};
+use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, SMatrix, UnitQuaternion, Vector3};
+use std::sync::Arc;
+
+/// Tolerance of the flow, which need not be accurate: its end is polished in the chart.
+const TOLERANCE: f64 = 1e-7;
+/// Strain rates below this are rest.
+const REST: f64 = 1e-6;
+/// The flow stands on the wrong side once it is back at this part of the push.
+const BACK: f64 = 0.5;
+/// Steps of the flow at most.
+pub(super) const MOST_STEPS: usize = 5_000;
+/// Wrenches that the resultants feel by less than this part of what they feel most are left out.
+const FELT: f64 = 1e-12;
+/// Shapes whose end is farther than this from where it is held, in lengths of the rod and in radians, are not shown: the push has moved it.
+const SHOWN: f64 = 0.02;
+
+/// The layer of one rod, in its own units and in the directors of its base.
+pub(super) struct Layer<const D: usize> {
+    pub law: Arc<dyn SectionLaw>,
+    pub grid: Grid,
+    pub held: Isometry3<f64>,
+    /// Only how far the end is from the base is held.
+    pub by_chord: bool,
+    /// The wrench on the end where it was last found.
+    pub wrench: AtEnd<D>,
+    /// The load along the rod at the nodes.
+    pub load: Option<Vec<Vector3<f64>>>,
+}
+
+pub(super) fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
+    strains
+        .as_slice()
+        .chunks_exact(6)
+        .map(Local::from_column_slice)
+        .collect()
+}
+
+impl<const D: usize> Layer<D> {
+    /// The twist that leads from where the end is held to where it is.
+    fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
+        let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
+        let all = joined(
+            &turn,
+            &(end.translation.vector - self.held.translation.vector),
+        );
+        all.fixed_rows::<D>(6 - D).into_owned()
+    }
+
+    /// The direction of the chord, if that is all that is held.
+    fn chord(&self, end: &Isometry3<f64>) -> Option<AtEnd<D>> {
+        let mut along = AtEnd::<D>::zeros();
+        along
+            .fixed_rows_mut::<3>(D - 3)
+            .copy_from(&end.translation.vector);
+        self.by_chord.then(|| along / along.norm())
+    }
+
+    /// By how much the chord is longer than it is held.
+    fn stretched(&self, end: &Isometry3<f64>) -> f64 {
+        end.translation.vector.norm() - self.held.translation.vector.norm()
+    }
+
+    /// Takes the wrench for which the resultants of the strains `e` differ least from those of an equilibrium, those of strains that cannot change left out.
+    pub fn fit(&mut self, e: &DVector<f64>) -> Option<()> {
+        let space = Space::<6, D>::new();
+        let strains = split(e);
+        let curve = space.shape(&self.grid, &strains)?;
+        let borne = self.borne(&curve, strains.len());
+        let rigid = self.law.rigid();
+        let mut normal = SMatrix::<f64, D, D>::zeros();
+        let mut sum = AtEnd::<D>::zeros();
+        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
+        for (i, (s, weight)) in nodes.enumerate() {
+            let mut transfer = space.transfer(&curve, i);
+            let mut left = self.law.free(*s, &strains[i]).ok()?.resultants - borne[i];
+            for k in (0..3).filter(|k| rigid[*k]) {
+                transfer.row_mut(3 + k).fill(0.0);
+                left[3 + k] = 0.0;
+            }
+            normal += transfer.tr_mul(&transfer) * *weight;
+            sum += transfer.tr_mul(&left) * *weight;
+        }
+        // A straight rod that cannot stretch does not feel a pull.
+        let normal = DMatrix::from_column_slice(D, D, normal.as_slice());
+        let sum = DVector::from_column_slice(sum.as_slice());
+        let svd = normal.svd(true, true);
+        let found = svd.solve(&sum, FELT * svd.singular_values.amax()).ok()?;
+        self.wrench = AtEnd::from_column_slice(found.as_slice());
+        if let Some(along) = self.chord(curve.end()) {
+            self.wrench = along * along.dot(&self.wrench);
+        }
+        Some(())
+    }
+
+    /// The resultants of the load along the rod at its nodes.
+    fn borne(&self, curve: &Curve, nodes: usize) -> Vec<Local<6>> {
+        match &self.load {
+            Some(load) => {
+                Space::<6, D>::new()
+                    .borne(&self.grid, curve, load)
+                    .resultants
+            }
+            None => vec![Local::zeros(); nodes],
+        }
+    }
+
+    /// Rates of the strains `e`; None where a law refuses.
+    fn rates(&mut self, e: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let space = Space::<6, D>::new();
+        let strains = split(e);
+        let curve = space.shape(&self.grid, &strains)?;
+        let mut off = self.off(curve.end());
+        let chord = self.chord(curve.end());
+        if let Some(along) = &chord {
+            off = along * self.stretched(curve.end());
+            self.wrench = along * along.dot(&self.wrench);
+        }
+        let borne = self.borne(&curve, strains.len());
+        let nodes = self
+            .grid
+            .nodes()
+            .iter()
+            .zip(self.grid.weights())
+            .zip(&strains)
+            .enumerate();
+        let linear = self.law.uniform_linear().is_some();
+        for round in 0..20 {
+            let mut missing: AtEnd<D> = off * 2.0;
+            let mut give = SMatrix::<f64, D, D>::zeros();
+            for (i, ((s, weight), e)) in nodes.clone() {
+                let transfer = space.transfer(&curve, i);
+                let resultants = transfer * self.wrench + borne[i];
+                let asked = self.law.inverse(*s, &resultants).ok()?;
+                let rate = asked.strain - e;
+                out.fixed_rows_mut::<6>(6 * i).copy_from(&rate);
+                missing += transfer.tr_mul(&rate) * *weight;
+                give += transfer.tr_mul(&(asked.compliance.matrix() * transfer)) * *weight;
+            }
+            if let Some(along) = &chord {
+                missing = along * along.dot(&missing);
+            }
+            if round > 0 && (linear || missing.norm() < 1e-9) {
+                return out.iter().all(|x| x.is_finite()).then_some(());
+            }
+            self.wrench -= match &chord {
+                None => solve(&give, &missing)?,
+                Some(along) => missing / along.dot(&(give * along)),
+            };
+        }
+        None
+    }
+
+    /// Where the flow from `start` + `push` comes to rest, `seen` being shown the strains after every step; None if it falls back to `start`, or does
+    /// not settle.
+    pub fn flow(
+        &mut self,
+        start: &DVector<f64>,
+        push: &DVector<f64>,
+        seen: &mut dyn FnMut(&DVector<f64>),
+    ) -> Option<DVector<f64>> {
+        let state = start + push;
+        let size = push.norm();
+        let mut slope = state.clone();
+        self.rates(&state, &mut slope)?;
+        let mut solver = Dop853::new(state, slope.clone(), 0.1, TOLERANCE);
+        let mut step = solver.blank();
+        for _ in 0..MOST_STEPS {
+            let taken = solver.step_into(|y, out| self.rates(y, out), 10.0, &mut step);
+            taken.ok()?;
+            seen(solver.state());
+            let away = (solver.state() - start).norm();
+            if away < BACK * size {
+                return None;
+            }
+            if solver.slope().amax() < REST && away > 2.0 * size {
+                let last = solver.state().clone();
+                self.rates(&last, &mut slope)?;
+                return Some(last);
+            }
+        }
+        None
+    }
+
+    /// The shape of the strains `e` in units of the rod, turned so that a chord that is held points where it is held; None where the end is not yet
+    /// back.
+    pub fn shape(&self, e: &DVector<f64>) -> Option<Fallen> {
+        let strains = split(e);
+        let curve = Space::<6, D>::new().shape(&self.grid, &strains)?;
+        let end = curve.end();
+        let off = match self.by_chord {
+            true => self.stretched(end).abs(),
+            false => self.off(end).norm(),
+        };
+        if off > SHOWN {
+            return None;
+        }
+        let turn = match self.by_chord {
+            true => UnitQuaternion::rotation_between(
+                &end.translation.vector,
+                &self.held.translation.vector,
+            )?,
+            false => UnitQuaternion::identity(),
+        };
+        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
+        let energy = nodes.zip(&strains).try_fold(0.0, |sum, ((s, weight), e)| {
+            Some(sum + weight * self.law.energy(*s, e).ok()?)
+        })?;
+        let inner = curve.positions().iter().zip(curve.directors());
+        let inner = inner.map(|(r, directors)| {
+            let directors = Rotation3::from_matrix_unchecked(*directors);
+            Isometry3::from_parts(
+                (*r).into(),
+                UnitQuaternion::from_rotation_matrix(&directors),
+            )
+        });
+        let sections = std::iter::once(Isometry3::identity())
+            .chain(inner)
+            .chain([*end]);
+        Some((energy, sections.map(|at| turn * at).collect()))
+    }
+}

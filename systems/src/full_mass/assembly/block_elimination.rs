@@ -1,0 +1,471 @@
+//! Derivatives of the balance, block by block, and their elimination rod by rod.
+//!
+//! With A of a rod against its own strains, b the columns of bodies and multipliers,
+//! ```text
+//! [A_k  b_k] [x_k]   [r_k]
+//! [c_k  d  ] [y  ] = [s  ],        (d - sum c_k A_k^-1 b_k) y = s - sum c_k A_k^-1 r_k.
+//! ```
+
+use super::{BodyNow, HeavyAssembly, HeavyBalance, HeavyState};
+use crate::full_mass::maxwell_nodes::Memory;
+use crate::full_mass::rod::Derivatives;
+use crate::solve::system::Scalar;
+use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+use std::sync::Arc;
+
+/// Derivatives by displacements, by velocities, or by accelerations.
+#[derive(Debug, Clone)]
+pub(super) struct Level {
+    rods: Vec<Part>,
+    /// Bodies and bases against each other.
+    free: DMatrix<f64>,
+}
+
+/// Those of a rod: its balance, its share in that of the bodies, and its end; each by the strains and by bodies and bases.
+#[derive(Debug, Clone)]
+struct Part {
+    own: DMatrix<f64>,
+    own_by_free: DMatrix<f64>,
+    free_by_own: DMatrix<f64>,
+    end_by_own: DMatrix<f64>,
+    end_by_free: DMatrix<f64>,
+}
+
+/// All derivatives of the balance.
+#[derive(Debug, Clone)]
+pub(super) struct Blocks {
+    /// By displacements, velocities, accelerations; or by accelerations alone.
+    levels: Vec<Level>,
+    /// By the multiplier of every rod: its own balance, and that of the bodies.
+    by_wrench: Vec<[DMatrix<f64>; 2]>,
+}
+
+/// What stands on the right, or is found: of every rod, and of bodies, bases and multipliers together.
+#[derive(Debug, Clone)]
+pub(super) struct Sides<T: ComplexField> {
+    pub rods: Vec<DVector<T>>,
+    pub free: DVector<T>,
+}
+
+/// The factored matrix.
+#[derive(Debug)]
+pub(super) struct Factored<T: ComplexField> {
+    rods: Vec<RodFactor<T>>,
+    /// Bodies and bases before the multipliers.
+    small: LU<T, Dyn, Dyn>,
+    scale: Vec<f64>,
+}
+
+#[derive(Debug)]
+struct RodFactor<T: ComplexField> {
+    lu: LU<T, Dyn, Dyn>,
+    scale: Vec<f64>,
+    /// A^-1 b, by bodies and bases, then its multipliers.
+    answer: DMatrix<T>,
+    /// c, the rows in the same order.
+    below: DMatrix<T>,
+    /// Where the multipliers begin.
+    start: usize,
+}
+
+/// Which derivatives of the balance of rods and bodies, and which of the ends, make a matrix: levels with factors.
+pub(super) struct Mix<'a, T> {
+    pub balance: &'a [(T, usize)],
+    pub ends: &'a [(T, usize)],
+    /// The Maxwell branches of the rods, which answer to displacements at this rate; None: they carry nothing.
+    pub memory: Option<(T, &'a [Memory])>,
+}
+
+impl HeavyAssembly {
+    /// The derivatives by accelerations and multipliers alone.
+    pub(super) fn mass_blocks(&self, at: &HeavyState) -> Option<Blocks> {
+        let mut whole = Vec::with_capacity(self.links.len());
+        for (link, moving) in self.links.iter().zip(&at.rods) {
+            let (mass, turned) = link.rod.mass_matrix(at.t, moving)?;
+            whole.push((mass, turned.end()));
+        }
+        let mut free = DMatrix::zeros(self.layout.free, self.layout.free);
+        for (number, (mass, body)) in self.masses.iter().zip(&at.bodies).enumerate() {
+            let crate::assembly::Place { pose, twist } = &body.place;
+            let linear = mass.linear(at.t, pose, twist, &nalgebra::Vector6::zeros())?;
+            let own = self.body_seat(number, body).by;
+            free += own.tr_mul(&(linear.by_acceleration * own.clone()));
+        }
+        let whole: Vec<(&DMatrix<f64>, &DMatrix<f64>)> =
+            whole.iter().map(|(mass, end)| (mass, end)).collect();
+        let columns: Vec<_> = whole
+            .iter()
+            .zip(&at.seats)
+            .map(|((mass, end), (from, to))| {
+                let m = mass.ncols() - 6;
+                let below = end.columns(m, 6) * &from.by;
+                let to = to.as_ref().map_or(0.0 * &below, |seat| seat.by.clone());
+                (mass.columns(m, 6) * &from.by, below - to)
+            })
+            .collect();
+        let level = self.level(at, &whole, &columns, free);
+        Some(Blocks {
+            by_wrench: self.by_wrench(at, whole.iter().map(|(_, end)| *end)),
+            levels: vec![level],
+        })
+    }
+
+    /// All derivatives of a balance.
+    pub(super) fn blocks(
+        &self,
+        at: &HeavyState,
+        balance: &HeavyBalance,
+        unknowns: &[f64],
+    ) -> Option<Blocks> {
+        let faster = DVector::from_column_slice(&unknowns[..self.layout.free]);
+        let size = self.layout.free;
+        let mut free = [0; 3].map(|_| DMatrix::zeros(size, size));
+        for (number, (mass, body)) in self.masses.iter().zip(&at.bodies).enumerate() {
+            let BodyNow { place, .. } = body;
+            let wrench = &balance.wrenches[number];
+            let linear = mass.linear(at.t, &place.pose, &place.twist, wrench)?;
+            let seat = self.body_seat(number, body);
+            let aside = self.seat_linear(&seat, &at.bodies, &faster);
+            let by_place = linear.by_pose * &seat.by
+                + linear.by_velocity * aside.twist_by_place
+                + linear.by_acceleration * aside.by_place;
+            let by_velocity =
+                linear.by_velocity * &seat.by + linear.by_acceleration * aside.by_velocity;
+            free[0] += seat.by.tr_mul(&by_place);
+            free[1] += seat.by.tr_mul(&by_velocity);
+            free[2] += seat.by.tr_mul(&(linear.by_acceleration * &seat.by));
+            self.add_lever(&mut free[0], &seat, &at.bodies, wrench);
+        }
+        let mut found: Vec<Derivatives> = Vec::with_capacity(self.links.len());
+        let mut columns: [Vec<_>; 3] = [Vec::new(), Vec::new(), Vec::new()];
+        for (k, (link, (from, to))) in self.links.iter().zip(&at.seats).enumerate() {
+            let d = link.rod.derivatives(at.t, &at.rods[k], &balance.rods[k])?;
+            let m = link.rod.size();
+            let aside = self.seat_linear(from, &at.bodies, &faster);
+            let along = |[place, rate, second]: [&DMatrix<f64>; 3]| {
+                let [place, rate, second] = [place, rate, second].map(|d| d.columns(m, 6));
+                [
+                    place * &from.by + rate * &aside.twist_by_place + second * &aside.by_place,
+                    rate * &from.by + second * &aside.by_velocity,
+                    second * &from.by,
+                ]
+            };
+            let own = along([&d.by_strain, &d.by_rate, &d.mass]);
+            let mut ends = along(d.end.each_ref());
+            if let Some(seat) = to {
+                let aside = self.seat_linear(seat, &at.bodies, &faster);
+                ends[0] -= aside.by_place;
+                ends[1] -= aside.by_velocity;
+                ends[2] -= &seat.by;
+                let wrench = self.end_wrench(k, unknowns);
+                self.add_lever(&mut free[0], seat, &at.bodies, &wrench);
+            }
+            self.add_lever(&mut free[0], from, &at.bodies, &balance.rods[k].base);
+            for ((columns, own), end) in columns.iter_mut().zip(own).zip(ends) {
+                columns.push((own, end));
+            }
+            found.push(d);
+        }
+        let levels = free.into_iter().enumerate().map(|(j, free)| {
+            let whole: Vec<_> = found
+                .iter()
+                .map(|d| ([&d.by_strain, &d.by_rate, &d.mass][j], &d.end[j]))
+                .collect();
+            self.level(at, &whole, &columns[j], free)
+        });
+        Some(Blocks {
+            levels: levels.collect(),
+            by_wrench: self.by_wrench(at, found.iter().map(|d| &d.end[2])),
+        })
+    }
+
+    /// A level from the derivatives of rods with their bases, and of their ends, and from the columns of bodies and bases in both.
+    fn level(
+        &self,
+        at: &HeavyState,
+        whole: &[(&DMatrix<f64>, &DMatrix<f64>)],
+        columns: &[(DMatrix<f64>, DMatrix<f64>)],
+        mut free: DMatrix<f64>,
+    ) -> Level {
+        let all = self.links.iter().zip(&at.seats).zip(whole).zip(columns);
+        let rods = all.map(|(((link, (from, _)), (d, end)), (own, ends))| {
+            let m = link.rod.size();
+            let rows = link.to.as_ref().map_or(0..0, super::Tie::rows);
+            free += from.by.tr_mul(&own.rows(m, 6));
+            Part {
+                own: d.view((0, 0), (m, m)).into_owned(),
+                own_by_free: own.rows(0, m).into_owned(),
+                free_by_own: from.by.tr_mul(&d.view((m, 0), (6, m))),
+                end_by_own: end.view((rows.start, 0), (rows.len(), m)).into_owned(),
+                end_by_free: ends.rows(rows.start, rows.len()).into_owned(),
+            }
+        });
+        Level {
+            rods: rods.collect(),
+            free,
+        }
+    }
+
+    /// What multipliers do, from the twists of the ends by strains and base.
+    fn by_wrench<'a>(
+        &self,
+        at: &HeavyState,
+        ends: impl Iterator<Item = &'a DMatrix<f64>>,
+    ) -> Vec<[DMatrix<f64>; 2]> {
+        let all = self.links.iter().zip(&at.seats).zip(ends);
+        all.map(|((link, (from, to)), end)| {
+            let m = link.rod.size();
+            let rows = link.to.as_ref().map_or(0..0, super::Tie::rows);
+            let end = end.rows(rows.start, rows.len());
+            let mut free = -(end.columns(m, 6) * &from.by).transpose();
+            if let Some(seat) = to {
+                free += seat.by.rows(rows.start, rows.len()).transpose();
+            }
+            [-end.columns(0, m).transpose(), free]
+        })
+        .collect()
+    }
+}
+
+/// out += m x.
+fn add<T: Scalar>(out: &mut [T], m: &DMatrix<f64>, x: &[T]) {
+    for (column, x) in m.column_iter().zip(x) {
+        for (out, m) in out.iter_mut().zip(column.iter()) {
+            *out += T::from_real(*m) * *x;
+        }
+    }
+}
+
+impl Blocks {
+    /// Number of bodies' and bases' velocities.
+    fn free(&self) -> usize {
+        self.levels[0].free.nrows()
+    }
+
+    /// A level; that of the accelerations is the last.
+    pub fn level(&self, at: usize) -> &Level {
+        &self.levels[at]
+    }
+
+    /// Of the last level alone, factored.
+    pub fn mass(&self) -> Option<Factored<f64>> {
+        let last = [(1.0, self.levels.len() - 1)];
+        self.factored(&Mix {
+            balance: &last,
+            ends: &last,
+            memory: None,
+        })
+    }
+
+    /// A mix of levels with the multipliers, factored; None if it is singular.
+    pub fn factored<T: Scalar>(&self, mix: &Mix<'_, T>) -> Option<Factored<T>> {
+        let free = self.free();
+        let held: usize = self.by_wrench.iter().map(|by| by[0].ncols()).sum();
+        let mut small = DMatrix::<T>::zeros(free + held, free + held);
+        for (factor, j) in mix.balance {
+            small
+                .view_mut((0, 0), (free, free))
+                .zip_apply(&self.levels[*j].free, |s, m| {
+                    *s += *factor * T::from_real(m)
+                });
+        }
+        let mut rods = Vec::with_capacity(self.by_wrench.len());
+        let mut start = free;
+        for (k, [own_by_wrench, free_by_wrench]) in self.by_wrench.iter().enumerate() {
+            let (m, ties) = own_by_wrench.shape();
+            let sum = |of: &[(T, usize)], pick: fn(&Part) -> &DMatrix<f64>| {
+                let mut sum =
+                    pick(&self.levels[of[0].1].rods[k]).map(|x| of[0].0 * T::from_real(x));
+                for (factor, j) in &of[1..] {
+                    let m = pick(&self.levels[*j].rods[k]);
+                    sum.zip_apply(m, |s, m| *s += *factor * T::from_real(m));
+                }
+                sum
+            };
+            let mut own = sum(mix.balance, |part| &part.own);
+            if let Some((sigma, memory)) = mix.memory {
+                memory[k].stiffen(sigma, &mut own);
+            }
+            // Rows and columns are scaled to a diagonal of size 1: nodes have weights, strains have stiffnesses.
+            let scale: Vec<f64> = (0..m).map(|i| 1.0 / own[(i, i)].modulus().sqrt()).collect();
+            if !scale.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            for j in 0..m {
+                for i in 0..m {
+                    own[(i, j)] *= T::from_real(scale[i] * scale[j]);
+                }
+            }
+            let mut answer = DMatrix::<T>::zeros(m, free + ties);
+            answer
+                .columns_mut(0, free)
+                .copy_from(&sum(mix.balance, |part| &part.own_by_free));
+            answer
+                .columns_mut(free, ties)
+                .copy_from(&own_by_wrench.map(T::from_real));
+            let scaled = |x: &mut DMatrix<T>| {
+                for (mut row, scale) in x.row_iter_mut().zip(&scale) {
+                    row *= T::from_real(*scale);
+                }
+            };
+            scaled(&mut answer);
+            let lu = own.lu();
+            if !lu.solve_mut(&mut answer) {
+                return None;
+            }
+            scaled(&mut answer);
+            let mut below = DMatrix::<T>::zeros(free + ties, m);
+            below
+                .rows_mut(0, free)
+                .copy_from(&sum(mix.balance, |part| &part.free_by_own));
+            below
+                .rows_mut(free, ties)
+                .copy_from(&sum(mix.ends, |part| &part.end_by_own));
+            let mut gone = -(&below * &answer);
+            gone.view_mut((0, free), (free, ties))
+                .zip_apply(free_by_wrench, |s, m| *s += T::from_real(m));
+            let ends = sum(mix.ends, |part| &part.end_by_free);
+            gone.view_mut((free, 0), (ties, free))
+                .zip_apply(&ends, |s, m| *s += m);
+            let place = |i: usize| if i < free { i } else { i - free + start };
+            for j in 0..free + ties {
+                for i in 0..free + ties {
+                    small[(place(i), place(j))] += gone[(i, j)];
+                }
+            }
+            rods.push(RodFactor {
+                lu,
+                scale,
+                answer,
+                below,
+                start,
+            });
+            start += ties;
+        }
+        let largest =
+            |row: nalgebra::RowDVector<T>| row.iter().map(|x| x.modulus()).fold(0.0, f64::max);
+        let scale: Vec<f64> = small
+            .row_iter()
+            .map(|row| 1.0 / largest(row.into_owned()))
+            .collect();
+        if !scale.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        for (mut row, scale) in small.row_iter_mut().zip(&scale) {
+            row *= T::from_real(*scale);
+        }
+        let small = small.lu();
+        small
+            .is_invertible()
+            .then_some(Factored { rods, small, scale })
+    }
+
+    /// What displacements (or velocities, accelerations) of rods, bodies and bases do at a level: the balance of the rods, then that of
+    /// bodies and bases with the ends. Multipliers in `x` do nothing.
+    pub fn times<T: Scalar>(&self, level: usize, x: &Sides<T>) -> Sides<T> {
+        let Level { rods, free } = &self.levels[level];
+        let count = self.free();
+        let (moved, mut start) = (&x.free.as_slice()[..count], count);
+        let mut out = Sides {
+            rods: Vec::with_capacity(rods.len()),
+            free: DVector::zeros(x.free.len()),
+        };
+        add(&mut out.free.as_mut_slice()[..count], free, moved);
+        for (part, x) in rods.iter().zip(&x.rods) {
+            let mut own = DVector::zeros(x.len());
+            add(own.as_mut_slice(), &part.own, x.as_slice());
+            add(own.as_mut_slice(), &part.own_by_free, moved);
+            out.rods.push(own);
+            let (above, below) = out.free.as_mut_slice().split_at_mut(count);
+            add(above, &part.free_by_own, x.as_slice());
+            let ties = part.end_by_own.nrows();
+            let below = &mut below[start - count..start - count + ties];
+            add(below, &part.end_by_own, x.as_slice());
+            add(below, &part.end_by_free, moved);
+            start += ties;
+        }
+        out
+    }
+}
+
+impl Level {
+    /// The whole of it, rods before bodies and bases, and the rows of the ends.
+    pub fn dense(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+        let sizes = self.rods.iter().map(|part| part.own.nrows());
+        let first: usize = sizes.sum();
+        let free = self.free.nrows();
+        let ties: usize = self.rods.iter().map(|part| part.end_by_own.nrows()).sum();
+        let mut whole = DMatrix::zeros(first + free, first + free);
+        let mut ends = DMatrix::zeros(ties, first + free);
+        whole
+            .view_mut((first, first), (free, free))
+            .copy_from(&self.free);
+        let (mut at, mut row) = (0, 0);
+        for part in &self.rods {
+            let (m, c) = (part.own.nrows(), part.end_by_own.nrows());
+            whole.view_mut((at, at), (m, m)).copy_from(&part.own);
+            whole
+                .view_mut((at, first), (m, free))
+                .copy_from(&part.own_by_free);
+            whole
+                .view_mut((first, at), (free, m))
+                .copy_from(&part.free_by_own);
+            ends.view_mut((row, at), (c, m)).copy_from(&part.end_by_own);
+            ends.view_mut((row, first), (c, free))
+                .copy_from(&part.end_by_free);
+            at += m;
+            row += c;
+        }
+        (whole, ends)
+    }
+
+    /// The end of a rod by its strains, and by bodies and bases.
+    pub fn end(&self, rod: usize) -> [&DMatrix<f64>; 2] {
+        let part = &self.rods[rod];
+        [&part.end_by_own, &part.end_by_free]
+    }
+}
+
+impl<T: Scalar> Factored<T> {
+    /// Overwrites the right-hand side with the solution; false if that failed.
+    pub fn solve(&self, b: &mut Sides<T>) -> bool {
+        let held = |start: usize, ties: usize| start..start + ties;
+        let free = self.rods.first().map_or(0, |rod| rod.start);
+        for (rod, b_own) in self.rods.iter().zip(&mut b.rods) {
+            for (b, scale) in b_own.iter_mut().zip(&rod.scale) {
+                *b *= T::from_real(*scale);
+            }
+            if !rod.lu.solve_mut(b_own) {
+                return false;
+            }
+            for (b, scale) in b_own.iter_mut().zip(&rod.scale) {
+                *b *= T::from_real(*scale);
+            }
+            let gone = &rod.below * &*b_own;
+            for i in 0..free {
+                b.free[i] -= gone[i];
+            }
+            for (i, j) in held(rod.start, gone.len() - free).enumerate() {
+                b.free[j] -= gone[free + i];
+            }
+        }
+        for (b, scale) in b.free.iter_mut().zip(&self.scale) {
+            *b *= T::from_real(*scale);
+        }
+        if !self.small.solve_mut(&mut b.free) {
+            return false;
+        }
+        for (rod, b_own) in self.rods.iter().zip(&mut b.rods) {
+            let ties = rod.answer.ncols() - free;
+            let mut y = DVector::zeros(free + ties);
+            y.rows_mut(0, free).copy_from(&b.free.rows(0, free));
+            y.rows_mut(free, ties)
+                .copy_from(&b.free.rows(rod.start, ties));
+            *b_own -= &rod.answer * y;
+        }
+        b.free.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Blocks that several factors share.
+pub(super) type Shared = Arc<Blocks>;

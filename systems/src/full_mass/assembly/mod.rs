@@ -1,0 +1,566 @@
+//! Rods with mass between bodies, the ground and supports that move.
+//!
+//! Bodies have their places, rods their strains, counted from the attachment of the base; a base on a ball joint turns by itself. A far
+//! end is held to its attachment by a constraint with a multiplier, the wrench there. With z the velocities of the bodies (and of the
+//! bases that turn), q_k the strains, d'Alembert's principle and the constraints, differentiated twice, are
+//! ```text
+//! rod k:    J_k^T w_k + weights (dW/de + D) - E_k^T l_k = 0,
+//! bodies:   masses - loads + sum_k S_k^T (wrench on the base of rod k) + sum_k P_k^T l_k = 0,
+//! ends:     acceleration of the end of rod k - acceleration of its attachment = 0,
+//! ```
+//! linear in (z', q'', l): index 1. w_k are masses times accelerations less loads of the pieces of a rod, S_k and P_k the motions of its
+//! attachments per z, E_k those of its end per strain rate.
+//!
+//! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with what holds it.
+//! * `seat`: attachments, how they move and what changes that.
+//! * `blocks`: derivatives of the balance, block by block, and their elimination rod by rod.
+//! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments. `small`: vibrations.
+
+mod attachment_kinematics;
+mod block_elimination;
+mod statics;
+mod system;
+mod vibrations;
+
+use super::mass::Mass;
+use super::rod::{Balance, HeavyRod, Held, Moving};
+use super::system::INTEGRALS;
+use crate::assembly::{Attachment, Carrier, Joint, Mass as Matter, On, Place, Tube};
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, joined};
+use crate::viscoelastic::grid::Grid;
+use attachment_kinematics::{BodyNow, Seat};
+use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
+use std::ops::Range;
+
+/// What holds an end of a rod.
+#[derive(Debug, Clone)]
+pub struct Tie {
+    /// Where.
+    pub on: Attachment,
+    /// Weld or ball joint.
+    pub joint: Joint,
+}
+
+/// A rod with mass and what holds it.
+#[derive(Debug, Clone)]
+pub struct HeavyLink {
+    /// The rod, without a body of its own.
+    pub rod: HeavyRod,
+    /// At its base, s = 0.
+    pub from: Tie,
+    /// At its end; None: it is free.
+    pub to: Option<Tie>,
+}
+
+/// Bodies and rods with mass.
+#[derive(Debug, Clone)]
+pub struct HeavyAssembly {
+    /// The bodies.
+    pub carriers: Vec<Carrier>,
+    /// The rods.
+    pub links: Vec<HeavyLink>,
+    names: Vec<String>,
+    masses: Vec<Mass>,
+    layout: Layout,
+}
+
+/// Where the numbers of a state stand.
+#[derive(Debug, Clone)]
+struct Layout {
+    /// Those of the bodies.
+    bodies: Vec<Range<usize>>,
+    /// Where the velocities of every body begin among all, and of every base that turns by itself.
+    velocities: Vec<usize>,
+    turning: Vec<Option<usize>>,
+    /// Quaternion and spin of every base that turns by itself.
+    turns: Vec<Range<usize>>,
+    /// Number of velocities of bodies and bases.
+    free: usize,
+    strains: Vec<Range<usize>>,
+    rates: Vec<Range<usize>>,
+    /// Of Maxwell branches.
+    dashpots: Vec<Range<usize>>,
+    time: usize,
+    /// Among the accelerations: of the strains, and the multipliers.
+    second: Vec<Range<usize>>,
+    wrenches: Vec<Range<usize>>,
+    /// Number of accelerations and multipliers.
+    unknowns: usize,
+}
+
+/// A state taken apart.
+#[derive(Debug, Clone)]
+pub struct HeavyState {
+    /// Time.
+    pub t: f64,
+    bodies: Vec<BodyNow>,
+    /// The attachments of the rods.
+    seats: Vec<(Seat, Option<Seat>)>,
+    /// The rods.
+    pub rods: Vec<Moving>,
+}
+
+/// The balance of an assembly.
+#[derive(Debug, Clone)]
+pub struct HeavyBalance {
+    /// Of bodies and bases that turn, of the rods, of the ends; zero in a motion.
+    pub residual: DVector<f64>,
+    /// Each rod.
+    pub rods: Vec<Balance>,
+    /// (couple, force) that the bodies ask for.
+    wrenches: Vec<Vector6<f64>>,
+    /// Power of friction, of loads without potential and supports, of drag.
+    pub powers: [f64; 3],
+}
+
+impl Tie {
+    fn rows(&self) -> Range<usize> {
+        match self.joint {
+            Joint::Weld => 0..6,
+            Joint::Ball | Joint::Pins => 3..6,
+        }
+    }
+
+    fn turns(&self) -> bool {
+        self.joint != Joint::Weld
+    }
+}
+
+impl HeavyAssembly {
+    /// An assembly; bodies are known by their place in the list.
+    ///
+    /// # Errors
+    /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body.
+    pub fn new(carriers: Vec<Carrier>, links: Vec<HeavyLink>) -> Result<Self> {
+        if carriers.is_empty() {
+            return Err(Error::domain("an assembly has one body at least"));
+        }
+        for (k, link) in links.iter().enumerate() {
+            if link.rod.given.body.is_some() {
+                return Err(Error::domain(format!(
+                    "rod {k} has a body of its own; those of an assembly are listed apart"
+                )));
+            }
+            for tie in std::iter::once(&link.from).chain(&link.to) {
+                let On::Body(body) = tie.on.on else { continue };
+                let carrier = carriers.get(body).ok_or_else(|| {
+                    Error::domain(format!(
+                        "rod {k} is attached to body {body}; there are {}",
+                        carriers.len()
+                    ))
+                })?;
+                let aside = tie.on.place.translation.vector != Vector3::zeros();
+                if !carrier.turns() && (!tie.turns() || aside) {
+                    return Err(Error::domain(format!(
+                        "rod {k} is attached to the point mass {body}: only an end on a ball joint at the point itself can be; \
+                         give the body an inertia, or use a ball joint"
+                    )));
+                }
+            }
+            if let (On::Body(a), Some(On::Body(b))) =
+                (&link.from.on.on, link.to.as_ref().map(|tie| &tie.on.on))
+                && a == b
+            {
+                return Err(Error::domain(format!(
+                    "rod {k} begins and ends on body {a}"
+                )));
+            }
+        }
+        let masses = carriers.iter().map(|carrier| match carrier.mass() {
+            Matter::Rigid(body) => Mass::Rigid((**body).clone()),
+            Matter::Point(body) => Mass::Point((**body).clone()),
+        });
+        let links = links.into_iter().map(|link| match link.from.turns() {
+            true => HeavyLink {
+                rod: link.rod.on_hinge(),
+                ..link
+            },
+            false => link,
+        });
+        let links: Vec<HeavyLink> = links.collect();
+        Ok(Self {
+            masses: masses.collect(),
+            layout: Layout::new(&carriers, &links),
+            carriers,
+            links,
+            names: Vec::new(),
+        })
+    }
+
+    /// The same with names of the rods, for messages.
+    #[must_use]
+    pub fn with_names(mut self, rods: Vec<String>) -> Self {
+        self.names = rods;
+        self
+    }
+
+    /// What messages call a rod.
+    pub fn rod_name(&self, rod: usize) -> String {
+        match (self.names.get(rod), self.links.len()) {
+            (Some(name), _) => format!("rod {name:?}"),
+            (None, 1) => "the rod".to_owned(),
+            (None, _) => format!("rod {rod}"),
+        }
+    }
+
+    /// The same with so many nodes on the elements of the rods.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::new`].
+    pub fn with_nodes(&self, counts: &[Vec<usize>]) -> Result<Self> {
+        let links = self.links.iter().zip(counts).map(|(link, counts)| {
+            let given = link.rod.given.clone();
+            let grid = Grid::new(&given.breaks(), counts);
+            Ok(HeavyLink {
+                rod: HeavyRod::new(given, grid)?,
+                ..link.clone()
+            })
+        });
+        let next = Self::new(self.carriers.clone(), links.collect::<Result<_>>()?)?;
+        Ok(next.with_names(self.names.clone()))
+    }
+
+    /// Where time stands in a state; dissipated energy, work and loss to drag follow.
+    pub fn time(&self) -> usize {
+        self.layout.time
+    }
+
+    /// Number of all accelerations and multipliers, which follow the integrals in a state.
+    pub fn unknowns(&self) -> usize {
+        self.layout.unknowns
+    }
+
+    /// The state at time 0 of these places of the bodies, turns of the bases in the world (of rods on a ball joint there), strains
+    /// and rates, in which Maxwell branches carry nothing.
+    pub fn state(
+        &self,
+        bodies: &[Place],
+        bases: &[UnitQuaternion<f64>],
+        strains: &[Vec<f64>],
+        rates: &[Vec<f64>],
+    ) -> DVector<f64> {
+        let layout = &self.layout;
+        let mut y = DVector::zeros(layout.time + INTEGRALS + layout.unknowns);
+        let slots = y.as_mut_slice();
+        for ((carrier, place), range) in self.carriers.iter().zip(bodies).zip(&layout.bodies) {
+            carrier.write(place, &mut slots[range.clone()]);
+        }
+        for (k, link) in self.links.iter().enumerate() {
+            slots[layout.strains[k].clone()].copy_from_slice(&strains[k]);
+            slots[layout.rates[k].clone()].copy_from_slice(&rates[k]);
+            let relaxed = link.rod.memory.relaxed(&strains[k]);
+            slots[layout.dashpots[k].clone()].copy_from_slice(&relaxed);
+            if link.from.turns() {
+                let p = bases[k].quaternion();
+                let start = layout.turns[k].start;
+                slots[start..start + 4].copy_from_slice(&[p.w, p.i, p.j, p.k]);
+            }
+        }
+        y
+    }
+
+    /// The state whose Maxwell branches are relaxed at other strains than its own, where these are given: as coordinates, rod by rod.
+    #[must_use]
+    pub fn relaxed(&self, mut y: DVector<f64>, at: &[Option<Vec<f64>>]) -> DVector<f64> {
+        for (k, (link, range)) in self.links.iter().zip(&self.layout.dashpots).enumerate() {
+            let own = || self.strains(&y, k).to_vec();
+            let at = at.get(k).cloned().flatten().unwrap_or_else(own);
+            let relaxed = link.rod.memory.relaxed(&at);
+            y.as_mut_slice()[range.clone()].copy_from_slice(&relaxed);
+        }
+        y
+    }
+
+    /// Strains of rod `k` in a state.
+    pub fn strains<'y>(&self, y: &'y DVector<f64>, k: usize) -> &'y [f64] {
+        &y.as_slice()[self.layout.strains[k].clone()]
+    }
+
+    /// The numbers of bodies and of bases that turn by themselves in a state.
+    fn places_slots(&self) -> Range<usize> {
+        let rods = self.layout.strains.first();
+        0..rods.map_or(self.layout.time, |q| q.start)
+    }
+
+    /// A state of this assembly carried over from the same with other nodes: all but the strains and rates as they are, accelerations
+    /// and multipliers open.
+    pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
+        let at = from.at(y)?;
+        let mut state = DVector::zeros(self.layout.time + INTEGRALS + self.layout.unknowns);
+        let slots = state.as_mut_slice();
+        let bodies = self.places_slots();
+        slots[bodies.clone()].copy_from_slice(&y.as_slice()[bodies]);
+        for (k, (link, moving)) in self.links.iter().zip(&at.rods).enumerate() {
+            let old = &from.links[k].rod.sections.grid;
+            let grid = &link.rod.sections.grid;
+            let [q, w] = [&moving.strains, &moving.rates]
+                .map(|field| link.rod.coordinates(&old.carried(field, grid)));
+            slots[self.layout.strains[k].clone()].copy_from_slice(&q);
+            slots[self.layout.rates[k].clone()].copy_from_slice(&w);
+            let dashpots = from.links[k].rod.dashpots(moving);
+            let dashpots = dashpots.iter().map(|field| old.carried(field, grid));
+            let z: Vec<f64> = dashpots.flat_map(|z| link.rod.coordinates(&z)).collect();
+            slots[self.layout.dashpots[k].clone()].copy_from_slice(&z);
+        }
+        let (from, to) = (from.layout.time, self.layout.time);
+        slots[to..to + INTEGRALS].copy_from_slice(&y.as_slice()[from..from + INTEGRALS]);
+        Some(state)
+    }
+
+    /// Accelerations and multipliers in a state.
+    pub fn second<'y>(&self, y: &'y DVector<f64>) -> &'y [f64] {
+        &y.as_slice()[self.layout.time + INTEGRALS..]
+    }
+
+    /// A state taken apart; None where strains are too large for a curve.
+    pub fn at(&self, y: &DVector<f64>) -> Option<HeavyState> {
+        let (layout, numbers) = (&self.layout, y.as_slice());
+        let t = y[layout.time];
+        let bodies = self.carriers.iter().zip(&layout.bodies);
+        let bodies: Vec<BodyNow> = bodies
+            .map(|(carrier, range)| BodyNow::new(carrier, &numbers[range.clone()]))
+            .collect();
+        let mut seats = Vec::with_capacity(self.links.len());
+        let mut rods = Vec::with_capacity(self.links.len());
+        for (k, link) in self.links.iter().enumerate() {
+            let turn = layout.turning[k].map(|z| (z, &numbers[layout.turns[k].clone()]));
+            let from = self.seat(t, &link.from.on, turn, &bodies);
+            let to = link.to.as_ref();
+            let to = to.map(|tie| self.seat(t, &tie.on, None, &bodies));
+            let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|r| &numbers[r.clone()]);
+            let moving = link.rod.moving_from(&from.pose, &from.twist, q, w)?;
+            let dashpots = &numbers[layout.dashpots[k].clone()];
+            rods.push(link.rod.remembering(moving, q, dashpots));
+            seats.push((from, to));
+        }
+        Some(HeavyState {
+            t,
+            bodies,
+            seats,
+            rods,
+        })
+    }
+
+    /// The wrench of the attachment on the end of rod `k`.
+    pub fn end_wrench(&self, k: usize, unknowns: &[f64]) -> Vector6<f64> {
+        let mut wrench = Vector6::zeros();
+        if let Some(tie) = &self.links[k].to {
+            let part = &unknowns[self.layout.wrenches[k].clone()];
+            wrench.as_mut_slice()[tie.rows()].copy_from_slice(part);
+        }
+        wrench
+    }
+
+    /// The balance at accelerations and multipliers; None outside the domain of a law.
+    pub fn balance(&self, at: &HeavyState, unknowns: &[f64]) -> Option<HeavyBalance> {
+        let layout = &self.layout;
+        let mut residual = DVector::zeros(layout.unknowns);
+        let mut free = DVector::zeros(layout.free);
+        let faster = DVector::from_column_slice(&unknowns[..layout.free]);
+        let mut powers = [0.0; 3];
+        let mut rods = Vec::with_capacity(self.links.len());
+        for (k, (link, (from, to))) in self.links.iter().zip(&at.seats).enumerate() {
+            let held = Held {
+                base: from.acceleration(&faster),
+                end: self.end_wrench(k, unknowns),
+            };
+            let second = &unknowns[layout.second[k].clone()];
+            let balance = link.rod.balance_held(at.t, &at.rods[k], second, &held)?;
+            residual
+                .rows_mut(layout.second[k].start, balance.residual.len())
+                .copy_from(&balance.residual);
+            free += from.by.tr_mul(&balance.base);
+            powers[0] += balance.powers[0];
+            powers[1] += balance.powers[1] + balance.base.dot(&from.driven);
+            powers[2] += balance.powers[2];
+            if let (Some(seat), Some(tie)) = (to, &link.to) {
+                free += seat.by.tr_mul(&held.end);
+                powers[1] += held.end.dot(&seat.driven);
+                let apart = balance.change.end() - seat.acceleration(&faster);
+                let rows = tie.rows();
+                residual
+                    .rows_mut(layout.wrenches[k].start, rows.len())
+                    .copy_from(&apart.rows(rows.start, rows.len()));
+            }
+            rods.push(balance);
+        }
+        let mut wrenches = Vec::with_capacity(self.masses.len());
+        for ((mass, body), start) in self.masses.iter().zip(&at.bodies).zip(&layout.velocities) {
+            let own = faster.rows(*start, body.own.ncols());
+            let acceleration = &body.own * own + body.bias;
+            let Place { pose, twist } = &body.place;
+            let wrench = mass.wrench(at.t, pose, twist, &acceleration)?;
+            let mut part = free.rows_mut(*start, body.own.ncols());
+            part += body.own.tr_mul(&wrench);
+            let [power, loss] = mass.motion(at.t, pose, twist, &wrench);
+            powers[1] += power;
+            powers[2] += loss;
+            wrenches.push(wrench);
+        }
+        residual.rows_mut(0, layout.free).copy_from(&free);
+        residual
+            .iter()
+            .all(|x| x.is_finite())
+            .then_some(HeavyBalance {
+                residual,
+                rods,
+                wrenches,
+                powers,
+            })
+    }
+
+    /// Kinetic energy of the bodies and of the rods, stored energy, potential; and, at the nodes of every rod, dissipation per length and
+    /// time.
+    pub fn energies(&self, at: &HeavyState) -> Option<([f64; 4], Vec<Vec<f64>>)> {
+        let mut sums = [0.0; 4];
+        for (mass, body) in self.masses.iter().zip(&at.bodies) {
+            let Place { pose, twist } = &body.place;
+            sums[0] += mass.kinetic(at.t, pose, twist);
+            sums[3] += mass.potential(at.t, pose);
+        }
+        let mut lost = Vec::with_capacity(self.links.len());
+        for (link, moving) in self.links.iter().zip(&at.rods) {
+            let (energy, density) = link.rod.stored(moving)?;
+            sums[1] += link.rod.kinetic(at.t, moving)[1];
+            sums[2] += energy;
+            sums[3] += link.rod.potential(at.t, moving);
+            lost.push(density);
+        }
+        Some((sums, lost))
+    }
+
+    /// Along every groove with ends: the body, the parameter in a state with its rate, and between which it lies.
+    pub fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
+        let bodies = self.carriers.iter().zip(&self.layout.bodies).enumerate();
+        let ended = bodies.filter_map(|(body, (carrier, range))| {
+            let ends = carrier.groove()?.ends()?;
+            let phi = carrier.parameter(&y.as_slice()[range.clone()])?;
+            Some((body, phi, ends))
+        });
+        ended.collect()
+    }
+
+    /// The rods with a contact diameter as they lie in a state.
+    pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
+        let body = |tie: &Tie| match tie.on.on {
+            On::Body(body) => Some(body),
+            _ => None,
+        };
+        let rods = self.links.iter().zip(&at.rods).enumerate();
+        let tubes = rods.filter_map(|(k, (link, moving))| {
+            let held = std::iter::once(&link.from).chain(&link.to);
+            link.rod.tube(moving, k, held.map(body).collect())
+        });
+        tubes.collect()
+    }
+
+    /// The forces of the grooves on the bodies; None where there is none. What a body asks for, less what its rods give.
+    pub fn groove_forces(
+        &self,
+        at: &HeavyState,
+        unknowns: &[f64],
+    ) -> Option<Vec<Option<Vector3<f64>>>> {
+        let balance = self.balance(at, unknowns)?;
+        let mut forces: Vec<Vector3<f64>> = balance.wrenches.iter().map(|w| halves(w).1).collect();
+        for (k, (link, rod)) in self.links.iter().zip(&balance.rods).enumerate() {
+            if let On::Body(body) = link.from.on.on {
+                forces[body] += halves(&rod.base).1;
+            }
+            if let Some(On::Body(body)) = link.to.as_ref().map(|tie| &tie.on.on) {
+                forces[*body] += halves(&self.end_wrench(k, unknowns)).1;
+            }
+        }
+        let bodies = self.carriers.iter().zip(forces);
+        let forces = bodies.map(|(carrier, force)| carrier.groove().map(|_| force));
+        Some(forces.collect())
+    }
+
+    /// The first time after `t` at which a load or the motion of a support is not smooth.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
+        let ties = self
+            .links
+            .iter()
+            .flat_map(|link| std::iter::once(&link.from).chain(&link.to));
+        let supports = ties.map(|tie| match &tie.on.on {
+            On::Support(support) => support.next_break(t),
+            _ => f64::INFINITY,
+        });
+        bodies.chain(supports).fold(f64::INFINITY, f64::min)
+    }
+}
+
+impl HeavyState {
+    /// Places of the bodies.
+    pub fn places(&self) -> Vec<Place> {
+        self.bodies.iter().map(|body| body.place).collect()
+    }
+
+    /// The pose of the base of a rod.
+    pub fn base(&self, rod: usize) -> Isometry3<f64> {
+        self.seats[rod].0.pose
+    }
+
+    /// How far the end of a rod is from its attachment, from the end to there: (rotation vector, shift), and how fast it leaves it.
+    /// None of a free end.
+    fn apart(&self, k: usize) -> Option<[Vector6<f64>; 2]> {
+        let seat = self.seats[k].1.as_ref()?;
+        let end = self.rods[k].shape.end();
+        let turn = (seat.pose.rotation * end.rotation.inverse()).scaled_axis();
+        let shift = seat.pose.translation.vector - end.translation.vector;
+        Some([joined(&turn, &shift), seat.twist - self.rods[k].flow.end()])
+    }
+}
+
+impl Layout {
+    fn new(carriers: &[Carrier], links: &[HeavyLink]) -> Self {
+        let mut next = 0;
+        let mut range = |size: usize| {
+            next += size;
+            next - size..next
+        };
+        let bodies = carriers.iter().map(|carrier| range(carrier.numbers()));
+        let bodies = bodies.collect();
+        let spare = |link: &HeavyLink, size: usize| if link.from.turns() { size } else { 0 };
+        let turns = links.iter().map(|link| range(spare(link, 7))).collect();
+        let strains = links.iter().map(|link| range(link.rod.size())).collect();
+        let rates = links.iter().map(|link| range(link.rod.size())).collect();
+        let dashpots = links.iter().map(|link| range(link.rod.memory.numbers()));
+        let dashpots = dashpots.collect();
+        let time = next;
+        let mut free = 0;
+        let velocities = carriers.iter().map(|carrier| {
+            free += carrier.freedoms();
+            free - carrier.freedoms()
+        });
+        let velocities = velocities.collect();
+        let turning = links.iter().map(|link| {
+            free += spare(link, 3);
+            link.from.turns().then(|| free - 3)
+        });
+        let turning = turning.collect();
+        let mut next = free;
+        let mut range = |size: usize| {
+            next += size;
+            next - size..next
+        };
+        let second = links.iter().map(|link| range(link.rod.size())).collect();
+        let held = |link: &HeavyLink| link.to.as_ref().map_or(0, |tie| tie.rows().len());
+        let wrenches = links.iter().map(|link| range(held(link))).collect();
+        Self {
+            bodies,
+            velocities,
+            turning,
+            turns,
+            free,
+            strains,
+            rates,
+            dashpots,
+            time,
+            second,
+            wrenches,
+            unknowns: next,
+        }
+    }
+}

@@ -1,0 +1,481 @@
+//! The differential equations of an assembly of rods with mass, for explicit and implicit steps.
+//!
+//! State: the bodies; quaternion and spin of every base that turns by itself; strains q, their rates w, the dashpots of Maxwell
+//! branches; time, energy lost to friction, work,
+//! loss to drag; then accelerations z', q'' and multipliers l, which implicit steps keep as unknowns:
+//! ```text
+//! places' = z,   z' = z',   q' = w,   w' = q'',   0 = G(places, z, q, w, z', q'', l, t).
+//! ```
+
+use super::block_elimination::{Factored, Mix, Shared, Sides};
+use super::{HeavyAssembly, HeavyBalance, HeavyState, INTEGRALS};
+use crate::assembly::Carrier;
+use crate::full_mass::maxwell_nodes::Memory;
+use crate::math::se3::{spin, unit};
+use crate::solve::system::{Factor, Linearised, Scalar, System};
+use nalgebra::{ComplexField, DVector, Matrix4x3, Vector3, Vector4};
+use std::ops::Range;
+use std::sync::Arc;
+
+/// How the numbers of places and velocities go with displacements and velocities.
+#[derive(Debug, Clone)]
+pub(super) struct Places {
+    /// Quaternions: where they stand, the rotation vector, and its derivative of the quaternion.
+    pub turns: Vec<(usize, usize, Matrix4x3<f64>)>,
+    /// Other places: where they stand, and the displacements.
+    pub shifts: Vec<(usize, Range<usize>)>,
+    /// Where velocities stand, and which they are.
+    pub velocities: Vec<(usize, Range<usize>)>,
+    pub strains: Vec<Range<usize>>,
+    pub rates: Vec<Range<usize>>,
+    pub dashpots: Vec<Range<usize>>,
+    time: usize,
+    free: usize,
+    unknowns: usize,
+}
+
+/// Rates of change of a quaternion by spins in the world.
+fn by_spin(p: &Vector4<f64>) -> Matrix4x3<f64> {
+    let back = unit(p).inverse();
+    let columns = [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| spin(p, &(back * axis)));
+    Matrix4x3::from_columns(&columns)
+}
+
+impl HeavyAssembly {
+    pub(super) fn places(&self, y: &DVector<f64>) -> Places {
+        let layout = &self.layout;
+        let mut places = Places {
+            turns: Vec::new(),
+            shifts: Vec::new(),
+            velocities: Vec::new(),
+            strains: layout.strains.clone(),
+            rates: layout.rates.clone(),
+            dashpots: layout.dashpots.clone(),
+            time: layout.time,
+            free: layout.free,
+            unknowns: layout.unknowns,
+        };
+        let quaternion = |at: usize| by_spin(&y.fixed_rows::<4>(at).into_owned());
+        let bodies = self.carriers.iter().zip(&layout.bodies);
+        for ((carrier, range), z) in bodies.zip(&layout.velocities) {
+            let [turn, position, spinning, velocity] =
+                carrier.slots().map(|slots| slots.start + range.start);
+            let turnings = Carrier::turnings(carrier);
+            let after = z + turnings..z + carrier.freedoms();
+            if carrier.turns() {
+                places.turns.push((turn, *z, quaternion(turn)));
+                places.velocities.push((spinning, *z..z + turnings));
+            }
+            places.shifts.push((position, after.clone()));
+            places.velocities.push((velocity, after));
+        }
+        for (range, z) in layout.turns.iter().zip(&layout.turning) {
+            if let Some(z) = z {
+                places
+                    .turns
+                    .push((range.start, *z, quaternion(range.start)));
+                places.velocities.push((range.start + 4, *z..z + 3));
+            }
+        }
+        places
+    }
+
+    /// Accelerations and multipliers that balance a state, and the matrix that they were found by.
+    pub(super) fn solved(&self, at: &HeavyState) -> Option<(DVector<f64>, Shared, Factored<f64>)> {
+        let none = vec![0.0; self.layout.unknowns];
+        let rest = self.balance(at, &none)?.residual;
+        let blocks = Arc::new(self.mass_blocks(at)?);
+        let factored = blocks.mass()?;
+        let mut found = self.sides(&-rest);
+        if !factored.solve(&mut found) {
+            return None;
+        }
+        Some((self.joined(&found), blocks, factored))
+    }
+
+    /// Accelerations and multipliers that balance a state; None where the ends hold each other in more ways than the rods can give.
+    pub fn accelerations(&self, at: &HeavyState) -> Option<DVector<f64>> {
+        Some(self.solved(at)?.0)
+    }
+
+    /// Accelerations and multipliers, or residuals, of rods, and of bodies with the multipliers.
+    pub(super) fn sides(&self, unknowns: &DVector<f64>) -> Sides<f64> {
+        let layout = &self.layout;
+        let held = layout.wrenches.iter().flat_map(Range::clone);
+        let free: Vec<f64> = (0..layout.free).chain(held).map(|i| unknowns[i]).collect();
+        let rods = layout.second.iter();
+        Sides {
+            rods: rods
+                .map(|range| unknowns.rows(range.start, range.len()).into_owned())
+                .collect(),
+            free: DVector::from_vec(free),
+        }
+    }
+
+    /// The other way.
+    pub(super) fn joined(&self, sides: &Sides<f64>) -> DVector<f64> {
+        let layout = &self.layout;
+        let free = sides.free.rows(0, layout.free);
+        let rods = sides.rods.iter().flat_map(|rod| rod.iter());
+        let held = sides.free.iter().skip(layout.free);
+        let all = free.iter().chain(rods).chain(held).copied();
+        DVector::from_iterator(layout.unknowns, all)
+    }
+
+    /// Rates of all components of a state, and the balance in the places of accelerations and multipliers.
+    fn write(
+        &self,
+        y: &DVector<f64>,
+        at: &HeavyState,
+        unknowns: &[f64],
+        out: &mut DVector<f64>,
+    ) -> Option<()> {
+        let HeavyBalance {
+            residual, powers, ..
+        } = HeavyAssembly::balance(self, at, unknowns)?;
+        let places = self.places(y);
+        let mut z = vec![0.0; places.free];
+        for (slot, range) in &places.velocities {
+            for (i, z_at) in range.clone().enumerate() {
+                z[z_at] = y[slot + i];
+                out[slot + i] = unknowns[z_at];
+            }
+        }
+        for (slot, range) in &places.shifts {
+            for (i, z_at) in range.clone().enumerate() {
+                out[slot + i] = z[z_at];
+            }
+        }
+        for (slot, at, by) in &places.turns {
+            let rate = by * Vector3::new(z[*at], z[at + 1], z[at + 2]);
+            out.fixed_rows_mut::<4>(*slot).copy_from(&rate);
+        }
+        let rods = self.layout.second.iter();
+        for (second, (q, w)) in rods.zip(places.strains.iter().zip(&places.rates)) {
+            let slots = out.as_mut_slice();
+            slots[q.clone()].copy_from_slice(&y.as_slice()[w.clone()]);
+            slots[w.clone()].copy_from_slice(&unknowns[second.clone()]);
+        }
+        let rods = self.links.iter().zip(&places.strains);
+        for ((link, q), z) in rods.zip(&places.dashpots) {
+            let (q, rates) = (&y.as_slice()[q.clone()], &mut out.as_mut_slice()[z.clone()]);
+            link.rod.memory.rates(q, &y.as_slice()[z.clone()], rates);
+        }
+        let (time, slots) = (places.time, out.as_mut_slice());
+        slots[time] = 1.0;
+        slots[time + 1..time + INTEGRALS].copy_from_slice(&powers);
+        slots[time + INTEGRALS..].copy_from_slice(residual.as_slice());
+        slots.iter().all(|x| x.is_finite()).then_some(())
+    }
+}
+
+impl System for HeavyAssembly {
+    type Linearised = HeavyAssemblyLinear;
+
+    fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let at = self.at(y)?;
+        let unknowns = self.accelerations(&at)?;
+        self.write(y, &at, unknowns.as_slice(), out)?;
+        out.rows_mut(self.time() + INTEGRALS, self.unknowns())
+            .fill(0.0);
+        Some(())
+    }
+
+    fn algebraic(&self) -> usize {
+        self.unknowns()
+    }
+
+    fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
+        let at = self.at(y)?;
+        self.write(y, &at, self.second(y), out)
+    }
+
+    fn settle(&self, y: &mut DVector<f64>) -> Option<()> {
+        let unknowns = self.accelerations(&self.at(y)?)?;
+        y.rows_mut(self.time() + INTEGRALS, self.unknowns())
+            .copy_from(&unknowns);
+        Some(())
+    }
+
+    fn linearised(&self, y: &DVector<f64>) -> Option<HeavyAssemblyLinear> {
+        let at = self.at(y)?;
+        let (unknowns, _, mass) = self.solved(&at)?;
+        let balance = HeavyAssembly::balance(self, &at, unknowns.as_slice())?;
+        let blocks = Arc::new(self.blocks(&at, &balance, unknowns.as_slice())?);
+        Some(HeavyAssemblyLinear {
+            blocks,
+            mass,
+            places: self.places(y),
+            memory: self
+                .links
+                .iter()
+                .map(|link| link.rod.memory.clone())
+                .collect(),
+        })
+    }
+
+    /// Strains and rates of every rod in the mean over it, relative to 1 + their size; places and velocities of bodies likewise, in the
+    /// mean over them; energies.
+    fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);
+        let layout = &self.layout;
+        let bodies = self.places_slots();
+        let mut sum = bodies.clone().map(part).sum::<f64>() / bodies.len() as f64;
+        for (k, link) in self.links.iter().enumerate() {
+            let count = link.rod.given.law.active().len();
+            let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|range| range.start);
+            for (node, weight) in link.rod.sections.grid.weights().iter().enumerate() {
+                for i in node * count..(node + 1) * count {
+                    sum += weight * (part(q + i) + part(w + i)) / count as f64;
+                }
+            }
+            let first = layout.dashpots[k].start;
+            sum += link.rod.memory.mean_square(|i| part(first + i));
+        }
+        sum += (layout.time + 1..layout.time + INTEGRALS)
+            .map(part)
+            .sum::<f64>();
+        sum / 3.0
+    }
+}
+
+/// The Jacobian of an assembly of rods with mass.
+#[derive(Debug)]
+pub struct HeavyAssemblyLinear {
+    blocks: Shared,
+    mass: Factored<f64>,
+    places: Places,
+    memory: Arc<[Memory]>,
+}
+
+/// sigma^2 G_a + sigma G_w + G_q with the multipliers, factored.
+#[derive(Debug)]
+pub struct HeavyAssemblyFactor<T: ComplexField> {
+    blocks: Shared,
+    places: Places,
+    memory: Arc<[Memory]>,
+    sigma: T,
+    factored: Factored<T>,
+}
+
+impl Places {
+    /// Displacements in a vector of the form of a state.
+    fn displacements<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+        let mut x = self.none(&self.strains, b);
+        for (slot, range) in &self.shifts {
+            for (i, z) in range.clone().enumerate() {
+                x.free[z] = b[slot + i];
+            }
+        }
+        // Spins from rates of the quaternion: the columns are at right angles, of length 1/2.
+        for (slot, z, by) in &self.turns {
+            for (k, column) in by.column_iter().enumerate() {
+                let along = (0..4).map(|i| b[slot + i] * T::from_real(4.0 * column[i]));
+                x.free[z + k] = along.fold(T::zero(), |sum, x| sum + x);
+            }
+        }
+        x
+    }
+
+    /// Velocities in one.
+    fn velocities<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+        let mut x = self.none(&self.rates, b);
+        for (slot, range) in &self.velocities {
+            for (i, z) in range.clone().enumerate() {
+                x.free[z] = b[slot + i];
+            }
+        }
+        x
+    }
+
+    /// Nothing of bodies and multipliers, and the parts of rods.
+    fn none<T: Scalar>(&self, rods: &[Range<usize>], b: &DVector<T>) -> Sides<T> {
+        let own = rods
+            .iter()
+            .map(|range| b.rows(range.start, range.len()).into_owned());
+        let inner: usize = rods.iter().map(Range::len).sum();
+        Sides {
+            rods: own.collect(),
+            free: DVector::zeros(self.unknowns - inner),
+        }
+    }
+
+    /// Where accelerations of bodies, then of the rods, then multipliers begin.
+    fn algebraic(&self) -> [usize; 3] {
+        let first = self.time + INTEGRALS;
+        let inner: usize = self.rates.iter().map(Range::len).sum();
+        [first, first + self.free, first + self.free + inner]
+    }
+
+    /// What stands in the algebraic places.
+    fn right<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+        let [first, mut inner, held] = self.algebraic();
+        let ranges: Vec<Range<usize>> = self
+            .rates
+            .iter()
+            .map(|range| {
+                inner += range.len();
+                inner - range.len()..inner
+            })
+            .collect();
+        let mut x = self.none(&ranges, b);
+        let ties = x.free.len() - self.free;
+        x.free
+            .rows_mut(0, self.free)
+            .copy_from(&b.rows(first, self.free));
+        x.free
+            .rows_mut(self.free, ties)
+            .copy_from(&b.rows(held, ties));
+        x
+    }
+}
+
+impl Linearised for HeavyAssemblyLinear {
+    type Factor<T: Scalar> = HeavyAssemblyFactor<T>;
+
+    fn shifted<T: Scalar>(&self, sigma: T) -> Option<HeavyAssemblyFactor<T>> {
+        let levels = [(T::one(), 0), (sigma, 1), (sigma * sigma, 2)];
+        let factored = self.blocks.factored(&Mix {
+            balance: &levels,
+            ends: &levels,
+            memory: Some((sigma, &self.memory)),
+        })?;
+        Some(HeavyAssemblyFactor {
+            blocks: self.blocks.clone(),
+            places: self.places.clone(),
+            memory: self.memory.clone(),
+            sigma,
+            factored,
+        })
+    }
+
+    /// Places and velocities alone; accelerations follow from them.
+    fn times(&self, x: &DVector<f64>) -> DVector<f64> {
+        let places = &self.places;
+        let (moved, faster) = (places.displacements(x), places.velocities(x));
+        let [mut push, more] = [(0, &moved), (1, &faster)].map(|(j, x)| self.blocks.times(j, x));
+        let mut out = DVector::zeros(x.len());
+        push.free = -(push.free + more.free);
+        for (k, (push, more)) in push.rods.iter_mut().zip(more.rods).enumerate() {
+            *push += more;
+            let (q, z) = (moved.rods[k].as_slice(), places.dashpots[k].clone());
+            let dashpots = &x.as_slice()[z.clone()];
+            self.memory[k].push(q, dashpots, push.as_mut_slice());
+            self.memory[k].rates(q, dashpots, &mut out.as_mut_slice()[z]);
+            *push = -&*push;
+        }
+        if !self.mass.solve(&mut push) {
+            out.fill(f64::INFINITY);
+            return out;
+        }
+        places.write(&mut out, &faster, &push);
+        out
+    }
+}
+
+impl Places {
+    /// Writes displacements and velocities.
+    fn write<T: Scalar>(&self, out: &mut DVector<T>, moved: &Sides<T>, faster: &Sides<T>) {
+        for (slot, range) in &self.shifts {
+            for (i, z) in range.clone().enumerate() {
+                out[slot + i] = moved.free[z];
+            }
+        }
+        for (slot, range) in &self.velocities {
+            for (i, z) in range.clone().enumerate() {
+                out[slot + i] = faster.free[z];
+            }
+        }
+        for (slot, z, by) in &self.turns {
+            for i in 0..4 {
+                let each = (0..3).map(|k| moved.free[z + k] * T::from_real(by[(i, k)]));
+                out[slot + i] = each.fold(T::zero(), |sum, x| sum + x);
+            }
+        }
+        let rods = moved.rods.iter().zip(&faster.rods);
+        for ((q, w), (moved, faster)) in self.strains.iter().zip(&self.rates).zip(rods) {
+            out.rows_mut(q.start, q.len()).copy_from(moved);
+            out.rows_mut(w.start, w.len()).copy_from(faster);
+        }
+    }
+}
+
+impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
+    /// With x the displacements, dx = (dv + b_x)/sigma and da = sigma dv - b_v leave, with b_a on the right of the balance,
+    /// (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v, to which Maxwell branches add (`memory`).
+    fn solve(&self, b: &mut DVector<T>) -> bool {
+        let (places, sigma) = (&self.places, self.sigma);
+        let over = T::one() / sigma;
+        let (mut moved, faster) = (places.displacements(b), places.velocities(b));
+        let mut found = places.right(b);
+        let [by_place, by_second] =
+            [(0, &moved), (2, &faster)].map(|(j, x)| self.blocks.times(j, x));
+        let right = |b: &mut DVector<T>, place: &DVector<T>, second: &DVector<T>| {
+            for ((b, place), second) in b.iter_mut().zip(place.iter()).zip(second.iter()) {
+                *b = *second - *b - *place * over;
+            }
+        };
+        right(&mut found.free, &by_place.free, &by_second.free);
+        let rods = by_place.rods.iter().zip(&by_second.rods);
+        for (b, (place, second)) in found.rods.iter_mut().zip(rods) {
+            right(b, place, second);
+        }
+        let rods = found.rods.iter_mut().zip(&moved.rods).zip(&self.memory[..]);
+        for (((out, q), memory), z) in rods.zip(&places.dashpots) {
+            let springs = (q.as_slice(), &b.as_slice()[z.clone()]);
+            memory.eliminate(sigma, springs, out.as_mut_slice());
+        }
+        if !self.factored.solve(&mut found) {
+            return false;
+        }
+        // The part of a quaternion along itself.
+        let mut grown = Vec::with_capacity(places.turns.len());
+        for (slot, z, by) in &places.turns {
+            let part: Vec<T> = (0..4)
+                .map(|i| {
+                    let each = (0..3).map(|k| moved.free[z + k] * T::from_real(by[(i, k)]));
+                    b[slot + i] - each.fold(T::zero(), |sum, x| sum + x)
+                })
+                .collect();
+            grown.push(part);
+        }
+        let [first, inner, held] = places.algebraic();
+        let mut at = inner;
+        let mut next = found.clone();
+        for ((next, moved), (found, faster)) in next
+            .rods
+            .iter_mut()
+            .zip(&mut moved.rods)
+            .zip(found.rods.iter().zip(&faster.rods))
+        {
+            for i in 0..found.len() {
+                next[i] = found[i] * sigma;
+                moved[i] = (next[i] + moved[i]) * over;
+                b[at + i] = next[i] * sigma - faster[i];
+            }
+            at += found.len();
+        }
+        for i in 0..places.free {
+            next.free[i] = found.free[i] * sigma;
+            moved.free[i] = (next.free[i] + moved.free[i]) * over;
+            b[first + i] = next.free[i] * sigma - faster.free[i];
+        }
+        for (i, x) in found.free.iter().skip(places.free).enumerate() {
+            b[held + i] = *x;
+        }
+        places.write(b, &moved, &next);
+        let rods = self.memory.iter().zip(&places.dashpots);
+        for ((memory, z), q) in rods.zip(&moved.rods) {
+            memory.follow(sigma, q, &mut b.as_mut_slice()[z.clone()]);
+        }
+        for ((slot, ..), part) in places.turns.iter().zip(grown) {
+            for (i, x) in part.into_iter().enumerate() {
+                b[slot + i] += x * over;
+            }
+        }
+        for i in places.time..places.time + INTEGRALS {
+            b[i] /= sigma;
+        }
+        b.iter().all(|x| x.is_finite())
+    }
+}

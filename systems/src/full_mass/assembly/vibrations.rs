@@ -1,0 +1,168 @@
+//! Small motions about an equilibrium: vibrations, with friction, and what bodies and rods do in them.
+
+use super::HeavyAssembly;
+use super::block_elimination::Sides;
+use super::statics::{DEPENDENT, rigid};
+use crate::assembly::{Attachment, On};
+use crate::error::{Error, Result};
+use crate::full_mass::damped_modes::decaying;
+use crate::full_mass::statics::{ALL, Vibration, held_or_neutral, slowest};
+use nalgebra::{Complex, DMatrix, DVector, Vector6};
+
+/// Friction on such a motion below this, relative to the largest on the slow ones, is rounding.
+const UNFELT: f64 = 1e-9;
+const SLOW: usize = 24;
+
+impl HeavyAssembly {
+    /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases, and the rows of the ends.
+    pub(super) fn small(&self, y: &DVector<f64>) -> Result<([DMatrix<f64>; 3], DMatrix<f64>)> {
+        let outside = || Error::domain("the strains are outside the domain of a section law");
+        let at = self.at(&self.still(y)).ok_or_else(outside)?;
+        let unknowns = self.accelerations(&at).ok_or_else(rigid)?;
+        let balance = self.balance(&at, unknowns.as_slice()).ok_or_else(outside)?;
+        let blocks = self
+            .blocks(&at, &balance, unknowns.as_slice())
+            .ok_or_else(outside)?;
+        let ends = blocks.level(2).dense().1;
+        Ok(([0, 1, 2].map(|j| blocks.level(j).dense().0), ends))
+    }
+
+    /// 1/sqrt(weight) of every strain, and 1 of bodies and bases.
+    pub(super) fn scale(&self) -> DVector<f64> {
+        let rods = self.links.iter().map(|link| link.rod.norm_weights());
+        let mut scale: Vec<f64> = rods.flat_map(|w| w.as_slice().to_vec()).collect();
+        scale.resize(scale.len() + self.layout.free, 1.0);
+        DVector::from_vec(scale)
+    }
+
+    /// The same with supports that stand where they are at time `t`.
+    #[must_use]
+    pub fn standing_at(&self, t: f64) -> Self {
+        let mut standing = self.clone();
+        for link in &mut standing.links {
+            for tie in std::iter::once(&mut link.from).chain(&mut link.to) {
+                if let On::Support(support) = &tie.on.on {
+                    tie.on = Attachment::ground(support.pose(t) * tie.on.place);
+                }
+            }
+        }
+        standing
+    }
+
+    /// The `count` slowest vibrations about the equilibrium `y`, by rising square of the frequency; in strains, rod by rod, then bodies
+    /// and bases that turn by themselves. The square is 0 in a direction in which nothing holds the assembly.
+    ///
+    /// # Errors
+    /// Strains outside the law's domain; a mass matrix that is singular to rounding.
+    pub fn vibrations(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Vibration>> {
+        let (matrices, ends) = self.small(y)?;
+        self.within(&matrices, &ends, count)
+    }
+
+    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `y`, Im s >= 0, the smallest ones by Im s: with friction,
+    /// drag, rotors and loads that turn with a body. Motions that nothing holds and no
+    /// friction meets are left out.
+    ///
+    /// # Errors
+    /// As [`HeavyAssembly::vibrations`]; eigenvalues that are not found.
+    pub fn decaying(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Complex<f64>>> {
+        let (matrices, ends) = self.small(y)?;
+        let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
+        let mut modes = self.within(&matrices, &ends, ALL)?;
+        let [stiffness, damping, _] = &matrices;
+        // The fastest vibrations rub by orders more.
+        let slow = modes.iter().take(SLOW);
+        let most = slow.map(|mode| (damping * &mode.shape).amax());
+        let most = most.fold(0.0, f64::max);
+        modes.retain(|mode| mode.square != 0.0 || (damping * &mode.shape).amax() > UNFELT * most);
+        let mut branches = Vec::new();
+        let mut first = 0;
+        for link in &self.links {
+            branches.extend(link.rod.memory.branches_from(first));
+            first += link.rod.size();
+        }
+        let matrices = ([stiffness, damping], conservative);
+        decaying(&modes, matrices, &branches, count)
+    }
+
+    fn within(
+        &self,
+        matrices: &[DMatrix<f64>; 3],
+        ends: &DMatrix<f64>,
+        count: usize,
+    ) -> Result<Vec<Vibration>> {
+        let scale = self.scale();
+        let size = scale.len();
+        let scaled =
+            |m: &DMatrix<f64>| DMatrix::from_fn(size, size, |i, j| m[(i, j)] * scale[i] * scale[j]);
+        // What the ends leave free: the complement of their rows, by reflections that take these to the first axes.
+        let mut turned = DMatrix::identity(size, size);
+        let mut held = 0;
+        if ends.nrows() > 0 {
+            let rows = DMatrix::from_fn(size, ends.nrows(), |j, i| ends[(i, j)] * scale[j]);
+            let factors = rows.col_piv_qr();
+            factors.q_tr_mul(&mut turned);
+            let diagonal = factors.unpack_r().diagonal().abs();
+            let bound = DEPENDENT * diagonal.max();
+            held = diagonal.iter().filter(|x| **x > bound).count();
+        }
+        let basis = turned.rows(held, size - held).transpose();
+        let inner = matrices
+            .each_ref()
+            .map(|m| basis.tr_mul(&(scaled(m) * &basis)));
+        let found = held_or_neutral(slowest(inner.each_ref(), count)?, &inner[0]);
+        let whole = found.into_iter().map(|mode| Vibration {
+            shape: (&basis * mode.shape).component_mul(&scale),
+            ..mode
+        });
+        Ok(whole.collect())
+    }
+
+    /// How far these vibrations of mass 1 are from rest in a state at rest, at worst: the amplitude at which their stiffness holds what
+    /// pushes them.
+    ///
+    /// # Errors
+    /// As [`HeavyAssembly::vibrations`].
+    pub fn strained(&self, y: &DVector<f64>, modes: &[Vibration]) -> Result<f64> {
+        let ([.., mass], _) = self.small(y)?;
+        let at = self.at(&self.still(y)).ok_or_else(rigid)?;
+        let found = self.sides(&self.accelerations(&at).ok_or_else(rigid)?);
+        let rods = found.rods.iter().flat_map(|rod| rod.iter());
+        let all = rods.chain(found.free.iter().take(self.layout.free));
+        let push = mass * DVector::from_iterator(modes[0].shape.len(), all.copied());
+        let elastic = modes.iter().filter(|mode| mode.square != 0.0);
+        let parts = elastic.map(|mode| (mode.shape.dot(&push) / mode.square).abs());
+        Ok(parts.fold(0.0, f64::max))
+    }
+
+    /// The state displaced by `part` of a vibration.
+    pub fn displaced(&self, y: &DVector<f64>, shape: &DVector<f64>, part: f64) -> DVector<f64> {
+        let mut y = self.still(y);
+        let mut at = 0;
+        let rods = self.links.iter().map(|link| {
+            at += link.rod.size();
+            shape
+                .rows(at - link.rod.size(), link.rod.size())
+                .into_owned()
+        });
+        let rods: Vec<DVector<f64>> = rods.collect();
+        let change = Sides {
+            free: shape.rows(at, self.layout.free).into_owned(),
+            rods,
+        };
+        self.displace(&mut y, &change, part);
+        y
+    }
+
+    /// The twists (angular first) of the bodies in a vibration about a state; None where that has no shape.
+    pub fn twists(&self, y: &DVector<f64>, shape: &DVector<f64>) -> Option<Vec<Vector6<f64>>> {
+        let at = self.at(y)?;
+        let first = shape.len() - self.layout.free;
+        let bodies = at.bodies.iter().zip(&self.layout.velocities);
+        let twists = bodies.map(|(body, start)| {
+            let own = shape.rows(first + start, body.own.ncols());
+            Vector6::from_iterator((&body.own * own).iter().copied())
+        });
+        Some(twists.collect())
+    }
+}

@@ -1,0 +1,597 @@
+//! A rod with mass, and the body at its end if it has one of its own: balance, energies, linearisation.
+//!
+//! The base of a single rod stands at the origin of its clamp. That of a rod of an assembly is where its attachment is and moves as
+//! that does ([`Held`]), all vectors are along the axes of the world, and the derivatives have six rows and columns more for the base.
+
+use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
+use super::law::{Answer, Law};
+use super::mass::{Mass, MassLinear, parts};
+use super::maxwell_nodes::Memory;
+use crate::assembly::Tube;
+use crate::body::{Body, RigidBody};
+use crate::error::{Error, Result};
+use crate::math::se3::joined;
+use crate::rod::Distributed;
+use crate::section::Strain;
+use crate::viscoelastic::grid::Grid;
+use nalgebra::{
+    DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector1, Vector3, Vector6,
+};
+
+/// A rod with mass, whatever its nodes: what [`HeavyRod`] is made of.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// The section, in the units of the rod.
+    pub law: Law,
+    /// Its kinematics.
+    pub curve: Curve,
+    /// Mass of the whole rod, over that of the body.
+    pub mass: f64,
+    /// Inertia of the sections per length, along their directors, about their middle; None: they turn at no cost.
+    pub rotary: Option<Matrix3<f64>>,
+    /// A point of mass 1 under gravity, on the clamp of the rod: what acts on every piece of the rod.
+    pub grain: Body<3>,
+    /// Dead force per length, in the world.
+    pub distributed: Option<Distributed>,
+    /// The body at the end; None in an assembly, where a wrench acts on the end.
+    pub body: Option<Mass>,
+    /// How thick it is where it touches itself or another; None where contacts are not looked for.
+    pub diameter: Option<f64>,
+}
+
+/// A rod with mass at given nodes.
+#[derive(Debug, Clone)]
+pub struct HeavyRod {
+    /// What it is made of.
+    pub given: Given,
+    /// Its sections.
+    pub sections: Sections,
+    /// What hangs at them, the body last.
+    masses: Vec<Mass>,
+    /// Its Maxwell branches.
+    pub(super) memory: Memory,
+    hinge: Option<Hinge>,
+}
+
+/// A base that turns by itself. Its turn is one field more than the nodes can tell: phi = P_n(2 s - 1) vanishes at all of them. The
+/// integral of phi^2 that Gauss' rule leaves out, of the part c P_n of phi, is c^2/(2 n + 1), and c is the turn of the base less the
+/// value there of what the nodes tell.
+#[derive(Debug, Clone)]
+struct Hinge {
+    /// Inertia of that part.
+    inertia: f64,
+    /// Values at the base of fields that are 1 at one node.
+    weights: Vec<f64>,
+}
+
+impl Hinge {
+    /// c, of the base and the nodes.
+    fn part(&self, base: Vector3<f64>, nodes: &[Vector3<f64>]) -> Vector3<f64> {
+        let pairs = self.weights.iter().zip(nodes);
+        pairs.fold(base, |part, (weight, x)| part - x * *weight)
+    }
+
+    /// The same of the columns of derivatives, of which those from `base` on turn the base.
+    fn rows(&self, of: &Triple, base: Option<usize>) -> [DMatrix<f64>; 3] {
+        let weights = DMatrix::from_row_slice(1, self.weights.len(), &self.weights);
+        std::array::from_fn(|k| {
+            let mut row = -(&weights * of[k].rows(0, self.weights.len()));
+            if let Some(base) = base {
+                row[base + k] += 1.0;
+            }
+            row
+        })
+    }
+}
+
+/// Strains, their rates and what follows from them.
+#[derive(Debug, Clone)]
+pub struct Moving {
+    /// All strains at the nodes.
+    pub strains: Vec<Strain>,
+    /// All rates.
+    pub rates: Vec<Strain>,
+    /// Poses.
+    pub shape: Shape,
+    /// Velocities.
+    pub flow: Flow,
+    /// Angular velocity of the base.
+    spin: Vector3<f64>,
+    /// Strains of the springs of Maxwell branches, all of a node in a row; none where they carry nothing.
+    springs: Vec<Strain>,
+}
+
+/// What holds a rod of an assembly. By default its base stands and its end is free.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// Acceleration of the base (angular first).
+    pub base: Vector6<f64>,
+    /// (couple, force) on the end.
+    pub end: Vector6<f64>,
+}
+
+impl Default for Held {
+    fn default() -> Self {
+        Self {
+            base: Vector6::zeros(),
+            end: Vector6::zeros(),
+        }
+    }
+}
+
+/// The balance at some second derivatives of the strains.
+#[derive(Debug, Clone)]
+pub struct Balance {
+    /// J^T (masses - loads) + weights (resultants): zero in a motion.
+    pub residual: DVector<f64>,
+    /// (couple, force) of the rod on what hangs at the sections.
+    pub wrenches: Vec<Vector6<f64>>,
+    /// Couple of the turn of the base beside the nodes.
+    turned: Vector3<f64>,
+    /// (couple, force) that holds the base.
+    pub base: Vector6<f64>,
+    /// Accelerations.
+    pub change: Change,
+    /// Power of friction, of loads without potential, of drag.
+    pub powers: [f64; 3],
+}
+
+/// Derivatives of the residual.
+#[derive(Debug, Clone)]
+pub struct Derivatives {
+    /// By the strains, Maxwell branches left out: as if these carried nothing.
+    pub by_strain: DMatrix<f64>,
+    /// By the rates.
+    pub by_rate: DMatrix<f64>,
+    /// By the second derivatives: the mass matrix.
+    pub mass: DMatrix<f64>,
+    /// Of the acceleration of the end, by the same three.
+    pub end: [DMatrix<f64>; 3],
+}
+
+impl Given {
+    /// Where its law or its load is not smooth, in (0, 1).
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut breaks = self.law.breaks();
+        breaks.extend(self.distributed.iter().flat_map(Distributed::breaks));
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
+        breaks
+    }
+}
+
+impl HeavyRod {
+    /// The rod at the nodes of `grid`.
+    ///
+    /// # Errors
+    /// A mass, gravity or load that is not finite, a mass or an inertia that is not positive.
+    pub fn new(given: Given, grid: Grid) -> Result<Self> {
+        if !(given.mass > 0.0 && given.mass.is_finite()) {
+            return Err(Error::domain(format!(
+                "the mass of the rod over that of the body, {}, must be finite and > 0",
+                given.mass
+            )));
+        }
+        let length = given.law.length();
+        let piece = |(s, weight): (&f64, &f64)| -> Result<Mass> {
+            let mass = given.mass * weight;
+            let along = length * weight;
+            let force = given.distributed.as_ref();
+            let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * along;
+            let weight_of = given.grain.constant() * mass + force;
+            let body = match given.rotary {
+                None => Mass::Point(held(Body::new(mass)?, weight_of, &given.grain)?),
+                Some(inertia) => {
+                    let piece =
+                        RigidBody::new(mass, inertia * along)?.with_dead_force(weight_of)?;
+                    Mass::Rigid(match given.grain.support() {
+                        Some(support) => piece.with_support(support.clone()),
+                        None => piece,
+                    })
+                }
+            };
+            Ok(body)
+        };
+        let pieces = grid.nodes().iter().zip(grid.weights()).map(piece);
+        let mut masses = pieces.collect::<Result<Vec<_>>>()?;
+        masses.extend(given.body.clone());
+        let sections = Sections::new(grid, given.law.active(), given.curve, given.law.length());
+        Ok(Self {
+            memory: Memory::new(&given.law, sections.weights()),
+            given,
+            sections,
+            masses,
+            hinge: None,
+        })
+    }
+
+    /// The same on a clamp that stands where its own is at time `t`: what a rod at rest is in equilibrium with has no inertia.
+    pub(super) fn standing_at(&self, t: f64) -> Self {
+        let stand = |mass: &Mass| mass.clone().standing_at(t);
+        let mut standing = self.clone();
+        standing.masses = self.masses.iter().map(stand).collect();
+        standing.given.grain = standing.given.grain.standing_at(t);
+        standing.given.body = self.given.body.as_ref().map(stand);
+        standing
+    }
+
+    /// The same with a base that turns by itself.
+    #[must_use]
+    pub fn on_hinge(mut self) -> Self {
+        let grid = &self.sections.grid;
+        let nodes = grid.counts()[0];
+        let weights = (0..nodes).map(|i| {
+            let mut unit = vec![Vector1::new(0.0); grid.len()];
+            unit[i].x = 1.0;
+            grid.at(&unit, 0.0).x
+        });
+        let element = grid.elements()[0].to() * self.given.law.length();
+        let inertia = self.given.rotary.map_or(0.0, |j| j.trace() / 3.0);
+        self.hinge = Some(Hinge {
+            inertia: inertia * element / (2 * nodes + 1) as f64,
+            weights: weights.collect(),
+        });
+        self
+    }
+
+    /// The rod as it lies, of this number and with its ends held so, if it has a contact diameter.
+    pub fn tube<'a>(
+        &'a self,
+        at: &'a Moving,
+        rod: usize,
+        held: Vec<Option<usize>>,
+    ) -> Option<Tube<'a>> {
+        let exact = move |s: f64| Some(self.sections.centreline(&at.shape, s));
+        Tube::new(
+            rod,
+            self.given.diameter?,
+            held,
+            self.given.law.length(),
+            exact,
+        )
+    }
+
+    /// Number of coordinates.
+    pub fn size(&self) -> usize {
+        self.sections.size()
+    }
+
+    /// All strains at the nodes, from coordinates.
+    pub fn strains(&self, q: &[f64]) -> Vec<Strain> {
+        let law = &self.given.law;
+        q.chunks_exact(law.active().len())
+            .map(|e| law.all(e))
+            .collect()
+    }
+
+    /// All rates at the nodes.
+    pub fn rates(&self, w: &[f64]) -> Vec<Strain> {
+        let law = &self.given.law;
+        w.chunks_exact(law.active().len())
+            .map(|e| law.rates(e))
+            .collect()
+    }
+
+    /// The coordinates of strains (or rates) at the nodes.
+    pub fn coordinates(&self, strains: &[Strain]) -> Vec<f64> {
+        let active = self.given.law.active();
+        let each = strains.iter();
+        each.flat_map(|e| active.iter().map(|k| e[*k])).collect()
+    }
+
+    /// The state of coordinates and rates; None if the strains are too large for a curve.
+    pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<Moving> {
+        self.moving_from(&Isometry3::identity(), &Vector6::zeros(), q, w)
+    }
+
+    /// The same with the base at a pose, moving at a twist.
+    pub fn moving_from(
+        &self,
+        base: &Isometry3<f64>,
+        twist: &Vector6<f64>,
+        q: &[f64],
+        w: &[f64],
+    ) -> Option<Moving> {
+        let (strains, rates) = (self.strains(q), self.rates(w));
+        let shape = self.sections.shape(base, &strains)?;
+        let flow = self.sections.flow(&shape, twist, &rates);
+        Some(Moving {
+            strains,
+            rates,
+            shape,
+            flow,
+            spin: twist.fixed_rows::<3>(0).into_owned(),
+            springs: Vec::new(),
+        })
+    }
+
+    /// The state with the dashpots of its Maxwell branches at these strains.
+    #[must_use]
+    pub fn remembering(&self, at: Moving, q: &[f64], z: &[f64]) -> Moving {
+        Moving {
+            springs: self.memory.springs(q, z),
+            ..at
+        }
+    }
+
+    /// Strains of the dashpots of every Maxwell branch at the nodes.
+    pub fn dashpots(&self, at: &Moving) -> Vec<Vec<Strain>> {
+        let branches = self.given.law.branches().len();
+        let of = |k: usize| {
+            let springs = at.springs.iter().skip(k).step_by(branches);
+            let pairs = at.strains.iter().zip(springs);
+            pairs.map(|(e, spring)| e - spring).collect()
+        };
+        (0..branches).map(of).collect()
+    }
+
+    /// The balance at time `t`, with the second derivatives `a` of the coordinates; None outside the law's domain.
+    pub fn balance(&self, t: f64, at: &Moving, a: &[f64]) -> Option<Balance> {
+        self.balance_held(t, at, a, &Held::default())
+    }
+
+    /// The same of a rod that is held.
+    pub fn balance_held(&self, t: f64, at: &Moving, a: &[f64], held: &Held) -> Option<Balance> {
+        let second = self.rates(a);
+        let sections = &self.sections;
+        let change = sections.change(&at.shape, &at.flow, &held.base, &second);
+        let mut powers = [0.0; 3];
+        let mut wrenches = Vec::with_capacity(self.masses.len());
+        for (i, mass) in self.masses.iter().enumerate() {
+            let (pose, v) = self.seen(at, i);
+            let acceleration = joined(&change.spins[i], &change.accelerations[i]);
+            let wrench = mass.wrench(t, &pose, &v, &acceleration)?;
+            let [power, loss] = mass.motion(t, &pose, &v, &wrench);
+            powers[1] += power;
+            powers[2] += loss;
+            wrenches.push(wrench);
+        }
+        if self.given.body.is_none() {
+            wrenches.push(-held.end);
+        }
+        let mut turned = Vector3::zeros();
+        if let Some(hinge) = &self.hinge {
+            let base = held.base.fixed_rows::<3>(0).into_owned();
+            turned = hinge.part(base, &change.spins) * hinge.inertia;
+        }
+        let couples = self.couples(&wrenches, &turned);
+        let forces: Vec<Vector3<f64>> = parts(&wrenches, 3);
+        let mut residual = sections.gathered(&at.shape, &couples, &forces);
+        let active = self.given.law.active();
+        let count = active.len();
+        let nodes = sections.grid.nodes().iter();
+        for (j, (s, weight)) in nodes.zip(sections.weights()).enumerate() {
+            let answer = self.answer(j, *s, at)?;
+            powers[0] += weight * answer.loss;
+            let all = answer.elastic + answer.friction;
+            for (a, k) in active.iter().enumerate() {
+                residual[j * count + a] += weight * all[*k];
+            }
+        }
+        let residual = DVector::from_vec(residual);
+        residual.iter().all(|x| x.is_finite()).then(|| Balance {
+            base: sections.on_base(&at.shape, &couples, &forces)
+                + joined(&turned, &Vector3::zeros()),
+            residual,
+            wrenches,
+            turned,
+            change,
+            powers,
+        })
+    }
+
+    /// What the section of a node answers.
+    fn answer(&self, node: usize, s: f64, at: &Moving) -> Option<Answer> {
+        let branches = at.springs.len() / at.strains.len();
+        let springs = &at.springs[node * branches..(node + 1) * branches];
+        let law = &self.given.law;
+        law.answer(s, &at.strains[node], &at.rates[node], springs)
+    }
+
+    fn seen(&self, at: &Moving, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
+        let pose = match self.masses[i].turns() {
+            true => at.shape.pose(i),
+            false => {
+                Isometry3::from_parts(at.shape.positions[i].into(), UnitQuaternion::identity())
+            }
+        };
+        (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
+    }
+
+    /// M alone, with J; of a rod of an assembly with six rows and columns more for its base.
+    pub fn mass_matrix(&self, t: f64, at: &Moving) -> Option<(DMatrix<f64>, Turned)> {
+        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
+        let none = Vector6::zeros();
+        let linear = self.masses(t, at, &vec![none; self.masses.len()])?;
+        let mut mass = self.gathered_twice(
+            &linear,
+            |m| &m.by_acceleration,
+            [&turned.phi, &turned.r],
+            [&turned.phi, &turned.r],
+        );
+        self.add_hinge(&turned, [(&mut mass, &turned.phi, true)]);
+        Some((mass, turned))
+    }
+
+    /// The derivatives of the residual of `balance`; None outside the law's domain.
+    pub fn derivatives(&self, t: f64, at: &Moving, balance: &Balance) -> Option<Derivatives> {
+        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
+        let carried = self
+            .sections
+            .carried(&at.shape, &at.flow, &balance.change, &turned);
+        let linear = self.masses(t, at, &balance.wrenches)?;
+        let twist = [&turned.phi, &turned.r];
+        let of = |m: [&Triple; 2], which: fn(&MassLinear) -> &Matrix6<f64>| {
+            self.gathered_twice(&linear, which, twist, m)
+        };
+        let inertia: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_acceleration;
+        let drag: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_velocity;
+        let place: fn(&MassLinear) -> &Matrix6<f64> = |m| &m.by_pose;
+        let mut stiffness = of(carried.by_strain.each_ref(), inertia);
+        stiffness += of(carried.velocity.each_ref(), drag);
+        stiffness += of(twist, place);
+        stiffness += self.sections.geometric(
+            &at.shape,
+            &turned,
+            &self.couples(&balance.wrenches, &balance.turned),
+            &parts(&balance.wrenches, 3),
+        );
+        let mut damping = of(carried.by_rate.each_ref(), inertia);
+        damping += of(twist, drag);
+        let mut mass = of(twist, inertia);
+        let changes = [
+            (&mut stiffness, &carried.by_strain[0], false),
+            (&mut damping, &carried.by_rate[0], false),
+            (&mut mass, &turned.phi, true),
+        ];
+        self.add_hinge(&turned, changes);
+        self.add_section(at, &mut stiffness, &mut damping)?;
+        let [end_by_strain, end_by_rate] = carried.end();
+        Some(Derivatives {
+            by_strain: stiffness,
+            by_rate: damping,
+            mass,
+            end: [end_by_strain, end_by_rate, turned.end()],
+        })
+    }
+
+    /// The couples at the sections, `turned` that of the base beside the nodes.
+    fn couples(&self, wrenches: &[Vector6<f64>], turned: &Vector3<f64>) -> Vec<Vector3<f64>> {
+        let mut couples = parts(wrenches, 0);
+        let weights = self.hinge.iter().flat_map(|hinge| &hinge.weights);
+        for (couple, weight) in couples.iter_mut().zip(weights) {
+            *couple -= turned * *weight;
+        }
+        couples
+    }
+
+    /// Adds what the turn of the base beside the nodes does to matrices, each with the turns of the sections that it belongs to and
+    /// whether the base turns with them.
+    fn add_hinge<const K: usize>(
+        &self,
+        turned: &Turned,
+        changes: [(&mut DMatrix<f64>, &Triple, bool); K],
+    ) {
+        let Some(hinge) = &self.hinge else { return };
+        let left = hinge.rows(&turned.phi, Some(self.size()));
+        for (matrix, by, base) in changes {
+            let right = hinge.rows(by, base.then(|| self.size()));
+            for (left, right) in left.iter().zip(&right) {
+                matrix.gemm_tr(hinge.inertia, left, right, 1.0);
+            }
+        }
+    }
+
+    /// Adds what the sections themselves answer.
+    pub(super) fn add_section(
+        &self,
+        at: &Moving,
+        stiffness: &mut DMatrix<f64>,
+        damping: &mut DMatrix<f64>,
+    ) -> Option<()> {
+        let active = self.given.law.active();
+        let count = active.len();
+        let nodes = self.sections.grid.nodes().iter();
+        for (j, (s, weight)) in nodes.zip(self.sections.weights()).enumerate() {
+            let section = self.given.law.stiffness(*s, &at.strains[j], &at.rates[j])?;
+            for (a, k) in active.iter().enumerate() {
+                for (b, l) in active.iter().enumerate() {
+                    let place = (j * count + a, j * count + b);
+                    stiffness[place] += weight * section.by_strain[(*k, *l)];
+                    damping[place] += weight * section.by_rate[(*k, *l)];
+                }
+            }
+        }
+        Some(())
+    }
+
+    fn masses(&self, t: f64, at: &Moving, wrenches: &[Vector6<f64>]) -> Option<Vec<MassLinear>> {
+        let each = self.masses.iter().zip(wrenches).enumerate();
+        each.map(|(i, (mass, wrench))| {
+            let (pose, v) = self.seen(at, i);
+            mass.linear(t, &pose, &v, wrench)
+        })
+        .collect()
+    }
+
+    /// sum_i left_i^T matrix_i right_i over the sections.
+    fn gathered_twice(
+        &self,
+        linear: &[MassLinear],
+        which: impl Fn(&MassLinear) -> &Matrix6<f64>,
+        left: [&Triple; 2],
+        right: [&Triple; 2],
+    ) -> DMatrix<f64> {
+        let columns = left[0][0].ncols();
+        let mut out = DMatrix::zeros(columns, columns);
+        let last = self.sections.grid.len();
+        for k in 0..6 {
+            for l in 0..6 {
+                // The pieces of the rod by one product of matrices for each pair of components.
+                let factors: Vec<f64> = linear[..last].iter().map(|m| which(m)[(k, l)]).collect();
+                if factors.iter().all(|x| *x == 0.0) {
+                    continue;
+                }
+                let mut scaled = right[l / 3][l % 3].rows(0, last).into_owned();
+                for (mut row, factor) in scaled.row_iter_mut().zip(&factors) {
+                    row *= *factor;
+                }
+                out.gemm_tr(1.0, &left[k / 3][k % 3].rows(0, last), &scaled, 1.0);
+            }
+        }
+        if let Some(body) = linear.get(last) {
+            MassLinear::add(&mut out, last, which(body), left, right);
+        }
+        out
+    }
+
+    /// Kinetic energy of the body and of the rod.
+    pub fn kinetic(&self, t: f64, at: &Moving) -> [f64; 2] {
+        let each = self.masses.iter().enumerate();
+        let energies: Vec<f64> = each
+            .map(|(i, mass)| {
+                let (pose, v) = self.seen(at, i);
+                mass.kinetic(t, &pose, &v)
+            })
+            .collect();
+        let (rod, body) = energies.split_at(self.sections.grid.len());
+        let hinge = self.hinge.as_ref().map_or(0.0, |hinge| {
+            0.5 * hinge.inertia * hinge.part(at.spin, &at.flow.spins).norm_squared()
+        });
+        [body.iter().sum(), rod.iter().sum::<f64>() + hinge]
+    }
+
+    /// Potential of gravity and constant loads, on body and rod.
+    pub fn potential(&self, t: f64, at: &Moving) -> f64 {
+        let each = self.masses.iter().enumerate();
+        each.map(|(i, mass)| mass.potential(t, &self.seen(at, i).0))
+            .sum()
+    }
+
+    /// Stored energy and, at the nodes, dissipation per length and time.
+    pub fn stored(&self, at: &Moving) -> Option<(f64, Vec<f64>)> {
+        let grid = &self.sections.grid;
+        let mut energy = 0.0;
+        let mut lost = Vec::with_capacity(grid.len());
+        for (j, (s, weight)) in grid.nodes().iter().zip(self.sections.weights()).enumerate() {
+            let answer = self.answer(j, *s, at)?;
+            energy += weight * answer.energy;
+            lost.push(answer.loss);
+        }
+        Some((energy, lost))
+    }
+
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let grain = self.given.grain.next_break(t);
+        (self.given.body.as_ref()).map_or(grain, |body| body.next_break(t).min(grain))
+    }
+}
+
+fn held(body: Body<3>, force: Vector3<f64>, grain: &Body<3>) -> Result<Body<3>> {
+    let body = body.with_dead_force(force)?;
+    Ok(match grain.support() {
+        Some(support) => body.with_support(support.clone()),
+        None => body,
+    })
+}

@@ -1,0 +1,247 @@
+//! A viscoelastic section in the units of the rod, seen through those of its strains that can change.
+
+use super::kinematics::Local;
+use crate::error::{Error, Result};
+use crate::math::small_matrices::{add_times, times};
+use crate::rod::Distributed;
+use crate::section::Strain;
+use crate::section::rate::Viscoelastic;
+use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
+
+/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can change.
+#[derive(Debug, Clone)]
+pub struct Material<const M: usize> {
+    law: Viscoelastic,
+    active: [usize; M],
+    /// Strains without load at the clamp; the values of the inactive ones hold all along the rod.
+    rest: Strain,
+    /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
+    hoisted: Option<Constant<M>>,
+    branches: Vec<MaxwellBranch<M>>,
+    /// The dead load that it bears, in the frame of the clamp.
+    load: Option<Distributed>,
+}
+
+/// A law that is linear and the same all along the rod, without memory: e_t = fluidity (resultants - stiffness (e - rest)).
+#[derive(Debug, Clone)]
+pub struct Constant<const M: usize> {
+    /// The stiffness.
+    pub stiffness: SMatrix<f64, M, M>,
+    /// Strains without load.
+    pub rest: Local<M>,
+    /// Strain rates by overstress.
+    pub fluidity: SMatrix<f64, M, M>,
+}
+
+/// A Maxwell branch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MaxwellBranch<const M: usize> {
+    /// Its modulus.
+    pub modulus: SMatrix<f64, M, M>,
+    /// Its relaxation time.
+    pub time: f64,
+}
+
+/// Energy and resultants of the stored energy, without the Maxwell branches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stored<const M: usize> {
+    /// Stored energy W per length.
+    pub energy: f64,
+    /// Its resultants dW/de.
+    pub resultants: Local<M>,
+}
+
+/// Rates under an overstress.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Creep<const M: usize> {
+    /// Strain rates e_t.
+    pub rate: Local<M>,
+    /// d e_t/d(overstress).
+    pub fluidity: SMatrix<f64, M, M>,
+    /// d e_t/d e at fixed overstress.
+    pub by_strain: SMatrix<f64, M, M>,
+}
+
+impl<const M: usize> Material<M> {
+    /// The law `law`, in the units of the rod, for the strains `active` (places among u1 .. v3, in growing order).
+    ///
+    /// # Errors
+    /// An active strain that the law holds rigid; a law that has no unloaded state.
+    pub fn new(law: Viscoelastic, active: [usize; M]) -> Result<Self> {
+        let rigid = law.rate.rigid();
+        if let Some(i) = active.iter().find(|i| rigid[**i]) {
+            return Err(Error::domain(format!(
+                "the strain number {i} of (u1, u2, u3, v1, v2, v3) is held rigid and cannot be an active one"
+            )));
+        }
+        let mut material = Self {
+            rest: law.elastic.unloaded(0.0)?,
+            active,
+            hoisted: None,
+            branches: Vec::new(),
+            load: None,
+            law,
+        };
+        material.branches = material
+            .law
+            .branches
+            .iter()
+            .map(|branch| MaxwellBranch {
+                modulus: material.among(&branch.modulus),
+                time: branch.time,
+            })
+            .collect();
+        if material.law.elastic.uniform_linear().is_some()
+            && let Some(fluidity) = material.law.rate.uniform_fluidity()
+        {
+            material.hoisted = Some(Constant {
+                stiffness: material.among(&material.law.elastic.free(0.0, &material.rest)?.tangent),
+                rest: material.active_of(&material.rest),
+                fluidity: material.among(&fluidity),
+            });
+        }
+        Ok(material)
+    }
+
+    /// Places of the active strains among u1 .. v3.
+    pub fn active(&self) -> &[usize; M] {
+        &self.active
+    }
+
+    /// The law.
+    pub fn law(&self) -> &Viscoelastic {
+        &self.law
+    }
+
+    /// The Maxwell branches.
+    pub fn branches(&self) -> &[MaxwellBranch<M>] {
+        &self.branches
+    }
+
+    /// Where the law or the load is not smooth, in (0, 1).
+    pub fn breaks(&self) -> Vec<f64> {
+        let mut breaks = self.law.breaks();
+        breaks.extend(self.load.iter().flat_map(Distributed::breaks));
+        breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
+        breaks.sort_by(f64::total_cmp);
+        breaks.dedup_by(|a, b| *a - *b < 1e-12);
+        breaks
+    }
+
+    /// The same bearing a dead load along the rod, in the frame of the clamp and the units of the rod.
+    #[must_use]
+    pub fn under(mut self, load: Option<Distributed>) -> Self {
+        self.load = load;
+        self
+    }
+
+    /// Force per length of the load at places in [0, 1]; None without a load.
+    pub fn load_at(&self, places: &[f64]) -> Option<Vec<Vector3<f64>>> {
+        let load = self.load.as_ref()?;
+        Some(places.iter().map(|s| load.density(*s)).collect())
+    }
+
+    /// True if the rates are proportional to the overstress.
+    pub fn is_linear(&self) -> bool {
+        self.law.rate.is_linear()
+    }
+
+    /// The law, if it is a constant one.
+    pub fn constant(&self) -> Option<&Constant<M>> {
+        self.hoisted.as_ref().filter(|_| self.branches.is_empty())
+    }
+
+    /// True if stiffness and fluidity are the same everywhere and always.
+    pub fn is_constant(&self) -> bool {
+        self.hoisted.is_some()
+    }
+
+    /// The active strains without load.
+    ///
+    /// # Errors
+    /// A law that has no unloaded state at s.
+    pub fn unloaded(&self, s: f64) -> Result<Local<M>> {
+        Ok(self.active_of(&self.law.elastic.unloaded(s)?))
+    }
+
+    /// The active ones of all strains (or of resultants, or of rates).
+    pub fn active_of(&self, e: &Strain) -> Local<M> {
+        Local::from_fn(|a, _| e[self.active[a]])
+    }
+
+    /// All strains: the active ones, and the others as they are without load.
+    pub fn all(&self, e: &Local<M>) -> Strain {
+        let mut all = self.rest;
+        for (a, &i) in self.active.iter().enumerate() {
+            all[i] = e[a];
+        }
+        all
+    }
+
+    /// Rows and columns of the active strains.
+    fn among(&self, k: &Matrix6<f64>) -> SMatrix<f64, M, M> {
+        SMatrix::from_fn(|a, b| k[(self.active[a], self.active[b])])
+    }
+
+    /// Stored energy and its resultants at s in [0, 1]; None outside the law's domain.
+    #[inline]
+    pub fn stored(&self, s: f64, e: &Local<M>) -> Option<Stored<M>> {
+        if let Some(h) = &self.hoisted {
+            let deviation = e - h.rest;
+            let resultants = times(&h.stiffness, &deviation);
+            return Some(Stored {
+                energy: 0.5 * deviation.dot(&resultants),
+                resultants,
+            });
+        }
+        let free = self.law.elastic.free(s, &self.all(e)).ok()?;
+        Some(Stored {
+            energy: free.energy,
+            resultants: self.active_of(&free.resultants),
+        })
+    }
+
+    /// The tangent stiffness d^2W/de^2 at s in [0, 1]; None outside the law's domain.
+    pub fn tangent(&self, s: f64, e: &Local<M>) -> Option<SMatrix<f64, M, M>> {
+        if let Some(h) = &self.hoisted {
+            return Some(h.stiffness);
+        }
+        let free = self.law.elastic.free(s, &self.all(e)).ok()?;
+        Some(self.among(&free.tangent))
+    }
+
+    /// What [`Self::stored`] and [`Self::creep`] give without energy and derivatives: the strain rates under local resultants of which the
+    /// Maxwell branches have taken their share, and the overstress that the stored energy leaves of them.
+    #[inline(always)]
+    pub fn flowing(&self, s: f64, e: &Local<M>, left: &Local<M>) -> Option<(Local<M>, Local<M>)> {
+        let Some(h) = &self.hoisted else {
+            let overstress = left - self.stored(s, e)?.resultants;
+            return Some((self.creep(s, e, &overstress)?.rate, overstress));
+        };
+        let mut overstress = *left;
+        add_times(&mut overstress, &h.stiffness, &(h.rest - e));
+        Some((times(&h.fluidity, &overstress), overstress))
+    }
+
+    /// The strain rates under an overstress, with their derivatives; None outside the law's domain.
+    #[inline]
+    pub fn creep(&self, s: f64, e: &Local<M>, overstress: &Local<M>) -> Option<Creep<M>> {
+        if let Some(h) = &self.hoisted {
+            return Some(Creep {
+                rate: times(&h.fluidity, overstress),
+                fluidity: h.fluidity,
+                by_strain: SMatrix::zeros(),
+            });
+        }
+        let mut over = Vector6::zeros();
+        for (a, &i) in self.active.iter().enumerate() {
+            over[i] = overstress[a];
+        }
+        let found = self.law.rate.rate(s, &self.all(e), &over).ok()?;
+        Some(Creep {
+            rate: self.active_of(&found.rate),
+            fluidity: self.among(&found.by_overstress),
+            by_strain: self.among(&found.by_strain),
+        })
+    }
+}

@@ -1,0 +1,599 @@
+//! The reduced rod: given strains, memory and the velocity of the end, the end wrench and the strain rates.
+//!
+//! With resultants Q_i w1 at node i, of which the stored energy and the Maxwell branches take S_i, the rates are
+//! e_t = R(e, Q w1 - S), and w1 is such that the end moves at V:
+//! ```text
+//! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
+//! ```
+//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i.
+//! The left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV (5.10):
+//! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
+
+use super::grid::Grid;
+use super::kinematics::{AtEnd, Ended, Kinematics, Local};
+use super::material::Material;
+use crate::math::small_matrices::{add_times, add_transposed_times, times};
+use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
+use std::sync::Arc;
+
+/// A viscoelastic rod on a grid.
+#[derive(Debug, Clone)]
+pub struct Reduced<K, const M: usize, const D: usize> {
+    /// How strains make a shape.
+    pub kinematics: K,
+    /// The section.
+    pub material: Material<M>,
+    /// The nodes.
+    pub grid: Arc<Grid>,
+}
+
+/// Strains and memory, and what follows from them alone.
+#[derive(Debug, Clone, Default)]
+pub struct Configuration<S, const M: usize, const D: usize> {
+    /// e at the nodes.
+    pub strains: Vec<Local<M>>,
+    /// Strains of the dashpots of the Maxwell branches, branch by branch.
+    pub memory: Vec<Vec<Local<M>>>,
+    /// The shape.
+    pub shape: S,
+    /// Q at the nodes.
+    pub transfer: Vec<SMatrix<f64, M, D>>,
+    /// Resultants that the stored energy and the branches take, less those of a load along the rod.
+    pub taken: Vec<Local<M>>,
+    /// Stored energy, with that of the branches.
+    pub energy: f64,
+    /// Potential of a load along the rod.
+    pub potential: f64,
+}
+
+/// What the rod does at one moment.
+#[derive(Debug, Clone)]
+pub struct Flow<const M: usize, const D: usize> {
+    /// The wrench w1 that the body exerts on the end.
+    pub wrench: AtEnd<D>,
+    /// e_t at the nodes.
+    pub rates: Vec<Local<M>>,
+    /// Overstress at the nodes.
+    pub overstress: Vec<Local<M>>,
+    /// d e_t/d(overstress) at the nodes.
+    pub fluidity: Vec<SMatrix<f64, M, M>>,
+    /// d e_t/d e at fixed overstress.
+    pub by_strain: Vec<SMatrix<f64, M, M>>,
+    /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
+    pub mobility: SMatrix<f64, D, D>,
+}
+
+impl<const M: usize, const D: usize> Default for Flow<M, D> {
+    fn default() -> Self {
+        Self {
+            wrench: AtEnd::zeros(),
+            rates: Vec::new(),
+            overstress: Vec::new(),
+            fluidity: Vec::new(),
+            by_strain: Vec::new(),
+            mobility: SMatrix::zeros(),
+        }
+    }
+}
+
+/// Room to work in: what is asked for again and again need not ask for memory each time.
+#[derive(Debug)]
+pub struct Room<K: Kinematics<M, D>, const M: usize, const D: usize> {
+    /// A configuration and its flow.
+    pub at: Configuration<K::Shape, M, D>,
+    /// See `at`.
+    pub flow: Flow<M, D>,
+    next: Flow<M, D>,
+    /// Where shapes are made.
+    pub shaping: K::Room,
+}
+
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> Default for Room<K, M, D> {
+    fn default() -> Self {
+        Self {
+            at: Configuration::default(),
+            flow: Flow::default(),
+            next: Flow::default(),
+            shaping: K::Room::default(),
+        }
+    }
+}
+
+/// The flow linearised in strains e, memory z, end velocity V and wrench w1, all nodes in one column:
+/// ```text
+/// d e_t = drift de + sum_k relaxing_k dz_k + push dw1,      dV = gather d e_t + convection de.
+/// ```
+#[derive(Debug, Clone)]
+pub struct Linear<const M: usize, const D: usize> {
+    /// d e_t/d e at fixed memory and wrench.
+    pub drift: Drift<M>,
+    /// d e_t/d(overstress) at the nodes.
+    pub fluidity: Vec<SMatrix<f64, M, M>>,
+    /// d e_t/d w1, (n M) x D: the fluidity times Q_i at node i.
+    pub push: DMatrix<f64>,
+    /// D x (n M): weight_i Q_i^T; also the change of the end's pose with the strains.
+    pub gather: DMatrix<f64>,
+    /// Change of the end's velocity with the strains at fixed rates, D x (n M).
+    pub convection: DMatrix<f64>,
+}
+
+/// d e_t/d e at fixed memory and wrench, for n nodes of M strains.
+#[derive(Debug, Clone)]
+pub enum Drift<const M: usize> {
+    /// All of it, (n M) x (n M).
+    Whole(DMatrix<f64>),
+    /// What the strains at a node do to their own rates, as if the loads did not turn about the rod while it deforms: blocks by node.
+    Local(Vec<SMatrix<f64, M, M>>),
+}
+
+impl<const M: usize> Drift<M> {
+    /// Its product with a change of the strains.
+    pub fn times(&self, strains: &DVector<f64>) -> DVector<f64> {
+        match self {
+            Self::Whole(drift) => drift * strains,
+            Self::Local(blocks) => {
+                let mut rates = strains.clone();
+                for (i, block) in blocks.iter().enumerate() {
+                    let mut rate = rates.fixed_rows_mut::<M>(i * M);
+                    let product = times(block, &rate.clone_owned());
+                    rate.copy_from(&product);
+                }
+                rates
+            }
+        }
+    }
+}
+
+/// How often the linear equations for the wrench of a linear law are solved: the second solution takes off the rounding
+/// error that the first leaves.
+const REFINEMENTS: usize = 2;
+/// Most steps of Newton's method for a wrench.
+const MOST: usize = 60;
+/// Newton's method for a wrench ends when its decrement (the square of the error) is below this part of the powers; the
+/// last, linear correction then leaves an error of this order.
+const CONVERGED: f64 = 1e-19;
+/// A decrement below this part of the powers that falls no more is rounding.
+const ROUNDED: f64 = 1e-12;
+/// Eigenvalues of G, scaled to a unit diagonal, below this part of the largest count as zero.
+const SINGULAR: f64 = 1e-13;
+/// Diagonal entries of G below this part of the largest count as zero: the rod is straight, and the wrench along it is
+/// not determined by velocities.
+const STRAIGHT: f64 = 1e-13;
+
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
+    /// What follows from the strains and the memory; None outside the law's domain.
+    pub fn configuration(
+        &self,
+        strains: Vec<Local<M>>,
+        memory: Vec<Vec<Local<M>>>,
+    ) -> Option<Configuration<K::Shape, M, D>> {
+        let mut at = Configuration {
+            strains,
+            memory,
+            ..Configuration::default()
+        };
+        self.configure(&mut at, &mut K::Room::default())?;
+        Some(at)
+    }
+
+    /// Makes all else in a configuration what follows from its strains and its memory. None outside the law's domain; what it holds then is of no use.
+    pub fn configure(
+        &self,
+        at: &mut Configuration<K::Shape, M, D>,
+        room: &mut K::Room,
+    ) -> Option<()> {
+        (self.kinematics).reshape(&self.grid, &at.strains, &mut at.shape, room)?;
+        at.energy = 0.0;
+        at.taken.clear();
+        at.transfer.clear();
+        for (i, e) in at.strains.iter().enumerate() {
+            let stored = self.material.stored(self.grid.nodes()[i], e)?;
+            let (mut density, mut resultants) = (stored.energy, stored.resultants);
+            for (branch, z) in self.material.branches().iter().zip(&at.memory) {
+                let stretched = e - z[i];
+                let force = times(&branch.modulus, &stretched);
+                density += 0.5 * stretched.dot(&force);
+                resultants += force;
+            }
+            at.energy += self.grid.weights()[i] * density;
+            at.taken.push(resultants);
+            at.transfer.push(self.kinematics.transfer(&at.shape, i));
+        }
+        at.potential = 0.0;
+        if let Some(force) = self.material.load_at(self.grid.nodes()) {
+            let borne = self.kinematics.borne(&self.grid, &at.shape, &force);
+            at.potential = borne.potential;
+            for (taken, g) in at.taken.iter_mut().zip(&borne.resultants) {
+                *taken -= g;
+            }
+        }
+        at.energy.is_finite().then_some(())
+    }
+
+    /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of strains and memory; where its end is, and the
+    /// energy that it dissipates per time. Each state begins with its strains, node by node, and then has those of its dashpots, branch by
+    /// branch. None outside the law's domain, and if a strain is not finite.
+    pub fn flowing(
+        &self,
+        states: &[(&[f64], AtEnd<D>)],
+        out: &mut [&mut [f64]],
+        ends: &mut [Ended<K::Pose>],
+        room: &mut Room<K, M, D>,
+    ) -> Option<()> {
+        let force = self.material.load_at(self.grid.nodes());
+        let law = self.material.constant();
+        let together = force.is_none()
+            && (self.kinematics).loaded(&self.grid, law, states, out, ends, &mut room.shaping);
+        if together && law.is_some() {
+            return Some(());
+        }
+        for (((state, w), out), end) in states.iter().zip(out).zip(ends) {
+            let pose = match end.take().filter(|_| together) {
+                Some((pose, _)) => pose,
+                None => self.loaded(state, w, force.as_deref(), out, room)?,
+            };
+            *end = Some((pose, self.flowing_under(state, out)?));
+        }
+        Some(())
+    }
+
+    /// The pose of the end in a state, and at the head of `out` the resultants at the nodes that the end wrench and a force along the rod make.
+    fn loaded(
+        &self,
+        state: &[f64],
+        w: &AtEnd<D>,
+        force: Option<&[Vector3<f64>]>,
+        out: &mut [f64],
+        room: &mut Room<K, M, D>,
+    ) -> Option<K::Pose> {
+        let Configuration { strains, shape, .. } = &mut room.at;
+        let places = state.chunks_exact(M).take(self.grid.len());
+        strains.clear();
+        strains.extend(places.map(Local::<M>::from_column_slice));
+        (self.kinematics).reshape(&self.grid, strains, shape, &mut room.shaping)?;
+        let borne = force.map(|force| self.kinematics.borne(&self.grid, shape, force));
+        for (i, place) in out.chunks_exact_mut(M).take(strains.len()).enumerate() {
+            let mut local = times(&self.kinematics.transfer(shape, i), w);
+            if let Some(borne) = &borne {
+                local += borne.resultants[i];
+            }
+            place.copy_from_slice(local.as_slice());
+        }
+        Some(self.kinematics.pose(shape))
+    }
+
+    /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is dissipated per time.
+    fn flowing_under(&self, state: &[f64], out: &mut [f64]) -> Option<f64> {
+        let n = self.grid.len() * M;
+        let mut dissipated = 0.0;
+        let nodes = self.grid.nodes().iter().zip(self.grid.weights());
+        for (i, (s, weight)) in nodes.enumerate() {
+            let at = |k: usize| k * n + i * M..k * n + (i + 1) * M;
+            let e = Local::<M>::from_column_slice(&state[at(0)]);
+            let (mut left, mut density) = (Local::<M>::from_column_slice(&out[at(0)]), 0.0);
+            for (k, branch) in self.material.branches().iter().enumerate() {
+                let place = at(k + 1);
+                let stretched = e - Local::<M>::from_column_slice(&state[place.clone()]);
+                let (force, rate) = (times(&branch.modulus, &stretched), stretched / branch.time);
+                left -= force;
+                density += force.dot(&rate);
+                out[place].copy_from_slice(rate.as_slice());
+            }
+            let (rate, overstress) = self.material.flowing(*s, &e, &left)?;
+            density += overstress.dot(&rate);
+            dissipated += weight * density;
+            out[at(0)].copy_from_slice(rate.as_slice());
+        }
+        Some(dissipated)
+    }
+
+    /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
+    ///
+    /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are small
+    /// differences of large stresses, and what is lost there must not make the end drift.
+    pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
+        let mut flow = Flow::default();
+        self.follow(at, v, &mut flow, &mut Flow::default())?;
+        Some(flow)
+    }
+
+    /// [`Self::flow`] of the configuration in the room.
+    pub fn flow_in(&self, room: &mut Room<K, M, D>, v: &AtEnd<D>) -> Option<()> {
+        self.follow(&room.at, v, &mut room.flow, &mut room.next)
+    }
+
+    /// Makes `flow` that of [`Self::flow`]; `next` is room for another.
+    fn follow(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        v: &AtEnd<D>,
+        flow: &mut Flow<M, D>,
+        next: &mut Flow<M, D>,
+    ) -> Option<()> {
+        self.press(at, &AtEnd::zeros(), flow)?;
+        let mut residual = self.moved(at, flow) - v;
+        if self.material.is_linear() {
+            for step in 0..REFINEMENTS {
+                let change = solve(&flow.mobility, &-residual)?;
+                if step == 0 && !self.material.is_constant() {
+                    // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
+                    self.press(at, &change, flow)?;
+                } else {
+                    self.load(at, flow, &change);
+                }
+                residual = self.moved(at, flow) - v;
+            }
+            return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
+        }
+        // Convergence is judged by powers, in which a wrench counts as much as it does. A wrench along a rod that is
+        // straight to within an angle a is not known better than to rounding/a, and need not be.
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST {
+            let change = solve(&flow.mobility, &-residual)?;
+            let decrement = -residual.dot(&change);
+            let power = self.power(at, flow);
+            let settled = decrement <= CONVERGED * power;
+            if settled || (decrement <= ROUNDED * power && !(decrement < 0.1 * before)) {
+                self.load(at, flow, &change);
+                return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
+            }
+            before = decrement;
+            // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it comes out
+            // positive by as much has gone too far and is halved.
+            let mut fraction = 1.0;
+            loop {
+                self.press(at, &(flow.wrench + change * fraction), next)?;
+                let after = self.moved(at, next) - v;
+                if after.dot(&change) <= 0.9 * decrement || fraction < 1e-10 {
+                    std::mem::swap(flow, next);
+                    residual = after;
+                    break;
+                }
+                fraction *= 0.5;
+            }
+        }
+        None
+    }
+
+    /// What the stresses that are taken up and the overstress would dissipate each for itself: the measure of rounding.
+    fn power(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
+        let nodes = at.taken.iter().zip(&flow.overstress).zip(&flow.fluidity);
+        nodes
+            .zip(self.grid.weights())
+            .map(|(((taken, over), c), weight)| {
+                weight * (taken.dot(&(c * taken)) + over.dot(&(c * over)))
+            })
+            .sum()
+    }
+
+    /// Adds to the wrench, and what that adds to overstress and rates to first order.
+    fn load(&self, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>, w: &AtEnd<D>) {
+        flow.wrench += w;
+        for (i, q) in at.transfer.iter().enumerate() {
+            let more = times(q, w);
+            flow.overstress[i] += more;
+            add_times(&mut flow.rates[i], &flow.fluidity[i], &more);
+        }
+    }
+
+    /// The rates under the end wrench `w`, wherever the end goes.
+    pub fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
+        let mut flow = Flow::default();
+        self.press(at, w, &mut flow)?;
+        Some(flow)
+    }
+
+    /// Makes `flow` that of [`Self::under`].
+    pub fn press(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        w: &AtEnd<D>,
+        flow: &mut Flow<M, D>,
+    ) -> Option<()> {
+        flow.wrench = *w;
+        flow.mobility = SMatrix::zeros();
+        flow.rates.clear();
+        flow.overstress.clear();
+        flow.fluidity.clear();
+        flow.by_strain.clear();
+        for (i, q) in at.transfer.iter().enumerate() {
+            let overstress = times(q, w) - at.taken[i];
+            let creep = self
+                .material
+                .creep(self.grid.nodes()[i], &at.strains[i], &overstress)?;
+            let pushed = times(&creep.fluidity, q) * self.grid.weights()[i];
+            add_transposed_times(&mut flow.mobility, q, &pushed);
+            flow.rates.push(creep.rate);
+            flow.overstress.push(overstress);
+            flow.fluidity.push(creep.fluidity);
+            flow.by_strain.push(creep.by_strain);
+        }
+        Some(())
+    }
+
+    /// int Q^T e_t, the velocity at which the rates move the end.
+    pub fn moved(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> AtEnd<D> {
+        let nodes = at.transfer.iter().zip(&flow.rates).zip(self.grid.weights());
+        let mut sum = AtEnd::zeros();
+        for ((q, rate), weight) in nodes {
+            add_transposed_times(&mut sum, q, &(rate * *weight));
+        }
+        sum
+    }
+
+    /// The whole dissipation, per time.
+    pub fn dissipated(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
+        let nodes = self.grid.weights().iter().enumerate();
+        nodes
+            .map(|(i, w)| self.dissipated_at(at, flow, i) * w)
+            .sum()
+    }
+
+    /// Overstress times rate at the nodes, the Maxwell branches' dissipation included: density in s.
+    pub fn dissipation(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> Vec<f64> {
+        (0..at.strains.len())
+            .map(|i| self.dissipated_at(at, flow, i))
+            .collect()
+    }
+
+    fn dissipated_at(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        i: usize,
+    ) -> f64 {
+        let mut density = flow.overstress[i].dot(&flow.rates[i]);
+        for (branch, z) in self.material.branches().iter().zip(&at.memory) {
+            let stretched = at.strains[i] - z[i];
+            density += stretched.dot(&times(&branch.modulus, &stretched)) / branch.time;
+        }
+        density
+    }
+
+    /// The linearisation of the flow; None where a law has none.
+    pub fn linear(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Linear<M, D>> {
+        let n = at.strains.len();
+        let mut drift = DMatrix::zeros(n * M, n * M);
+        self.kinematics
+            .load_stiffness(&self.grid, &at.shape, &flow.wrench, &mut drift);
+        if let Some(force) = self.material.load_at(self.grid.nodes()) {
+            self.kinematics
+                .borne_stiffness(&self.grid, &at.shape, &force, &mut drift);
+        }
+        let own = self.own(at, flow)?;
+        for (i, (own, fluidity)) in own.iter().zip(&flow.fluidity).enumerate() {
+            let rows = i * M;
+            for j in 0..n * M {
+                let column = drift.fixed_view::<M, 1>(rows, j).into_owned();
+                drift
+                    .fixed_view_mut::<M, 1>(rows, j)
+                    .copy_from(&(fluidity * column));
+            }
+            let mut block = drift.fixed_view_mut::<M, M>(rows, rows);
+            block += own;
+        }
+        Some(self.with_drift(at, flow, Drift::Whole(drift)))
+    }
+
+    /// The same without what the turning of the loads does ([`Drift::Local`]): for rods far below their buckling loads about all of it.
+    pub fn roughly_linear(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Linear<M, D>> {
+        let own = self.own(at, flow)?;
+        Some(self.with_drift(at, flow, Drift::Local(own)))
+    }
+
+    /// d e_t/d e at the nodes, at fixed resultants.
+    fn own(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+    ) -> Option<Vec<SMatrix<f64, M, M>>> {
+        let branches = self.material.branches().iter();
+        let total = branches.fold(SMatrix::<f64, M, M>::zeros(), |sum, b| sum + b.modulus);
+        let nodes = self.grid.nodes().iter().zip(&at.strains);
+        let flows = flow.fluidity.iter().zip(&flow.by_strain);
+        nodes
+            .zip(flows)
+            .map(|((s, e), (fluidity, by_strain))| {
+                Some(by_strain - times(fluidity, &(self.material.tangent(*s, e)? + total)))
+            })
+            .collect()
+    }
+
+    fn with_drift(
+        &self,
+        at: &Configuration<K::Shape, M, D>,
+        flow: &Flow<M, D>,
+        drift: Drift<M>,
+    ) -> Linear<M, D> {
+        let n = at.strains.len();
+        let mut push = DMatrix::zeros(n * M, D);
+        let mut gather = DMatrix::zeros(D, n * M);
+        for (i, q) in at.transfer.iter().enumerate() {
+            push.fixed_view_mut::<M, D>(i * M, 0)
+                .copy_from(&times(&flow.fluidity[i], q));
+            gather
+                .fixed_view_mut::<D, M>(0, i * M)
+                .copy_from(&(q.transpose() * self.grid.weights()[i]));
+        }
+        let mut convection = DMatrix::zeros(D, n * M);
+        self.kinematics
+            .convection(&self.grid, &at.shape, &flow.rates, &mut convection);
+        Linear {
+            drift,
+            fluidity: flow.fluidity.clone(),
+            push,
+            gather,
+            convection,
+        }
+    }
+}
+
+/// The solutions of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular otherwise.
+///
+/// A rod that is nearly straight lets its end move along the clamp by far less than across. Scaled to a unit diagonal G
+/// is as regular as ever there: no digits are lost.
+pub(crate) fn solve<const D: usize, const K: usize>(
+    g: &SMatrix<f64, D, D>,
+    b: &SMatrix<f64, D, K>,
+) -> Option<SMatrix<f64, D, K>> {
+    if !g.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let mut scale = g.diagonal().map(|x| 1.0 / x.sqrt());
+    for i in loose(g) {
+        scale[i] = 0.0;
+    }
+    let mut scaled = *g;
+    let mut right = *b;
+    for i in 0..D {
+        for j in 0..D {
+            scaled[(i, j)] *= scale[i] * scale[j];
+        }
+        if scale[i] == 0.0 {
+            scaled[(i, i)] = 1.0;
+        }
+        for j in 0..K {
+            right[(i, j)] *= scale[i];
+        }
+    }
+    let mut x = match scaled.cholesky() {
+        Some(factor) if (0..D).all(|i| factor.l_dirty()[(i, i)].powi(2) > SINGULAR) => {
+            factor.solve(&right)
+        }
+        _ => {
+            let dense = DMatrix::from_fn(D, D, |i, j| scaled[(i, j)]);
+            let eigen = dense.symmetric_eigen();
+            let cut = SINGULAR * eigen.eigenvalues.amax();
+            let mut x = SMatrix::zeros();
+            let pairs = eigen
+                .eigenvalues
+                .iter()
+                .zip(eigen.eigenvectors.column_iter());
+            for (value, vector) in pairs.filter(|(value, _)| **value > cut) {
+                let vector = SMatrix::<f64, D, 1>::from_iterator(vector.iter().copied());
+                x += vector * (vector.transpose() * right) / *value;
+            }
+            x
+        }
+    };
+    for (i, mut row) in x.row_iter_mut().enumerate() {
+        row *= scale[i];
+    }
+    Some(x)
+}
+
+/// The directions in which no wrench moves the end: along the clamp where an inextensible rod is straight, to about the
+/// root of [`STRAIGHT`].
+pub(crate) fn loose<const D: usize>(g: &SMatrix<f64, D, D>) -> impl Iterator<Item = usize> {
+    let diagonal = g.diagonal();
+    let largest = diagonal.max();
+    (0..D).filter(move |i| !(diagonal[*i] > STRAIGHT * largest))
+}

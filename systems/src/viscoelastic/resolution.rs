@@ -1,0 +1,67 @@
+//! How many nodes a field needs: elements gain nodes while the tails of their Legendre series are too large, and lose
+//! them where they could be fewer.
+
+use crate::viscoelastic::grid::{Grid, fewer, more};
+use crate::viscoelastic::kinematics::Local;
+
+/// Nodes along the rod.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Nodes {
+    /// As many as the tolerance asks for, at every time.
+    #[default]
+    Adaptive,
+    /// The same given number on every element, at all times.
+    Fixed(usize),
+}
+
+/// Most nodes of an element under [`Nodes::Adaptive`].
+pub const MOST_NODES: usize = 320;
+/// An element loses nodes when its tail would stay below this part of the bound.
+const MARGIN: f64 = 0.03;
+/// Tails below this, relative to 1 + the largest strain, are rounding.
+pub const ROUNDING: f64 = 3e-14;
+
+/// What the last Legendre coefficients ("tails") of some fields ask for, each element for itself.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Demand {
+    /// These numbers of nodes on the elements, some larger than now.
+    More(Vec<usize>),
+    /// These numbers of nodes on the elements would do, some smaller than now.
+    Fewer(Vec<usize>),
+    /// The nodes are as many as the fields need.
+    Enough,
+}
+
+/// Largest tail of the fields relative to 1 + their size, and what it asks for at this tolerance.
+pub fn demand<const M: usize>(
+    grid: &Grid,
+    fields: &[&[Local<M>]],
+    tolerance: f64,
+) -> (f64, Demand) {
+    let mut counts = grid.counts();
+    let now = counts.clone();
+    let mut coarser: Vec<usize> = now.iter().map(|n| fewer(*n)).collect();
+    let mut worst = 0.0f64;
+    for field in fields {
+        let size = 1.0 + field.iter().map(Local::amax).fold(0.0, f64::max);
+        let bound = tolerance.max(ROUNDING);
+        for (k, tail) in grid.tails(field).iter().enumerate() {
+            let (tail, thinned) = (tail.now / size, tail.fewer / size);
+            worst = worst.max(tail);
+            if !(tail <= bound) {
+                counts[k] = more(now[k]);
+            }
+            if !(thinned <= MARGIN * bound) {
+                coarser[k] = now[k];
+            }
+        }
+    }
+    let demand = if counts != now {
+        Demand::More(counts)
+    } else if coarser != now {
+        Demand::Fewer(coarser)
+    } else {
+        Demand::Enough
+    };
+    (worst, demand)
+}

@@ -1,0 +1,6 @@
+//! Waves in one dimension, for [snaprod](https://docs.rs/snaprod): conservation laws, Riemann problems, finite volumes, spectral elements.
+//!
+//! The crate stands on `snaprod-core`. Use `snaprod`, which re-exports its modules.
+#![warn(missing_docs)]
+
+pub mod bar;
