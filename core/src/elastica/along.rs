@@ -1,9 +1,8 @@
-//! Pendulum of the rod at many sections of one rod, by theta functions whose coefficients depend on the
-//! modulus alone.
+//! Pendulum of the rod at many sections of one rod, by theta functions whose coefficients depend on the modulus
+//! alone.
 //!
-//! (s, c, d, b) are those of `Integrals` at u. Let v = pi u/(2K) with the nome of the modulus, or v = pi
-//! u/(2K') with the complementary nome, and let P1 .. P4 be the parts of the theta functions as in [`Nome`].
-//! Up to factors:
+//! (s, c, d, b) are those of `Integrals` at u. Let v = pi u/(2K) with the nome of the modulus, or v = pi u/(2K') with
+//! the complementary nome, and let P1 .. P4 be the parts of the theta functions as in [`Nome`]. Up to factors:
 //!
 //! ```text
 //! (s, c, d) = (P1 sin v, P2 cos v, P4)/P3,  or, by Jacobi's imaginary transformation,  (P1 sinh v, P4, P2 cosh v)/P3
@@ -80,8 +79,7 @@ impl Along {
         let q3 = q * q * q;
         let q8 = q3 * q3 * (q * q);
         let (over2, over3) = (1.0 / theta2, 1.0 / theta3);
-        // (log P3)' = 2 q (..) for both nomes; the division by kap^2 cancels the small nome of a weakly bent
-        // rod.
+        // (log P3)' = 2 q (..) for both nomes; the division by kap^2 cancels the small nome of a weakly bent rod.
         let (by_s, by_c, by_d, by_b, linear) = if real {
             let linear = pace * pace * 8.0 * over_square * (1.0 + 4.0 * q3 + 9.0 * q8) * over3;
             (
@@ -123,13 +121,13 @@ impl Along {
         }
     }
 
-    /// Gauss rule that integrates along this rod to the relative error `error`: number of nodes, and grading
-    /// towards the clamp ([`drawn`]).
+    /// Gauss rule that integrates along this rod to the relative error `error`: number of nodes, and grading towards
+    /// the clamp ([`drawn`]).
     ///
-    /// The poles of the pendulum lie at odd multiples of K, at the distance K' from the rod. The error falls
-    /// like rho^-2n, with rho the sum of the axes of Bernstein's ellipse through the nearest pole. A pole
-    /// beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before
-    /// the power is measured; for graded nodes the whole law is.
+    /// The poles of the pendulum lie at odd multiples of K, at the distance K' from the rod. The error falls like
+    /// rho^-2n, with rho the sum of the axes of Bernstein's ellipse through the nearest pole. A pole beyond the clamp
+    /// counts as next to it, since the pendulum grows on the way there. The factor before the power is measured; for
+    /// graded nodes the whole law is.
     #[inline(always)]
     pub fn rule(&self, error: f64) -> (f64, usize) {
         let quarter = 0.5 * PI / self.pace;
@@ -199,8 +197,8 @@ impl Along {
         self.place(part, turned, wound)
     }
 
-    /// Section with the fraction `part` of the rod beyond it, from (sin v, cos v) or (sinh v, cosh v).
-    /// `wound`: half turns taken off v, and their sign in s and c.
+    /// Section with the fraction `part` of the rod beyond it, from (sin v, cos v) or (sinh v, cosh v). `wound`: half
+    /// turns taken off v, and their sign in s and c.
     #[inline(always)]
     fn place<T: Real>(&self, part: T, (sin, cos): (T, T), wound: Option<[T; 2]>) -> Places<T> {
         // Either 2 q cos 2v or 2 q cosh 2v.
@@ -229,16 +227,15 @@ impl Along {
     }
 }
 
-/// Distance lam s from the clamp beyond which a taut rod of bend T (`TautInertia`) is straight to the
-/// relative error `error`.
+/// Distance lam s from the clamp beyond which a taut rod of bend T (`TautInertia`) is straight to the relative error
+/// `error`.
 #[inline(always)]
 pub(super) fn reach_of_bend(ln_t: f64, error: f64) -> f64 {
     STRAIGHT[0] + STRAIGHT[1] * binary_digits(error) + ln_t.max(0.0)
 }
 
-/// Gauss rule to the relative error `error` up to lam s = `reach`, where the rod becomes straight or ends:
-/// number of nodes, and grading towards the clamp. Bends beyond T = 1 lie inside the rod, where graded nodes
-/// are sparser.
+/// Gauss rule to the relative error `error` up to lam s = `reach`, where the rod becomes straight or ends: number of
+/// nodes, and grading towards the clamp. Bends beyond T = 1 lie inside the rod, where graded nodes are sparser.
 #[inline(always)]
 pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
     let (_, draw) = drawn_so_far(reach * FRAC_2_PI);
@@ -254,10 +251,9 @@ fn drawn_so_far(widths: f64) -> (f64, usize) {
     (DRAW * draw as f64, draw)
 }
 
-/// Position, as a fraction of the rod from the tip, of the node `x` of a rule on [0, 1], and its derivative.
-/// The map 1 - sinh(range (1 - x))/sinh(range) grades nodes towards the narrow bend at the clamp of a rod
-/// under strong pull. In x the poles are then a quarter turn away from the bend, however narrow it is. `draw`
-/// = 0 is the identity.
+/// Position, as a fraction of the rod from the tip, of the node `x` of a rule on [0, 1], and its derivative. The map
+/// 1 - sinh(range (1 - x))/sinh(range) grades nodes towards the narrow bend at the clamp of a rod under strong pull.
+/// In x the poles are then a quarter turn away from the bend, however narrow it is. `draw` = 0 is the identity.
 pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
     if draw == 0 {
         return [x, 1.0];
@@ -271,8 +267,8 @@ pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
 pub(super) const DRAWS: usize = 48;
 const DRAW: f64 = 0.25;
 
-/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, approximately: sinh log rho = z, and
-/// 1/asinh z = 1/z + Z[0] z/(z + Z[1]).
+/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, approximately: sinh log rho = z, and 1/asinh
+/// z = 1/z + Z[0] z/(z + Z[1]).
 #[inline(always)]
 fn slow(x: f64, y: f64) -> f64 {
     const Z: [f64; 2] = [0.25, 0.8];
@@ -303,22 +299,20 @@ const ROUGHLY: f64 = 0.06;
 
 /// Half the logarithm of the factor before rho^-2n.
 const NODES: f64 = 3.0;
-/// Smallest number of nodes, and its growth with every binary digit: slightly loaded rods bend by
-/// polynomials.
+/// Smallest number of nodes, and its growth with every binary digit: slightly loaded rods bend by polynomials.
 const FEWEST: [f64; 2] = [3.4, 0.2];
 /// K'/K beyond which poles count as infinitely far.
 const FARTHEST: f64 = 6.0;
-/// Limits of graded rules: lam is longer than NARROW K', and longer than K by less than ABOUT K'. Such a rod
-/// is straight but for a narrow bend at its clamp.
+/// Limits of graded rules: lam is longer than NARROW K', and longer than K by less than ABOUT K'. Such a rod is
+/// straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
-/// Number of graded nodes: constant, and growth with the range and with every binary digit. Measured by the
-/// inertia at the end for relative errors from 1e-4 to 1e-10 and lam < 30.
+/// Number of graded nodes: constant, and growth with the range and with every binary digit. Measured by the inertia
+/// at the end for relative errors from 1e-4 to 1e-10 and lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
-/// Taut rods. STRAIGHT: reach of the bend, which counts ln 2 a binary digit, and more for the powers of lam s
-/// beside it. TAUT: number of its nodes, and their growth with every digit. INSIDE: factor for bends inside
-/// the rod, which grows with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and
-/// lam from 20 to 2000.
+/// Taut rods. STRAIGHT: reach of the bend, which counts ln 2 a binary digit, and more for the powers of lam s beside
+/// it. TAUT: number of its nodes, and their growth with every digit. INSIDE: factor for bends inside the rod, which
+/// grows with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
 const STRAIGHT: [f64; 2] = [3.0, LN_2 + 0.1];
 const TAUT: [f64; 2] = [-1.0, 0.6];
 const INSIDE: [f64; 2] = [0.5, 1.0];
@@ -329,8 +323,8 @@ mod tests {
     use super::super::lanes::{InLanes, sums};
     use super::*;
 
-    /// Catches a wrong coefficient, nome or period. Reference: Carlson's integrals, from the amplitude back
-    /// to the load.
+    /// Catches a wrong coefficient, nome or period. Reference: Carlson's integrals, from the amplitude back to the
+    /// load.
     #[test]
     fn places_are_those_of_the_chart() {
         for p in [1e-3, -0.3, 0.88, -0.8815, 1.6, -3.2, 6.0, 12.0] {

@@ -1,8 +1,8 @@
 //! Samples of whole sheets, for figures: grids of points of about equal distance.
 //!
-//! On a line p = const a sheet S_j^+- runs from lam = 2 j K to lam = 2 (j + 1) K, that is from w = j pi to (j
-//! + 1) pi. The parameter here is the load: near a seam of a looped rod w moves by less than a double can
-//! hold (by 1e-100 at p = 230) while the end passes through the disc.
+//! On a line p = const a sheet S_j^+- runs from lam = 2 j K to 2 (j + 1) K, or from w = j pi to (j + 1) pi. The
+//! parameter here is the load: near a seam of a looped rod w moves by less than a double can hold (by 1e-100 at
+//! p = 230) while the end passes through the disc.
 
 use super::equilibrium::Equilibrium;
 use crate::error::Result;
@@ -91,15 +91,14 @@ impl GridPoint {
     }
 }
 
-/// Samples a sheet on rows x columns points, at least 2 x 2, of about equal distance over the disc. The grid
-/// runs from kap = 0 to 1 - |kap| = 1e-260 and from seam to seam. (p, lam) grow along rows and columns on
-/// every sheet, so that all are oriented alike.
+/// Samples a sheet on rows x columns points, at least 2 x 2, of about equal distance over the disc. The grid runs
+/// from kap = 0 to 1 - |kap| = 1e-260 and from seam to seam. (p, lam) grow along rows and columns on every sheet, so
+/// that all are oriented alike.
 pub fn sheet_grid(sheet: Sheet, rows: usize, columns: usize) -> Result<SheetGrid> {
     sheet_grid_in(sheet, rows, columns, |q| [q.x, q.y, 0.2 * q.theta1])
 }
 
-/// Samples a sheet as [`sheet_grid`], with distances measured after `place`, the position of a point in a
-/// figure.
+/// Samples a sheet as [`sheet_grid`], with distances measured after `place`, the position of a point in a figure.
 pub fn sheet_grid_in(
     sheet: Sheet,
     rows: usize,
@@ -127,8 +126,8 @@ pub fn sheet_grid_in(
     })
 }
 
-/// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] samples
-/// a sheet: the last column is the fold.
+/// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] samples a sheet:
+/// the last column is the fold.
 pub fn stable_grid(side: Sign, rows: usize, columns: usize) -> Result<Vec<GridPoint>> {
     let range = match side {
         Sign::Plus => (1e-3, P_TOP),
@@ -178,8 +177,8 @@ pub(super) fn quarter_period(p: f64) -> f64 {
     }
 }
 
-/// Parameters from `from` to `to`, `n` of them, with equal distances of neighbours. The distance of two
-/// parameters is the mean over their points.
+/// Parameters from `from` to `to`, `n` of them, with equal distances of neighbours. The distance of two parameters is
+/// the mean over their points.
 pub(super) fn spread(
     n: usize,
     from: f64,

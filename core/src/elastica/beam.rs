@@ -1,11 +1,11 @@
-//! Straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross
-//! force k(N) y, 1 - x = c(N) y^2, with k' = 2 c.
+//! Straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross force k(N)
+//! y, 1 - x = c(N) y^2, with k' = 2 c.
 
 use super::near::{GENTLE, Moments};
 use crate::manifold::Held;
 use nalgebra::Vector2;
 
-/// Least pull at which a beam counts as holding its end along the axis: somewhat above [`BUCKLED`].
+/// Least pull at which the end counts as held along the axis, somewhat above [`BUCKLED`].
 pub(super) const MOST_HELD: f64 = -19.0;
 /// Pull at which the rod buckles with its end on the axis, -b*^2 for tan b* = b*: c and k are infinite there.
 pub(super) const BUCKLED: f64 = -BUCKLED_ROOT * BUCKLED_ROOT;
@@ -26,8 +26,8 @@ pub(super) struct Beam {
 }
 
 impl Beam {
-    /// Beam under the pull [`BUCKLED`] + `more`, for any `more` > 0: to full relative accuracy also where c
-    /// and k are large.
+    /// Beam under the pull [`BUCKLED`] + `more`, for any `more` > 0: to full relative accuracy also where c and k are
+    /// large.
     pub fn new(more: f64) -> Self {
         let pull = more + BUCKLED;
         if pull > TAUT_ROOT * TAUT_ROOT {
@@ -68,8 +68,8 @@ impl Beam {
     }
 }
 
-/// Straight rod under the pull; `None` near the push at which it buckles with the end on the axis, since the
-/// end is not held along the rod there.
+/// Straight rod under the pull; `None` near the push at which it buckles with the end on the axis, since the end is
+/// not held along the rod there.
 pub(super) fn held(pull: f64) -> Option<Held<2>> {
     (pull > MOST_HELD).then(|| {
         let beam = Beam::new(pull - BUCKLED);

@@ -1,8 +1,7 @@
 //! Bounds of the map from (p, lam) to the tip over a box, for the search for all equilibria.
 //!
-//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at
-//! the centre. The third are bounded over the box by constants that are proven in interval arithmetic
-//! (boxes/proof.rs).
+//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at the
+//! centre. The third are bounded over the box by constants that are proven in interval arithmetic (boxes/proof.rs).
 
 use super::along::Along;
 use super::chart::{ChartPoint, Modulus};
@@ -24,8 +23,8 @@ pub(super) enum Column {
     Linear,
 }
 
-/// Curvature of the map over a box, in the box's own coordinates: second derivatives at the centre, bounds of
-/// the third over the box.
+/// Curvature of the map over a box, in the box's own coordinates: second derivatives at the centre, bounds of the
+/// third over the box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bending {
     /// pp, pl, ll at the centre, each as (1 - x, y).
@@ -34,8 +33,8 @@ pub(super) struct Bending {
     third: [[f64; 2]; 4],
 }
 
-/// Bounds of the third derivatives along ln p, of 1 - x in units of p^2 and of y in units of p, as
-/// [`bound_terms`] in p lam.
+/// Bounds of the third derivatives along ln p, of 1 - x in units of p^2 and of y in units of p, as [`bound_terms`] in
+/// p lam.
 const LOG_X: [[f64; 2]; 4] = [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.0]];
 const LOG_Y: [[f64; 2]; 4] = [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]];
 /// Bounds of the third derivatives along p, p > 0.85, of 1 - x and y, as [`bound_terms`] in lam.
@@ -52,13 +51,13 @@ fn bound_terms(r: f64, terms: [[f64; 2]; 4]) -> [f64; 4] {
 }
 
 impl Bending {
-    /// Bounds of the third derivatives over a box whose centre has its end at the distance `radius` from the
-    /// clamp. They are proven for 1.25 < lam < 60.25 and p < lam + 3.35 (theory 2.4).
+    /// Bounds of the third derivatives over a box whose centre has its end at the distance `radius` from the clamp.
+    /// They are proven for 1.25 < lam < 60.25 and p < lam + 3.35 (theory 2.4).
     ///
-    /// The bounds grow like powers of lam and scale with p^2 and p near the straight rod. Farther from it the
-    /// map is curved by the turn of the rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the
-    /// quarter period. The n-th bend moves 2n + 1 times as fast with p as K does, and the end goes round the
-    /// clamp with it. The straight part between two bends contributes only an exponential of its length.
+    /// The bounds grow like powers of lam and scale with p^2 and p near the straight rod. Farther from it the map is
+    /// curved by the turn of the rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period.
+    /// The n-th bend moves 2n + 1 times as fast with p as K does, and the end goes round the clamp with it. The
+    /// straight part between two bends contributes only an exponential of its length.
     pub(super) fn third(
         kind: Column,
         (p, a): (f64, f64),
@@ -151,8 +150,8 @@ pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, Ch
     Ok((p, ChartPoint::at_load(p, lam)?))
 }
 
-/// Tip and chart point at (p, lam) by theta functions. Faster than [`ChartPoint::at_load`], and right to
-/// 1e-14 of kap^2 and kap, the scales on which weakly bent rods move.
+/// Tip and chart point at (p, lam) by theta functions. Faster than [`ChartPoint::at_load`], and right to 1e-14 of
+/// kap^2 and kap, the scales on which weakly bent rods move.
 fn quick_point(p: f64, lam: f64) -> ((f64, f64), ChartPoint) {
     let modulus = Modulus::new(p);
     let integrals = Along::new(&modulus, lam).clamp(&modulus);
@@ -170,8 +169,8 @@ impl Local {
         Self::with_tip(kind, p, at, tip(p, at))
     }
 
-    /// Expansion at the centre of a box of half width `width`; in large boxes an error of 1e-14 of the tip
-    /// does not matter.
+    /// Expansion at the centre of a box of half width `width`; in large boxes an error of 1e-14 of the tip does not
+    /// matter.
     pub(super) fn at_centre(
         kind: Column,
         (first, lam): (f64, f64),
@@ -219,8 +218,7 @@ impl Local {
         }
     }
 
-    /// Newton step for the logarithms of y and of (1 - x)/y^2 at the target, and the larger of the two
-    /// residuals.
+    /// Newton step for the logarithms of y and of (1 - x)/y^2 at the target, and the larger of the two residuals.
     pub(super) fn by_shape(&self, target: [f64; 2]) -> ((f64, f64), f64) {
         let [x, y] = self.tip;
         let row = |v: [f64; 2]| [v[1] / y, v[0] / x - 2.0 * v[1] / y];
@@ -277,8 +275,8 @@ impl Reach {
         }
     }
 
-    /// True if no point of the box reaches a target at the distance `gap` from the centre, since in some
-    /// direction the target is farther than the tip.
+    /// True if no point of the box reaches a target at the distance `gap` from the centre, since in some direction
+    /// the target is farther than the tip.
     pub(super) fn misses(&self, gap: [f64; 2]) -> bool {
         self.beyond(gap, gap)
             || self.beyond([-self.along_lam[1], self.along_lam[0]], gap)
@@ -287,8 +285,8 @@ impl Reach {
             || self.beyond([0.0, 1.0], gap)
     }
 
-    /// True if the target is farther than the tip along the direction `e`. A quadratic part that bends the
-    /// other way reduces the reach.
+    /// True if the target is farther than the tip along the direction `e`. A quadratic part that bends the other way
+    /// reduces the reach.
     fn beyond(&self, e: [f64; 2], gap: [f64; 2]) -> bool {
         let away = dot(e, gap);
         let side = 1f64.copysign(away);
@@ -331,9 +329,8 @@ mod proof;
 mod tests {
     use super::*;
 
-    /// Catches a bound on third derivatives that fails. Third derivatives are sampled by central differences
-    /// of the exact second ones, at pseudo-random places of boxes of all sizes, of both kinds, up to lam =
-    /// 60.
+    /// Catches a bound on third derivatives that fails. Third derivatives are sampled by central differences of the
+    /// exact second ones, at pseudo-random places of boxes of all sizes, of both kinds, up to lam = 60.
     #[test]
     fn third_derivatives_stay_below_their_bounds() {
         let mut seed = 20_u64;

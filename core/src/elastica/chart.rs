@@ -10,15 +10,15 @@ use crate::math::carlson::{complete_kb, rf_rd};
 use crate::math::jacobi::Quotients;
 use std::f64::consts::{LN_2, PI};
 
-/// Value of tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding:
-/// the neglected terms are of relative size lam / TAUT^2.
+/// Value of tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding: the
+/// neglected terms are of relative size lam / TAUT^2.
 pub(super) const TAUT: f64 = 1e9;
 /// Value of p beyond which kap'^2 is below rounding and K, B are elementary.
 const FLAT: f64 = 22.0;
 
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to lam = T/(4
-/// sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod. The chart holds wherever the force
-/// lam^2 can be represented.
+/// sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod. The chart holds wherever the force lam^2
+/// can be represented.
 pub const P_MAX: f64 = 1e100;
 
 /// The modulus at `p`: kap = tanh p and kap' = sech p, each to a few ulp.
@@ -101,8 +101,8 @@ impl Integrals {
         }
     }
 
-    /// Integrals at (p, lam). For a looped rod, w near a multiple of pi, D(w) is tiny, and lam keeps digits
-    /// that w as a double cannot hold.
+    /// Integrals at (p, lam). For a looped rod, w near a multiple of pi, D(w) is tiny, and lam keeps digits that w as
+    /// a double cannot hold.
     ///
     /// # Errors
     /// lam not in (0, 1e9), p not finite, or |p| > 345 with lam > |p|.
@@ -187,8 +187,8 @@ pub(super) fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
 
 /// Chart point in closed form: end position, its derivatives, and the force.
 ///
-/// In axes turned by alpha the tip stands at (X, Y) = (2 dE/lam - 1, 2 kap s/lam). The fixed axes follow by
-/// one rotation, whose sine and cosine are algebraic: no angle is formed.
+/// In axes turned by alpha the tip stands at (X, Y) = (2 dE/lam - 1, 2 kap s/lam). The fixed axes follow by one
+/// rotation, whose sine and cosine are algebraic: no angle is formed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChartPoint {
     /// Integrals at the point.
@@ -247,7 +247,7 @@ impl ChartPoint {
         let alpha_w = 2.0 * kap * s * inv_d;
         let mut point = Self {
             integrals: i,
-            // D^2 + kap^2 c^2 = 1, so these are exact: alpha = -2 atan2(kap c, D).
+            // Exact, since D^2 + kap^2 c^2 = 1: alpha = -2 atan2(kap c, D).
             cos_alpha: (d - kap * c) * (d + kap * c),
             sin_alpha: -2.0 * kap * c * d,
             turned: [x, y],
@@ -263,7 +263,7 @@ impl ChartPoint {
         point
     }
 
-    /// Replaces the derivatives by ones that keep their relative accuracy as lam -> 0.
+    /// Replaces the derivatives by a form of full relative accuracy as lam -> 0.
     #[cold]
     fn slight(&mut self, p: f64) {
         let i = &self.integrals;
@@ -288,8 +288,8 @@ impl ChartPoint {
         self.column_p[0] * self.column_w[1] - self.column_w[0] * self.column_p[1]
     }
 
-    /// Fold function det d(x, y)/d(p, lam) / kap^2: zero at the folds and nowhere else, not even on the line
-    /// kap = 0, where the whole chart collapses onto the straight rod.
+    /// Fold function det d(x, y)/d(p, lam) / kap^2: zero at the folds and nowhere else, not even on the line kap = 0,
+    /// where the whole chart collapses onto the straight rod.
     #[inline]
     pub fn fold_function(&self) -> f64 {
         let i = &self.integrals;

@@ -8,17 +8,16 @@ use nalgebra::Vector2;
 
 /// Longest stride of the end.
 const STRIDE: f64 = 0.02;
-/// Shortest stride of the end: where none this short succeeds the rod is at a fold, up to the square root of
-/// this.
+/// Shortest stride of the end: where none this short succeeds the rod is at a fold, up to the square root of this.
 const LEAST: f64 = 1e-12;
-/// Largest distance of a stride's shape from the tangent's prediction, relative to the change. Next to a
-/// fold, where the shape changes as the square root of the remaining way, this allows half of that way.
+/// Largest distance of a stride's shape from the tangent's prediction, relative to the change. Next to a fold, where
+/// the shape changes as the square root of the remaining way, this allows half of that way.
 const FORETOLD: f64 = 0.3;
 /// Most snaps of one move; more indicate a failed computation.
 const MOST_SNAPS: usize = 16;
 
-/// Planar elastica with its end in a hand. The stable equilibrium is followed to the fold where it ends, and
-/// the viscous layer leads from there to the next one (theory 2.6). Units: length 1, bending stiffness 1.
+/// Planar elastica with its end in a hand. The stable equilibrium is followed to the fold where it ends, and the
+/// viscous layer leads from there to the next one (theory 2.6). Units: length 1, bending stiffness 1.
 ///
 /// ```
 /// # use snaprod_core as snaprod;
@@ -88,8 +87,8 @@ impl Dragged {
     /// Drags the end to `target` along a straight line; returns the snaps in order.
     ///
     /// # Errors
-    /// A target outside the disc |r| < 1, which no bent rod reaches, a layer that does not settle, or a loop
-    /// drawn too tight for double precision. The rod then stays at the last equilibrium.
+    /// A target outside the disc |r| < 1, which no bent rod reaches, a layer that does not settle, or a loop drawn
+    /// too tight for double precision. The rod then stays at the last equilibrium.
     pub fn to(&mut self, target: &Vector2<f64>) -> Result<Vec<DraggedSnap>> {
         if !(target.norm() < 1.0) {
             return Err(Error::domain(
@@ -113,8 +112,7 @@ impl Dragged {
         Ok(snaps)
     }
 
-    /// Follows the equilibrium towards `target`: `None` on arrival, the chart direction of approach at a
-    /// fold.
+    /// Follows the equilibrium towards `target`: `None` on arrival, the chart direction of approach at a fold.
     fn glide(&mut self, target: &Vector2<f64>) -> Result<Option<Vector2<f64>>> {
         let (mut stride, mut direction) = (STRIDE, Vector2::zeros());
         loop {
@@ -137,7 +135,7 @@ impl Dragged {
                     stride = (2.0 * stride).min(STRIDE);
                 }
                 None if stride > LEAST => stride = 0.5 * stride.min(left),
-                // A rod that starts at the fold leaves it in the predicted direction.
+                // A rod that starts at the fold leaves along the predicted step.
                 None if direction == Vector2::zeros() => return Ok(Some(foretold)),
                 None => return Ok(Some(direction)),
             }

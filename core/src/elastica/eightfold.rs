@@ -1,7 +1,7 @@
 //! Chart points at eight places at once, in wide registers.
 //!
-//! The integrals are the main cost of a point. Places that have moved little since the last evaluation, as
-//! from one sweep over a step to the next, take integrals carried along from there ([`mod@carried`]).
+//! The integrals are the main cost of a point. Places that have moved little since the last evaluation, as from one
+//! sweep over a step to the next, take integrals carried along from there ([`mod@carried`]).
 
 mod carried;
 
@@ -38,8 +38,8 @@ pub(super) struct Eightfolds {
 }
 
 impl Eightfolds {
-    /// Evaluator with integrals as good as `error`. `None` on a processor without wide registers: eight
-    /// places would cost eight times one, and sequential steps need fewer slopes.
+    /// Evaluator with integrals as good as `error`. `None` on a processor without wide registers: eight places would
+    /// cost eight times one, and sequential steps need fewer slopes.
     pub fn new(error: f64) -> Option<Self> {
         Some(Self {
             registers: Registers::in_use()?,
@@ -257,8 +257,7 @@ mod tests {
         if a.is_nan() || b <= a { a } else { b }
     }
 
-    /// Largest difference from points evaluated one by one, relative to the sizes of force, Jacobian and so
-    /// on.
+    /// Largest difference from points evaluated one by one, relative to the sizes of force, Jacobian and so on.
     fn off(q: &[Row; 2], to: &EightPoints<2>) -> f64 {
         let mut worst = 0.0_f64;
         for (i, (p, w)) in q[0].iter().zip(&q[1]).enumerate() {
@@ -279,9 +278,9 @@ mod tests {
         worst
     }
 
-    /// Catches formulas in wide registers that deviate from the chart: slack rods, taut ones, loops, some
-    /// half turns, and mixed lanes. Carried integrals must be as good as asked for, and be evaluated anew
-    /// where the places are too far.
+    /// Catches formulas in wide registers that deviate from the chart: slack rods, taut ones, loops, some half turns,
+    /// and mixed lanes. Carried integrals must be as good as asked for, and be evaluated anew where the places are
+    /// too far.
     #[test]
     fn eight_points_are_those_of_one() {
         let mut to = EightPoints::default();

@@ -6,12 +6,11 @@ use crate::manifold::{Sheet, Sign};
 use crate::math::gauss::Rule;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Load lam below which the end position is integrated along the rod. The closed form is a difference of
-/// terms of size one, while 1 - x is of order lam^4.
+/// Load lam below which the end position is integrated along the rod. The closed form is a difference of terms of
+/// size one, while 1 - x is of order lam^4.
 const SLIGHT: f64 = 1.2;
 
-/// Sheet of the chart point: theta' has ceil(w/pi) - 1 zeros inside the rod and starts with the sign of kap
-/// sin w.
+/// Sheet of the chart point: theta' has ceil(w/pi) - 1 zeros inside the rod and starts with the sign of kap sin w.
 pub fn sheet(p: f64, w: f64) -> Sheet {
     // The seam w = j pi belongs to the lower mode, even if rounding has put w just beyond it.
     let mode = ((w / PI * (1.0 - 4.0 * f64::EPSILON)).ceil() - 1.0).max(0.0);
@@ -145,8 +144,7 @@ impl Equilibrium {
         })
     }
 
-    /// Equilibrium with load lambda and p, kappa = tanh p: for taut and looped rods, where 1 - |kappa| is
-    /// tiny.
+    /// Equilibrium with load lambda and p, kappa = tanh p: for taut and looped rods, where 1 - |kappa| is tiny.
     ///
     /// # Errors
     /// lambda not in (0, 1e9) or p out of range.
@@ -195,8 +193,8 @@ impl Equilibrium {
         Ok(self.section_at(s, amplitude(self.p, self.lambda * (1.0 - s))?))
     }
 
-    /// Sections from clamp to tip, `n` >= 2 of them, for drawing. Even spacing in amplitude follows the bends
-    /// and needs no Jacobi function.
+    /// Sections from clamp to tip, `n` >= 2 of them, for drawing. Even spacing in amplitude follows the bends and
+    /// needs no Jacobi function.
     pub fn curve(&self, n: usize) -> Vec<PlanarSection> {
         let last = n.max(2) - 1;
         (0..=last)
@@ -212,8 +210,8 @@ impl Equilibrium {
             .collect()
     }
 
-    /// Section of amplitude t: psi = 2 asin(kap cos t), and the rod beyond the section is the equilibrium (p,
-    /// t) of length 1 - s under the same force.
+    /// Section of amplitude t: psi = 2 asin(kap cos t), and the rod beyond the section is the equilibrium (p, t) of
+    /// length 1 - s under the same force.
     fn section_at(&self, s: f64, t: f64) -> PlanarSection {
         let (sin_alpha, cos_alpha) = self.alpha.sin_cos();
         let (sin_t, cos_t) = t.sin_cos();
@@ -250,16 +248,16 @@ pub(super) fn tip(p: f64, at: &ChartPoint) -> (f64, f64) {
 /// Tip as (1 - x, y) by the closed form, to an ulp of kap^2 and kap.
 pub(super) fn closed_tip(at: &ChartPoint) -> (f64, f64) {
     let i = &at.integrals;
-    // 1 - (cos alpha X - sin alpha Y), with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 inserted: the remaining
-    // terms are of the order of the result, for small kap and for small w.
+    // 1 - (cos alpha X - sin alpha Y), with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 inserted: the remaining terms are
+    // of the order of the result, for small kap and for small w.
     let (kap2, kc2, c2) = (i.kap * i.kap, i.kap_c * i.kap_c, i.c * i.c);
     let bent = ((2.0 * c2 * kap2 - 1.0) * i.b - 2.0 * i.c * i.s * i.d) / i.lam;
     let one_minus_x = 2.0 * kap2 * (i.s * i.s + 2.0 * c2 * kc2 + bent);
     (one_minus_x, at.to_fixed(at.turned)[1])
 }
 
-/// Tip of a slightly loaded rod, by quadrature. With sin(theta/2) = kap (cos^2 t - cos^2 w)/(cos t D(w) + cos
-/// w D(t)), 1 - x = 2 int sin^2(theta/2) ds and y = 2 int sin(theta/2) cos(theta/2) ds, ds = dt/(lam D(t)).
+/// Tip of a slightly loaded rod, by quadrature: 1 - x = 2 int sin^2(theta/2) ds and y = 2 int sin(theta/2)
+/// cos(theta/2) ds, ds = dt/(lam D(t)). Here sin(theta/2) = kap (cos^2 t - cos^2 w)/(cos t D(w) + cos w D(t)).
 fn slight_tip(p: f64, i: &Integrals) -> (f64, f64) {
     let w = i.s.atan2(i.c);
     let Modulus { kap, kap_c } = Modulus::new(p);

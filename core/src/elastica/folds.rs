@@ -1,9 +1,8 @@
 //! Fold curves, cusps and Morse index of the elastica.
 //!
-//! Cut the rod at a distance s from its tip: the remaining part is the equilibrium (p, w') of the same chart
-//! line, w' < w. A variation of the shorter rod, continued by zero to the clamp, is one of the longer rod
-//! with the same fixed end. So the index can only grow along w at fixed p, by one at each zero of det d(x,
-//! y)/d(p, .). Hence:
+//! Cut the rod at a distance s from its tip: the remaining part is the equilibrium (p, w') of the same chart line,
+//! w' < w. A variation of the shorter rod, continued by zero to the clamp, is one of the longer rod with the same
+//! fixed end. So the index can only grow along w at fixed p, by one at each zero of det d(x, y)/d(p, .). Hence:
 //!
 //! * index(p, w) = the number of zeros of det(p, .) below w;
 //! * the n-th fold curve is a graph w = w_n(p), even in p; all equilibria below the first are stable.
@@ -16,9 +15,9 @@ use crate::math::carlson::complete_kb;
 use crate::solve::roots::chandrupatla;
 use std::f64::consts::LN_2;
 
-/// Lower bound of lambda at a fold, and of lambda in quarter periods K. The least lambda of the first fold
-/// curve is 5.7658925 (at kap = 0.9428598, by golden sections over tools/ref_folds.py). Both bounds are
-/// proven for |p| < 30 (boxes/proof.rs; beyond see theory 2.4).
+/// Lower bound of lambda at a fold, and of lambda in quarter periods K. The least lambda of the first fold curve is
+/// 5.7658925 (at kap = 0.9428598, by golden sections over tools/ref_folds.py). Both bounds are proven for |p| < 30
+/// (boxes/proof.rs; beyond see theory 2.4).
 pub(super) const FIRST: f64 = 5.6;
 pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
@@ -76,8 +75,8 @@ fn brackets(p: f64, lam_max: f64, most: usize) -> Result<Vec<[(f64, f64); 2]>> {
     Ok(found)
 }
 
-/// Morse index of the equilibrium (p, w): the number of fold curves below it. On a fold, to rounding, it is
-/// the index of either side.
+/// Morse index of the equilibrium (p, w): the number of fold curves below it. On a fold, to rounding, it is the index
+/// of either side.
 ///
 /// # Errors
 /// A point outside the range of double precision, or beyond a million folds.
@@ -100,8 +99,8 @@ pub fn index(p: f64, w: f64) -> Result<usize> {
             "(p, lambda) = ({p}, {lam}) lies beyond {COUNTED} folds, up to which the Morse index is counted; lower lambda"
         )));
     }
-    // The scan ends at w as recovered from lambda; the sign of the fold function at the point itself decides
-    // the side.
+    // The scan ends at w as recovered from lambda; the sign of the fold function at the point itself decides the
+    // side.
     let even = fold_function(p, start)? < 0.0;
     if (at.fold_function() < 0.0) != (even == count.is_multiple_of(2)) {
         let near = |b: &[(f64, f64); 2]| b[1].0 == lam;
@@ -213,8 +212,8 @@ pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result
         points.push(next);
         (here, speed, way) = (next, next_speed, next_way);
     }
-    // Each point was sought beside the previous one. The last, counted from the straight rod, shows that all
-    // lie on one curve.
+    // Each point was sought beside the previous one. The last, counted from the straight rod, shows that all lie on
+    // one curve.
     let counted = fold_at(number, here.equilibrium.p)?.equilibrium.lambda;
     if !((counted - here.equilibrium.lambda).abs() < 1e-6 * counted) {
         return Err(Error::no_convergence(format!(
@@ -224,9 +223,9 @@ pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result
     Ok(points)
 }
 
-/// Point of a fold curve on the line `p`, within `reach` in lambda of the point `here` on another line;
-/// `None` if the fold is not found. Neighbouring folds of a line lie more than 3 apart. `rises`: the fold
-/// function rises through this curve; at the neighbours it changes sign the other way.
+/// Point of a fold curve on the line `p`, within `reach` in lambda of the point `here` on another line; `None` if the
+/// fold is not found. Neighbouring folds of a line lie more than 3 apart. `rises`: the fold function rises through
+/// this curve; at the neighbours it changes sign the other way.
 fn fold_beside(here: &FoldPoint, rises: bool, p: f64, reach: f64) -> Result<Option<FoldPoint>> {
     let lam = here.equilibrium.lambda;
     let q = off_axis(p);
@@ -238,8 +237,8 @@ fn fold_beside(here: &FoldPoint, rises: bool, p: f64, reach: f64) -> Result<Opti
     fold_between(here.number, p, [(low, f_low), (high, f_high)]).map(Some)
 }
 
-/// Next point of the curve, with p growing. The step in p is shortened until lam follows within the spacing
-/// (the first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
+/// Next point of the curve, with p growing. The step in p is shortened until lam follows within the spacing (the
+/// first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
 fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<FoldPoint> {
     let p = here.equilibrium.p;
     let mut step = spacing.min(p_max - p);
@@ -262,9 +261,9 @@ fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<Fo
     }
 }
 
-/// Signed speed d(x, y)/dp of the end along the image of the fold curve, and its positive direction: the one
-/// near `like`, that of the previous point. At a cusp the end turns back and the speed changes sign. The
-/// direction, which both columns of d(x, y)/d(p, lam) have at a fold, is continuous.
+/// Signed speed d(x, y)/dp of the end along the image of the fold curve, and its positive direction: the one near
+/// `like`, that of the previous point. At a cusp the end turns back and the speed changes sign. The direction, which
+/// both columns of d(x, y)/d(p, lam) have at a fold, is continuous.
 fn image_speed(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
     let e = &at.equilibrium;
     let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);

@@ -1,7 +1,6 @@
 //! The vibrations of a rod with mass while its end is held in place (theory 2.9).
 //!
-//! About an equilibrium, with the rotation dtheta of the sections and dr = int n dtheta, n the normal of the
-//! rod:
+//! About an equilibrium, with the rotation dtheta of the sections and dr = int n dtheta, n the normal of the rod:
 //! ```text
 //! K = int dtheta'^2 ds + int f . t dtheta^2 ds,   M = m int |dr|^2 ds,   dr(1) = 0
 //! ```
@@ -32,8 +31,8 @@ impl HeldMode {
 /// Number of Gauss nodes: a constant, and its growth with lam.
 const NODES: [f64; 2] = [20.0, 4.0];
 
-/// First `count` vibrations of the rod at (p, w) with its end held, by frequency. Spectral: errors of the
-/// first ones are of order 1e-10 for lam < 10.
+/// First `count` vibrations of the rod at (p, w) with its end held, by frequency. Spectral: errors of the first ones
+/// are of order 1e-10 for lam < 10.
 ///
 /// # Errors
 /// A point outside the chart, or a rod pulled too hard to be resolved.
@@ -95,9 +94,9 @@ fn complement(two: &[DVector<f64>; 2]) -> DMatrix<f64> {
     basis.rows(2, n - 2).transpose()
 }
 
-/// Solves M x = nu (K + shift M) x: the low frequencies are the large nu, which the eigensolver finds to
-/// rounding. K is the bending stiffness plus a compact term, so that a finite shift makes it positive where
-/// the held rod is unstable.
+/// Solves M x = nu (K + shift M) x: the low frequencies are the large nu, which the eigensolver finds to rounding. K
+/// is the bending stiffness plus a compact term, so that a finite shift makes it positive where the held rod is
+/// unstable.
 fn modes(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>, count: usize) -> Result<Vec<HeldMode>> {
     let mut shift = 0.0;
     let factor = loop {

@@ -1,9 +1,9 @@
 //! First-order inertia of a light planar rod: added mass and force at its end (theory 2.9).
 //!
-//! The rod stays on its equilibria r(s; q). Its kinetic energy is then m/2 int |P v|^2 ds with v the velocity
-//! of the end and P(s) = r_q (Dr(1))^-1: the rod adds the mass m int P^T P ds to that of the body. All fields
-//! are closed forms. The section at the distance u = lam (1 - s) from the tip is that of the pendulum of the
-//! same modulus at the amplitude phi(u),
+//! The rod stays on its equilibria r(s; q). Its kinetic energy is then m/2 int |P v|^2 ds with v the velocity of the
+//! end and P(s) = r_q (Dr(1))^-1: the rod adds the mass m int P^T P ds to that of the body. All fields are closed
+//! forms. The section at the distance u = lam (1 - s) from the tip is that of the pendulum of the same modulus at the
+//! amplitude phi(u),
 //!
 //! ```text
 //! r(s) = Rot(alpha) (Z(lam) - Z(u))/lam,   Z(u) = int_0^u (cos psi, sin psi).
@@ -73,13 +73,13 @@ pub struct Added {
     pub centre: Vector2<f64>,
 }
 
-/// A rod on its equilibria, in coordinates that keep the digits of its sections.
+/// Equilibrium rod, in coordinates that keep all digits along the rod.
 trait OnEquilibria {
     /// [`RodInertia::added`].
     fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added>;
 
-    /// First-order inertia on a moving clamp: the end moves with `v` seen from the clamp, gravity is given in
-    /// the world; `None` at a fold.
+    /// First-order inertia on a moving clamp: the end moves with `v` seen from the clamp, gravity is given in the
+    /// world; `None` at a fold.
     fn carried(
         &self,
         v: &Vector2<f64>,
@@ -175,8 +175,8 @@ impl RodInertia {
         Matrix2::new(cos, -sin, sin, cos)
     }
 
-    /// Position of a section and its derivatives by p and lam, all times lam. `part`: fraction of the rod
-    /// beyond the section; `here`: the pendulum at the section.
+    /// Position of a section and its derivatives by p and lam, all times lam. `part`: fraction of the rod beyond the
+    /// section; `here`: the pendulum at the section.
     #[inline(always)]
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let drawn = self.drawn(part, here);
@@ -184,8 +184,8 @@ impl RodInertia {
         [less(w, drawn[0]), less(p, drawn[1]), less(l, drawn[2])]
     }
 
-    /// Vector from a section to the end and its derivatives, all times lam: Rot(alpha) Z/lam in the turned
-    /// axes, alpha = -psi at the clamp.
+    /// Vector from a section to the end and its derivatives, all times lam: Rot(alpha) Z/lam in the turned axes,
+    /// alpha = -psi at the clamp.
     #[inline(always)]
     fn drawn<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u());
@@ -230,8 +230,8 @@ impl RodInertia {
         moving.added(self.integrals(&Heavy(&turning)), gravity)
     }
 
-    /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it;
-    /// `None` at a fold.
+    /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it; `None`
+    /// at a fold.
     #[inline(always)]
     fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Turning)> {
         let (inverse, rate) = self.chart_rate(v)?;
@@ -254,9 +254,8 @@ impl RodInertia {
         Vector2::from(turning.end) + aside(&rate) * (2.0 * turning.turn)
     }
 
-    /// Metrics (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam). N is twice the kinetic
-    /// energy of the rates q' per unit of mass; R is their dissipation by Kelvin-Voigt friction of the time
-    /// 1.
+    /// Metrics (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam). N is twice the kinetic energy of the
+    /// rates q' per unit of mass; R is their dissipation by Kelvin-Voigt friction of the time 1.
     pub fn metric(&self) -> (Matrix2<f64>, Matrix2<f64>) {
         let lam = self.integrals.lam;
         let [n11, n12, n22, r11, r12, r22] = self.integrals(&Still);
@@ -284,16 +283,15 @@ fn pulled(lam: f64) -> Result<f64> {
     Ok(lam)
 }
 
-/// Nodes and weights on [0, 1] of the Gauss rule of at least `least` nodes that fills all lanes, graded
-/// towards the clamp by `draw`.
+/// Nodes and weights on [0, 1] of the Gauss rule of at least `least` nodes that fills all lanes, graded towards the
+/// clamp by `draw`.
 #[inline(always)]
 fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     const RULES: usize = 128;
     const LANES: f64 = WIDEST as f64;
     static KEPT: [[OnceLock<Rule>; RULES]; DRAWS] =
         [const { [const { OnceLock::new() }; RULES] }; DRAWS];
-    // A counting loop instead of a division: branch prediction starts on the expected rule before `least` is
-    // known.
+    // A counting loop instead of a division: branch prediction starts on the expected rule before `least` is known.
     let (mut full, mut beyond) = (1, LANES + 1.0);
     while full < RULES && beyond <= least {
         (full, beyond) = (full + 1, beyond + LANES);
@@ -309,8 +307,8 @@ fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     [&rule.nodes, &rule.weights]
 }
 
-/// Integrand of K components at the section with the fraction `part` of the rod beyond it, where the pendulum
-/// is at `here`.
+/// Integrand of K components at the section with the fraction `part` of the rod beyond it, where the pendulum is at
+/// `here`.
 trait AtSection<const K: usize> {
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; K];
 }
@@ -338,8 +336,8 @@ impl AtSection<6> for Weightless<'_> {
     }
 }
 
-/// Mass and force of [`RodInertia::added`] at (p, w) for the end velocity `v`. The whole computation is
-/// compiled for wide registers: every step of a run needs it.
+/// Mass and force of [`RodInertia::added`] at (p, w) for the end velocity `v`. The whole computation is compiled for
+/// wide registers: every step of a run needs it.
 struct Adding {
     p: f64,
     integrals: Integrals,
@@ -403,15 +401,14 @@ impl AtSection<6> for Still {
     }
 }
 
-/// Motion of the rod while p and lam change at constant rates. With R = lam r_t and J the rotation by a right
-/// angle, in the turned axes (theory 2.9),
+/// Motion of the rod while p and lam change at constant rates. With R = lam r_t and J the rotation by a right angle,
+/// in the turned axes (theory 2.9),
 ///
 /// ```text
 /// lam r_tt = F(lam) - F(u) + 2 (alpha' J - lam'/lam) R,   F = Z_tt + (alpha'' + 2 alpha' lam'/lam) J Z + alpha'^2 Z
 /// ```
 ///
-/// A term along R adds the same multiple of P c to the acceleration P c that follows from the end, so it
-/// drops out of r_tt - P c.
+/// A term of r_tt along R occurs in the end's acceleration c too, hence in P c, and drops out of r_tt - P c.
 struct Turning {
     /// (p', lam').
     rate: [f64; 2],
@@ -440,8 +437,8 @@ impl Turning {
         turning
     }
 
-    /// Difference F(lam) - F(u) at the section with the fraction `part` of the rod beyond it, where the
-    /// pendulum is at `here`.
+    /// Difference F(lam) - F(u) at the section with the fraction `part` of the rod beyond it, where the pendulum is
+    /// at `here`.
     #[inline(always)]
     fn left<T: Real>(&self, part: T, here: &Swing<T>) -> [T; 2] {
         let ([p, l], [x, y], [cos, sin]) = (self.rate, here.z, here.z_u);
@@ -477,8 +474,8 @@ fn less<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
 mod tests {
     use super::*;
 
-    /// Catches wrong grading or too few nodes, on taut rods that end before, at and beyond their bend.
-    /// Reference: the ungraded rule with the largest number of nodes.
+    /// Catches wrong grading or too few nodes, on taut rods that end before, at and beyond their bend. Reference: the
+    /// ungraded rule with the largest number of nodes.
     #[test]
     fn drawn_nodes_integrate_as_even_ones_do() {
         let mut drawn = 0;

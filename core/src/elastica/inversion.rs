@@ -1,16 +1,16 @@
 //! All equilibria at a given end position, below a given load.
 //!
-//! Below Euler's load, lam < pi/2, no two equilibria have the same end, and neither have two taut rods, p >
-//! lam + 1 (theory 2.4): Newton's method finds the one, if there is one. The rest of the half strip p > 0, 0
-//! < lam < lam_max is subdivided (mirror images serve p < 0). In a box with centre c and Jacobian J the tip
-//! is r_c + J dq + remainder. The remainder is bounded by the second derivatives at the centre and by bounds
-//! of the third over the box. A box is dropped when no dq in it can reach the target, accepted when the map
-//! is one-to-one on it and Newton's method lands inside, and halved otherwise. Boxes that never decide shrink
-//! onto folds through the target, where two equilibria are one.
+//! Below Euler's load, lam < pi/2, no two equilibria have the same end, and neither have two taut rods, p > lam + 1
+//! (theory 2.4): Newton's method finds the one, if there is one. The rest of the half strip p > 0, 0 < lam < lam_max
+//! is subdivided (mirror images serve p < 0). In a box with centre c and Jacobian J the tip is r_c + J
+//! dq + remainder. The remainder is bounded by the second derivatives at the centre and by bounds of the third over
+//! the box. A box is dropped when no dq in it can reach the target, accepted when the map is one-to-one on it and
+//! Newton's method lands inside, and halved otherwise. Boxes that never decide shrink onto folds through the target,
+//! where two equilibria are one.
 //!
-//! double precision. An independent count guards both. The signs of det over all equilibria found must add up
-//! to the winding number of the curve lam = lam_max about the target. The rest of the strip's border maps to
-//! (1, 0) and does not count.
+//! double precision. An independent count guards both. The signs of det over all equilibria found must add up to the
+//! winding number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does
+//! not count.
 
 use super::boxes::{Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip};
 use super::chart::ChartPoint;
@@ -54,8 +54,7 @@ const FOLD_WIDTH: f64 = 2e-8;
 /// Least lam of the boxes, a little less than pi/2, and largest p - lam of their region.
 pub(super) const LOADED: f64 = 1.5;
 pub(super) const TAUT: f64 = 1.1;
-/// Distance of equilibria that may be the pair of a fold: a pair is resolved only to the square root of
-/// rounding.
+/// Distance of equilibria that may be the pair of a fold: a pair is resolved only to the square root of rounding.
 const NEIGHBOURS: f64 = 1e-5;
 /// Value of p at which logarithmic columns (small p: the tip scales with p) give way to linear ones.
 const LINEAR_FROM: f64 = 1.0;
@@ -132,7 +131,7 @@ struct Search {
     lambda_max: f64,
     queue: Vec<Cell>,
     found: Vec<Found>,
-    /// Undecided boxes that have shrunk, with the index of their target.
+    /// Shrunk boxes without a decision, with the index of their target.
     pieces: Vec<(Cell, usize)>,
     boxes: usize,
 }
@@ -194,10 +193,10 @@ impl Search {
         Ok(())
     }
 
-    /// Equilibria below Euler's load and of taut rods, by Newton's method from the limits of small and of
-    /// strong force. For a nearly straight rod 1 - x is proportional to y^2, by a factor that changes little
-    /// with the force. The unknowns are therefore fitted to y and (1 - x)/y^2 of the target, down to
-    /// rounding. Roots of other kinds are left to the boxes.
+    /// Equilibria below Euler's load and of taut rods, by Newton's method from the limits of small and of strong
+    /// force. For a nearly straight rod 1 - x is proportional to y^2, by a factor that changes little with the force.
+    /// The unknowns are therefore fitted to y and (1 - x)/y^2 of the target, down to rounding. Roots of other kinds
+    /// are left to the boxes.
     fn alone(&mut self) -> Result<()> {
         let side = usize::from(self.targets[0][1] < 0.0);
         let [one_minus_x, y] = self.targets[side];
@@ -206,16 +205,15 @@ impl Search {
         }
         // A small force perpendicular to the rod bends it by y = lam^2/3, with kap = sin(pi/4) = tanh p.
         let across = (0.5f64.sqrt().atanh(), (3.0 * y).sqrt());
-        // A strong pull at the angle alpha puts the end on the ray of alpha, (4/lam) sin^2(alpha/4) short of
-        // the rim, and p = lam - ln(2 tan(alpha/4)) (theory 2.3).
+        // A strong pull at the angle alpha puts the end on the ray of alpha, (4/lam) sin^2(alpha/4) short of the rim,
+        // and p = lam - ln(2 tan(alpha/4)) (theory 2.3).
         let quarter = 0.25 * y.atan2(1.0 - one_minus_x);
         let radius = y.hypot(1.0 - one_minus_x);
         let short = (one_minus_x * (2.0 - one_minus_x) - y * y) / (1.0 + radius);
         let lam = (4.0 * quarter.sin().powi(2) / short).clamp(LOADED, MOST_LOAD);
         let pulled = (lam - (2.0 * quarter.tan()).ln(), lam);
         let found = [across, pulled].map(|start| self.by_shape(side, start));
-        // Each kind has one root, but near the straight rod, within the digits of the target, it may appear
-        // twice.
+        // Each kind has one root, but near the straight rod, within the digits of the target, it may appear twice.
         let mut taken = [false; 2];
         for (p, lam) in found.into_iter().flatten() {
             let kinds = [lam < FRAC_PI_2, p > lam + 1.0];
@@ -311,8 +309,8 @@ impl Search {
         }
     }
 
-    /// Newton's method on a box where the map is one-to-one: the only root in the widened box. If none is
-    /// found one may still exist, and the box is halved.
+    /// Newton's method on a box where the map is one-to-one: the only root in the widened box. If none is found one
+    /// may still exist, and the box is halved.
     fn newton(
         &self,
         cell: &Cell,
@@ -381,8 +379,8 @@ impl Search {
         Ok(())
     }
 
-    /// Accepts an undecided box as a fold through the target, or within rounding of it. Newton's method
-    /// solves det = 0 and fits the tip in the direction that the columns still span.
+    /// Accepts an undecided box as a fold through the target, or within rounding of it. Newton's method solves
+    /// det = 0 and fits the tip in the direction that the columns still span.
     fn accept_fold(&mut self, cell: &Cell, side: usize) -> Result<()> {
         let (mut p, mut at) = chart_point(cell.kind, cell.first, cell.lam)?;
         let mut lam = cell.lam;
@@ -421,8 +419,7 @@ fn aside(e: &Equilibrium) -> f64 {
 
 /// Checks the signed count of the equilibria against the winding number of lam = lam_max.
 fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
-    // Near the border rounding decides whether an equilibrium is found, and the curve passes through the
-    // target.
+    // Near the border rounding decides whether an equilibrium is found, and the curve passes through the target.
     if found
         .iter()
         .any(|f| f.equilibrium.lambda > lambda_max * (1.0 - 1e-9))
@@ -446,16 +443,16 @@ fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
     }
 }
 
-/// Winding number about (x, y) of the tip along lam = lam_max, p from +infinity to -infinity. The half p < 0
-/// is the mirror image of the half p > 0, each closed at (1, 0). Its winding about the point is therefore
-/// that of the half p > 0 about the mirror image of the point.
+/// Winding number about (x, y) of the tip along lam = lam_max, p from +infinity to -infinity. The half p < 0 is the
+/// mirror image of the half p > 0, each closed at (1, 0). Its winding about the point is therefore that of the half
+/// p > 0 about the mirror image of the point.
 fn winding(x: f64, y: f64, lam: f64) -> i64 {
     let from = |tip: [f64; 2]| [1.0 - x - tip[0], tip[1] - y];
     let mirrored = |tip: [f64; 2]| [1.0 - x - tip[0], tip[1] + y];
     let end = [0.0; 2];
     let p_end = lam + (10.0 / (1.0 - x).hypot(y)).ln().max(2.0);
-    // The tip's speed along p is at most of order lam. Steps are bounded by the distance from the target, and
-    // short enough not to skip a loop of the curve.
+    // The tip's speed along p is at most of order lam. Steps are bounded by the distance from the target, and short
+    // enough not to skip a loop of the curve.
     let mut p = p_end;
     let mut here = end;
     let mut angle = 0.0;
@@ -496,8 +493,8 @@ fn length(v: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Catches an equilibrium below Euler's load, or of a taut rod, that Newton's method misses or finds
-    /// twice. Rods range from nearly straight ones, whose ends determine the force least, to bent ones.
+    /// Catches an equilibrium below Euler's load, or of a taut rod, that Newton's method misses or finds twice. Rods
+    /// range from nearly straight ones, whose ends determine the force least, to bent ones.
     #[test]
     fn what_is_alone_is_found() {
         for i in 0..400 {

@@ -1,7 +1,6 @@
 //! Numbers at several sections of a rod, processed at once in wide registers, up to four.
 //!
-//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are
-//! avoided.
+//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are avoided.
 
 use crate::math::real::{Halves, Real};
 use crate::math::registers::Registers;

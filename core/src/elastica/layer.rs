@@ -1,9 +1,9 @@
 //! The fast viscous layer: landing of a rod that leaves an equilibrium with its end held.
 //!
-//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1)
-//! r(1) stays. Its spectrum lies in [-1, small], but a rod with a loop slides along itself at a rate of order
-//! exp(-lam): up to 1e9 time units. The fall itself is integrated by an explicit method. The slow rest is
-//! integrated by a linearly implicit one, whose steps grow as the flow slows down and become Newton's.
+//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1) r(1) stays. Its spectrum
+//! lies in [-1, small], but a rod with a loop slides along itself at a rate of order exp(-lam): up to 1e9 time units.
+//! The fall itself is integrated by an explicit method. The slow rest is integrated by a linearly implicit one, whose
+//! steps grow as the flow slows down and become Newton's.
 
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
@@ -20,8 +20,8 @@ use std::sync::OnceLock;
 
 type Field = DVector<f64>;
 
-/// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
-/// exp(-pi n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
+/// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of exp(-pi
+/// n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
     ((8.0 + lam * (lam + 9.0) / PI) as usize)
         .clamp(8, MOST_NODES)
@@ -33,16 +33,16 @@ const MOST_NODES: usize = 120;
 
 /// Shortest departure along the kernel, as a change of u relative to u, far enough to leave the fold.
 const DEPARTURE: f64 = 5e-3;
-/// Speed |u_T|/|u| that the departure must exceed; it is lengthened until then, to 1/3 at most. The energy of
-/// a rod with a loop is so flat that rounding would otherwise steer the flow.
+/// Speed |u_T|/|u| that the departure must exceed; it is lengthened until then, to 1/3 at most. The energy of a rod
+/// with a loop is so flat that rounding would otherwise steer the flow.
 const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
 /// Step control of the flow.
 struct Care {
-    /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to lam of
-    /// about 10. For larger lam the shortest departure is taken.
+    /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to
+    /// lam = 10 or so. For larger lam the shortest departure is taken.
     departure: f64,
     /// Error per step, relative to u.
     tolerance: f64,
@@ -50,8 +50,8 @@ struct Care {
     stride: f64,
 }
 
-/// Step control if only the landing counts: the flow must choose the basin, with errors below the departure.
-/// The landing itself is polished.
+/// Step control if only the landing counts: the flow must choose the basin, with errors below the departure. The
+/// landing itself is polished.
 const LANDING: Care = Care {
     departure: 3e-2,
     tolerance: 2e-3,
@@ -63,15 +63,15 @@ const SHOWN: Care = Care {
     tolerance: 2e-4,
     stride: 0.5,
 };
-/// Speed |u_T|/|u| above which the rod falls: all rates of the flow are then similar, and steps are explicit,
-/// of order 8, stable up to 6.
+/// Speed |u_T|/|u| above which the rod falls: all rates of the flow are then similar, and steps are explicit, of
+/// order 8, stable up to 6.
 const FALLING: f64 = 1e-2;
 /// Speed |u_T|/|u| below which a landing is tried.
 const SLOW: f64 = 1e-5;
 /// Speed |u_T|/|u| below which the flow is at rest, even next to the departure (a fold close to a cusp).
 const AT_REST: f64 = 1e-13;
-/// Coefficients of the Rosenbrock method, GAMMA on the diagonal: of the stages in the shape (A) and in their
-/// sum over h (C), of the result and of its error. The fourth stage takes the flow from the third.
+/// Coefficients of the Rosenbrock method, GAMMA on the diagonal: of the stages in the shape (A) and in their sum over
+/// h (C), of the result and of its error. The fourth stage takes the flow from the third.
 const GAMMA: f64 = 0.572_82;
 const A2: f64 = 2.0;
 const A3: [f64; 2] = [1.867_943_637_803_922, 0.234_444_971_139_915_6];
@@ -94,24 +94,22 @@ const ERROR: [f64; 4] = [
     -0.108_219_620_149_531_1,
     -1.093_502_252_409_163,
 ];
-/// Largest growth of ln|u_T| in a step: the method follows growth by a rational function with a pole at
-/// 1/GAMMA.
+/// Largest growth of ln|u_T| in a step: the method follows growth by a rational function with a pole at 1/GAMMA.
 const GROWTH: f64 = 0.5;
-/// First step, in units of the fastest rate.
+/// First step, as a multiple of the inverse of the fastest rate.
 const FIRST: f64 = 2.0;
 /// Most steps of a layer (twenty are usual), and its longest duration.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 
-/// Landing of the elastica from the equilibrium `q` = (p, w) of `rods`, left in the chart direction
-/// `leaving`.
+/// Landing of the elastica from the equilibrium `q` = (p, w) of `rods`, left in the chart direction `leaving`.
 ///
-/// On the first fold curve the landing is well determined up to lam of about 14 (the same for step tolerances
-/// a hundred times apart). Rods with a loop beyond that lie within exp(-lam) of their mirror image's basin:
-/// the landing may be on either side. Above lam of about 20 the energy changes along the slide of the loop by
-/// less than rounding, and doubles cannot determine the direction. A flow that stalls there is given the
-/// stable equilibrium of lowest energy. On a fold between two unstable sheets (the second curve and beyond)
-/// the rod has several ways to leave, and the landing is one of several.
+/// On the first fold curve the landing is well determined up to lam of about 14 (the same for step tolerances a
+/// hundred times apart). Rods with a loop beyond that lie within exp(-lam) of their mirror image's basin: the landing
+/// may be on either side. Above lam of about 20 the energy changes along the slide of the loop by less than rounding,
+/// and doubles cannot determine the direction. A flow that stalls there is given the stable equilibrium of lowest
+/// energy. On a fold between two unstable sheets (the second curve and beyond) the rod has several ways to leave, and
+/// the landing is one of several.
 ///
 /// # Errors
 /// A flow that does not come to rest, without a stable equilibrium to fall back on.
@@ -369,8 +367,8 @@ impl Rod {
         Ok(u)
     }
 
-    /// Shape at the distance `departure` from `q` along `leaving`. The distance is measured in u, since the
-    /// chart is stretched without bound where a rod has a loop (dw = D dlam).
+    /// Shape at the distance `departure` from `q` along `leaving`. The distance is measured in u, since the chart is
+    /// stretched without bound where a rod has a loop (dw = D dlam).
     fn departed(
         &self,
         (q, leaving): (&Vector2<f64>, &Vector2<f64>),
@@ -433,13 +431,12 @@ impl Rod {
         (0..a.len()).map(|i| self.on.weights[i] * a[i] * b[i]).sum()
     }
 
-    /// One step of an L-stable Rosenbrock method of order 4 from u, given its rate and resultant; also the
-    /// difference from the embedded result of order 3 (Hairer & Wanner, Solving ODEs II, Table IV.7.2, method
-    /// 6).
+    /// One step of an L-stable Rosenbrock method of order 4 from u, given its rate and resultant; also the difference
+    /// from the embedded result of order 3 (Hairer & Wanner, Solving ODEs II, Table IV.7.2, method 6).
     ///
-    /// The linearised flow is k -> dq(k) . n - k + q . nu, dq = outer (n . (cos, sin) phi), phi = integrate
-    /// k. Here nu keeps int q k contracting at rate 1 while q turns: its change is -int q k - int dq(k) .
-    /// u_T. The unknowns are phi, whose matrix needs no product of matrices, and nu.
+    /// The linearised flow is k -> dq(k) . n - k + q . nu, dq = outer (n . (cos, sin) phi), phi = integrate k. Here
+    /// nu keeps int q k contracting at rate 1 while q turns: its change is -int q k - int dq(k) . u_T. The unknowns
+    /// are phi, whose matrix needs no product of matrices, and nu.
     fn step(
         &self,
         u: &Field,
@@ -460,8 +457,8 @@ impl Rod {
         error.is_finite().then(|| (u + sum(&RESULT), error))
     }
 
-    /// One step of order 8 from u, given its rate, with the trial length `h`: the next u, the length taken,
-    /// and the next trial length.
+    /// One step of order 8 from u, given its rate, with the trial length `h`: the next u, the length taken, and the
+    /// next trial length.
     fn explicit_step(
         &self,
         u: &Field,
@@ -494,8 +491,8 @@ impl Rod {
         (q_x * n[0] + q_y * n[1] - u, n)
     }
 
-    /// Equilibrium near a slow shape, polished so that its end is at the held place, and its curvature;
-    /// `None` if the shape is not yet near an equilibrium.
+    /// Equilibrium near a slow shape, polished so that its end is at the held place, and its curvature; `None` if the
+    /// shape is not yet near an equilibrium.
     fn arrive(
         &self,
         rods: &impl Multivalued<2>,

@@ -25,9 +25,8 @@ const STABLE_LAMBDA: f64 = 14.0;
 const LOST: f64 = 1e-8;
 
 impl Elastica {
-    /// Shapes of the rod when it leaves the fold `q` along `leaving` with its end held and a little friction,
-    /// step by step, and the equilibrium on which it lands (theory 2.6). The landing is that of
-    /// [`Multivalued::settle`].
+    /// Shapes of the rod that leaves the fold `q` along `leaving` with its end held and a little friction, step by
+    /// step, and the landing (theory 2.6). The landing is that of [`Multivalued::settle`].
     ///
     /// # Errors
     /// A flow that does not come to rest.
@@ -61,8 +60,8 @@ impl EquilibriumManifold<2> for Elastica {
             force: Vector2::new(pull * at.cos_alpha, pull * at.sin_alpha),
             energy: at.energy(),
             jacobian: Matrix2::new(xp, xw, yp, yw),
-            // At the taut wall det ~ 1/lam^2. Time then slows as 1/lam, the distance to the wall, which turns
-            // the bounce (a repulsion 1/distance^2) into a polynomial in the slowed time.
+            // At the taut wall det ~ 1/lam^2. Time then slows as 1/lam, the distance to the wall, which turns the
+            // bounce (a repulsion 1/distance^2) into a polynomial in the slowed time.
             pace: 1.0 / (1.0 + lam),
         })
     }
@@ -77,8 +76,8 @@ impl Multivalued<2> for Elastica {
         sheet(q[0], q[1])
     }
 
-    /// Taut rods, w = |gam|/2 with gam the direction of the pull, lam = |p| + ln(2 tan(w/2)), are elementary
-    /// up to exp(-2 lam) (theory 2.3); rods with loops have w within exp(p - lam) of a multiple of pi.
+    /// Taut rods, w = |gam|/2 with gam the direction of the pull, lam = |p| + ln(2 tan(w/2)), are elementary up to
+    /// exp(-2 lam) (theory 2.3); rods with loops have w within exp(p - lam) of a multiple of pi.
     fn tautness(&self, patch: Patch, q: &Vector2<f64>) -> Option<f64> {
         if let Patch::Near(side) = patch {
             return near::lambda(side, q).filter(|lam| *lam > TAUT);
@@ -144,8 +143,8 @@ impl Multivalued<2> for Elastica {
         Some((Patch::Near(side), near::deflected(side, pull, across)))
     }
 
-    /// Near w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D. The force then lacks the
-    /// digits of lam that w as a double cannot hold, and the energy ledger opens.
+    /// Near w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D. The force then lacks the digits of
+    /// lam that w as a double cannot hold, and the energy ledger opens.
     fn resolved(&self, q: &Vector2<f64>) -> Result<()> {
         let (p, w) = (q[0], q[1]);
         // Outside this range D is far from 0, or of the order of w.
@@ -163,9 +162,9 @@ impl Multivalued<2> for Elastica {
         )))
     }
 
-    /// Exhaustive for loads lam < 14. Stable rods under stronger loads are straight up to bends of width
-    /// 1/lam. Taut ones are found at any load from their closed form. Rods with a loop are sought near their
-    /// asymptotic place up to lam = 30, the limit of the chart's resolution.
+    /// Exhaustive for loads lam < 14. Stable rods under stronger loads are straight up to bends of width 1/lam. Taut
+    /// ones are found at any load from their closed form. Rods with a loop are sought near their asymptotic place up
+    /// to lam = 30, the limit of the chart's resolution.
     fn stable_at(&self, pose: &Vector2<f64>) -> Result<Vec<Vector2<f64>>> {
         let mut found: Vec<_> = inversion::equilibria_at(pose[0], pose[1], STABLE_LAMBDA)?
             .into_iter()
@@ -207,9 +206,9 @@ impl Multivalued<2> for Elastica {
 /// Guesses of all stable equilibria with lam > 14 at a pose.
 ///
 /// Taut: r = Rot(gam) (1 - (4/lam) S^2, -(2/lam) sin(gam/2)), S = sin(gam/4) (theory 2.3), w = |gam|/2,
-/// lam = |p| + ln(2 tan(w/2)), for |gam| < 2 pi: the rod turns into the pull either way round.
-/// Hence 1 - |r|^2 = 8 S^2/lam - 16 S^2/lam^2, and gam is the angle of r up to O(1/lam). Looped: gam is a
-/// whole turn, lam = 4/(1 - |r|), and p determines the position of the loop along the rod.
+/// lam = |p| + ln(2 tan(w/2)), for |gam| < 2 pi: the rod turns into the pull either way round. Hence 1 - |r|^2 = 8
+/// S^2/lam - 16 S^2/lam^2, and gam is the angle of r up to O(1/lam). Looped: gam is a whole turn, lam = 4/(1 - |r|),
+/// and p determines the position of the loop along the rod.
 fn heavily_loaded(pose: &Vector2<f64>) -> Vec<Vector2<f64>> {
     let (radius, angle) = (pose.norm(), pose[1].atan2(pose[0]));
     let gap = (1.0 - radius) * (1.0 + radius);

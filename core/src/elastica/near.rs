@@ -1,52 +1,52 @@
 //! The elastica's chart near the straight rod: q = (sigma, ln Z), by Cartesian components of the end force.
 //!
-//! The amplitude chart (p, w) is polar: kap is the sine of half the angle between tip and force, lam^2 the
-//! size of the force. A mass that shakes along the rod takes the pull through zero, past the pole at lam = 0,
-//! twice in every period. Cartesian force components have no pole. From the free end, with delta = theta(1) -
-//! theta and z = tan(delta/2), the rod obeys
+//! The amplitude chart (p, w) is polar: kap is the sine of half the angle between tip and force, lam^2 the size of
+//! the force. A mass that shakes along the rod takes the pull through zero, past the pole at lam = 0, twice in every
+//! period. Cartesian force components have no pole. From the free end, with delta = theta(1) - theta and
+//! z = tan(delta/2), the rod obeys
 //! ```text
 //! ds = dz / sqrt(z (G + P z)(1 + z^2)),     (P, G): pull along the tip's tangent, and across it
 //! z = Z chi(sigma),   chi = (cosh(b sigma) - 1)/(cosh b - 1),   b^2 = P
 //! ds = dsigma / sqrt(1 + z^2),   0 <= sigma <= 1
 //! ```
-//! The rod of P and Z = tan(theta(1)/2) thus has the length l = int dsigma/sqrt(1 + z^2), by which it is
-//! scaled to 1. Its end and its energy are
+//! The rod of P and Z = tan(theta(1)/2) thus has the length l = int dsigma/sqrt(1 + z^2), by which it is scaled to 1.
+//! Its end and its energy are
 //! ```text
 //! 1 - x = 2 Z^2/(l (1 + Z^2)) int (1 - chi)^2 (1 + z^2)^(-3/2) dsigma
 //!     y = 2 Z/(l (1 + Z^2)) int (1 - chi)(1 + Z^2 chi) (1 + z^2)^(-3/2) dsigma
 //!     U = 2 l Z^2 int chi'^2 (1 + z^2)^(-3/2) dsigma
 //! ```
-//! For small z the square roots are series in z^2. All quantities are then sums of the moments M_k = int
-//! chi^k, smooth functions of P through 0, to the first fold and beyond. There is no elliptic integral and no
-//! difference of nearly equal numbers; relative accuracy holds down to Z = 1e-100. To leading order this is
-//! the beam under tension of theory 2.3.
+//! For small z the square roots are series in z^2. All quantities are then sums of the moments M_k = int chi^k,
+//! smooth functions of P through 0, to the first fold and beyond. There is no elliptic integral and no difference of
+//! nearly equal numbers; relative accuracy holds down to Z = 1e-100. To leading order this is the beam under tension
+//! of theory 2.3.
 
 use super::chart::{Integrals, Modulus};
 use crate::manifold::{ManifoldPoint, Sign, adjugate_times};
 use nalgebra::{Matrix2, Vector2};
 
-/// Largest z at which a motion stays in this chart; there the terms left out of the series are of relative
-/// size 3e-16.
+/// Largest z at which a motion stays in this chart; there the terms left out of the series are of relative size
+/// 3e-16.
 const LARGEST: f64 = 1e-2;
-/// Largest z of any point of the chart: an integrator's trial step may pass [`LARGEST`], but not reach where
-/// the series lose digits.
+/// Largest z of any point of the chart: an integrator's trial step may pass [`LARGEST`], but not reach where the
+/// series lose digits.
 const BEYOND: f64 = 2.0 * LARGEST;
-/// Largest z at which a motion enters this chart; less than [`LARGEST`], for hysteresis.
+/// Largest z at which a motion enters this chart: less than [`LARGEST`], for hysteresis.
 const SMALL: f64 = 0.6 * LARGEST;
-/// Largest Z at which the shape of a pulled rod is computed in this chart ([`pulled`]).
+/// Largest Z of a pulled rod whose shape [`pulled`] computes by this chart.
 const SLIGHT: f64 = 0.1 * LARGEST;
 /// Smallest Z of the chart: its square is still a normal number.
 const LEAST: f64 = 1e-100;
 /// Smallest Z given to a rod on the axis.
 const SMALLEST: f64 = 1e-90;
-/// Largest push -P of the chart, beyond that of the first fold, 36.21. At 4 pi^2 the end is parallel to the
-/// clamp for every shape.
+/// Largest push -P of the chart, beyond that of the first fold, 36.21. At 4 pi^2 the end is parallel to the clamp for
+/// every shape.
 const MOST_PUSH: f64 = 38.0;
-/// Amplitude w at which lam^2 is about that push.
+/// Amplitude w at which lam^2 is about [`MOST_PUSH`].
 const MOST_W: f64 = 6.1;
 
-/// Pull P = -lam^2 at the first fold of the straight rod, and pull at which a rod that leaves this fold
-/// lands. Both shapes have (1 - x)/y^2 = 0.734496396.
+/// Pull P = -lam^2 at the first fold of the straight rod, and pull at which a rod that leaves this fold lands. Both
+/// shapes have (1 - x)/y^2 = 0.734496396.
 const FOLD: f64 = -36.211_401_677_2;
 const LANDING: f64 = -9.436_451_114_8;
 /// Newton steps from [`LANDING`]; the guess is wrong by Z^2.
@@ -92,8 +92,8 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
         }
         j += 1;
     }
-    // The coefficient of P^j needs that of P^(j-1) in the next moment: after TERMS moments no coefficient is
-    // left to matter.
+    // The coefficient of P^j needs that of P^(j-1) in the next moment: after TERMS moments no coefficient is left to
+    // matter.
     let mut above = [0.0; TERMS];
     let mut k = ORDER + TERMS;
     while k > 0 {
@@ -117,8 +117,8 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
     table
 }
 
-/// Factor g = 2 P/(cosh b - 1) of the cross force at the tip, G = g Z, the moments M_0 .. M_8, and the
-/// derivatives of all by P.
+/// Factor g = 2 P/(cosh b - 1) of the cross force at the tip, G = g Z, the moments M_0 .. M_8, and the derivatives of
+/// all by P.
 pub(super) struct Moments {
     pub g: f64,
     pub m: [f64; ORDER + 1],
@@ -185,8 +185,8 @@ fn sum(weights: &[f64; 4], u: f64, f: impl Fn(usize) -> (f64, f64)) -> [f64; 3] 
     [value, by_u, by_pull]
 }
 
-/// Pull P = sigma sqrt(1 + sigma^2) and the root. P is linear in sigma for small pulls; sigma tends to lam
-/// for taut rods.
+/// Pull P = sigma sqrt(1 + sigma^2) and the root. P is linear in sigma for small pulls; sigma tends to lam for taut
+/// rods.
 #[inline]
 fn pull_of(sigma: f64) -> (f64, f64) {
     let root = (1.0 + sigma * sigma).sqrt();
@@ -293,13 +293,13 @@ pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
     })
 }
 
-/// Landing of a rod that leaves the first fold next to the straight rod at `q` = (p, w); `None` if `q` is no
-/// such point.
+/// Landing of a rod that leaves the first fold next to the straight rod at `q` = (p, w); `None` if `q` is no such
+/// point.
 ///
-/// Close to the straight rod the energy is the quadratic form of theta', and the fixed end restricts theta to
-/// a plane and a sphere. Such a form has at most one local minimum besides the global one, so the landing is
-/// the other stable rod with this end. Its (1 - x, y) is that of the fold to full relative accuracy, and its
-/// pull is [`LANDING`] up to terms of order Z^2.
+/// Close to the straight rod the energy is the quadratic form of theta', and the fixed end restricts theta to a plane
+/// and a sphere. Such a form has at most one local minimum besides the global one, so the landing is the other stable
+/// rod with this end. Its (1 - x, y) is that of the fold to full relative accuracy, and its pull is [`LANDING`] up to
+/// terms of order Z^2.
 pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     let fold_side = side(q[0], q[1])?;
     let fold = from_amplitude(q[0], q[1]);
@@ -329,8 +329,8 @@ pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     Some(Rod::new(side.value() * q[0], q[1])?.tip[0])
 }
 
-/// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets Z
-/// = SMALLEST.
+/// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets
+/// Z = SMALLEST.
 pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     let height = across.abs();
     let sigma = sigma_of(pull);
@@ -346,8 +346,8 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     Vector2::new(sigma * side.value(), ln_z)
 }
 
-/// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a
-/// push or Z beyond [`SLIGHT`].
+/// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a push or Z
+/// beyond [`SLIGHT`].
 ///
 /// In the axes of the tip's tangent, at the angle 2 atan Z, the load is (P l^2, g Z l^2).
 pub(super) fn pulled(load: &Vector2<f64>) -> Option<f64> {
@@ -381,8 +381,7 @@ pub(super) fn holds(side: Sign, q: &Vector2<f64>) -> bool {
     pull > -MOST_PUSH && z > LEAST && largest(pull, z) < LARGEST
 }
 
-/// Side of the straight rod on which (p, w) lies, if a motion should enter this chart there; `None`
-/// otherwise.
+/// Side of the straight rod on which (p, w) lies, if a motion should enter this chart there; `None` otherwise.
 pub(super) fn side(p: f64, w: f64) -> Option<Sign> {
     if !(w < MOST_W && p != 0.0) {
         return None;
@@ -426,8 +425,8 @@ pub(super) fn from_amplitude(p: f64, w: f64) -> Vector2<f64> {
 
 /// Amplitude chart point (p, w) of the rod (+-sigma, ln Z).
 ///
-/// In polar coordinates the force at the tip is P + i G = -lam^2 exp(-i psi), hence sinh p = tan(psi/2). At
-/// the clamp kap sin w = theta'(0)/(2 lam) and kap cos w = sin(psi/2 - theta(1)/2).
+/// In polar coordinates the force at the tip is P + i G = -lam^2 exp(-i psi), hence sinh p = tan(psi/2). At the clamp
+/// kap sin w = theta'(0)/(2 lam) and kap cos w = sin(psi/2 - theta(1)/2).
 pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
     let z = q[1].exp();
     let (pull, _) = pull_of(side.value() * q[0]);
@@ -470,8 +469,8 @@ mod tests {
         (a - b).abs() <= tolerance * b.abs()
     }
 
-    /// Catches a wrong moment, series or change of chart. Taut, slack, pushed and folding rods of every size
-    /// agree with the amplitude chart, the round trip is exact to rounding, and the sign of det is kept.
+    /// Catches a wrong moment, series or change of chart. Taut, slack, pushed and folding rods of every size agree
+    /// with the amplitude chart, the round trip is exact to rounding, and the sign of det is kept.
     #[test]
     fn the_charts_agree() {
         let pulls = [
@@ -544,8 +543,7 @@ mod tests {
         }
     }
 
-    /// Catches a wrong beam: the end, the forces and the softening of deflected rods are the limits of the
-    /// chart.
+    /// Catches a wrong beam: the end, the forces and the softening of deflected rods are the limits of the chart.
     #[test]
     fn the_beam_is_the_limit_of_the_chart() {
         for pull in [-18.0_f64, -4.0, -1.0, 1e-3, 2.9, 40.0, 1e4] {
@@ -566,8 +564,8 @@ mod tests {
         assert!(held(-19.5).is_none());
     }
 
-    /// Catches a landing on the fold's own twin: on every scale the rod lands on the other side at the same
-    /// end, and releases energy.
+    /// Catches a landing on the fold's own twin: on every scale the rod lands on the other side at the same end, and
+    /// releases energy.
     #[test]
     fn rods_next_to_the_straight_one_land_on_the_other_side() {
         for kap in [1e-40, 1e-8, -1e-4, 2e-3] {

@@ -8,16 +8,15 @@ use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::FRAC_PI_2;
 
-/// Stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2. `None` is the
-/// straight rod: the load lies along it and pulls, or pushes with less than Euler's pi^2/4.
+/// Stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2. `None` is the straight
+/// rod: the load lies along it and pulls, or pushes with less than Euler's pi^2/4.
 ///
-/// The force of the rod on the mass is -load, so that lambda = |load|^(1/2) and alpha is the direction of
-/// -load: one equation for p. The stable solution leans to the side of the load and has no inflection, 0 < w
-/// < pi/2.
+/// The force of the rod on the mass is -load, so that lambda = |load|^(1/2) and alpha is the direction of -load: one
+/// equation for p. The stable solution leans to the side of the load and has no inflection, 0 < w < pi/2.
 ///
 /// # Errors
-/// A load that is not finite or has lambda beyond 340, or 1.2e5 EI/L^2; a push along the rod beyond Euler's
-/// load, under which the rod may buckle to either side.
+/// A load that is not finite or has lambda beyond 340, or 1.2e5 EI/L^2; a push along the rod beyond Euler's load,
+/// under which the rod may buckle to either side.
 pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let lambda = load.norm().sqrt();
     if !(lambda <= LAMBDA_MOST) {
@@ -41,8 +40,8 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
                 ),
         ));
     }
-    // Directions of loads are known to rounding. Beyond Euler's load the rounding error selects the side to
-    // which the rod buckles.
+    // Directions of loads are known to rounding. Beyond Euler's load the rounding error selects the side to which the
+    // rod buckles.
     if (load.y.abs() <= ALONG * load.x.abs() && !buckles) || lambda == 0.0 {
         return Ok(None);
     }
@@ -75,12 +74,12 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         })
 }
 
-/// Stable shape of the rod at rest under `load` on its mass and its own weight, to first order in the weight,
-/// as in motions of a [`LightRod`]. `load` is in the axes of the world. `frame` is the clamp; `None` stands
-/// for the origin and the axes of the world.
+/// Stable shape of the rod at rest under `load` on its mass and its own weight, to first order in the weight, as in
+/// motions of a [`LightRod`]. `load` is in the axes of the world. `frame` is the clamp; `None` stands for the origin
+/// and the axes of the world.
 ///
-/// Near the straight rod only the weight across it counts. The weight is ignored where motions do not follow
-/// the rod's mass, as under a strong pull.
+/// Near the straight rod only the weight across it counts. The weight is ignored where motions do not follow the
+/// rod's mass, as under a strong pull.
 ///
 /// # Errors
 /// As [`settled`]; no convergence, for rods that are not light.
@@ -142,8 +141,8 @@ pub fn settled_with(
     }
 }
 
-/// Rest shape of a nearly straight rod: the weight across it changes with the deflection, the pull is that of
-/// the load.
+/// Rest shape of a nearly straight rod: the weight across it changes with the deflection, the pull is that of the
+/// load.
 fn slightly_bent(
     rod: &LightRod,
     frame: Option<&Frame<2>>,
@@ -176,23 +175,22 @@ fn unfound() -> Error {
     )
 }
 
-/// Fraction of a cantilever's weight that bends it as far if concentrated at the end.
+/// Fraction of a cantilever's weight that, concentrated at the end, deflects the end as far: 3/8.
 const SHARE: f64 = 0.375;
-/// Newton's method: most steps, and in parts of the load the finite difference, the step that counts as
-/// rounding, and the largest step due to noise.
+/// Newton's method: most steps, and in parts of the load the finite difference, the step that counts as rounding, and
+/// the largest step due to noise.
 const STEPS: usize = 40;
 const DIFFERENCE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-12;
 const NOISE: f64 = 1e-7;
-/// 1 - x below which the model of the nearly straight rod is the fallback (its error is of order 1 - x), and
-/// below which it is required: the general inertia drowns in rounding.
+/// 1 - x below which the model of the nearly straight rod is the fallback (its error is of order 1 - x), and below
+/// which it is required: the general inertia drowns in rounding.
 const SLIGHT: f64 = 1e-5;
 const HAIR: f64 = 1e-8;
 /// Ratio of cross load to axial load below which the load lies along the rod.
 const ALONG: f64 = 4.0 * f64::EPSILON;
 /// Largest lambda: for stronger loads the chart serves only rods that are taut all along.
 const LAMBDA_MOST: f64 = 340.0;
-/// Least p of the search, and the excess of its largest p over lambda, enough for loads along the rod to
-/// rounding.
+/// Least p of the search, and the excess of its largest p over lambda, enough for loads along the rod to rounding.
 const LEAST_P: f64 = 1e-150;
 const MOST_P: f64 = 700.0;

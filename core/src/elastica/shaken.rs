@@ -5,9 +5,8 @@
 //! ```text
 //! psi = k/2 + (f - N) c,   dpsi/dN = (f - N) c',   E = y^2 e,   period = y int sqrt(2) dc/sqrt(e - psi)
 //! ```
-//! The inner pull lies near -20.19, where the rod buckles with its end on the axis, and the outer one grows
-//! as e^2. The integrals therefore run over x = ln(N + 20.19), by a Gauss rule that absorbs both turning
-//! points.
+//! The inner pull lies near -20.19, where the rod buckles with its end on the axis, and the outer one grows as e^2.
+//! The integrals therefore run over x = ln(N + 20.19), by a Gauss rule that absorbs both turning points.
 
 use super::beam::{BUCKLED, Beam, MOST_HELD};
 use super::near;
@@ -16,8 +15,8 @@ use crate::solve::roots::chandrupatla;
 use nalgebra::Vector2;
 use std::f64::consts::{PI, SQRT_2};
 
-/// Least excess of e over the minimum of psi, relative to 1 + the minimum, for averaging: weaker shaking
-/// loses digits of e - psi.
+/// Least excess of e over the minimum of psi, relative to 1 + the minimum, for averaging: weaker shaking loses digits
+/// of e - psi.
 const STRONG: f64 = 1e-6;
 /// Quadrature points: a constant, and their growth with ln(N + 20.19) over the turn.
 const POINTS: [f64; 2] = [40.0, 4.0];
@@ -29,8 +28,7 @@ fn level(beam: &Beam, load: f64) -> f64 {
     beam.stored + load * beam.shortening
 }
 
-/// Turn with the inner turning point q; `None` where the rod does not push at q, or where the shaking is
-/// weak.
+/// Turn with the inner turning point q; `None` where the rod does not push at q, or where the shaking is weak.
 pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
     let rod = near::point(side, q)?;
     let height = rod.pose[1] * side.value();
@@ -98,8 +96,8 @@ fn turning(beyond: &impl Fn(f64) -> f64, from: f64, way: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// 1 - x, stored energy and cross force over the height, of the rod under a pull with its end at this
-    /// height. From the chart, not from the beam.
+    /// 1 - x, stored energy and cross force over the height, of the rod under a pull with its end at this height.
+    /// From the chart, not from the beam.
     fn bent(pull: f64, height: f64) -> [f64; 3] {
         let q = near::deflected(Sign::Plus, pull, height);
         let at = near::point(Sign::Plus, &q).unwrap();
@@ -107,8 +105,8 @@ mod tests {
         [inward, at.energy, -at.force[1] / height]
     }
 
-    /// Catches a wrong period or average. Reference: integrals over the distance 1 - x, of energies and
-    /// forces from the chart.
+    /// Catches a wrong period or average. Reference: integrals over the distance 1 - x, of energies and forces from
+    /// the chart.
     #[test]
     fn turns_are_those_of_the_chart() {
         let height = 1e-8;
@@ -149,8 +147,8 @@ mod tests {
         }
     }
 
-    /// Catches digits lost where the end is almost on the axis: there the body bounces off a wall and falls
-    /// under a constant push.
+    /// Catches digits lost where the end is almost on the axis: there the body bounces off a wall and falls under a
+    /// constant push.
     #[test]
     fn on_the_axis_the_body_bounces_like_a_ball() {
         for load in [0.0, 7.0, -4.0] {

@@ -1,10 +1,10 @@
 //! Stable equilibria over the disc: number and energy at each end position.
 //!
-//! The stable region of the chart lies below the first fold curve, and det d(x, y)/d(p, w) has one sign on
-//! it. Its border maps to the image of the first fold curve, to the point (1, 0) (kap = 0 and lam = 0) and,
-//! for p -> +-infinity, twice round the rim: a taut rod points anywhere once with kap > 0 and once with kap <
-//! 0. The number of stable equilibria at a point is the degree of the map there. It is 2 less the winding
-//! number about the point of the fold curve's image, run along with p.
+//! The stable region of the chart lies below the first fold curve, and det d(x, y)/d(p, w) has one sign on it. Its
+//! border maps to the image of the first fold curve, to the point (1, 0) (kap = 0 and lam = 0) and, for
+//! p -> +-infinity, twice round the rim: a taut rod points anywhere once with kap > 0 and once with kap < 0. The
+//! number of stable equilibria at a point is the degree of the map there. It is 2 less the winding number about the
+//! point of the fold curve's image, run along with p.
 
 use super::atlas::{GridPoint, P_TOP, SPACING, refined, spread};
 use super::chart::ChartPoint;
@@ -15,7 +15,7 @@ use crate::error::Result;
 
 /// Largest lam of the exhaustive search at grid points where the raster is in doubt.
 const LAMBDA_MAX: f64 = 20.0;
-/// Radius beyond which energies are not sampled: they grow without bound at the rim.
+/// Radius of the region sampled; energies grow without bound at the rim.
 const RIM: f64 = 0.985;
 /// The range of p that holds the cusps of a fold curve.
 const CUSPS: (f64, f64) = (0.05, 8.0);
@@ -95,8 +95,7 @@ impl StableRegion {
         for &b in &self.polygon {
             if (a[1] > y) != (b[1] > y) {
                 let side = (b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1]);
-                // Upward sides to the right of (x, y) count -1, downward ones +1, since the curve is run in
-                // reverse.
+                // Winding number: sides left of (x, y) that cross its horizontal line count -1 upward, +1 downward.
                 if b[1] > a[1] && side < 0.0 {
                     turns -= 1;
                 } else if b[1] < a[1] && side > 0.0 {
@@ -108,8 +107,8 @@ impl StableRegion {
         (2 - turns).max(0) as usize
     }
 
-    /// Energies of the two lowest stable equilibria on n x n points of the square [-1, 1]^2, row by row from
-    /// y = -1; NaN where none exists, and beyond |r| = 0.985.
+    /// Energies of the two lowest stable equilibria on n x n points of the square [-1, 1]^2, row by row from y = -1;
+    /// NaN where none exists, and beyond |r| = 0.985.
     ///
     /// # Errors
     /// As [`equilibria_at`], which decides where the raster is in doubt, close to folds.
@@ -262,8 +261,8 @@ impl Raster {
     }
 }
 
-/// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it leaves the neighbourhood of
-/// the start or the stable region.
+/// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it leaves the neighbourhood of the
+/// start or the stable region.
 fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
     let mut q = start;
     for _ in 0..12 {

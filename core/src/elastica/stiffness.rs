@@ -15,12 +15,11 @@ pub struct EndStiffness {
     pub matrix: Matrix2<f64>,
     /// d(p, w)/d(x, y).
     pub chart: Matrix2<f64>,
-    /// det K, of full relative accuracy also near the straight rod, which is stiffer along itself by
-    /// 1/kappa^2.
+    /// det K, of full relative accuracy also near the straight rod, which is stiffer along itself by 1/kappa^2.
     pub determinant: f64,
 }
 
-/// Ratio of the chart's determinant to its terms below which it is zero to rounding.
+/// Bound of |det| relative to its terms, for the chart's Jacobian: smaller values are zero to rounding.
 const SINGULAR: f64 = 1e-12;
 
 /// Derivative df/d(p, w), f the force of the rod on its end.
@@ -36,13 +35,13 @@ pub fn force_by_chart(at: &ChartPoint) -> Matrix2<f64> {
 }
 
 impl EndStiffness {
-    /// Stiffness at the chart point (p, w), by exact derivatives of the closed form. The relative error of
-    /// the principal stiffnesses is rounding over the distance from the next fold, and over |kappa| near the
-    /// straight rod.
+    /// Stiffness at the chart point (p, w), by exact derivatives of the closed form. The relative error of the
+    /// principal stiffnesses is rounding over the distance from the next fold, and over |kappa| near the straight
+    /// rod.
     ///
     /// # Errors
-    /// A fold, where the stiffness is infinite along one direction; a rod straight to rounding, which is
-    /// rigid along itself.
+    /// A fold, where the stiffness is infinite along one direction; a rod straight to rounding, which is rigid along
+    /// itself.
     pub fn at(p: f64, w: f64) -> Result<Self> {
         let at = ChartPoint::new(p, w);
         let [a, b] = [at.column_p, at.column_w].map(Vector2::from);
@@ -85,9 +84,8 @@ impl EndStiffness {
     }
 }
 
-/// Stiffness of the straight rod's end across the rod, under the pull N (a push: N < 0): N b/(b - tanh b),
-/// b^2 = N. Evaluated by the continued fraction of tanh, which keeps its digits through N = 0; it vanishes at
-/// Euler's load.
+/// Stiffness of the straight rod's end across the rod, under the pull N (a push: N < 0): N b/(b - tanh b), b^2 = N.
+/// Evaluated by the continued fraction of tanh, which keeps its digits through N = 0; it vanishes at Euler's load.
 pub fn across(pull: f64) -> f64 {
     let terms = 20 + pull.abs().sqrt() as usize;
     let tail = (2..terms)
@@ -96,8 +94,8 @@ pub fn across(pull: f64) -> f64 {
     pull + 3.0 + tail
 }
 
-/// Morse index of the straight rod with a free end under the pull N: the number of Euler's loads (k - 1/2)^2
-/// pi^2 below the push.
+/// Morse index of the straight rod with a free end under the pull N: the number of Euler's loads (k - 1/2)^2 pi^2
+/// below the push.
 pub fn straight_index(pull: f64) -> usize {
     if pull >= -EULER {
         return 0;

@@ -1,13 +1,13 @@
 //! Nearly straight rods, by their end force and the deflection of their end.
 //!
-//! The chart (p, w) collapses onto the straight rod: p = 0 holds it under every push, p -> +-infinity under
-//! every pull. The coordinates here are the pull N along the clamp's axis and the deflection y of the end. In
-//! them the neighbours of the straight rod are smooth through N = 0. The rod solves
+//! The chart (p, w) collapses onto the straight rod: p = 0 holds it under every push, p -> +-infinity under every
+//! pull. The coordinates here are the pull N along the clamp's axis and the deflection y of the end. In them the
+//! neighbours of the straight rod are smooth through N = 0. The rod solves
 //! ```text
 //! theta'' = N sin theta - F cos theta,   theta(0) = 0,   theta'(1) = 0,   int_0^1 sin theta ds = y
 //! ```
-//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5 (theory 2.3). Units:
-//! length 1, bending stiffness 1.
+//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5 (theory
+//! 2.3). Units: length 1, bending stiffness 1.
 
 use super::chart::Integrals;
 use crate::error::{Error, Message, Quantity};
@@ -75,8 +75,8 @@ impl AlmostStraight {
         }
     }
 
-    /// Rod under the pull `pull` > -[`EULER`] with its end at the height `y`, by Newton's method from the
-    /// straight rod; `None` if y is too large for convergence.
+    /// Rod under the pull `pull` > -[`EULER`] with its end at the height `y`, by Newton's method from the straight
+    /// rod; `None` if y is too large for convergence.
     pub fn at(&self, pull: f64, y: f64) -> Option<Bent> {
         let (theta, across) = self.solved(pull, y)?;
         Some(self.bent(pull, across, &theta))
@@ -115,7 +115,7 @@ impl AlmostStraight {
                 return None;
             }
         }
-        // Newton's method ends at rounding; this checks that the angle has stayed small.
+        // Newton's method ends at rounding: check only that the angle has stayed small.
         (theta.amax() < 1.0).then_some((theta, across))
     }
 
@@ -144,10 +144,9 @@ impl AlmostStraight {
 impl Bent {
     /// Amplitude chart point (p, w).
     ///
-    /// The first integral of the rod's equation gives kap sin w = theta'(0)/(2 lam) and kap cos w =
-    /// -sin(alpha/2), alpha the direction of the force on the body. Under a push p follows from kap =
-    /// sin((theta(1) - alpha)/2). Under a pull this angle is nearly a right one, and p is found from lam(p,
-    /// w) = lam.
+    /// The first integral of the rod's equation gives kap sin w = theta'(0)/(2 lam) and kap cos w = -sin(alpha/2),
+    /// alpha the direction of the force on the body. Under a push p follows from kap = sin((theta(1) - alpha)/2).
+    /// Under a pull this angle is nearly a right one, and p is found from lam(p, w) = lam.
     pub fn chart(&self) -> [f64; 2] {
         let lam = self.across.hypot(self.pull).sqrt();
         let alpha = (-self.across).atan2(-self.pull);
@@ -176,8 +175,8 @@ mod tests {
     use super::*;
     use crate::elastica::Equilibrium;
 
-    /// Catches a wrong branch of p or w, and a digit lost in the change of chart. Pulled, pushed and free
-    /// rods, bent from y = 1e-120 up, must have the same end and force in the closed form.
+    /// Catches a wrong branch of p or w, and a digit lost in the change of chart. Pulled, pushed and free rods, bent
+    /// from y = 1e-120 up, must have the same end and force in the closed form.
     #[test]
     fn bent_rods_are_where_the_closed_form_has_them() {
         for pull in [-2.3, -1.0, -1e-3, 0.0, 1e-9, 0.3, 5.0, 60.0, 700.0] {

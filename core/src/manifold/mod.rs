@@ -14,8 +14,8 @@ pub use rod_mass::{Across, Bending, Deflected, Felt, RodMass};
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};
 
-/// Load lambda = sqrt(tension L^2/B) above which a rod that is bent only at its ends counts as taut: a body
-/// that it turns round there bounces.
+/// Load lambda = sqrt(tension L^2/B) above which a rod that is bent only at its ends counts as taut: a body that it
+/// turns round there bounces.
 pub const TAUT: f64 = 20.0;
 
 /// Rounding of an energy in closed form, relative to its size.
@@ -54,7 +54,7 @@ pub struct Sheet {
     pub sign: Sign,
 }
 
-/// + or -.
+/// Sign, + or -.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Sign {
@@ -105,8 +105,8 @@ pub enum Patch {
     Near(Sign),
 }
 
-/// Rod at a state onto which its chart collapses: it holds the body along a line and bends across it. Under
-/// the small deflection y the end moves back by shortening y^2, against the cross force stiffness y.
+/// Rod at a state onto which its chart collapses: it holds the body along a line and bends across it. Under the small
+/// deflection y the end moves back by shortening y^2, against the cross force stiffness y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held<const N: usize> {
     /// Pose at the state.
@@ -123,9 +123,9 @@ pub struct Held<const N: usize> {
     pub softening: f64,
 }
 
-/// One turn of a body of mass 1 that shakes along the line on which a state holds it, from one inner turning
-/// point to the next. The chart collapses onto this state. The small deflection y and the load along the line
-/// are fixed. Averages are over time.
+/// One turn of a body of mass 1 that shakes along the line on which a state holds it, from one inner turning point to
+/// the next. The chart collapses onto this state. The small deflection y and the load along the line are fixed.
+/// Averages are over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaken {
     /// Duration of the turn, which grows as the root of the body's mass.
@@ -157,8 +157,8 @@ pub trait EquilibriumManifold<const N: usize> {
     /// `q` outside the chart.
     fn index(&self, q: &SVector<f64, N>) -> Result<usize>;
 
-    /// Difference from the pose of `at` to `pose`, in the coordinates of the Jacobian's rows: a subtraction,
-    /// unless poses hold rotations.
+    /// Difference from the pose of `at` to `pose`, in the coordinates of the Jacobian's rows: a subtraction, unless
+    /// poses hold rotations.
     fn gap(&self, at: &ManifoldPoint<N>, pose: &SVector<f64, N>) -> SVector<f64, N> {
         pose - at.pose
     }
@@ -169,13 +169,13 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// The sheet on which `q` lies.
     fn sheet(&self, q: &SVector<f64, N>) -> Sheet;
 
-    /// Load lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces;
-    /// `None` otherwise, and in models without a taut state.
+    /// Load lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; `None`
+    /// otherwise, and in models without a taut state.
     fn tautness(&self, _patch: Patch, _q: &SVector<f64, N>) -> Option<f64> {
         None
     }
 
-    /// Chart in which a motion that has come to `q` in `patch` should go on.
+    /// Chart for the continuation of a motion that has come to `q` in `patch`.
     fn better_patch(&self, _patch: Patch, _q: &SVector<f64, N>) -> Patch {
         Patch::Global
     }
@@ -191,32 +191,32 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         self.point(q)
     }
 
-    /// Evaluator of `patch` at eight places at once, with places and forces as good as `error`; `None` if the
-    /// chart has none.
+    /// Evaluator of `patch` at eight places at once, with places and forces as good as `error`; `None` if the chart
+    /// has none.
     fn eightfold(&self, _patch: Patch, _error: f64) -> Option<Box<dyn Eightfold<N> + Send>> {
         None
     }
 
-    /// Direction along which a body shakes near the state that `patch` surrounds, so fast that the motion is
-    /// averaged over many turns; `None` in other charts, and in models without such a state.
+    /// Direction along which a body shakes near the state that `patch` surrounds, so fast that the motion is averaged
+    /// over many turns; `None` in other charts, and in models without such a state.
     fn shaking(&self, _patch: Patch) -> Option<SVector<f64, N>> {
         None
     }
 
-    /// Turn of a body near the state that `patch` surrounds, with the inner turning point `q`, under `load`
-    /// along the direction of [`Multivalued::shaking`]; `None` where the turn has no closed form.
+    /// Turn of a body near the state that `patch` surrounds, with the inner turning point `q`, under `load` along the
+    /// direction of [`Multivalued::shaking`]; `None` where the turn has no closed form.
     fn shaken(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<Shaken> {
         None
     }
 
-    /// Rod under a pull along the line at a state onto which the chart collapses, if stable; `None` in models
-    /// without one.
+    /// Rod under a pull along the line at a state onto which the chart collapses, if stable; `None` in models without
+    /// one.
     fn held(&self, _pull: f64) -> Option<Held<N>> {
         None
     }
 
-    /// Chart and point of the rod under `pull` with the small deflection `across`, where
-    /// [`Multivalued::held`] is Some.
+    /// Chart and point of the rod under `pull` with the small deflection `across`, where [`Multivalued::held`] is
+    /// Some.
     fn beside(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
         None
     }
@@ -235,15 +235,15 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// A pose that no equilibrium has, or a search that could not be completed.
     fn stable_at(&self, pose: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>>;
 
-    /// The one stable equilibrium beside the fold `q` at its pose, if `q` determines it better than the
-    /// digits of the pose do.
+    /// The one stable equilibrium beside the fold `q` at its pose, if `q` determines it better than the digits of the
+    /// pose do.
     fn only_landing(&self, _q: &SVector<f64, N>) -> Option<SVector<f64, N>> {
         None
     }
 
-    /// Every equilibrium on which a rod that leaves the fold `q` with its end held can come to rest. These
-    /// are the stable ones at the pose of the fold with no more energy than it, the fold itself excluded,
-    /// lowest energy first.
+    /// Every equilibrium on which a rod that leaves the fold `q` with its end held can come to rest. These are the
+    /// stable ones at the pose of the fold with no more energy than it, the fold itself excluded, lowest energy
+    /// first.
     ///
     /// # Errors
     /// As [`Multivalued::stable_at`].
@@ -263,8 +263,8 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         Ok(stable)
     }
 
-    /// Landing of a rod that leaves the equilibrium `q` (a fold, or unstable) with its body held, in the
-    /// chart direction `leaving`: the fast viscous layer.
+    /// Landing of a rod that leaves the equilibrium `q` (a fold, or unstable) with its body held, in the chart
+    /// direction `leaving`: the fast viscous layer.
     ///
     /// # Errors
     /// A layer that does not settle.

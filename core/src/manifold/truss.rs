@@ -85,8 +85,8 @@ impl Truss {
         1.0 + 2.0 * self.bars / self.spring * (1.0 - self.length / a.hypot(1.0).powi(3))
     }
 
-    /// Root a >= f (a >= 0 without folds) of z(a) = z, if z is not below this sheet. On the sheet z(a) grows,
-    /// and z(a) >= a beyond h, which brackets the root.
+    /// Root a >= f (a >= 0 without folds) of z(a) = z, if z is not below this sheet. On the sheet z(a) grows, and
+    /// z(a) >= a beyond h, which brackets the root.
     fn upper(&self, z: f64) -> Option<f64> {
         let (low, high) = (self.fold.unwrap_or(0.0), self.height.max(z));
         let off = |a: f64| self.pose(a) - z;

@@ -4,8 +4,8 @@ use std::fmt;
 
 /// An argument outside the set where the function has a finite value.
 ///
-/// Small and `Copy`, so that a checked kernel costs nothing more. Converts into the library's
-/// [`crate::Error`], for which [`crate::Error::is_domain`] is then true.
+/// Small and `Copy`, so that a checked kernel costs nothing more. Converts into the library's [`crate::Error`], for
+/// which [`crate::Error::is_domain`] is then true.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomainError {
     /// Name of the function called.

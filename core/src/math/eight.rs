@@ -1,13 +1,12 @@
 //! Numbers at the eight nodes of a Gauss rule, processed at once.
 //!
-//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are
-//! avoided.
+//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are avoided.
 
 use super::real::Real;
 use pulp::Simd;
 use std::ops::{Add, Mul, Sub};
 
-/// Nodes of the Gauss rule on [-1, 1] and its weights there.
+/// Nodes and weights of the Gauss rule on [-1, 1].
 const NODES: [f64; 8] = [
     -0.960_289_856_497_536_3,
     -0.796_666_477_413_626_7,
@@ -141,8 +140,8 @@ pub(crate) struct Extension<S: Simd> {
 }
 
 impl<S: Simd> Extension<S> {
-    /// Interpolation to a step that starts `from` lengths of the first step after its start, and is `ratio`
-    /// times as long.
+    /// Interpolation to a step that starts `from` lengths of the first step after its start, and is `ratio` times as
+    /// long.
     #[inline(always)]
     pub fn new(simd: S, from: f64, ratio: f64) -> Self {
         let x = Eight::of(simd, NODES) * ratio + Eight::all(simd, 2.0 * from + ratio - 1.0);
@@ -179,8 +178,8 @@ impl<S: Simd> Extension<S> {
     }
 }
 
-/// An operation on the registers that hold eight numbers, written out for one register and for two. The
-/// kernels consist of hundreds of such operations, and a loop for each would dominate the compile time.
+/// An operation on the registers that hold eight numbers, written out for one register and for two. The kernels
+/// consist of hundreds of such operations, and a loop for each would dominate the compile time.
 macro_rules! of_registers {
     ($x:ident in $to:expr $(, $y:ident in $other:expr)* => $result:expr) => {{
         let (at, _) = S::as_mut_simd_f64s(&mut $to);

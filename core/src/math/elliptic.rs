@@ -462,8 +462,8 @@ impl Amplitude {
         if !phi.is_finite() {
             return Err(fault(name, "phi", phi, "finite"));
         }
-        // The standard library reduces sine and cosine by all the digits of pi that phi needs. Only the count
-        // of periods is computed here, and its rounding is corrected by their signs: cos(phi - n pi) >= 0.
+        // The standard library reduces sine and cosine by all the digits of pi that phi needs. Only the count of
+        // periods is computed here, and its rounding is corrected by their signs: cos(phi - n pi) >= 0.
         let (s, c) = phi.sin_cos();
         let (mut periods, mut parity) = (0.0, 1.0);
         if phi.abs() > FRAC_PI_2 {
@@ -552,7 +552,7 @@ fn check_carlson(name: &'static str, arguments: [f64; 3]) -> Result<(), DomainEr
     Ok(())
 }
 
-/// `result`, or the error that it is too large for an f64.
+/// `result`, or an error if the result is too large for an f64.
 #[inline]
 fn finite(
     name: &'static str,

@@ -1,9 +1,8 @@
 //! Products of small matrices whose sizes are known to the compiler, written out.
 //!
-//! nalgebra's operators go through general kernels, column by column. Without full optimisation these are
-//! calls. For matrices of this size a call costs more than its products: a fifth of the time of a
-//! viscoelastic rod in space went into them. The loops here use plain counters, since iterator adapters are
-//! calls there, too.
+//! nalgebra's operators go through general kernels, column by column. Without full optimisation these are calls. For
+//! matrices of this size a call costs more than its products: a fifth of the time of a viscoelastic rod in space went
+//! into them. The loops here use plain counters, since iterator adapters are calls there, too.
 
 use nalgebra::{Complex, ComplexField, SMatrix};
 

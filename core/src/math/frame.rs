@@ -6,8 +6,8 @@ use nalgebra::{
     Vector2, Vector3,
 };
 
-/// Moving frame at one moment, for quantities of `D` components. Positions x, velocities v and forces f are
-/// seen from the frame, along its axes.
+/// Moving frame at one moment, for quantities of `D` components. Positions x, velocities v and forces f are seen from
+/// the frame, along its axes.
 ///
 /// In the world they are c + T x, V = T (v + A x + d) and T f, and accelerations obey
 /// ```text
@@ -82,8 +82,8 @@ impl<const D: usize> Frame<D> {
         self.turn * self.swept(x, &SVector::zeros())
     }
 
-    /// Acceleration in the world, along the axes of the frame, of a point that moves at constant `v` as seen
-    /// from the frame.
+    /// Acceleration in the world, along the axes of the frame, of a point that moves at constant `v` as seen from the
+    /// frame.
     pub fn swept(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
         self.centrifugal * x + self.coriolis * v + self.acceleration
     }

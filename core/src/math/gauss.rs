@@ -28,9 +28,9 @@ impl Rule {
         }
     }
 
-    /// Matrices (integrate, modes) for the values f of a function at the nodes. (integrate f)_i is the
-    /// integral from 0 to node i, and (modes f)_k is the coefficient of the Legendre polynomial P_k. Both are
-    /// exact for polynomials of degree n - 1.
+    /// Matrices (integrate, modes) for the values f of a function at the nodes. (integrate f)_i is the integral from
+    /// 0 to node i, and (modes f)_k is the coefficient of the Legendre polynomial P_k. Both are exact for polynomials
+    /// of degree n - 1.
     pub fn matrices(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let count = self.nodes.len();
         let table: Vec<Vec<f64>> = (self.centred.iter())

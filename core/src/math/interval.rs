@@ -1,5 +1,5 @@
-//! Interval arithmetic of doubles. Every operation is rounded outward by one to two units in the last place.
-//! This suffices, since IEEE 754 rounds sums, products, quotients and square roots correctly.
+//! Interval arithmetic of doubles. Every operation is rounded outward by one to two units in the last place. This
+//! suffices, since IEEE 754 rounds sums, products, quotients and square roots correctly.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -15,8 +15,8 @@ const ENTIRE: Interval = Interval {
     hi: f64::INFINITY,
 };
 
-/// Absolute part of outward rounding. Without it enclosures of zero would become subnormal numbers, which are
-/// a hundred times slower.
+/// Absolute part of outward rounding. Without it enclosures of zero would become subnormal numbers, which are a
+/// hundred times slower.
 const TINY: f64 = 1e-120;
 
 #[inline(always)]
@@ -58,8 +58,8 @@ impl Interval {
         Self::new(-x, x)
     }
 
-    /// Outward rounding: |x| epsilon is one to two units in the last place of x, and TINY more than one of
-    /// any smaller number.
+    /// Outward rounding: |x| epsilon is one to two units in the last place of x, and TINY more than one of any
+    /// smaller number.
     #[inline(always)]
     fn outward(lo: f64, hi: f64) -> Self {
         Self {

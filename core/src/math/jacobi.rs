@@ -1,10 +1,9 @@
 //! Jacobi's functions sn, cn, dn, am (and cd, sd) of a real argument, by the complementary modulus.
 //!
-//! The functions are quotients of theta functions. The nome is that of the modulus, with real v = pi u/(2K).
-//! If the complementary nome is smaller, it is used with v = pi u/(2K'), and the argument is i v (Jacobi's
-//! imaginary transformation, DLMF 22.6.1); all terms then grow like e^v. Whole periods are first taken off u,
-//! so that |v| is at most half of one. Each function keeps its *relative* accuracy, also where it is
-//! exponentially small.
+//! The functions are quotients of theta functions. The nome is that of the modulus, with real v = pi u/(2K). If the
+//! complementary nome is smaller, it is used with v = pi u/(2K'), and the argument is i v (Jacobi's imaginary
+//! transformation, DLMF 22.6.1); all terms then grow like e^v. Whole periods are first taken off u, so that |v| is at
+//! most half of one. Each function keeps its *relative* accuracy, also where it is exponentially small.
 
 use super::DomainError;
 use super::real::Real;
@@ -14,11 +13,11 @@ use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI};
 /// Bound of K, which holds even at the least kc: e^K is still a double.
 const LOG_OF_LARGEST: f64 = 709.782_712_893_384;
 
-/// sn, cn, dn and the amplitude at one argument.
-///
-/// Derivatives with respect to u: sn' = cn dn, cn' = -sn dn, dn' = -k^2 sn cn, am' = dn
-/// (DLMF 22.13.1-3, 22.16.1 ff.), and cd' = -kc^2 sd nd, sd' = cd nd with nd = 1/dn. With respect to
-/// kc at fixed u: am_kc = -dn F_kc(am), with F_kc from [`super::elliptic::incomplete`].
+/// Derivatives with respect to u: sn' = cn dn, cn' = -sn dn, dn' = -k^2 sn cn, am' = dn (DLMF 22.13.1-3, 22.16.1
+/// ff.). Also cd' = -kc^2 sd nd, sd' = cd nd with nd = 1/dn. With respect to kc at fixed u: am_kc = -dn F_kc(am),
+/// with F_kc from [`super::elliptic::incomplete`]. (DLMF 22.13.1-3, 22.16.1 ff.), and cd' = -kc^2 sd nd, sd' = cd nd
+/// with nd = 1/dn. With respect to kc at fixed u: am_kc = -dn F_kc(am), with F_kc from
+/// [`super::elliptic::incomplete`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobi {
     /// sin am, in [-1, 1].
@@ -67,8 +66,8 @@ impl Jacobi {
 /// [`DomainError`] if `u` is not finite or `kc` lies outside its set.
 ///
 /// # Accuracy
-/// Each value f is within 4 eps (|f| + |u f'(u)|): a few ulp, and the effect of a few ulp in u. For |u| far
-/// beyond 1/eps no digit is right, but the values stay in their ranges and satisfy the identities. Measured:
+/// Each value f is within 4 eps (|f| + |u f'(u)|): a few ulp, and the effect of a few ulp in u. For |u| far beyond
+/// 1/eps no digit is right, but the values stay in their ranges and satisfy the identities. Measured:
 /// docs/elliptic_accuracy.md.
 ///
 /// # Source

@@ -1,8 +1,8 @@
 //! Elliptic integrals of eight arguments at once, by arithmetic-geometric means.
 //!
-//! Every lane takes the same path: one root and two divisions a mean, some five means for any modulus, and
-//! the complete integrals at no cost. Carlson's ladder ([`super::carlson`]), which keeps every digit of every
-//! small result, takes three roots a step and more steps.
+//! Every lane takes the same path: one root and two divisions a mean, some five means for any modulus, and the
+//! complete integrals at no cost. Carlson's ladder ([`super::carlson`]), which keeps every digit of every small
+//! result, takes three roots a step and more steps.
 
 use super::eight::Eight;
 use super::real::Real;
@@ -17,8 +17,8 @@ const CLOSE: f64 = 1e-8;
 /// Integrals `int_0^x dt/D` and `int_0^x sin^2 t/D dt`, each plus `turns` times its value from 0 to pi. Here
 /// D^2 = kc^2 + (1 - kc^2) sin^2 t, |x| <= pi/2 by its sine and cosine, and `d` = D(x).
 ///
-/// Method: Bulirsch's el2 (Numer. Math. 7 (1965) 78), with the modulus 1/kc and the coefficients 0 and 1.
-/// Accuracy: rounding relative to 1 + the value; kc > 1e-150, sin x != 0.
+/// Method: Bulirsch's el2 (Numer. Math. 7 (1965) 78), with the modulus 1/kc and the coefficients 0 and 1. Accuracy:
+/// rounding relative to 1 + the value; kc > 1e-150, sin x != 0.
 #[inline(always)]
 pub(crate) fn integrals<S: Simd>(
     kc: Eight<S>,

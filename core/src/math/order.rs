@@ -2,8 +2,7 @@
 
 use nalgebra::Complex;
 
-/// Sorts a few items by a number, by insertion: the standard sort is compiled anew, at length, for every
-/// type.
+/// Sorts a few items by a number, by insertion: the standard sort is compiled anew, at length, for every type.
 pub fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
     for i in 1..items.len() {
         let mut j = i;

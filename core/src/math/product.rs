@@ -163,8 +163,8 @@ impl WithSimd for Turning<'_> {
 mod tests {
     use super::*;
 
-    /// Catches a line or a vector left out, and a half turn too many. Reference: single numbers, for sizes
-    /// with and without a remainder.
+    /// Catches a line or a vector left out, and a half turn too many. Reference: single numbers, for sizes with and
+    /// without a remainder.
     #[test]
     fn what_is_wide_is_what_is_narrow() {
         let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;

@@ -1,10 +1,10 @@
-//! Jacobi's theta functions by the smaller nome, that of the modulus or of the complementary one. Then q <=
-//! exp(-pi) = 0.0432, and four terms of each series are exact to rounding.
+//! Jacobi's theta functions by the smaller nome, that of the modulus or of the complementary one. Then
+//! q <= exp(-pi) = 0.0432, and four terms of each series are exact to rounding.
 
 use super::real::Real;
 
-/// Coefficients of the four theta functions of one nome q. With z = 2 q cos 2v for a real v and z = 2 q cosh
-/// 2|v| for an imaginary one, up to half a period |z| <= 1 or so,
+/// Coefficients of the four theta functions of one nome q. Let z = 2 q cos 2v for a real v and z = 2 q cosh 2|v| for
+/// an imaginary one; up to half a period |z| <= 1 or so. Then
 ///
 /// ```text
 /// theta_1(v) = 2 q^(1/4) (A - B) sin v     A = a0 + a2 z^2    theta_3(v) = C + D     C = c0 + c2 z^2
@@ -23,8 +23,8 @@ pub(crate) struct Nome {
     pub theta4: f64,
     /// Period factor theta_3(0)^2 = 2K/pi of the nome's modulus.
     pub period: f64,
-    /// Reciprocal of `period`, by the third mean of Gauss between 1 and the larger modulus. Its error is the
-    /// fourth power of the nome, and it needs no nome.
+    /// Reciprocal of `period`, by the third mean of Gauss between 1 and the larger modulus. Its error is the fourth
+    /// power of the nome, and it needs no nome.
     pub pace: f64,
     /// Coefficients a0, a2 and so on.
     a: [f64; 2],
@@ -34,8 +34,8 @@ pub(crate) struct Nome {
 }
 
 impl Nome {
-    /// Nome of the smaller of both moduli, given by its square, with the larger modulus. With root its square
-    /// root, (1 - root)/(1 + root) = 2 q + 2 q^9 - .. is formed without a difference (19.5.5).
+    /// Nome of the smaller of both moduli, given by its square, with the larger modulus. With root its square root,
+    /// (1 - root)/(1 + root) = 2 q + 2 q^9 - .. is formed without a difference (19.5.5).
     #[inline(always)]
     pub fn new(square: f64, large: f64) -> Self {
         let root = 1.0 + large.sqrt();

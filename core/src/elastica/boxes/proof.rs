@@ -1,10 +1,10 @@
-//! Proof of the bounds of third derivatives, by interval arithmetic over a subdivision of the whole chart
-//! region of the search (theory 2.4).
+//! Proof of the bounds of third derivatives, by interval arithmetic over a subdivision of the whole chart region of
+//! the search (theory 2.4).
 //!
-//! Over a box of (p, lam) the pendulum (s, c, D, B) is enclosed at the centre by Carlson's ladder in
-//! intervals, and around it by its rates. The Taylor coefficients of the tip to third order follow from the
-//! differential equations of the pendulum along both coordinates. The closed form of the derivatives in
-//! `curvature` is not used. A box that does not show the bounds is halved.
+//! Over a box of (p, lam) the pendulum (s, c, D, B) is enclosed at the centre by Carlson's ladder in intervals, and
+//! around it by its rates. The Taylor coefficients of the tip to third order follow from the differential equations
+//! of the pendulum along both coordinates. The closed form of the derivatives in `curvature` is not used. A box that
+//! does not show the bounds is halved.
 
 mod enclosure;
 mod series;
@@ -43,8 +43,8 @@ impl Enclosure {
         self.compare(kind, third, &tip)
     }
 
-    /// Ok if these third derivatives of 1 - x and y and the speed of |r| along p are within their bounds. The
-    /// bounds are the least over the box.
+    /// Ok if these third derivatives of 1 - x and y and the speed of |r| along p are within their bounds. The bounds
+    /// are the least over the box.
     fn compare(
         &self,
         kind: Column,
@@ -153,14 +153,14 @@ fn prove(kind: Column, whole: Place) -> usize {
     pieces
 }
 
-/// Ranges of the columns: those of ln p end a little beyond p = 1, those of p begin a little before. The
-/// search widens boxes by a quarter of their half width, which is at most 1/2, in p and in lam.
+/// Ranges of the columns: those of ln p end a little beyond p = 1, those of p begin a little before. The search
+/// widens boxes by a quarter of their half width, which is at most 1/2, in p and in lam.
 const LOG_TO: f64 = 1.15;
 const LINEAR_FROM: f64 = 0.85;
 const LEAST: f64 = LOADED - 0.25;
 const MOST: f64 = 60.25;
-/// Largest p - lam of the proof: the search's boxes begin no farther than TAUT beyond lam, and reach this far
-/// when widened.
+/// Largest p - lam of the proof: the search's boxes begin no farther than TAUT beyond lam, and reach this far when
+/// widened.
 const BEYOND: f64 = TAUT + 2.25;
 const WIDTH: f64 = 0.25;
 
@@ -172,8 +172,8 @@ fn rows() -> Vec<[f64; 2]> {
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Proves the bounds over the `part`-th of `parts` equal parts of a row, by ln p and by p; returns the
-/// numbers of pieces.
+/// Proves the bounds over the `part`-th of `parts` equal parts of a row, by ln p and by p; returns the numbers of
+/// pieces.
 fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
     let sides = [
         (Column::Log, 0.0, LOG_TO),
@@ -200,8 +200,8 @@ fn bounds_are_proven_on_a_sample() {
     }
 }
 
-/// Proof of the bounds for LEAST < lam < MOST and 0 < p < lam + BEYOND; prints the number of pieces of each
-/// row. Run: `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`.
+/// Proof of the bounds for LEAST < lam < MOST and 0 < p < lam + BEYOND; prints the number of pieces of each row. Run:
+/// `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`.
 #[test]
 #[ignore = "three minutes of one core: 14 million boxes"]
 fn all_bounds_are_proven() {
@@ -221,8 +221,8 @@ fn all_bounds_are_proven() {
     });
 }
 
-/// Catches an enclosure that misses its function: pendulum, tip and third derivatives (by differences of the
-/// closed second ones), at pseudo-random places of pseudo-random boxes.
+/// Catches an enclosure that misses its function: pendulum, tip and third derivatives (by differences of the closed
+/// second ones), at pseudo-random places of pseudo-random boxes.
 #[test]
 fn enclosures_hold_the_closed_form() {
     let mut seed = 5_u64;
@@ -301,8 +301,8 @@ fn enclosures_hold_the_closed_form() {
     }
 }
 
-/// Enclosure of det d(x, y)/d(p, lam)/kap^2 over a box, from the columns at fixed w and at fixed p in turned
-/// axes (theory 2.2). The first column is small there, and no large terms cancel.
+/// Enclosure of det d(x, y)/d(p, lam)/kap^2 over a box, from the columns at fixed w and at fixed p in turned axes
+/// (theory 2.2). The first column is small there, and no large terms cancel.
 fn fold_function(known: &Enclosure) -> I {
     let [_, kap, kc, _, _, s, c, d, b] = known.values;
     let (two, over) = (at(2.0), I::ONE / known.u);
@@ -321,8 +321,8 @@ fn fold_function(known: &Enclosure) -> I {
     (x_p - y * alpha_p) * (y_lam + x * alpha_lam) - (y_p + x * alpha_p) * (x_lam - y * alpha_lam)
 }
 
-/// Catches a fold below the start of the scan: for p < 30 none lies between lam = K, where theory 2.4 ends,
-/// and the start.
+/// Catches a fold below the start of the scan: for p < 30 none lies between lam = K, where theory 2.4 ends, and the
+/// start.
 #[test]
 fn no_fold_lies_below_the_scan() {
     let mut queue = vec![Place {

@@ -5,10 +5,10 @@
 //! dlam = lam_p dp + dw/D,        lam_p = kap (B + c s/D)
 //! dB   = B_p dp + s^2/D dw,      B_p = (kap'^2 (lam - 2B - c s/D))/kap
 //! ```
-//! by the trapezoidal rule between the two places. Its error in lam and kap B is of third order in the
-//! distance. B itself is less accurate next to the straight rod, but enters every result times kap. For
-//! places farther away, like those of the first sweeps of a step, the rule is corrected by the second
-//! derivatives at both ends. The error is then of fifth order, and later places are carried from the new one.
+//! by the trapezoidal rule between the two places. Its error in lam and kap B is of third order in the distance. B
+//! itself is less accurate next to the straight rod, but enters every result times kap. For places farther away, like
+//! those of the first sweeps of a step, the rule is corrected by the second derivatives at both ends. The error is
+//! then of fifth order, and later places are carried from the new one.
 
 use super::At;
 use crate::math::Row;
@@ -71,8 +71,8 @@ impl Base {
     }
 }
 
-/// Integrals at `q` from those at `base`, and whether `q` should become the new base; `None` if `q` is too
-/// far for an error of about `error`.
+/// Integrals at `q` from those at `base`, and whether `q` should become the new base; `None` if `q` is too far for an
+/// error of about `error`.
 #[inline(always)]
 pub(super) fn carried<S: Simd>(
     simd: S,
@@ -148,8 +148,8 @@ pub(super) fn carried<S: Simd>(
     let lam = lam + second[0].times_plus(twelfth, first[0] * 0.5);
     let b = b + second[1].times_plus(twelfth, first[1] * 0.5);
     let way = here.way(dp, dw);
-    // The derivatives at the end depend on the integrals there, predicted by the derivatives at the start;
-    // each correction gains an order.
+    // The derivatives at the end depend on the integrals there, predicted by the derivatives at the start; each
+    // correction gains an order.
     for _ in 0..2 {
         let [first, second] = here.along(&way);
         here.lam = lam + (first[0] * 0.5 - second[0] * twelfth);
@@ -166,8 +166,8 @@ const SINH: [f64; 3] = [1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0];
 const COS: [f64; 3] = [-1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0];
 const SIN: [f64; 3] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0];
 
-/// Straight way in the chart, at one of its ends: terms of the derivatives along it, besides kap and the
-/// integrals. Derivatives are by the fraction of the way, from 0 at its start to 1 at its end.
+/// Straight way in the chart, at one of its ends: terms of the derivatives along it, besides kap and the integrals.
+/// Derivatives are by the fraction of the way, from 0 at its start to 1 at its end.
 struct Way<S: Simd> {
     dp: Eight<S>,
     /// c s/D and its derivative.
@@ -286,9 +286,9 @@ mod tests {
         }
     }
 
-    /// Catches a wrong derivative: errors are of third order along short ways, of fifth along longer ones,
-    /// and no greater than the quantity that decides between them. Next to the straight rod short ways are
-    /// measured by kap B, as B enters every result times kap.
+    /// Catches a wrong derivative: errors are of third order along short ways, of fifth along longer ones, and no
+    /// greater than the quantity that decides between them. Next to the straight rod short ways are measured by kap
+    /// B, as B enters every result times kap.
     #[test]
     fn integrals_are_carried_to_their_orders() {
         for (order, decided_by, steep) in [(3, 2, true), (5, 4, true), (3, 2, false)] {

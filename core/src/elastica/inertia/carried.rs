@@ -1,10 +1,10 @@
 //! First-order inertia of the planar rod on a moving clamp.
 //!
-//! The clamp turns at the rate w and has the velocity d and the acceleration e; J is the rotation by a right
-//! angle. A section at r(t), with the velocity v seen from the clamp, has the velocity v + w J r + d along
-//! the axes of the clamp. Its acceleration there is r_tt + w' J r - w^2 r + 2 w J r_t + e. The end thus feels
-//! the force int P^T (g - acceleration) ds, and besides the power of the force at the end the clamp supplies
-//! int (acceleration - g) . (w J r + d) ds.
+//! The clamp turns at the rate w and has the velocity d and the acceleration e; J is the rotation by a right angle. A
+//! section at r(t), with the velocity v seen from the clamp, has the velocity v + w J r + d along the axes of the
+//! clamp. Its acceleration there is r_tt + w' J r - w^2 r + 2 w J r_t + e. The end thus feels the force int P^T
+//! (g - acceleration) ds, and besides the power of the force at the end the clamp supplies int (acceleration - g) .
+//! (w J r + d) ds.
 
 use super::moving::{Field, Moving, aside, cross, dot, pushed};
 use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};
@@ -136,8 +136,8 @@ impl Moving {
             by_l.dot(&drift) - turn_rate * per * l_w,
         );
         let pull = inverse.tr_mul(&swept);
-        // Power of the sections: first at constant q', then with the acceleration of the end. Terms of r_tt
-        // along r_t are left out of both.
+        // Power of the sections: first at constant q', then with the acceleration of the end. Terms of r_tt along r_t
+        // are left out of both.
         let moved = (by_p * rate[0] + by_l * rate[1]) * per;
         let turning_rate = turn_rate + spin;
         let accelerations = [

@@ -23,16 +23,16 @@ pub struct LightRod {
     pub gravity: Vector2<f64>,
 }
 
-/// Load lam below which no fold is near: the least lam of a fold is 5.766 (`folds.rs`), and this leaves room
-/// for the approach.
+/// Load lam below which no fold is near: the least lam of a fold is 5.766 (`folds.rs`), and this leaves room for the
+/// approach.
 const UNFOLDED: f64 = 4.5;
-/// Amplitude w at the clamp below which no fold is near: the first fold curve lies beyond 3. For a taut rod w
-/// is half the angle of the pull.
+/// Amplitude w at the clamp below which no fold is near: the first fold curve lies beyond 3. For a taut rod w is half
+/// the angle of the pull.
 const PULLED_OUT: f64 = 2.0;
 /// Times T_i before a fold within which the rod's mass is not followed, by the normal form.
 const CLEAR: f64 = 2.0;
-/// Sway of the softest shape, in radians, in the time left until a fold: below the first value the mass is no
-/// longer followed, above the second it is again. Near folds these are 2 T_i and 3 T_i (theory 2.8, 2.9).
+/// Sway of the softest shape, in radians, in the time left until a fold: below the first value the mass is no longer
+/// followed, above the second it is again. Near folds these are 2 T_i and 3 T_i (theory 2.8, 2.9).
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// Scale of [`RodMass::room`] near folds: multiples of the limit at which the room counts as ample.
 const AMPLE: f64 = 16.0;
@@ -152,8 +152,8 @@ impl RodMass<2> for LightRod {
             let share = m * section.weight;
             let turning = section.by_pull * at.tightening;
             let place = Vector2::new(section.s - section.shortening * y * y, section.across * y);
-            // Derivative of the section's place by the deflection, its velocity, and its acceleration less
-            // gravity at zero acceleration of the end.
+            // Derivative of the section's place by the deflection, its velocity, and its acceleration less gravity at
+            // zero acceleration of the end.
             let by = Vector2::new(-2.0 * section.shortening * y, section.across);
             let v = by * speed + Vector2::new(0.0, turning * y);
             let swept = frame.swept(&place, &v) - gravity
@@ -218,9 +218,9 @@ impl RodMass<2> for LightRod {
             return free;
         }
         let left = -0.5 * fold / falls;
-        // The sway of the rod in the time left is regular. The normal form assumes a straight run into the
-        // fold; it may give more time, on another scale. Near a fold the two agree. Where the drive vanishes
-        // for a moment neither is bounded, so the normal form does not start the following of a rod.
+        // The sway of the rod in the time left is regular. The normal form assumes a straight run into the fold; it
+        // may give more time, on another scale. Near a fold the two agree. Where the drive vanishes for a moment
+        // neither is bounded, so the normal form does not start the following of a rod.
         let clear = |fold: &Passage| {
             let inertial = CLEAR * fold.inertial(self.mass);
             (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE

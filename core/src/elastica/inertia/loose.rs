@@ -1,17 +1,17 @@
-//! First-order inertia of a nearly straight rod under a small force (lam^2 < 9), by Cartesian components of
-//! the force.
+//! First-order inertia of a nearly straight rod under a small force (lam^2 < 9), by Cartesian components of the
+//! force.
 //!
-//! (p, lam) are polar coordinates of the force F = lam^2 (cos alpha, sin alpha). Where a rod near the
-//! straight one goes over from push to pull, F passes close to 0 and alpha jumps by half a turn. The terms
-//! alpha'^2 of the accelerations are then 1e5 times as large as their sum, and the force of the rod's mass
-//! keeps two to four digits. Around F = 0 the shape is a smooth function of F,
+//! (p, lam) are polar coordinates of the force F = lam^2 (cos alpha, sin alpha). Where a rod near the straight one
+//! goes over from push to pull, F passes close to 0 and alpha jumps by half a turn. The terms alpha'^2 of the
+//! accelerations are then 1e5 times as large as their sum, and the force of the rod's mass keeps two to four digits.
+//! Around F = 0 the shape is a smooth function of F,
 //!
 //! ```text
 //! theta'' = F_y cos theta - F_x sin theta,   theta(0) = 0,   theta'(1) = 0
 //! ```
 //!
-//! Its derivatives by F solve linear problems. Let G f be the function with second derivative -f and these
-//! boundary conditions, t the tangent and n the normal of the rod:
+//! Its derivatives by F solve linear problems. Let G f be the function with second derivative -f and these boundary
+//! conditions, t the tangent and n the normal of the rod:
 //!
 //! ```text
 //! (1 - G F.t) theta_F = -G n,   (1 - G F.t) theta_tt = G (2 F'.t + F.n theta_t) theta_t   (F' constant)
@@ -29,8 +29,8 @@ use std::sync::LazyLock;
 
 /// Nodes along the rod: for forces up to [`LOOSE`] the interpolating polynomial is theta to rounding.
 const NODES: usize = 16;
-/// Largest force lam^2, and largest push along the straight rod, of a loose rod. The force determines the
-/// shape up to Euler's load pi^2/4, where the rod is neutral.
+/// Largest force lam^2, and largest push along the straight rod, of a loose rod. The force determines the shape up to
+/// Euler's load pi^2/4, where the rod is neutral.
 const LOOSE: f64 = 9.0;
 const PUSH: f64 = 2.0;
 /// Reach x of the end beyond which the closed form loses more digits.
@@ -38,8 +38,8 @@ const STRAIGHT: f64 = 0.99;
 /// Allowed error of the force in units of that of the mass: it does not shorten steps (measured).
 const BORNE: f64 = 10.0;
 
-/// True if the closed form loses more of the end's inertia than `error` allows, for the force `force` and the
-/// end at `x` along the clamp.
+/// True if the closed form loses more of the end's inertia than `error` allows, for the force `force` and the end at
+/// `x` along the clamp.
 pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
     let size = force.norm();
     if !(size < LOOSE && force.x < PUSH) {
@@ -97,8 +97,7 @@ pub(super) struct LooseInertia {
 }
 
 impl LooseInertia {
-    /// Inertia of a loose rod ([`is_loose`] is the caller's test); `None` where the rod is neutral under its
-    /// force.
+    /// Inertia of a loose rod ([`is_loose`] is the caller's test); `None` where the rod is neutral under its force.
     pub fn new(rod: &RodInertia) -> Option<Self> {
         let lam = rod.integrals.lam;
         let (nodes, turn) = (&*NODES_ALONG, rod.turn());
@@ -133,8 +132,8 @@ impl LooseInertia {
         [-self.sin.component_mul(by), self.cos.component_mul(by)]
     }
 
-    /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives
-    /// at constant F'; `None` at a fold.
+    /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives at
+    /// constant F'; `None` at a fold.
     fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Fields)> {
         let (place, _) = Self::drawn([self.cos, self.sin]);
         let [(by_x, end_x), (by_y, end_y)] =
@@ -218,9 +217,9 @@ mod tests {
         (a - b).norm() / b.norm()
     }
 
-    /// Catches a wrong sign or term in the derivatives by the force, too few nodes, and a loss of digits
-    /// where the pull passes 0. Reference: the closed form, as far as its digits go. Rounding of the place
-    /// must not change the inertia at the end.
+    /// Catches a wrong sign or term in the derivatives by the force, too few nodes, and a loss of digits where the
+    /// pull passes 0. Reference: the closed form, as far as its digits go. Rounding of the place must not change the
+    /// inertia at the end.
     #[test]
     fn a_loose_rod_is_that_of_the_closed_form() {
         let gravity = Vector2::new(0.3, -0.7);

@@ -1,12 +1,10 @@
-//! First-order inertia by any two coordinates q of the equilibria: mass and force at the end from sums along
-//! the rod.
+//! First-order inertia by any two coordinates q of the equilibria: mass and force at the end from sums along the rod.
 
 use super::Added;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
-/// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force
-/// ([`Moving`]).
+/// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force ([`Moving`]).
 pub(super) type Field<T> = [[T; 2]; 3];
 
 /// Motion of the end.
@@ -21,13 +19,13 @@ pub(super) struct Moving {
     pub rate: Vector2<f64>,
     /// Scaled second derivative of the end's position at constant q'.
     pub end: Vector2<f64>,
-    /// Rate of turning of the axes whose term 2 spin J r_t is left out of the sections' second derivatives,
-    /// but not of the end's.
+    /// Rate of turning of the axes whose term 2 spin J r_t is left out of the sections' second derivatives, but not
+    /// of the end's.
     pub spin: f64,
 }
 
-/// Integrand without gravity: the scaled r_q^T r_q, r_q^T `left`, and r_q x r_q at a section. `left`: the
-/// scaled r_tt at constant q', without the term of [`Moving::spin`].
+/// Integrand without gravity: the scaled r_q^T r_q, r_q^T `left`, and r_q x r_q at a section. `left`: the scaled r_tt
+/// at constant q', without the term of [`Moving::spin`].
 #[inline(always)]
 pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     [

@@ -9,8 +9,8 @@ use nalgebra::Vector2;
 /// Normal form of a fold ahead: A t + B a^2 drives the amplitude a of the critical shape (theory 2.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
-    /// A = |l . v| with l = -df(z) and z the unit null vector of dr(1)/d(p, w): the speed at which the body
-    /// drives the rod over the fold.
+    /// A = |l . v| with l = -df(z) and z the unit null vector of dr(1)/d(p, w): the speed at which the body drives
+    /// the rod over the fold.
     pub drive: f64,
     /// B = |l . D^2 r \[z, z\]| / 2.
     pub bend: f64,
@@ -31,8 +31,8 @@ pub const INERTIAL_ESCAPE: f64 = 3.411_684_340;
 pub const VISCOUS_ESCAPE: f64 = 2.338_107_410;
 
 impl Passage {
-    /// Normal form at a chart point on or near a fold, for the end velocity `v`. Its coefficients are those
-    /// of the fold up to terms of first order in the distance.
+    /// Normal form at a chart point on or near a fold, for the end velocity `v`. Its coefficients are those of the
+    /// fold up to terms of first order in the distance.
     ///
     /// # Errors
     /// As [`RodInertia::new`].
@@ -48,8 +48,8 @@ impl Passage {
         passage
     }
 
-    /// Normal form without integrals along the rod: M0 is replaced by its bound 1, D0 is not set. Also z, by
-    /// (p, lam).
+    /// Normal form without integrals along the rod: M0 is replaced by its bound 1, D0 is not set. Also z, by (p,
+    /// lam).
     pub(super) fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
         let (at, i) = (rod.point(), &rod.integrals);
         let Softest { along, force, .. } = Softest::of(rod);
@@ -110,8 +110,8 @@ impl Softest {
         }
     }
 
-    /// Stiffness |ell| |dr(z)|. Near a fold ell and dr(z) are parallel, and this is 2 B times the distance to
-    /// the fold; elsewhere they may be perpendicular.
+    /// Stiffness |ell| |dr(z)|. Near a fold ell and dr(z) are parallel, and this is 2 B times the distance to the
+    /// fold; elsewhere they may be perpendicular.
     fn stiffness(&self, rod: &RodInertia) -> f64 {
         // `by` is lam dr.
         self.force.norm() * (rod.by * self.along).norm() / rod.integrals.lam
@@ -124,8 +124,8 @@ impl Softest {
     }
 }
 
-/// Fold function (lam/kap)^2 det d r(1)/d(p, lam), which vanishes only at folds, and its gradient. det alone
-/// also tends to 0 like 1/lam^2 as a rod is pulled taut (theory 2.9).
+/// Fold function (lam/kap)^2 det d r(1)/d(p, lam), which vanishes only at folds, and its gradient. det alone also
+/// tends to 0 like 1/lam^2 as a rod is pulled taut (theory 2.9).
 pub(super) fn fold_function(end: &TipDerivatives, i: &Integrals) -> (f64, Vector2<f64>) {
     let (det, gradient) = end.det_with_gradient();
     let (kap, lam) = (i.kap, i.lam);
@@ -145,9 +145,8 @@ mod tests {
     use super::*;
     use crate::elastica::chart::amplitude;
 
-    /// Catches a stiffness unlike the normal form's, or zeros away from folds. In the time t left before a
-    /// fold a rod sways sqrt(2) (t/T_i)^(5/4) radians; over a wide field the stiffness vanishes only at
-    /// folds.
+    /// Catches a stiffness unlike the normal form's, or zeros away from folds. In the time t left before a fold a rod
+    /// sways sqrt(2) (t/T_i)^(5/4) radians; over a wide field the stiffness vanishes only at folds.
     #[test]
     fn rods_sway_in_the_time_left_as_their_normal_form_says() {
         // By (p, lam).

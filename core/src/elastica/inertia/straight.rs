@@ -18,8 +18,8 @@ use std::sync::OnceLock;
 
 /// Gauss nodes along the rod: enough for a bend of width 1/b at the clamp.
 const NODES: usize = 32;
-/// Range of the pull N: 32 nodes resolve the strongest pull; the strongest push lies beyond Euler's load but
-/// short of the pole of w (tan b = b).
+/// Range of the pull N: 32 nodes resolve the strongest pull; the strongest push lies beyond Euler's load but short of
+/// the pole of w (tan b = b).
 const SERVED: [f64; 2] = [-19.0, 3600.0];
 /// Bound on |N| for the series of h, and the number of terms.
 const GENTLE: f64 = 4.0;
@@ -129,9 +129,9 @@ mod tests {
     use super::*;
     use crate::elastica::straight::AlmostStraight;
 
-    /// Catches a wrong shape or shortening, a wrong derivative, and digits lost where the pull vanishes.
-    /// Reference: the beam equation w'' = N (w - 1) + F (1 - s) in integrated form, on both sides of every
-    /// switch. F comes from the boundary value problem of the rod.
+    /// Catches a wrong shape or shortening, a wrong derivative, and digits lost where the pull vanishes. Reference:
+    /// the beam equation w'' = N (w - 1) + F (1 - s) in integrated form, on both sides of every switch. F comes from
+    /// the boundary value problem of the rod.
     #[test]
     fn sections_are_those_of_the_rod() {
         let pulls = [

@@ -1,16 +1,16 @@
 //! First-order inertia of a taut rod: straight along its pull but for a bend at the clamp (theory 2.9).
 //!
-//! The derivatives by p and by lam both turn the rod and cancel down to 1/lam^2 of their size. The
-//! coordinates are therefore ln T and ln lam, with T = tan(gam/4) and gam the direction of the pull. With
-//! sigma = lam s, u = lam (1 - s) and y = T sinh(u)/cosh(lam), in the axes of the pull and up to exp(-2 lam),
+//! The derivatives by p and by lam both turn the rod and cancel down to 1/lam^2 of their size. The coordinates are
+//! therefore ln T and ln lam, with T = tan(gam/4) and gam the direction of the pull. With sigma = lam s, u = lam
+//! (1 - s) and y = T sinh(u)/cosh(lam), in the axes of the pull and up to exp(-2 lam),
 //!
 //! ```text
 //! lam r = (sigma - 4 (F - f), -4 (G - g)),   f = y^2/(1 + y^2),   g = y/(1 + y^2),   F and G those of T.
 //! ```
 //!
-//! The bend alone has y = T exp(-sigma); sinh adds the reflection at the free end. All derivatives follow
-//! from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is negligible the position
-//! and its derivatives are linear in sigma, and two nodes serve all of that part.
+//! The bend alone has y = T exp(-sigma); sinh adds the reflection at the free end. All derivatives follow from those
+//! of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is negligible the position and its derivatives
+//! are linear in sigma, and two nodes serve all of that part.
 
 use super::carried::{CarriedRod, carried};
 use super::moving::{Field, Moving, heavy, pushed};
@@ -87,8 +87,8 @@ impl TautInertia {
         Self::at_load(p, Integrals::new(p, w).lam)
     }
 
-    /// The rod of modulus p under the load lam; `None` if it is not taut or its bend is a loop that has left
-    /// the clamp.
+    /// The rod of modulus p under the load lam; `None` if it is not taut or its bend is a loop that has left the
+    /// clamp.
     #[must_use]
     pub fn at_load(p: f64, lam: f64) -> Option<Self> {
         // lam = |p| + ln(2 T).
@@ -273,9 +273,9 @@ impl TautInertia {
     }
 
     /// Second derivative of the position in time, times lam/4, at constant rates of ln T and ln lam. The sum
-    /// cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2 is subtracted, which shortens the formulas: any
-    /// combination of r_lnT and r_lnlam with factors constant along the rod drops out of r_tt - P c, as c is
-    /// computed from the same function.
+    /// cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2 is subtracted, which shortens the formulas: any combination
+    /// of r_lnT and r_lnlam with factors constant along the rod drops out of r_tt - P c, as c is computed from the
+    /// same function.
     #[inline(always)]
     fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
