@@ -8,9 +8,10 @@
 //! Newton's method lands inside, and halved otherwise. Boxes that never decide shrink onto folds through the target,
 //! where two equilibria are one.
 //!
-//! double precision. An independent count guards both. The signs of det over all equilibria found must add up to the
-//! winding number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does
-//! not count.
+//! Completeness rests on those bounds, which are proven (boxes/proof.rs; theory 2.4), and on the rounding of double
+//! precision. An independent count guards both. The signs of det over all equilibria found must add up to the winding
+//! number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does not
+//! count.
 
 use super::boxes::{Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip};
 use super::chart::ChartPoint;

@@ -1,8 +1,9 @@
 //! The fast viscous layer: landing of a rod that leaves an equilibrium with its end held.
 //!
-//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1) r(1) stays. Its spectrum
-//! lies in [-1, small], but a rod with a loop slides along itself at a rate of order exp(-lam): up to 1e9 time units.
-//! The fall itself is integrated by an explicit method. The slow rest is integrated by a linearly implicit one, whose
+//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1) (theory 2.6): u = theta',
+//! u_T = q . n - u, q(s) = J (r(1) - r(s)), J(a, b) = (-b, a), with n such that r(1) stays. Its spectrum lies in
+//! [-1, small], but a rod with a loop slides along itself at a rate of order exp(-lam): up to 1e9 time units. The
+//! fall itself is integrated by an explicit method. The slow rest is integrated by a linearly implicit one, whose
 //! steps grow as the flow slows down and become Newton's.
 
 use super::chart::amplitude;
@@ -41,8 +42,8 @@ const STEERED: f64 = 1e-10;
 const SAME: f64 = 1e-4;
 /// Step control of the flow.
 struct Care {
-    /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to
-    /// lam = 10 or so. For larger lam the shortest departure is taken.
+    /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to lam = 10 or so.
+    /// For larger lam the shortest departure is taken.
     departure: f64,
     /// Error per step, relative to u.
     tolerance: f64,

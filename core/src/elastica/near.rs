@@ -92,8 +92,7 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
         }
         j += 1;
     }
-    // The coefficient of P^j needs that of P^(j-1) in the next moment: after TERMS moments no coefficient is left to
-    // matter.
+    // The coefficient of P^j needs that of P^(j-1) in the next moment: moments TERMS orders higher do not count.
     let mut above = [0.0; TERMS];
     let mut k = ORDER + TERMS;
     while k > 0 {

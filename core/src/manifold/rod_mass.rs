@@ -60,7 +60,7 @@ pub struct Felt<const N: usize> {
     /// Power of the clamp on the rod's inertia, besides that of the force at the end: `pull` . (acceleration of the
     /// end) + `power`.
     pub pull: SVector<f64, N>,
-    /// Constant term of that power.
+    /// Term of the clamp's power without acceleration.
     pub power: f64,
 }
 
@@ -87,7 +87,7 @@ pub struct Across {
     pub force: f64,
     /// Power of the clamp on the rod's inertia: `pull` times the acceleration of the deflection, plus `power`.
     pub pull: f64,
-    /// Constant term of that power.
+    /// Term of the clamp's power without acceleration.
     pub power: f64,
     /// Part of inertia and weight that bends the rod away from the beam under the pull.
     pub bending: Bending,
