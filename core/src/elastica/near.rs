@@ -31,9 +31,9 @@ const LARGEST: f64 = 1e-2;
 /// Largest z of any point of the chart: an integrator's trial step may pass [`LARGEST`], but not reach where the
 /// series lose digits.
 const BEYOND: f64 = 2.0 * LARGEST;
-/// Largest z at which a motion enters this chart: less than [`LARGEST`], for hysteresis.
+/// Largest z at which a motion enters this chart, below [`LARGEST`] for hysteresis.
 const SMALL: f64 = 0.6 * LARGEST;
-/// Largest Z of a pulled rod whose shape [`pulled`] computes by this chart.
+/// Largest Z of the pulled rods served by [`pulled`].
 const SLIGHT: f64 = 0.1 * LARGEST;
 /// Smallest Z of the chart: its square is still a normal number.
 const LEAST: f64 = 1e-100;

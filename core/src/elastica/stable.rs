@@ -1,8 +1,8 @@
 //! Stable equilibria over the disc: number and energy at each end position.
 //!
 //! The stable region of the chart lies below the first fold curve, and det d(x, y)/d(p, w) has one sign on it. Its
-//! border maps to the image of the first fold curve, to the point (1, 0) (kap = 0 and lam = 0) and, for
-//! p -> +-infinity, twice round the rim: a taut rod points anywhere once with kap > 0 and once with kap < 0. The
+//! border maps to the image of the first fold curve and to the point (1, 0) (kap = 0 and lam = 0). For
+//! p -> +-infinity it maps twice to the rim: a taut rod points anywhere once with kap > 0 and once with kap < 0. The
 //! number of stable equilibria at a point is the degree of the map there. It is 2 less the winding number about the
 //! point of the fold curve's image, run along with p.
 

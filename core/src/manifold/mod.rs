@@ -43,8 +43,8 @@ pub struct ManifoldPoint<const N: usize> {
     pub pace: f64,
 }
 
-/// Which sheet a point lies on: the number of interior zeros of the rod's couple (or the model's
-/// own count of branches) and a sign.
+/// Sheet of the manifold: the number of interior zeros of the rod's couple (or the model's own count of branches) and
+/// a sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sheet {

@@ -60,7 +60,7 @@ impl<const D: usize> Frame<D> {
         self.spin.amax()
     }
 
-    /// True if the frame has no velocity and no acceleration.
+    /// True if the frame is at rest and stays at rest: no velocity, spin or acceleration.
     pub fn stands(&self) -> bool {
         let rates = self.velocity.iter().chain(&self.acceleration);
         let turning = self.spin.iter().chain(&self.centrifugal);
@@ -100,7 +100,7 @@ impl Frame<2> {
         [self.spin.m21, self.centrifugal.m21]
     }
 
-    /// Frame in space whose x-y plane is this plane.
+    /// Frame in space whose x-y plane is the plane of `self`.
     pub fn in_space(&self) -> Frame<3> {
         let matrix = |m: &Matrix2<f64>, normal: f64| {
             let mut lifted = Matrix3::zeros();

@@ -13,11 +13,11 @@ use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI};
 /// Bound of K, which holds even at the least kc: e^K is still a double.
 const LOG_OF_LARGEST: f64 = 709.782_712_893_384;
 
+/// Values sn, cn, dn and the amplitude at one argument.
+///
 /// Derivatives with respect to u: sn' = cn dn, cn' = -sn dn, dn' = -k^2 sn cn, am' = dn (DLMF 22.13.1-3, 22.16.1
 /// ff.). Also cd' = -kc^2 sd nd, sd' = cd nd with nd = 1/dn. With respect to kc at fixed u: am_kc = -dn F_kc(am),
-/// with F_kc from [`super::elliptic::incomplete`]. (DLMF 22.13.1-3, 22.16.1 ff.), and cd' = -kc^2 sd nd, sd' = cd nd
-/// with nd = 1/dn. With respect to kc at fixed u: am_kc = -dn F_kc(am), with F_kc from
-/// [`super::elliptic::incomplete`].
+/// with F_kc from [`super::elliptic::incomplete`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobi {
     /// sin am, in [-1, 1].

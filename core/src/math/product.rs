@@ -54,7 +54,7 @@ impl Matrix {
         });
     }
 
-    /// Products with all columns of K matrices, which have as many columns each.
+    /// Products with all columns of K matrices, all of the same number of columns.
     pub fn times_all<const K: usize>(&self, matrices: [&DMatrix<f64>; K]) -> [DMatrix<f64>; K] {
         let mut products = matrices.map(|matrix| DMatrix::zeros(self.rows, matrix.ncols()));
         for j in 0..matrices.first().map_or(0, |matrix| matrix.ncols()) {
