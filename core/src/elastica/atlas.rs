@@ -1,8 +1,8 @@
 //! Samples of whole sheets, for figures: grids of points of about equal distance.
 //!
 //! On a line p = const a sheet S_j^+- runs from lam = 2 j K to 2 (j + 1) K; its seams are w = j pi and (j + 1) pi.
-//! The parameter here is the load: near a seam of a looped rod w moves by less than a double can hold (by 1e-100 at
-//! p = 230) while the end passes through the disc.
+//! The parameter here is the load: near a seam of a looped rod w moves by less than a double can hold
+//! (by 1e-100 at p = 230) while the end passes through the disc.
 
 use super::equilibrium::Equilibrium;
 use crate::error::Result;

@@ -21,8 +21,8 @@ use std::sync::OnceLock;
 
 type Field = DVector<f64>;
 
-/// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of exp(-pi
-/// n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
+/// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
+/// exp(-pi n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
     ((8.0 + lam * (lam + 9.0) / PI) as usize)
         .clamp(8, MOST_NODES)

@@ -6,8 +6,8 @@
 //! ```text
 //! theta'' = N sin theta - F cos theta,   theta(0) = 0,   theta'(1) = 0,   int_0^1 sin theta ds = y
 //! ```
-//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5 (theory
-//! 2.3). Units: length 1, bending stiffness 1.
+//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5
+//! (theory 2.3). Units: length 1, bending stiffness 1.
 
 use super::chart::Integrals;
 use crate::error::{Error, Message, Quantity};

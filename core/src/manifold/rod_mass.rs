@@ -57,8 +57,8 @@ pub struct Felt<const N: usize> {
     pub mass: SMatrix<f64, N, N>,
     /// Force of the rod's weight and motion on the end.
     pub force: SVector<f64, N>,
-    /// Power of the clamp on the rod's inertia, besides that of the force at the end: `pull` . (acceleration of the
-    /// end) + `power`.
+    /// Power of the clamp on the rod's inertia, besides that of the force at the end: `pull` .
+    /// (acceleration of the end) + `power`.
     pub pull: SVector<f64, N>,
     /// Term of the clamp's power without acceleration.
     pub power: f64,

@@ -3,8 +3,8 @@
 //! The clamp turns at the rate w and has the velocity d and the acceleration e; J is the rotation by a right angle. A
 //! section at r(t), with the velocity v seen from the clamp, has the velocity v + w J r + d along the axes of the
 //! clamp. Its acceleration there is r_tt + w' J r - w^2 r + 2 w J r_t + e. The end thus feels the force int P^T
-//! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) . (w J
-//! r + d) ds.
+//! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) .
+//! (w J r + d) ds.
 
 use super::moving::{Field, Moving, aside, cross, dot, pushed};
 use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};

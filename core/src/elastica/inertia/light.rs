@@ -13,8 +13,8 @@ use nalgebra::Vector2;
 
 /// Planar elastica of small mass whose shapes stay equilibria.
 ///
-/// The mass is followed on rods that are not pulled too hard, until 2 T_i before a fold, T_i = (M0)^(2/5) (A
-/// B)^(-1/5). Within that time inertia delays the rod (theory 2.8).
+/// The mass is followed on rods that are not pulled too hard, until 2 T_i before a fold, T_i = (M0)^(2/5)
+/// (A B)^(-1/5). Within that time inertia delays the rod (theory 2.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightRod {
     /// Mass of the whole rod.

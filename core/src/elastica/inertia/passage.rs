@@ -48,8 +48,7 @@ impl Passage {
         passage
     }
 
-    /// Normal form without integrals along the rod: M0 is replaced by its bound 1, D0 is not set. Also z, by (p,
-    /// lam).
+    /// Normal form without integrals along the rod: M0 is replaced by its bound 1 and D0 by 0. Also z, by (p, lam).
     pub(super) fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
         let (at, i) = (rod.point(), &rod.integrals);
         let Softest { along, force, .. } = Softest::of(rod);

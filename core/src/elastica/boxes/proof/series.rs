@@ -160,8 +160,8 @@ impl Pendulum {
         [S, B].map(|k| self.fields[k].times(&over, M - 1))
     }
 
-    /// Series of 1 - x and y (for ln p in units of p^2 and p at the centre), and of the end in the turned axes (X,
-    /// Y).
+    /// Series of 1 - x and y (for ln p in units of p^2 and p at the centre), and of the end in the turned axes
+    /// (X, Y).
     ///
     /// With `sigma` = s/lam, `short` = B/lam, bet = 1 - B/lam and e^(i psi/2) = D + i kap c:
     /// ```text
