@@ -1,8 +1,8 @@
 //! Samples of whole sheets, for figures: grids of points of about equal distance.
 //!
-//! On a line p = const a sheet S_j^+- runs from lam = 2 j K to lam = 2 (j + 1) K, that is from
-//! w = j pi to (j + 1) pi. The load is the parameter here: near a seam of a looped rod w moves by less
-//! than a double can hold (by 1e-100 at p = 230) while the end passes through the disc.
+//! On a line p = const a sheet S_j^+- runs from lam = 2 j K to 2 (j + 1) K; its seams are w = j pi and (j + 1) pi.
+//! The parameter here is the load: near a seam of a looped rod w moves by less than a double can hold
+//! (by 1e-100 at p = 230) while the end passes through the disc.
 
 use super::equilibrium::Equilibrium;
 use crate::error::Result;
@@ -10,14 +10,14 @@ use crate::manifold::{Sheet, Sign};
 use crate::math::carlson::complete_kb;
 use std::f64::consts::LN_2;
 
-/// The largest |p| sampled: 1 - |r| is of order 2/p for most rods, so the rim is reached to 0.7 %.
+/// Largest |p| sampled: 1 - |r| is of order 2/p for most rods, so the rim is reached to 0.7 %.
 pub(super) const P_TOP: f64 = 300.0;
-/// Distance of neighbours on a line that is measured; grids are interpolated in it.
+/// Distance of neighbours on the fine lines that grids are interpolated on.
 const FINE: f64 = 0.02;
 /// Distance over the disc of neighbours on a fold line.
 pub(super) const SPACING: f64 = 0.005;
 
-/// An equilibrium as figures want it. Units: length 1, bending stiffness 1.
+/// Equilibrium as a point of figures. Units: length 1, bending stiffness 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GridPoint {
     /// Chart: kap = tanh p.
@@ -41,18 +41,18 @@ pub struct GridPoint {
 /// A sheet sampled on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SheetGrid {
-    /// Which sheet.
+    /// Sheet sampled.
     pub sheet: Sheet,
     /// Number of lines p = const; p grows from row to row.
     pub rows: usize,
-    /// Number of points on each; lam grows from the seam w = j pi to the seam w = (j + 1) pi.
+    /// Number of points per line; lam grows from the seam w = j pi to the seam w = (j + 1) pi.
     pub columns: usize,
     /// Row by row: point (i, j) is `points[i * columns + j]`.
     pub points: Vec<GridPoint>,
 }
 
 impl GridPoint {
-    /// Its mirror image, p -> -p and y -> -y.
+    /// Mirror image, p -> -p and y -> -y.
     pub fn mirrored(&self) -> Self {
         Self {
             p: -self.p,
@@ -63,7 +63,7 @@ impl GridPoint {
         }
     }
 
-    /// The equilibrium (p, lam), or the unloaded rod, lam = 0, that borders S_0.
+    /// Equilibrium (p, lam), or the unloaded rod, lam = 0, that borders S_0.
     pub(super) fn new(p: f64, lambda: f64) -> Result<Self> {
         if lambda == 0.0 {
             return Ok(Self {
@@ -91,14 +91,14 @@ impl GridPoint {
     }
 }
 
-/// Samples a sheet on rows x columns points, at least 2 x 2, of about equal distance over the disc,
-/// from kap = 0 to 1 - |kap| = 1e-260 and from seam to seam. (p, lam) grow along rows and columns on
-/// every sheet, so that all are oriented alike.
+/// Samples a sheet on rows x columns points, at least 2 x 2, of about equal distance over the disc. The grid runs
+/// from kap = 0 to 1 - |kap| = 1e-260 and from seam to seam. (p, lam) grow along rows and columns on every sheet, so
+/// that all are oriented alike.
 pub fn sheet_grid(sheet: Sheet, rows: usize, columns: usize) -> Result<SheetGrid> {
     sheet_grid_in(sheet, rows, columns, |q| [q.x, q.y, 0.2 * q.theta1])
 }
 
-/// The same with distances measured in the space of a figure: `place` gives a point's position there.
+/// Samples a sheet as [`sheet_grid`], with distances measured after `place`, the position of a point in a figure.
 pub fn sheet_grid_in(
     sheet: Sheet,
     rows: usize,
@@ -126,8 +126,8 @@ pub fn sheet_grid_in(
     })
 }
 
-/// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] does
-/// a sheet: its last column is the fold.
+/// Samples the stable equilibria with kap of the given sign, up to the first fold, as [`sheet_grid`] samples a sheet:
+/// the last column is the fold.
 pub fn stable_grid(side: Sign, rows: usize, columns: usize) -> Result<Vec<GridPoint>> {
     let range = match side {
         Sign::Plus => (1e-3, P_TOP),
@@ -148,7 +148,7 @@ fn grid(
     bounds: impl Fn(f64) -> Result<(f64, f64)>,
 ) -> Result<Vec<GridPoint>> {
     let between = |(low, high): (f64, f64), t: f64| low + t * (high - low);
-    // The rows keep their distance in the mean over both borders and three lines between them.
+    // Distance of rows: the mean over both borders and three lines between them.
     let lines = [0.0, 0.25, 0.5, 0.75, 1.0];
     let ps = spread(rows, from, to, |p| {
         let range = bounds(p)?;
@@ -177,8 +177,8 @@ pub(super) fn quarter_period(p: f64) -> f64 {
     }
 }
 
-/// `n` parameters from `from` to `to`, the distance of neighbours being equal; the distance of two
-/// parameters is the mean over the points that they give.
+/// Parameters from `from` to `to`, `n` of them, with equal distances of neighbours. The distance of two parameters is
+/// the mean over their points.
 pub(super) fn spread(
     n: usize,
     from: f64,
@@ -199,7 +199,7 @@ pub(super) fn spread(
     let mut length = vec![0.0];
     let mut total = 0.0;
     for pair in line.windows(2) {
-        // A stretch that stands still is still a stretch of the parameter.
+        // The small term keeps the length increasing where the points stand still.
         total += distance(&pair[0].1, &pair[1].1) + 1e-9 * (pair[1].0 - pair[0].0);
         length.push(total);
     }
@@ -218,7 +218,7 @@ pub(super) fn spread(
     Ok(out)
 }
 
-/// A function sampled from `from` to `to`, halving every interval that is `coarse(a, b, length)`.
+/// Samples a function from `from` to `to`, halving every interval that is `coarse(a, b, length)`.
 pub(super) fn refined<T: Clone>(
     from: f64,
     to: f64,
@@ -227,7 +227,7 @@ pub(super) fn refined<T: Clone>(
 ) -> Result<Vec<(f64, T)>> {
     const FIRST: usize = 24;
     let mut out = vec![(from, at(from)?)];
-    // Right ends still to be reached, the nearest last.
+    // Right ends not yet reached, the nearest last.
     let mut ahead = Vec::new();
     for i in (1..=FIRST).rev() {
         let t = from + (to - from) * i as f64 / FIRST as f64;

@@ -1,19 +1,19 @@
-//! The straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross force
-//! k(N) y, 1 - x = c(N) y^2, with k' = 2 c.
+//! Straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross force k(N)
+//! y, 1 - x = c(N) y^2, with k' = 2 c.
 
 use super::straight_chart::{GENTLE, Moments};
 use crate::manifold::Held;
 use nalgebra::Vector2;
 
-/// The pull below which a beam is not taken to hold its end along the axis: somewhat above [`BUCKLED`].
+/// Least pull at which the end counts as held along the axis, somewhat above [`BUCKLED`].
 pub(super) const MOST_HELD: f64 = -19.0;
-/// The pull at which the rod buckles with its end on the axis, -b*^2 for tan b* = b*: c and k are infinite there.
+/// Pull at which the rod buckles with its end on the axis, -b*^2 for tan b* = b*: c and k are infinite there.
 pub(super) const BUCKLED: f64 = -BUCKLED_ROOT * BUCKLED_ROOT;
 const BUCKLED_ROOT: f64 = 4.493_409_457_909_064;
-/// sqrt(N) from which on exp(-sqrt(N)) is below rounding.
+/// sqrt(N) beyond which exp(-sqrt(N)) is below rounding.
 const TAUT_ROOT: f64 = 40.0;
 
-/// The straight rod as a beam.
+/// Coefficients of the straight rod as a beam.
 pub(super) struct Beam {
     /// k(N).
     pub stiffness: f64,
@@ -26,7 +26,8 @@ pub(super) struct Beam {
 }
 
 impl Beam {
-    /// Under the pull [`BUCKLED`] + `more`, for any `more` > 0: to full relative accuracy where c and k are large, too.
+    /// Beam under the pull [`BUCKLED`] + `more`, for any `more` > 0: to full relative accuracy also where c and k are
+    /// large.
     pub fn new(more: f64) -> Self {
         let pull = more + BUCKLED;
         if pull > TAUT_ROOT * TAUT_ROOT {
@@ -54,7 +55,7 @@ impl Beam {
         }
     }
 
-    /// Without what is of the order exp(-sqrt(N)).
+    /// Beam without terms of order exp(-sqrt(N)).
     fn taut(pull: f64) -> Self {
         let u = 1.0 / pull.sqrt();
         let rest = 1.0 - u;
@@ -67,8 +68,8 @@ impl Beam {
     }
 }
 
-/// The straight rod under the pull; None where its end is not held along it, near the push at which it buckles with
-/// the end on the axis.
+/// Straight rod under the pull; `None` near the push at which it buckles with the end on the axis, since the end is
+/// not held along the rod there.
 pub(super) fn held(pull: f64) -> Option<Held<2>> {
     (pull > MOST_HELD).then(|| {
         let beam = Beam::new(pull - BUCKLED);

@@ -1,8 +1,7 @@
-//! How the map from (p, lam) to the tip behaves over a box: the bounds on which the search for all
-//! equilibria rests.
+//! Bounds of the map from (p, lam) to the tip over a box, for the search for all equilibria.
 //!
-//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at
-//! the centre; the third are bounded over the box by constants that are proven in interval arithmetic (boxes/proof.rs).
+//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at the
+//! centre. The third are bounded over the box by constants that are proven in interval arithmetic (boxes/proof.rs).
 
 use super::chart::{ChartPoint, Modulus};
 use super::curvature::{TipDerivatives, cross, dot};
@@ -24,8 +23,8 @@ pub(super) enum Column {
     Linear,
 }
 
-/// How the map bends over a box: second derivatives at its centre, bounds of the third all over it,
-/// in the box's own coordinates.
+/// Curvature of the map over a box, in the box's own coordinates: second derivatives at the centre, bounds of the
+/// third over the box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bending {
     /// pp, pl, ll at the centre, each as (1 - x, y).
@@ -34,27 +33,31 @@ pub(super) struct Bending {
     third: [[f64; 2]; 4],
 }
 
-/// Bounds of the third derivatives along ln p, of 1 - x in units of p^2 and of y in units of p, by p lam, as [`bound_terms`] has them.
+/// Bounds of the third derivatives along ln p, of 1 - x in units of p^2 and of y in units of p, as [`bound_terms`] in
+/// p lam.
 const LOG_X: [[f64; 2]; 4] = [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.0]];
 const LOG_Y: [[f64; 2]; 4] = [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]];
-/// The same along p, p > 0.85, of both, by lam.
+/// Bounds of the third derivatives along p, p > 0.85, of 1 - x and y, as [`bound_terms`] in lam.
 const LINEAR: [[f64; 2]; 4] = [[8.0, 0.12], [4.0, 0.4], [6.0, 1.4], [11.7, 0.0]];
-/// And by the turn of the rod as a bend passes the clamp.
+/// Further bound, of the rod's turn as a bend passes the clamp.
 const PASSING: f64 = 16.4;
-/// |r| changes along p at most so fast, times (lam/K + 1)/lam.
+/// Bound of the speed of |r| along p, in units of (lam/K + 1)/lam.
 const MOVED: f64 = 3.0;
 
-/// Bounds of ppp, ppl, pll, lll: a constant each, and one that grows like r^3, r^2, r, 1.
+/// Bounds of ppp, ppl, pll, lll: a constant each, and one times r^3, r^2, r, 1.
 fn bound_terms(r: f64, terms: [[f64; 2]; 4]) -> [f64; 4] {
     let power = [r * r * r, r * r, r, 1.0];
     std::array::from_fn(|k| terms[k][0] + terms[k][1] * power[k])
 }
 
 impl Bending {
-    /// Bounds of the third derivatives over a box at whose centre the end is at the distance `radius` from the clamp, for 1.25 < lam < 60.25 and p < lam + 3.35: they are
-    /// proven (theory 2.4). They grow like powers of lam and scale with p^2 and p near the straight rod. Elsewhere what bends the map is the turn of the
-    /// rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period: the n-th bend moves 2n + 1 times as fast with p as K
-    /// does, the end goes round the clamp with it, and the straight part between two bends does nothing, to exp of its length.
+    /// Bounds of the third derivatives over a box whose centre has its end at the distance `radius` from the clamp.
+    /// They are proven for 1.25 < lam < 60.25 and p < lam + 3.35 (theory 2.4).
+    ///
+    /// The bounds grow like powers of lam and scale with p^2 and p near the straight rod. Farther from it the map is
+    /// curved by the turn of the rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period.
+    /// The n-th bend moves 2n + 1 times as fast with p as K does, and the end goes round the clamp with it. The
+    /// straight part between two bends contributes only an exponential of its length.
     pub(super) fn third(
         kind: Column,
         (p, a): (f64, f64),
@@ -84,7 +87,7 @@ impl Bending {
         }
     }
 
-    /// Bounds of the change of the two columns of the Jacobian over half widths (a, b), as (x, y).
+    /// Bounds of the change of the Jacobian's two columns over half widths (a, b), as (x, y).
     fn column_change(&self, a: f64, b: f64) -> [[f64; 2]; 2] {
         let half = [0.5 * a * a, a * b, 0.5 * b * b];
         std::array::from_fn(|column| {
@@ -98,7 +101,7 @@ impl Bending {
         })
     }
 
-    /// What each coordinate adds to the remainder by itself.
+    /// Contribution of each coordinate alone to the remainder.
     pub(super) fn shares(&self, a: f64, b: f64) -> (f64, f64) {
         let size = |v: [f64; 2]| v[0].abs() + v[1].abs();
         (
@@ -108,14 +111,14 @@ impl Bending {
     }
 }
 
-/// K < p + QUARTER for p > 1; it is more than p + log 2.
+/// K < p + QUARTER for p > 1; K exceeds p + log 2.
 const QUARTER: f64 = LN_2 + 0.25;
-/// Rods whose bends are farther from the clamp than this are not told from each other: what is left there falls off more slowly.
+/// Distance in lam from the clamp at which bends stop lowering the bound: farther terms decay more slowly.
 const FAR: f64 = 11.0;
 
-/// The least distance in lam from an odd multiple of K, of these two intervals.
+/// Least distance in lam between the interval `[low, high]` and odd multiples of K in `[least, most]`.
 fn from_bends([low, high]: [f64; 2], [least, most]: [f64; 2]) -> f64 {
-    // The last bend that has surely passed the clamp, and the next one.
+    // Number of bends that have surely passed the clamp.
     let passed = ((low / most + 1.0) * 0.5).floor();
     let behind = if passed < 1.0 {
         FAR
@@ -126,14 +129,14 @@ fn from_bends([low, high]: [f64; 2], [least, most]: [f64; 2]) -> f64 {
     behind.min(ahead).clamp(0.0, FAR)
 }
 
-/// The tip and its derivatives over the box's coordinates, as (1 - x, y).
+/// Tip and its derivatives over the box's coordinates, as (1 - x, y).
 pub(super) struct Local {
     pub(super) tip: [f64; 2],
     along_first: [f64; 2],
     along_lam: [f64; 2],
 }
 
-/// The chart coordinate of a box coordinate.
+/// Chart coordinate p of a box coordinate.
 fn place(kind: Column, first: f64) -> f64 {
     match kind {
         Column::Log => first.exp(),
@@ -141,14 +144,14 @@ fn place(kind: Column, first: f64) -> f64 {
     }
 }
 
-/// The chart point of a box coordinate.
+/// Chart point of a box coordinate.
 pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, ChartPoint)> {
     let p = place(kind, first);
     Ok((p, ChartPoint::at_load(p, lam)?))
 }
 
-/// The tip at p, lam and the chart point there by theta functions, faster than by [`ChartPoint::at_load`] and right to 1e-14 of kap^2 and kap, by which weakly
-/// bent rods move.
+/// Tip and chart point at (p, lam) by theta functions. Faster than [`ChartPoint::at_load`], and right to 1e-14 of
+/// kap^2 and kap, the scales on which weakly bent rods move.
 fn quick_point(p: f64, lam: f64) -> ((f64, f64), ChartPoint) {
     let modulus = Modulus::new(p);
     let integrals = Along::new(&modulus, lam).clamp(&modulus);
@@ -156,7 +159,7 @@ fn quick_point(p: f64, lam: f64) -> ((f64, f64), ChartPoint) {
     (closed_tip(&at), at)
 }
 
-/// The tip (1 - x, y) at p, lam, right to 1e-14 of kap^2 and kap.
+/// Tip (1 - x, y) at (p, lam), right to 1e-14 of kap^2 and kap.
 pub(super) fn quick_tip(p: f64, lam: f64) -> [f64; 2] {
     quick_point(p, lam).0.into()
 }
@@ -166,7 +169,8 @@ impl Local {
         Self::with_tip(kind, p, at, tip(p, at))
     }
 
-    /// At the centre of a box of this half width: of large ones 1e-14 of the tip does not count.
+    /// Expansion at the centre of a box of half width `width`; in large boxes an error of 1e-14 of the tip does not
+    /// matter.
     pub(super) fn at_centre(
         kind: Column,
         (first, lam): (f64, f64),
@@ -214,7 +218,7 @@ impl Local {
         }
     }
 
-    /// The Newton step to the logarithms of y and of (1 - x)/y^2 at the target, and what the larger misses them by.
+    /// Newton step for the logarithms of y and of (1 - x)/y^2 at the target, and the larger of the two residuals.
     pub(super) fn by_shape(&self, target: [f64; 2]) -> ((f64, f64), f64) {
         let [x, y] = self.tip;
         let row = |v: [f64; 2]| [v[1] / y, v[0] / x - 2.0 * v[1] / y];
@@ -226,7 +230,7 @@ impl Local {
         (step, gap[0].abs().max(gap[1].abs()))
     }
 
-    /// The Newton step to the target at distance `gap`.
+    /// Newton step to the target at distance `gap`.
     pub(super) fn step(&self, gap: [f64; 2]) -> (f64, f64) {
         let det = cross(self.along_first, self.along_lam);
         (
@@ -236,13 +240,13 @@ impl Local {
     }
 }
 
-/// A derivative of the tip, turned to the fixed axes, as that of (1 - x, y).
+/// Derivative of (1 - x, y) in the fixed axes, from one of the tip in the turned axes.
 pub(super) fn mirrored(at: &ChartPoint, v: [f64; 2]) -> [f64; 2] {
     let [x, y] = at.to_fixed(v);
     [-x, y]
 }
 
-/// Where the tip can be over a box: its expansion about the centre with each coordinate in half widths of the box.
+/// Range of the tip over a box: expansion about the centre, with each coordinate in half widths of the box.
 pub(super) struct Reach {
     along_first: [f64; 2],
     along_lam: [f64; 2],
@@ -250,7 +254,7 @@ pub(super) struct Reach {
     bend_first: [f64; 2],
     bend_lam: [f64; 2],
     mixed: [f64; 2],
-    /// Bounds of the rest.
+    /// Bounds of the remainder.
     rest: [f64; 2],
 }
 
@@ -271,7 +275,8 @@ impl Reach {
         }
     }
 
-    /// True if no point of the box can reach a target at this distance from the centre: along some direction it is farther than the tip can come.
+    /// True if no point of the box reaches a target at the distance `gap` from the centre, since in some direction
+    /// the target is farther than the tip.
     pub(super) fn misses(&self, gap: [f64; 2]) -> bool {
         self.beyond(gap, gap)
             || self.beyond([-self.along_lam[1], self.along_lam[0]], gap)
@@ -280,7 +285,8 @@ impl Reach {
             || self.beyond([0.0, 1.0], gap)
     }
 
-    /// True if the target is farther along the direction `e` than the tip. Of the quadratic part, what bends the other way helps.
+    /// True if the target is farther than the tip along the direction `e`. A quadratic part that bends the other way
+    /// reduces the reach.
     fn beyond(&self, e: [f64; 2], gap: [f64; 2]) -> bool {
         let away = dot(e, gap);
         let side = 1f64.copysign(away);
@@ -323,8 +329,8 @@ mod proof;
 mod tests {
     use super::*;
 
-    /// Catches a bound on third derivatives that does not hold: they are sampled afresh, by central
-    /// differences of the exact second ones, at pseudo-random places of boxes of all sizes, of both kinds, up to lam = 60.
+    /// Catches a bound on third derivatives that fails. Third derivatives are sampled by central differences of the
+    /// exact second ones, at pseudo-random places of boxes of all sizes, of both kinds, up to lam = 60.
     #[test]
     fn third_derivatives_stay_below_their_bounds() {
         let mut seed = 20_u64;

@@ -10,15 +10,15 @@ use crate::math::carlson::{complete_kb, rf_rd};
 use crate::math::jacobi::Quotients;
 use std::f64::consts::{LN_2, PI};
 
-/// tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding:
-/// the neglected terms are of relative size lam / TAUT^2.
+/// Value of tan(phi_jacobi) = sin w / kap' beyond which the incomplete integrals are elementary to rounding: the
+/// neglected terms are of relative size lam / TAUT^2.
 pub(super) const TAUT: f64 = 1e9;
-/// p beyond which kap'^2 is below rounding and K, B are elementary.
+/// Value of p beyond which kap'^2 is below rounding and K, B are elementary.
 const FLAT: f64 = 22.0;
 
-/// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to
-/// lam = T/(4 sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod; the chart holds
-/// it wherever the force lam^2 can be represented.
+/// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to lam = T/(4
+/// sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod. The chart holds wherever the force lam^2
+/// can be represented.
 pub const P_MAX: f64 = 1e100;
 
 /// The modulus at `p`: kap = tanh p and kap' = sech p, each to a few ulp.
@@ -52,7 +52,7 @@ impl Modulus {
     }
 }
 
-/// The closed form at one chart point: what every quantity of the equilibrium is made of.
+/// Closed-form integrals at one chart point, from which all quantities of the equilibrium follow.
 ///
 /// With D(t)^2 = kap'^2 + kap^2 sin^2 t:
 /// lam = int_0^w dt/D, b = int_0^w sin^2 t/D dt, d = D(w), s = sin w, c = cos w.
@@ -84,7 +84,7 @@ impl Integrals {
         Self::from_circle(p, s, c, half_turns)
     }
 
-    /// The same of a point whose load and energy U = 2 lam kap^2 B are known, without integrals; kap != 0.
+    /// Integrals of a point from its load and its energy U = 2 lam kap^2 B, without quadrature; kap != 0.
     #[inline(always)]
     pub(super) fn known(p: f64, w: f64, lam: f64, energy: f64) -> Self {
         let Modulus { kap, kap_c } = Modulus::new(p);
@@ -101,8 +101,8 @@ impl Integrals {
         }
     }
 
-    /// The same from the load: (p, lam). Where D(w) is tiny (a looped rod, w near a multiple of pi)
-    /// this keeps what w as a double cannot hold.
+    /// Integrals at (p, lam). For a looped rod, w near a multiple of pi, D(w) is tiny, and lam keeps digits that w as
+    /// a double cannot hold.
     ///
     /// # Errors
     /// lam not in (0, 1e9), p not finite, or |p| > 345 with lam > |p|.
@@ -114,7 +114,7 @@ impl Integrals {
         })
     }
 
-    /// From s = sin w, c = cos w and the number of half turns nearest to w.
+    /// Integrals from s = sin w, c = cos w and the number of half turns nearest to w.
     #[inline]
     fn from_circle(p: f64, s: f64, c: f64, half_turns: f64) -> Self {
         let Modulus { kap, kap_c } = Modulus::new(p);
@@ -185,17 +185,17 @@ pub(super) fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
     (p + LN_2 + half.ln(), s * half)
 }
 
-/// A chart point with everything the motion needs, in closed form.
+/// Chart point in closed form: end position, its derivatives, and the force.
 ///
-/// In axes turned by alpha the tip stands at (X, Y) = (2 dE/lam - 1, 2 kap s/lam); the fixed axes
-/// follow by one rotation, whose sine and cosine are algebraic: no angle is ever formed.
+/// In axes turned by alpha the tip stands at (X, Y) = (2 dE/lam - 1, 2 kap s/lam). The fixed axes follow by one
+/// rotation, whose sine and cosine are algebraic: no angle is formed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ChartPoint {
-    /// The integrals it is made of.
+    /// Integrals at the point.
     pub integrals: Integrals,
     /// cos alpha, sin alpha: the pull on the mass is lam^2 (cos alpha, sin alpha).
     pub cos_alpha: f64,
-    /// See `cos_alpha`.
+    /// Sine of the direction of the pull.
     pub sin_alpha: f64,
     /// Tip in the turned axes.
     pub turned: [f64; 2],
@@ -212,7 +212,7 @@ impl ChartPoint {
         Self::from_integrals(p, Integrals::new(p, w))
     }
 
-    /// The point with load lam on the line p.
+    /// Chart point with the load lam on the line p.
     ///
     /// # Errors
     /// As [`Integrals::at_load`].
@@ -220,7 +220,7 @@ impl ChartPoint {
         Ok(Self::from_integrals(p, Integrals::at_load(p, lam)?))
     }
 
-    /// The point p with these integrals.
+    /// Chart point from p and its integrals.
     #[inline]
     pub(super) fn from_integrals(p: f64, i: Integrals) -> Self {
         let Integrals {
@@ -247,7 +247,7 @@ impl ChartPoint {
         let alpha_w = 2.0 * kap * s * inv_d;
         let mut point = Self {
             integrals: i,
-            // D^2 + kap^2 c^2 = 1, so these are exact: alpha = -2 atan2(kap c, D).
+            // Exact, since D^2 + kap^2 c^2 = 1: alpha = -2 atan2(kap c, D).
             cos_alpha: (d - kap * c) * (d + kap * c),
             sin_alpha: -2.0 * kap * c * d,
             turned: [x, y],
@@ -263,7 +263,7 @@ impl ChartPoint {
         point
     }
 
-    /// Derivatives that hold their relative accuracy as lam -> 0.
+    /// Replaces the derivatives by a form of full relative accuracy as lam -> 0.
     #[cold]
     fn slight(&mut self, p: f64) {
         let i = &self.integrals;
@@ -273,7 +273,7 @@ impl ChartPoint {
         self.column_w = tip.along_lam.map(|v| v / i.d);
     }
 
-    /// Turns a vector of the turned axes into the fixed ones.
+    /// Rotates a vector from the turned axes to the fixed ones.
     #[inline]
     pub fn to_fixed(&self, v: [f64; 2]) -> [f64; 2] {
         [
@@ -288,8 +288,8 @@ impl ChartPoint {
         self.column_p[0] * self.column_w[1] - self.column_w[0] * self.column_p[1]
     }
 
-    /// det d(x, y)/d(p, lam) / kap^2: vanishes at the folds and nowhere else, also not on the line
-    /// kap = 0 where the whole chart collapses onto the straight rod.
+    /// Fold function det d(x, y)/d(p, lam) / kap^2: zero at the folds and nowhere else, not even on the line kap = 0,
+    /// where the whole chart collapses onto the straight rod.
     #[inline]
     pub fn fold_function(&self) -> f64 {
         let i = &self.integrals;
@@ -304,7 +304,7 @@ impl ChartPoint {
     }
 }
 
-/// The amplitude w at which the rod of tip modulus p has load lam: tan w = kap' tan am(lam).
+/// Amplitude w at which the rod of tip modulus p has the load lam: tan w = kap' tan am(lam).
 ///
 /// # Errors
 /// lam not in (0, 1e9), p not finite, or |p| > 345 with lam > |p|.

@@ -1,7 +1,7 @@
 //! Chart points at eight places at once, in wide registers.
 //!
-//! The integrals cost most of a point. Where the places have moved a little since the integrals were last evaluated, as they do from one sweep
-//! over a step to the next, these are carried along ([`mod@carried`]).
+//! The integrals are the main cost of a point. Places that have moved little since the last evaluation, as from one
+//! sweep over a step to the next, take integrals carried along from there ([`mod@carried`]).
 
 mod integral_updates;
 
@@ -19,27 +19,27 @@ use nalgebra::Vector2;
 use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, LN_2};
 
-/// pi in two parts, the first with few enough bits to be multiplied by a number of half turns without rounding.
+/// Pi in two parts; the first has few enough bits for an exact product with the number of half turns.
 const PI: [f64; 2] = [3.141_592_653_589_782_5, 1.078_060_571_631_623_8e-14];
-/// Largest |p| and w that are served.
+/// Largest |p| and largest w of the wide evaluation.
 const FARTHEST: f64 = 300.0;
 const LARGEST: f64 = 100.0;
-/// Smallest w: B is good to rounding absolutely, and is like w^3.
+/// Smallest w: the error of B is absolute at rounding level, while B is of order w^3.
 const SHORTEST: f64 = 0.05;
-/// Smallest |p|: next to the straight rod B_p is lost.
+/// Smallest |p|: next to the straight rod B_p loses its digits.
 const STRAIGHTEST: f64 = 1e-3;
 
-/// Chart points at eight places, and the integrals that they were last made from.
+/// Evaluator of chart points at eight places, with the integrals of its last full evaluation.
 pub(super) struct Eightfolds {
     registers: Registers,
-    /// The error that integrals may have that are carried on to other places.
+    /// Error allowed in integrals that are carried to other places.
     error: f64,
     base: Option<Base>,
 }
 
 impl Eightfolds {
-    /// With integrals as good as `error`. None on a processor without registers for them: eight places would cost eight times what one does there, and
-    /// steps with one slope after the other ask for fewer slopes.
+    /// Evaluator with integrals as good as `error`. `None` on a processor without wide registers: eight places would
+    /// cost eight times one, and sequential steps need fewer slopes.
     pub fn new(error: f64) -> Option<Self> {
         Some(Self {
             registers: Registers::in_use()?,
@@ -54,7 +54,7 @@ impl Eightfold<2> for Eightfolds {
         self.base = None;
     }
 
-    /// Outside of what is served in wide registers one by one.
+    /// Points in wide registers, or one by one outside their range.
     #[inline]
     fn points(&mut self, q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
         let registers = self.registers;
@@ -79,7 +79,7 @@ fn one_by_one(q: &[Row; 2], to: &mut EightPoints<2>) -> bool {
     true
 }
 
-/// The integrals at eight places ([`super::chart::Integrals`]), and their derivatives.
+/// Integrals at eight places ([`super::chart::Integrals`]), and their derivatives.
 #[derive(Clone, Copy)]
 struct At<S: Simd> {
     kap: Eight<S>,
@@ -105,7 +105,7 @@ impl WithSimd for Work<'_> {
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let [p, w] = [Eight::of(simd, self.q[0]), Eight::of(simd, self.q[1])];
         let size = p.abs();
-        // A NaN is not served.
+        // A NaN fails these comparisons.
         if !(size.greatest() < FARTHEST
             && size.least() > STRAIGHTEST
             && w.greatest() < LARGEST
@@ -132,7 +132,7 @@ impl WithSimd for Work<'_> {
     }
 }
 
-/// The integrals at (p, w), |p| = `size`, as [`super::chart::Integrals::new`] has them.
+/// Integrals at (p, w), |p| = `size`, as [`super::chart::Integrals::new`].
 #[inline(always)]
 fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S> {
     let one = p.all(1.0);
@@ -143,7 +143,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
         odd,
     } = p.half_exp();
     let (sinh, cosh) = (up - down, up + down);
-    // Where e^p is near 1 the difference is that of the series.
+    // For e^p near 1 the difference comes from the series.
     let sinh = twos.abs().below(0.5, odd, sinh);
     let kap_c = cosh.inverse();
     let kap = sinh * kap_c;
@@ -156,7 +156,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
     let d = across.times_plus(across, kap_c * kap_c).sqrt();
     let inv_d = d.inverse();
     let [mut lam, mut b] = integrals(kap_c, (sin, cos), d, turns);
-    // Beyond this the integrals are elementary, and means of them far apart.
+    // Beyond TAUT the integrals are elementary, and the arithmetic-geometric means are inaccurate.
     let far = sin.abs() * cosh;
     if far.greatest() >= TAUT {
         let [mut lams, mut bs] = [lam.numbers(), b.numbers()];
@@ -186,7 +186,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
 }
 
 impl<S: Simd> At<S> {
-    /// lam_p and B_p.
+    /// Derivatives lam_p and B_p.
     #[inline(always)]
     fn by_p(&self) -> [Eight<S>; 2] {
         let held = self.c * self.s * self.inv_d;
@@ -197,7 +197,7 @@ impl<S: Simd> At<S> {
         ]
     }
 
-    /// What [`super::chart::ChartPoint`] makes of them.
+    /// Chart points from the integrals, as [`super::chart::ChartPoint`].
     #[inline(always)]
     fn point(&self, to: &mut EightPoints<2>) {
         let Self {
@@ -242,7 +242,7 @@ impl<S: Simd> At<S> {
     }
 }
 
-/// Turns a vector of the turned axes into the fixed ones.
+/// Rotates a vector from the turned axes to the fixed ones.
 #[inline(always)]
 fn turned<S: Simd>([cos, sin]: [Eight<S>; 2], v: [Eight<S>; 2]) -> [Eight<S>; 2] {
     [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]]
@@ -257,7 +257,7 @@ mod tests {
         if a.is_nan() || b <= a { a } else { b }
     }
 
-    /// The largest difference from points made one by one, relative to the sizes of force, Jacobian and so on.
+    /// Largest difference from points evaluated one by one, relative to the sizes of force, Jacobian and so on.
     fn off(q: &[Row; 2], to: &EightPoints<2>) -> f64 {
         let mut worst = 0.0_f64;
         for (i, (p, w)) in q[0].iter().zip(&q[1]).enumerate() {
@@ -278,8 +278,9 @@ mod tests {
         worst
     }
 
-    /// Catches formulas in wide registers that are not those of the chart: slack rods, taut ones, loops, some half turns, and lanes of all kinds beside each other. What is
-    /// carried on from other places is as good as was asked for, and evaluated anew where they are too far.
+    /// Catches formulas in wide registers that deviate from the chart: slack rods, taut ones, loops, some half turns,
+    /// and mixed lanes. Carried integrals must be as good as asked for, and be evaluated anew where the places are
+    /// too far.
     #[test]
     fn eight_points_are_those_of_one() {
         let mut to = EightPoints::default();
@@ -291,7 +292,7 @@ mod tests {
                 std::array::from_fn(|i| size * wave(i, 1.1)),
                 std::array::from_fn(|i| 4.0 + 3.99 * wave(i, 0.7)),
             ];
-            // A processor without wide registers has nothing to be tested.
+            // Without wide registers the test is void.
             let Some(mut served) = Eightfolds::new(1e-12) else {
                 return;
             };
@@ -314,7 +315,7 @@ mod tests {
                 if w.iter().any(|w| *w <= 0.0) {
                     continue;
                 }
-                // Points made one by one leave those that others are carried from.
+                // Points evaluated one by one leave the base of the carried ones unchanged.
                 let in_lanes =
                     w.iter().all(|w| *w > SLIGHT) && p.iter().all(|p| p.abs() > STRAIGHTEST);
                 assert!(served.points(&there, &mut to));

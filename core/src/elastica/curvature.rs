@@ -1,4 +1,4 @@
-//! Second derivatives of the tip over (p, lam), in closed form: what cusps and error bounds need.
+//! Second derivatives of the tip over (p, lam) in closed form, for cusps and error bounds.
 
 use super::chart::{ChartPoint, Integrals, Modulus};
 use crate::math::real::Real;
@@ -22,9 +22,9 @@ pub struct TipDerivatives {
     pub ll: [f64; 2],
 }
 
-/// The pendulum of the rod at the distance u = lam of `Integrals` from the tip: the angle psi and the place Z(u) = int_0^u (cos psi,
-/// sin psi) with their derivatives along u and, at fixed u, along the modulus p. As Z_y = 2 kap s, psi_u = -Z_y, psi_pu = -Z_y,p and
-/// psi_uu = -Z_y,u.
+/// Pendulum of the rod at the distance u = lam of `Integrals` from the tip: the angle psi and the place
+/// Z(u) = int_0^u (cos psi, sin psi), with derivatives along u and, at fixed u, along the modulus p. As Z_y = 2 kap
+/// s, psi_u = -Z_y, psi_pu = -Z_y,p and psi_uu = -Z_y,u.
 pub(super) struct Swing<T = f64> {
     pub z: [T; 2],
     pub z_p: [T; 2],
@@ -46,10 +46,10 @@ impl Swing {
 }
 
 impl<T: Real> Swing<T> {
-    /// At the distance u with (s, c, d, b) of `Integrals`.
+    /// Pendulum at the distance u, with (s, c, d, b) of `Integrals`.
     ///
-    /// h = (D, kap c) has half the angle psi, which turns with p at the rate f = c D + kap^2 s B. With m = kap n, n = D B + s c, all is free of
-    /// divisions: s_p = -c m, c_p = s m, kap B_p = kap'^2 (u - B) - D n, and
+    /// h = (D, kap c) has half the angle psi, which turns with p at the rate f = c D + kap^2 s B. With m = kap n,
+    /// n = D B + s c, all formulas are free of divisions: s_p = -c m, c_p = s m, kap B_p = kap'^2 (u - B) - D n, and
     ///
     /// ```text
     /// Z_p = (-2 kap kap'^2 (u - B), 2 kap'^2 s) - 2 m h
@@ -116,7 +116,7 @@ impl<T: Real> Swing<T> {
 }
 
 impl TipDerivatives {
-    /// The derivatives at a chart point.
+    /// Derivatives at a chart point.
     pub fn new(at: &ChartPoint) -> Self {
         let swing = Swing::new(&at.integrals);
         let inv = 1.0 / at.integrals.lam;
@@ -152,7 +152,8 @@ impl TipDerivatives {
     }
 }
 
-/// The second derivative of Rot(alpha) r, in the turned axes, from that of r and the first derivatives of both along two parameters.
+/// Second derivative of Rot(alpha) r in the turned axes, from that of r and the first derivatives of alpha and r
+/// along two parameters.
 fn turned(
     r: [f64; 2],
     second: [f64; 2],
@@ -180,7 +181,7 @@ fn combine<const N: usize>(terms: [(f64, [f64; 2]); N]) -> [f64; 2] {
     sum
 }
 
-/// J v: a quarter turn.
+/// Rotation by a right angle: J v.
 fn quarter(v: [f64; 2]) -> [f64; 2] {
     [-v[1], v[0]]
 }

@@ -1,4 +1,4 @@
-//! A rod whose end is dragged by a hand, so slowly that it is at rest all the time but in its snaps.
+//! Rod whose end is dragged quasistatically: equilibria between snaps.
 
 use super::viscous_landing::LayerShape;
 use super::{Elastica, Equilibrium};
@@ -6,18 +6,18 @@ use crate::error::{Error, Message, Quantity, Result};
 use crate::manifold::{EquilibriumManifold, Multivalued, adjugate_times, fold_kernel, invert_near};
 use nalgebra::Vector2;
 
-/// The longest stride of the end.
+/// Longest stride of the end.
 const STRIDE: f64 = 0.02;
-/// The shortest: where no shorter one goes on, the rod is at a fold, up to the square root of this.
+/// Shortest stride of the end: where none this short succeeds the rod is at a fold, up to the square root of this.
 const LEAST: f64 = 1e-12;
-/// A stride is taken if the shape is as near as this, relative to its change, to the one that the tangent foretells: next to a fold, where the
-/// shape changes as the square root of the way that is left, half of that way is.
+/// Largest distance of a stride's shape from the tangent's prediction, relative to the change. Next to a fold, where
+/// the shape changes as the square root of the remaining way, this allows half of that way.
 const FORETOLD: f64 = 0.3;
-/// Snaps of one move; more are a computation that has lost its way.
+/// Most snaps of one move; more indicate a failed computation.
 const MOST_SNAPS: usize = 16;
 
-/// The planar elastica with its end in a hand: the stable equilibrium is followed to the fold where it ends, and the viscous layer leads
-/// from there to the next one (theory 2.6). Units: length 1, bending stiffness 1.
+/// Planar elastica with its end in a hand. The stable equilibrium is followed to the fold where it ends, and the
+/// viscous layer leads from there to the next one (theory 2.6). Units: length 1, bending stiffness 1.
 ///
 /// ```
 /// # use snaprod_core as snaprod;
@@ -39,18 +39,18 @@ pub struct Dragged {
     place: Vector2<f64>,
 }
 
-/// A snap of a rod that is dragged.
+/// Snap of a dragged rod.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DraggedSnap {
     /// Chart point (p, w) of the fold, to six digits.
     pub from: Vector2<f64>,
     /// Chart point of the landing.
     pub to: Vector2<f64>,
-    /// The place of the end.
+    /// Position of the end.
     pub place: Vector2<f64>,
-    /// Energy that the layer dissipates: the elastic energy before minus that after.
+    /// Energy dissipated by the layer: elastic energy before minus after.
     pub released: f64,
-    /// The shapes of the layer, the first next to the fold; none where the layer is known only by its landing.
+    /// Shapes of the layer, the first next to the fold; empty if only the landing is known.
     pub shapes: Vec<LayerShape>,
 }
 
@@ -74,21 +74,21 @@ impl Dragged {
         })
     }
 
-    /// The chart point (p, w) at which the rod is.
+    /// Chart point (p, w) of the rod.
     pub fn chart(&self) -> Vector2<f64> {
         self.q
     }
 
-    /// The place of the end.
+    /// Position of the end.
     pub fn place(&self) -> Vector2<f64> {
         self.place
     }
 
-    /// Drags the end to `target` on a straight line; the snaps on the way, in order.
+    /// Drags the end to `target` along a straight line; returns the snaps in order.
     ///
     /// # Errors
-    /// A target outside the disc |r| < 1, which no bent rod reaches, a layer that does not settle, or a rod whose loop is drawn so tight that
-    /// double precision does not hold it. The rod then stays where it came to.
+    /// A target outside the disc |r| < 1, which no bent rod reaches, a layer that does not settle, or a loop drawn
+    /// too tight for double precision. The rod then stays at the last equilibrium.
     pub fn to(&mut self, target: &Vector2<f64>) -> Result<Vec<DraggedSnap>> {
         if !(target.norm() < 1.0) {
             return Err(Error::domain(
@@ -112,7 +112,7 @@ impl Dragged {
         Ok(snaps)
     }
 
-    /// Follows the equilibrium towards `target`; the direction in the chart in which it comes to a fold, None if it arrives.
+    /// Follows the equilibrium towards `target`: `None` on arrival, the chart direction of approach at a fold.
     fn glide(&mut self, target: &Vector2<f64>) -> Result<Option<Vector2<f64>>> {
         let (mut stride, mut direction) = (STRIDE, Vector2::zeros());
         loop {
@@ -135,14 +135,14 @@ impl Dragged {
                     stride = (2.0 * stride).min(STRIDE);
                 }
                 None if stride > LEAST => stride = 0.5 * stride.min(left),
-                // A rod that begins at the fold leaves it as the way asks.
+                // A rod that starts at the fold leaves along the predicted step.
                 None if direction == Vector2::zeros() => return Ok(Some(foretold)),
                 None => return Ok(Some(direction)),
             }
         }
     }
 
-    /// The stable equilibrium at `goal` that continues this one, which the tangent foretells at the distance `foretold` in the chart.
+    /// Stable equilibrium at `goal` that continues the current one; `foretold` is the tangent's chart step.
     fn beside(&self, goal: &Vector2<f64>, foretold: &Vector2<f64>) -> Option<Vector2<f64>> {
         let guess = self.q + foretold;
         let next = invert_near(&Elastica, goal, &guess, 1e-15).ok()?.q;
@@ -151,7 +151,7 @@ impl Dragged {
         (near && Elastica.index(&next).ok()? == 0).then_some(next)
     }
 
-    /// Falls from the fold, which was come to in this direction of the chart.
+    /// Snaps from the fold approached in the chart direction `direction`.
     fn snap(&mut self, direction: &Vector2<f64>) -> Result<DraggedSnap> {
         let fold = Elastica.point(&self.q).ok_or_else(lost)?;
         let kernel = fold_kernel(&fold.jacobian)?;

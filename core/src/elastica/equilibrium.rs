@@ -1,4 +1,4 @@
-//! One equilibrium of the elastica, fully described: labels, end position, force, energy, shape.
+//! One equilibrium of the elastica in full: labels, end position, force, energy, shape.
 
 use super::chart::{ChartPoint, Integrals, Modulus, P_MAX, amplitude};
 use crate::error::{Error, Result};
@@ -6,14 +6,13 @@ use crate::manifold::{Sheet, Sign};
 use crate::math::gauss::Rule;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Below this load the end position is integrated instead of taken as a difference of terms of size
-/// one: 1 - x is of order lam^4 there.
+/// Load lam below which the end position is integrated along the rod. The closed form is a difference of terms of
+/// size one, while 1 - x is of order lam^4.
 const SLIGHT: f64 = 1.2;
 
-/// The sheet of the chart point: theta' has ceil(w/pi) - 1 zeros inside the rod and starts with the
-/// sign of kap sin w.
+/// Sheet of the chart point: theta' has ceil(w/pi) - 1 zeros inside the rod and starts with the sign of kap sin w.
 pub fn sheet(p: f64, w: f64) -> Sheet {
-    // The seam w = j pi belongs to the lower mode, also when rounding has put w just beyond it.
+    // The seam w = j pi belongs to the lower mode, even if rounding has put w just beyond it.
     let mode = ((w / PI * (1.0 - 4.0 * f64::EPSILON)).ceil() - 1.0).max(0.0);
     // Inside (j pi, (j + 1) pi) the sine has the sign (-1)^j.
     let sign = if mode as u64 & 1 == 0 { p } else { -p };
@@ -23,7 +22,7 @@ pub fn sheet(p: f64, w: f64) -> Sheet {
     }
 }
 
-/// An equilibrium with its labels in all three languages: (p, w), (lambda, kappa), (j, +-, k, beta).
+/// Equilibrium with its labels in three conventions: (p, w), (lambda, kappa), (j, +-, k, beta).
 ///
 /// Units: length 1, bending stiffness 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +35,7 @@ pub struct Equilibrium {
     pub lambda: f64,
     /// kap = sin((theta(1) - alpha)/2), signed.
     pub kappa: f64,
-    /// kap' = sqrt(1 - kap^2), never formed that way.
+    /// kap' = sqrt(1 - kap^2), computed without this cancellation.
     pub kappa_c: f64,
     /// The paper's sheet S_j^+-.
     pub sheet: Sheet,
@@ -52,7 +51,7 @@ pub struct Equilibrium {
     pub x: f64,
     /// End position.
     pub y: f64,
-    /// 1 - x, with its own relative accuracy near the straight rod.
+    /// 1 - x, to full relative accuracy near the straight rod.
     pub one_minus_x: f64,
     /// Elastic energy, 1/2 int theta'^2.
     pub energy: f64,
@@ -60,7 +59,7 @@ pub struct Equilibrium {
     pub force: [f64; 2],
 }
 
-/// The rod at one section.
+/// Section of the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarSection {
     /// Arclength from the clamp.
@@ -76,7 +75,7 @@ pub struct PlanarSection {
 }
 
 impl Equilibrium {
-    /// The equilibrium at the chart point (p, w).
+    /// Equilibrium at the chart point (p, w).
     ///
     /// # Errors
     /// p not finite or beyond 1e100, w not in (0, 1e6), or a rod too slight for double precision.
@@ -127,7 +126,7 @@ impl Equilibrium {
         })
     }
 
-    /// The equilibrium with load lambda = sqrt(|force|) and tip modulus kappa = sin((theta(1) - alpha)/2).
+    /// Equilibrium with load lambda = sqrt(|force|) and tip modulus kappa = sin((theta(1) - alpha)/2).
     ///
     /// # Errors
     /// lambda not in (0, 1e9) or kappa not in (-1, 1).
@@ -137,7 +136,7 @@ impl Equilibrium {
                 "kappa = {kappa} must lie in (-1, 1); closer to 1 than doubles go, give p (kappa = tanh p) instead"
             )));
         }
-        // kappa as it was given, not as it comes back from p.
+        // Keep kappa as given, free of the round trip through p.
         Ok(Self {
             kappa,
             k: kappa.abs(),
@@ -145,7 +144,7 @@ impl Equilibrium {
         })
     }
 
-    /// The same with p, kappa = tanh p: for taut and looped rods, where 1 - |kappa| is tiny.
+    /// Equilibrium with load lambda and p, kappa = tanh p: for taut and looped rods, where 1 - |kappa| is tiny.
     ///
     /// # Errors
     /// lambda not in (0, 1e9) or p out of range.
@@ -153,7 +152,7 @@ impl Equilibrium {
         Self::from_point(p, amplitude(p, lambda)?, &ChartPoint::at_load(p, lambda)?)
     }
 
-    /// The equilibrium (j, +-, k, beta) of the paper (AMV (3.14)).
+    /// Equilibrium (j, +-, k, beta) of the paper (AMV (3.14)).
     ///
     /// # Errors
     /// k not in [0, 1) or beta not in [-pi/2, pi/2], or the empty corner of S_0 where lambda = 0.
@@ -194,8 +193,8 @@ impl Equilibrium {
         Ok(self.section_at(s, amplitude(self.p, self.lambda * (1.0 - s))?))
     }
 
-    /// `n` >= 2 sections from clamp to tip, spaced evenly in amplitude, which follows the bends: no
-    /// Jacobi function is needed. For drawing.
+    /// Sections from clamp to tip, `n` >= 2 of them, for drawing. Even spacing in amplitude follows the bends and
+    /// needs no Jacobi function.
     pub fn curve(&self, n: usize) -> Vec<PlanarSection> {
         let last = n.max(2) - 1;
         (0..=last)
@@ -211,8 +210,8 @@ impl Equilibrium {
             .collect()
     }
 
-    /// The section of amplitude t: psi = 2 asin(kap cos t), and the rod beyond it is the equilibrium
-    /// (p, t) of length 1 - s under the same force.
+    /// Section of amplitude t: psi = 2 asin(kap cos t), and the rod beyond the section is the equilibrium (p, t) of
+    /// length 1 - s under the same force.
     fn section_at(&self, s: f64, t: f64) -> PlanarSection {
         let (sin_alpha, cos_alpha) = self.alpha.sin_cos();
         let (sin_t, cos_t) = t.sin_cos();
@@ -237,7 +236,7 @@ impl Equilibrium {
     }
 }
 
-/// (1 - x, y) of the tip, each to relative accuracy also near the straight rod.
+/// Tip as (1 - x, y), each to relative accuracy also near the straight rod.
 pub(super) fn tip(p: f64, at: &ChartPoint) -> (f64, f64) {
     let i = &at.integrals;
     if i.lam < SLIGHT {
@@ -246,19 +245,19 @@ pub(super) fn tip(p: f64, at: &ChartPoint) -> (f64, f64) {
     closed_tip(at)
 }
 
-/// The same by the closed form, to an ulp of kap^2 and kap.
+/// Tip as (1 - x, y) by the closed form, to an ulp of kap^2 and kap.
 pub(super) fn closed_tip(at: &ChartPoint) -> (f64, f64) {
     let i = &at.integrals;
-    // 1 - (cos alpha X - sin alpha Y) with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 used up: what is left is
-    // of the order of the result, for small kap and for small w alike.
+    // 1 - (cos alpha X - sin alpha Y), with s^2 + c^2 = 1 and D^2 + kap^2 c^2 = 1 inserted: the remaining terms are
+    // of the order of the result, for small kap and for small w.
     let (kap2, kc2, c2) = (i.kap * i.kap, i.kap_c * i.kap_c, i.c * i.c);
     let bent = ((2.0 * c2 * kap2 - 1.0) * i.b - 2.0 * i.c * i.s * i.d) / i.lam;
     let one_minus_x = 2.0 * kap2 * (i.s * i.s + 2.0 * c2 * kc2 + bent);
     (one_minus_x, at.to_fixed(at.turned)[1])
 }
 
-/// The tip of a slightly loaded rod: with sin(theta/2) = kap (cos^2 t - cos^2 w)/(cos t D(w) + cos w D(t)),
-/// 1 - x = 2 int sin^2(theta/2) ds and y = 2 int sin(theta/2) cos(theta/2) ds, ds = dt/(lam D(t)).
+/// Tip of a slightly loaded rod, by quadrature: 1 - x = 2 int sin^2(theta/2) ds and y = 2 int sin(theta/2)
+/// cos(theta/2) ds, ds = dt/(lam D(t)). Here sin(theta/2) = kap (cos^2 t - cos^2 w)/(cos t D(w) + cos w D(t)).
 fn slight_tip(p: f64, i: &Integrals) -> (f64, f64) {
     let w = i.s.atan2(i.c);
     let Modulus { kap, kap_c } = Modulus::new(p);

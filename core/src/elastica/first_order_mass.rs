@@ -1,8 +1,9 @@
-//! What a rod of small mass adds to the motion of the mass at its end (theory 2.9).
+//! First-order inertia of a light planar rod: added mass and force at its end (theory 2.9).
 //!
-//! The rod stays on its equilibria, r(s; q). Its kinetic energy is then m/2 int |P v|^2 ds with v the velocity of the end and
-//! P(s) = r_q (Dr(1))^-1: the rod adds the mass m int P^T P ds to that of the body. All fields are closed forms: the place at
-//! the distance u = lam (1 - s) from the tip is that of the pendulum of the same modulus at the amplitude phi(u),
+//! The rod stays on its equilibria r(s; q). Its kinetic energy is then m/2 int |P v|^2 ds with v the velocity of the
+//! end and P(s) = r_q (Dr(1))^-1: the rod adds the mass m int P^T P ds to that of the body. All fields are closed
+//! forms. The section at the distance u = lam (1 - s) from the tip is that of the pendulum of the same modulus at the
+//! amplitude phi(u),
 //!
 //! ```text
 //! r(s) = Rot(alpha) (Z(lam) - Z(u))/lam,   Z(u) = int_0^u (cos psi, sin psi).
@@ -37,15 +38,15 @@ use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
 use std::sync::OnceLock;
 
-/// A rod pulled harder than this has no digits left here: [`TautInertia`] has them.
+/// Load lam above which the derivatives by (p, lam) lose their digits; [`TautInertia`] serves these rods.
 const TAUT: f64 = 100.0;
 
-/// Integrals along the rod are as good as exact.
+/// Smallest relative error of the integrals along the rod: exact for all uses.
 const EXACT: f64 = 1e-12;
-/// The most that they may be off.
+/// Largest relative error of the integrals along the rod.
 const ROUGH: f64 = 1e-4;
 
-/// A rod on its equilibrium (p, lam), as far as its mass is concerned, per unit of mass.
+/// First-order inertia of the rod at the equilibrium (p, lam), per unit of its mass.
 pub struct RodInertia {
     p: f64,
     modulus: Modulus,
@@ -53,31 +54,32 @@ pub struct RodInertia {
     integrals: Integrals,
     clamp: Swing,
     along: Along,
-    /// Part of the integrals along the rod by which they may be off.
+    /// Relative error allowed in the integrals along the rod.
     error: f64,
-    /// [`RodInertia::field`] of the end.
+    /// [`RodInertia::field`] of the end section.
     end: [[f64; 2]; 3],
     /// lam d r(1)/d(p, lam), in the axes of [`ChartPoint::turned`].
     by: Matrix2<f64>,
 }
 
-/// What a unit of the rod's mass adds to the equation of motion of the end.
+/// Contribution of a unit of the rod's mass to the equation of motion of the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Added {
-    /// A = int P^T P ds, the mass that the end feels.
+    /// Added mass A = int P^T P ds.
     pub mass: Matrix2<f64>,
-    /// int P^T (g - e) ds: e is the acceleration of the sections while that of the end is zero.
+    /// Force int P^T (g - e) ds, with e the acceleration of the sections at zero acceleration of the end.
     pub force: Vector2<f64>,
-    /// int r ds, the rod's centre of mass.
+    /// Centre of mass int r ds.
     pub centre: Vector2<f64>,
 }
 
-/// A rod on its equilibrium, in whatever coordinates its places keep their digits.
+/// Equilibrium rod, in coordinates that keep all digits along the rod.
 trait OnEquilibria {
     /// [`RodInertia::added`].
     fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added>;
 
-    /// The rod while its end moves with `v` as seen from the clamp, under the gravity of the world; None at a fold.
+    /// First-order inertia on a moving clamp: the end moves with `v` seen from the clamp, gravity is given in the
+    /// world; `None` at a fold.
     fn carried(
         &self,
         v: &Vector2<f64>,
@@ -95,7 +97,7 @@ impl RodInertia {
         Self::known(p, Integrals::new(p, w))
     }
 
-    /// The same of a chart point whose integrals are known.
+    /// Inertia at a chart point whose integrals are known.
     #[inline(always)]
     fn known(p: f64, integrals: Integrals) -> Result<Self> {
         let Integrals {
@@ -106,10 +108,10 @@ impl RodInertia {
         Ok(Self::of(p, modulus, integrals, along))
     }
 
-    /// The rod of modulus p under the pull lam.
+    /// Inertia of the rod of modulus p under the load lam.
     ///
     /// # Errors
-    /// A pull that is not in (0, 100).
+    /// A load lam outside (0, 100).
     #[inline(always)]
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
         let modulus = Modulus::new(p);
@@ -117,7 +119,7 @@ impl RodInertia {
         Ok(Self::of(p, modulus, along.clamp(&modulus), along))
     }
 
-    /// The same with integrals along the rod that may be off by a part `error` of their size, between 1e-12 and 1e-4.
+    /// Allows the relative error `error`, between 1e-12 and 1e-4, in the integrals along the rod.
     #[must_use]
     #[inline(always)]
     pub fn to_part(self, error: f64) -> Self {
@@ -143,12 +145,12 @@ impl RodInertia {
         rod
     }
 
-    /// The chart's point.
+    /// Point of the amplitude chart.
     fn point(&self) -> ChartPoint {
         ChartPoint::from_integrals(self.p, self.integrals)
     }
 
-    /// (lam Dr(1))^-1, and d(p, lam)/dt of the end's velocity; None at a fold.
+    /// Inverse (lam Dr(1))^-1, and the rate d(p, lam)/dt for the end velocity `v`; `None` at a fold.
     #[inline(always)]
     fn chart_rate(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let inverse = self.by.try_inverse()?;
@@ -160,12 +162,12 @@ impl RodInertia {
         self.turn().tr_mul(v)
     }
 
-    /// Where the end is.
+    /// Position of the end.
     fn place(&self) -> Vector2<f64> {
         self.turn() * Vector2::from(self.end[0]) / self.integrals.lam
     }
 
-    /// The turn from those axes to those of the clamp.
+    /// Rotation from the axes of [`ChartPoint::turned`] to those of the clamp.
     fn turn(&self) -> Matrix2<f64> {
         // alpha = -psi at the clamp.
         let [cos, minus] = self.clamp.z_u;
@@ -173,8 +175,8 @@ impl RodInertia {
         Matrix2::new(cos, -sin, sin, cos)
     }
 
-    /// lam times the place of the section with `part` of the rod beyond it, where the pendulum is at `here`, and lam times its derivatives by p
-    /// and lam.
+    /// Position of a section and its derivatives by p and lam, all times lam. `part`: fraction of the rod beyond the
+    /// section; `here`: the pendulum at the section.
     #[inline(always)]
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let drawn = self.drawn(part, here);
@@ -182,7 +184,8 @@ impl RodInertia {
         [less(w, drawn[0]), less(p, drawn[1]), less(l, drawn[2])]
     }
 
-    /// lam times the way from there to the end, and lam times its derivatives: of Rot(alpha) Z/lam in the turned axes, alpha = -psi at the clamp.
+    /// Vector from a section to the end and its derivatives, all times lam: Rot(alpha) Z/lam in the turned axes,
+    /// alpha = -psi at the clamp.
     #[inline(always)]
     fn drawn<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u());
@@ -201,7 +204,7 @@ impl RodInertia {
         ]
     }
 
-    /// How it moves at the rate `rate` of (p, lam).
+    /// Motion of the rod at the rate `rate` of (p, lam).
     #[inline(always)]
     fn turning(&self, rate: Vector2<f64>) -> Turning {
         Turning::new(&self.clamp, self.integrals.lam, rate.into())
@@ -221,13 +224,14 @@ impl RodInertia {
         nodes(least, draw)
     }
 
-    /// What the end feels of a unit of mass of the rod while it moves with `v` and gravity g acts on the rod; None at a fold.
+    /// Added mass, force and centre per unit of mass, for the end velocity `v` and gravity; `None` at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let (moving, turning) = self.moving(v)?;
         moving.added(self.integrals(&Heavy(&turning)), gravity)
     }
 
-    /// The end's motion with the velocity `v`, and how the axes of [`ChartPoint::turned`] turn in it; None at a fold.
+    /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it; `None`
+    /// at a fold.
     #[inline(always)]
     fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Turning)> {
         let (inverse, rate) = self.chart_rate(v)?;
@@ -243,15 +247,15 @@ impl RodInertia {
         Some((moving, turning))
     }
 
-    /// lam r_tt of the end as [`Turning`] has it, but for what is along its rate.
+    /// Second derivative lam r_tt of the end as in [`Turning`], without the term along r_t.
     #[inline(always)]
     fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
         let rate = self.by * Vector2::from(turning.rate);
         Vector2::from(turning.end) + aside(&rate) * (2.0 * turning.turn)
     }
 
-    /// (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam): twice the kinetic energy of the rod per unit of mass, and its
-    /// dissipation by Kelvin-Voigt friction of the time 1, of the rates q'.
+    /// Metrics (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam). N is twice the kinetic energy of the
+    /// rates q' per unit of mass; R is their dissipation by Kelvin-Voigt friction of the time 1.
     pub fn metric(&self) -> (Matrix2<f64>, Matrix2<f64>) {
         let lam = self.integrals.lam;
         let [n11, n12, n22, r11, r12, r22] = self.integrals(&Still);
@@ -261,7 +265,7 @@ impl RodInertia {
         )
     }
 
-    /// d r(1)/d(p, lam), and its second derivatives (pp, p lam, lam lam).
+    /// Jacobian d r(1)/d(p, lam), and second derivatives (pp, p lam, lam lam).
     pub fn end(&self) -> (Matrix2<f64>, [Vector2<f64>; 3]) {
         let end = TipDerivatives::new(&self.point());
         let fixed = |v: [f64; 2]| self.turn() * Vector2::from(v);
@@ -279,14 +283,15 @@ fn pulled(lam: f64) -> Result<f64> {
     Ok(lam)
 }
 
-/// The nodes and weights on [0, 1] of the Gauss rule of at least so many nodes that fill all lanes, drawn so far to the clamp.
+/// Nodes and weights on [0, 1] of the Gauss rule of at least `least` nodes that fills all lanes, graded towards the
+/// clamp by `draw`.
 #[inline(always)]
 fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     const RULES: usize = 128;
     const LANES: f64 = WIDEST as f64;
     static KEPT: [[OnceLock<Rule>; RULES]; DRAWS] =
         [const { [const { OnceLock::new() }; RULES] }; DRAWS];
-    // Counted, not divided: so the processor goes on with the rule that it expects while the number is still being found.
+    // A counting loop instead of a division: branch prediction starts on the expected rule before `least` is known.
     let (mut full, mut beyond) = (1, LANES + 1.0);
     while full < RULES && beyond <= least {
         (full, beyond) = (full + 1, beyond + LANES);
@@ -302,7 +307,8 @@ fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     [&rule.nodes, &rule.weights]
 }
 
-/// What is integrated along a rod: K numbers at the section with `part` of the rod beyond it, where the pendulum is at `here`.
+/// Integrand of K components at the section with the fraction `part` of the rod beyond it, where the pendulum is at
+/// `here`.
 trait AtSection<const K: usize> {
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; K];
 }
@@ -320,7 +326,7 @@ impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
     }
 }
 
-/// [`pushed`].
+/// Integrand [`pushed`], without gravity.
 struct Weightless<'a>(&'a Turning);
 
 impl AtSection<6> for Weightless<'_> {
@@ -330,8 +336,8 @@ impl AtSection<6> for Weightless<'_> {
     }
 }
 
-/// Mass and force of [`RodInertia::added`] of a rod that is at (p, lam) and whose end moves with `v`, all of it compiled for wide registers, since it
-/// is part of every step of a run.
+/// Mass and force of [`RodInertia::added`] at (p, w) for the end velocity `v`. The whole computation is compiled for
+/// wide registers: every step of a run needs it.
 struct Adding {
     p: f64,
     integrals: Integrals,
@@ -362,7 +368,7 @@ impl WithSimd for Adding {
     }
 }
 
-/// [`heavy`].
+/// Integrand [`heavy`], with gravity.
 struct Heavy<'a>(&'a Turning);
 
 impl AtSection<12> for Heavy<'_> {
@@ -373,7 +379,7 @@ impl AtSection<12> for Heavy<'_> {
     }
 }
 
-/// lam^2 of r_q^T r_q, and theta'_q theta'_q^T.
+/// Integrand of [`RodInertia::metric`]: lam^2 r_q^T r_q, and theta'_q theta'_q^T.
 struct Still;
 
 impl AtSection<6> for Still {
@@ -395,13 +401,14 @@ impl AtSection<6> for Still {
     }
 }
 
-/// How the rod moves while p and lam change at constant rates. With R = lam r_t and J the turn by a right angle, in the turned axes (theory 2.9),
+/// Motion of the rod while p and lam change at constant rates. With R = lam r_t and J the rotation by a right angle,
+/// in the turned axes (theory 2.9),
 ///
 /// ```text
 /// lam r_tt = F(lam) - F(u) + 2 (alpha' J - lam'/lam) R,   F = Z_tt + (alpha'' + 2 alpha' lam'/lam) J Z + alpha'^2 Z
 /// ```
 ///
-/// What is along R itself does P c to the end's acceleration c too, so that it drops out of r_tt - P c.
+/// A term of r_tt along R occurs in the end's acceleration c too, hence in P c, and drops out of r_tt - P c.
 struct Turning {
     /// (p', lam').
     rate: [f64; 2],
@@ -430,12 +437,13 @@ impl Turning {
         turning
     }
 
-    /// F(lam) - F(u) where `part` of the rod is beyond and the pendulum is at `here`.
+    /// Difference F(lam) - F(u) at the section with the fraction `part` of the rod beyond it, where the pendulum is
+    /// at `here`.
     #[inline(always)]
     fn left<T: Real>(&self, part: T, here: &Swing<T>) -> [T; 2] {
         let ([p, l], [x, y], [cos, sin]) = (self.rate, here.z, here.z_u);
         let (square, end) = (self.turn * self.turn, self.end.map(|f| x.all(f)));
-        // psi_tt of the place, for which dpsi/du = -y.
+        // psi_tt of the section, with dpsi/du = -y.
         let along = part * T::mixed([2.0 * p * l, -l * l], [here.psi_p, part * y]);
         [
             along.times_plus(
@@ -466,8 +474,8 @@ fn less<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
 mod tests {
     use super::*;
 
-    /// Catches nodes that are drawn to a bend where they should not be, or too few of them, on taut rods that end before, at and beyond their bend: the
-    /// even rule with all the nodes that there are is another way.
+    /// Catches wrong grading or too few nodes, on taut rods that end before, at and beyond their bend. Reference: the
+    /// ungraded rule with the largest number of nodes.
     #[test]
     fn drawn_nodes_integrate_as_even_ones_do() {
         let mut drawn = 0;

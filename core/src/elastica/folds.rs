@@ -1,12 +1,11 @@
 //! Fold curves, cusps and Morse index of the elastica.
 //!
-//! Cut the rod at a distance s from its tip: what remains is the equilibrium (p, w') of the same
-//! chart line, w' < w. A variation of the shorter rod, continued by zero to the clamp, is one of the
-//! longer rod with the same fixed end, so the index can only grow along w at fixed p, by one at
-//! each zero of det d(x, y)/d(p, .). Hence:
+//! Cut the rod at a distance s from its tip: the remaining part is the equilibrium (p, w') of the same chart line,
+//! w' < w. A variation of the shorter rod, continued by zero to the clamp, is one of the longer rod with the same
+//! fixed end. So the index can only grow along w at fixed p, by one at each zero of det d(x, y)/d(p, .). Hence:
 //!
 //! * index(p, w) = the number of zeros of det(p, .) below w;
-//! * the n-th fold curve is a graph w = w_n(p), even in p; below the first all is stable.
+//! * the n-th fold curve is a graph w = w_n(p), even in p; all equilibria below the first are stable.
 
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, dot};
@@ -16,16 +15,16 @@ use crate::math::carlson::complete_kb;
 use crate::solve::roots::chandrupatla;
 use std::f64::consts::LN_2;
 
-/// No rod lighter loaded than this is at a fold: the least lambda of the first fold curve is 5.7658925
-/// (at kap = 0.9428598, by golden sections over tools/ref_folds.py).
-/// Nor is one of less than so many quarter periods K. Both are proven for |p| < 30 (boxes/proof.rs; beyond see theory 2.4).
+/// Lower bound of lambda at a fold, and of lambda in quarter periods K. The least lambda of the first fold curve is
+/// 5.7658925 (at kap = 0.9428598, by golden sections over tools/ref_folds.py). Both bounds are proven for |p| < 30
+/// (boxes/proof.rs; beyond see theory 2.4).
 pub(super) const FIRST: f64 = 5.6;
 pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
 const SCAN: f64 = 0.9;
-/// Fold curves are numbered up to this.
+/// Largest number of a fold curve.
 const MOST: usize = 4096;
-/// The Morse index is counted up to this, which takes a second.
+/// Largest Morse index counted, which takes a second.
 const COUNTED: usize = 1 << 20;
 
 /// det d(x, y)/d(p, lam) / kap^2 at the load `lam` on the line `p`.
@@ -40,7 +39,7 @@ fn fold_function(p: f64, lam: f64) -> Result<f64> {
     }
 }
 
-/// Where a scan for folds on the line `p` may begin.
+/// Start in lambda of a scan for folds on the line `p`.
 fn scan_start(p: f64) -> f64 {
     let kap_c = 1.0 / p.cosh();
     let quarter = if p.abs() > 22.0 {
@@ -51,12 +50,12 @@ fn scan_start(p: f64) -> f64 {
     FIRST.max(QUARTERS * quarter)
 }
 
-/// kap = 0 is a line of the chart that holds only the straight rod; its neighbours stand in for it.
+/// Nearest p off the axis: kap = 0 holds only the straight rod, and its neighbours stand in for it.
 fn off_axis(p: f64) -> f64 {
     if p.abs() < 1e-8 { 1e-8 } else { p }
 }
 
-/// Brackets in lambda of the folds of the line `p` below `lam_max`, in order, at most `most`.
+/// Brackets in lambda of the folds on the line `p` below `lam_max`, in order, at most `most`.
 fn brackets(p: f64, lam_max: f64, most: usize) -> Result<Vec<[(f64, f64); 2]>> {
     let p = off_axis(p);
     let mut found = Vec::new();
@@ -76,11 +75,11 @@ fn brackets(p: f64, lam_max: f64, most: usize) -> Result<Vec<[(f64, f64); 2]>> {
     Ok(found)
 }
 
-/// Morse index of the equilibrium (p, w): the number of fold curves below it. Exactly on a fold it
-/// is that of the lower side or of the upper, as rounding has it.
+/// Morse index of the equilibrium (p, w): the number of fold curves below it. On a fold, to rounding, it is the index
+/// of either side.
 ///
 /// # Errors
-/// A point out of the range of double precision, or beyond a million folds.
+/// A point outside the range of double precision, or beyond a million folds.
 pub fn index(p: f64, w: f64) -> Result<usize> {
     // Every fold lies beyond w = 2.5 (measured: the least is 2.98, for p -> infinity).
     if w < 2.5 {
@@ -100,7 +99,8 @@ pub fn index(p: f64, w: f64) -> Result<usize> {
             "(p, lambda) = ({p}, {lam}) lies beyond {COUNTED} folds, up to which the Morse index is counted; lower lambda"
         )));
     }
-    // The scan ends at w as recovered from lambda; the point itself has the last word on the side.
+    // The scan ends at w as recovered from lambda; the sign of the fold function at the point itself decides the
+    // side.
     let even = fold_function(p, start)? < 0.0;
     if (at.fold_function() < 0.0) != (even == count.is_multiple_of(2)) {
         let near = |b: &[(f64, f64); 2]| b[1].0 == lam;
@@ -113,21 +113,21 @@ pub fn index(p: f64, w: f64) -> Result<usize> {
     Ok(count)
 }
 
-/// A point of a fold curve.
+/// Point of a fold curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FoldPoint {
     /// Number of the curve, 1, 2, 3, ...
     pub number: usize,
     /// The degenerate equilibrium.
     pub equilibrium: Equilibrium,
-    /// True at a cusp, where the fold curve's image turns back.
+    /// True at a cusp, where the image of the fold curve turns back.
     pub cusp: bool,
 }
 
-/// The point of fold curve `number` (1, 2, ...) on the line `p`.
+/// Point of fold curve `number` (1, 2, ...) on the line `p`.
 ///
 /// # Errors
-/// number = 0, or p so large that double precision ends.
+/// number = 0, or a p too large for double precision.
 pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
     if number == 0 || number > MOST {
         return Err(Error::domain(format!(
@@ -147,7 +147,7 @@ pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
     fold_between(number, p, bracket)
 }
 
-/// The point of fold curve `number` on the line `p` between two loads, with the fold functions there.
+/// Point of fold curve `number` on the line `p` between two loads, given with their fold functions.
 fn fold_between(number: usize, p: f64, [low, high]: [(f64, f64); 2]) -> Result<FoldPoint> {
     let mut failed = None;
     let lam = chandrupatla(
@@ -174,7 +174,7 @@ fn fold_between(number: usize, p: f64, [low, high]: [(f64, f64); 2]) -> Result<F
     }
 }
 
-/// Load distance from the first fold at fixed p: positive for stable rods.
+/// Distance in lambda to the first fold at fixed p: positive for stable rods.
 ///
 /// # Errors
 /// p out of range.
@@ -212,7 +212,8 @@ pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result
         points.push(next);
         (here, speed, way) = (next, next_speed, next_way);
     }
-    // Every point was looked for beside the one before it. The last, counted from the straight rod on, shows that they are on one curve.
+    // Each point was sought beside the previous one. The last, counted from the straight rod, shows that all lie on
+    // one curve.
     let counted = fold_at(number, here.equilibrium.p)?.equilibrium.lambda;
     if !((counted - here.equilibrium.lambda).abs() < 1e-6 * counted) {
         return Err(Error::no_convergence(format!(
@@ -222,9 +223,9 @@ pub fn fold_curve(number: usize, p_min: f64, p_max: f64, spacing: f64) -> Result
     Ok(points)
 }
 
-/// The point of a fold curve on the line `p` that lies within `reach` in lambda of one on another line; None if the fold is not there. Neighbouring
-/// folds of a line lie more than 3 apart, and the fold function, which
-/// `rises` through this curve or does not, changes its sign the other way at them.
+/// Point of a fold curve on the line `p`, within `reach` in lambda of the point `here` on another line; `None` if the
+/// fold is not found. Neighbouring folds of a line lie more than 3 apart. `rises`: the fold function rises through
+/// this curve; at the neighbours it changes sign the other way.
 fn fold_beside(here: &FoldPoint, rises: bool, p: f64, reach: f64) -> Result<Option<FoldPoint>> {
     let lam = here.equilibrium.lambda;
     let q = off_axis(p);
@@ -236,8 +237,8 @@ fn fold_beside(here: &FoldPoint, rises: bool, p: f64, reach: f64) -> Result<Opti
     fold_between(here.number, p, [(low, f_low), (high, f_high)]).map(Some)
 }
 
-/// The next point: p grows along the graph; the step in p is shortened until lam follows within the
-/// spacing (the first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
+/// Next point of the curve, with p growing. The step in p is shortened until lam follows within the spacing (the
+/// first curve drops from lam = 7.3 to 5.9 while p passes from 1.495 to 1.6).
 fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<FoldPoint> {
     let p = here.equilibrium.p;
     let mut step = spacing.min(p_max - p);
@@ -260,9 +261,9 @@ fn advance(here: &FoldPoint, rises: bool, spacing: f64, p_max: f64) -> Result<Fo
     }
 }
 
-/// The speed d(x, y)/dp of the end along the image of the fold curve, and the direction in which it is counted as positive: the one near `like`, that of the
-/// point before. At a cusp the end turns back in its tracks and the speed changes its sign, while the direction of the tracks, which both columns of
-/// d(x, y)/d(p, lam) have at a fold, goes on continuously.
+/// Signed speed d(x, y)/dp of the end along the image of the fold curve, and its positive direction: the one near
+/// `like`, that of the previous point. At a cusp the end turns back and the speed changes sign. The direction, which
+/// both columns of d(x, y)/d(p, lam) have at a fold, is continuous.
 fn image_speed(at: &FoldPoint, like: [f64; 2]) -> Result<(f64, [f64; 2])> {
     let e = &at.equilibrium;
     let t = TipDerivatives::new(&ChartPoint::at_load(off_axis(e.p), e.lambda)?);

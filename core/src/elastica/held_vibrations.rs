@@ -1,10 +1,10 @@
 //! The vibrations of a rod with mass while its end is held in place (theory 2.9).
 //!
-//! About an equilibrium, with the turn dtheta of the sections and dr = int n dtheta, n the normal of the rod:
+//! About an equilibrium, with the rotation dtheta of the sections and dr = int n dtheta, n the normal of the rod:
 //! ```text
 //! K = int dtheta'^2 ds + int f . t dtheta^2 ds,   M = m int |dr|^2 ds,   dr(1) = 0
 //! ```
-//! f the force that holds the end, t the tangent. Units: length 1, bending stiffness 1.
+//! Here f is the force that holds the end, t the tangent. Units: length 1, bending stiffness 1.
 
 use super::chart::{ChartPoint, Integrals};
 use crate::error::{Error, Result};
@@ -17,22 +17,22 @@ use nalgebra::{DMatrix, DVector};
 pub struct HeldMode {
     /// omega^2 m: negative where the held rod is unstable.
     pub stiffness: f64,
-    /// The amplitude falls as exp(-friction eta t/m).
+    /// Damping: the amplitude falls as exp(-friction eta t/m).
     pub friction: f64,
 }
 
 impl HeldMode {
-    /// Angular frequency of a rod of mass `mass`; None of an unstable one.
+    /// Angular frequency for a rod of mass `mass`; `None` for an unstable mode.
     pub fn frequency(&self, mass: f64) -> Option<f64> {
         (self.stiffness > 0.0).then(|| (self.stiffness / mass).sqrt())
     }
 }
 
-/// Nodes: a base, and more as the rod is pulled harder.
+/// Number of Gauss nodes: a constant, and its growth with lam.
 const NODES: [f64; 2] = [20.0, 4.0];
 
-/// The first `count` vibrations of the rod at (p, w) with its end held, by their frequencies. Spectral: errors of the first ones are of
-/// order 1e-10 for lam < 10.
+/// First `count` vibrations of the rod at (p, w) with its end held, by frequency. Spectral: errors of the first ones
+/// are of order 1e-10 for lam < 10.
 ///
 /// # Errors
 /// A point outside the chart, or a rod pulled too hard to be resolved.
@@ -83,7 +83,7 @@ pub fn held_modes(p: f64, w: f64, count: usize) -> Result<Vec<HeldMode>> {
     modes(&stiffness, &mass, count)
 }
 
-/// An orthonormal basis of what is orthogonal to two vectors.
+/// Orthonormal basis of the orthogonal complement of two vectors.
 fn complement(two: &[DVector<f64>; 2]) -> DMatrix<f64> {
     let rows = DMatrix::from_columns(two);
     let n = rows.nrows();
@@ -94,8 +94,9 @@ fn complement(two: &[DVector<f64>; 2]) -> DMatrix<f64> {
     basis.rows(2, n - 2).transpose()
 }
 
-/// M x = nu (K + shift M) x: the low frequencies are the large nu, which an eigenproblem finds to rounding. K is that of the flexure
-/// and something compact, so that a shift makes it positive where the held rod is unstable.
+/// Solves M x = nu (K + shift M) x: the low frequencies are the large nu, which the eigensolver finds to rounding. K
+/// is the bending stiffness plus a compact term, so that a finite shift makes it positive where the held rod is
+/// unstable.
 fn modes(stiffness: &DMatrix<f64>, mass: &DMatrix<f64>, count: usize) -> Result<Vec<HeldMode>> {
     let mut shift = 0.0;
     let factor = loop {

@@ -1,16 +1,17 @@
 //! All equilibria at a given end position, below a given load.
 //!
-//! Below Euler's load, lam < pi/2, no two equilibria have the same end, and no two where the rod is taut, p > lam + 1 (theory 2.4): Newton's method
-//! finds the one, if it is there. The rest of the half strip p > 0, 0 < lam < lam_max is subdivided (mirror images serve p < 0). In a box with
-//! centre c and Jacobian J the tip is r_c + J dq + remainder, bounded by the second derivatives at the
-//! centre and bounds of the third over the box; a box is dropped when no dq in it can reach the target, accepted when
-//! the map is one-to-one on it and Newton's method lands inside, and halved otherwise. Boxes that
-//! never decide shrink onto folds through the target, where two equilibria are one.
+//! Below Euler's load, lam < pi/2, no two equilibria have the same end, and neither have two taut rods, p > lam + 1
+//! (theory 2.4): Newton's method finds the one, if there is one. The rest of the half strip p > 0, 0 < lam < lam_max
+//! is subdivided (mirror images serve p < 0). In a box with centre c and Jacobian J the tip is r_c + J
+//! dq + remainder. The remainder is bounded by the second derivatives at the centre and by bounds of the third over
+//! the box. A box is dropped when no dq in it can reach the target, accepted when the map is one-to-one on it and
+//! Newton's method lands inside, and halved otherwise. Boxes that never decide shrink onto folds through the target,
+//! where two equilibria are one.
 //!
-//! Completeness rests on those bounds, which are proven (boxes/proof.rs; theory 2.4), and on the rounding of what
-//! is computed in doubles. Against slips of both every answer is checked by a count that knows nothing of them: the signs of det
-//! over all equilibria found must add up to the winding number of the curve lam = lam_max about the
-//! target, since the rest of the strip's border maps to (1, 0).
+//! Completeness rests on those bounds, which are proven (boxes/proof.rs; theory 2.4), and on the rounding of double
+//! precision. An independent count guards both. The signs of det over all equilibria found must add up to the winding
+//! number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does not
+//! count.
 
 use super::box_bounds::{
     Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip,
@@ -23,16 +24,16 @@ use crate::error::{Error, Result};
 use crate::math::small_sort::sort_few;
 use std::f64::consts::FRAC_PI_2;
 
-/// One of the equilibria at a pose.
+/// Equilibrium at a given end position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Found {
     /// The equilibrium.
     pub equilibrium: Equilibrium,
-    /// Morse index with the end position held; of a degenerate one, that of its lower side.
+    /// Morse index with the end position held; at a fold, the index on its lower side.
     pub index: usize,
-    /// True if the target lies on a fold (to rounding) and this is two equilibria in one.
+    /// True if the target lies on a fold (to rounding) and two equilibria coincide.
     pub degenerate: bool,
-    /// Distance of its end from the target.
+    /// Distance between the rod's end and the target.
     pub residual: f64,
 }
 
@@ -43,22 +44,22 @@ impl Found {
     }
 }
 
-/// What there is to say of the point (1, 0).
+/// Message for the point (1, 0).
 pub const STRAIGHT: &str =
     "the rod is straight, under any load along itself: the force is not determined by the position";
 
-/// The bounds are proven for lam up to here.
+/// Largest lam for which the bounds are proven.
 const MOST_LOAD: f64 = 60.0;
 /// Most boxes examined before the search gives up.
 const MOST_BOXES: usize = 4_000_000;
-/// Half width of a box at which it counts as a piece of a fold.
+/// Half width below which a box counts as a piece of a fold.
 const FOLD_WIDTH: f64 = 2e-8;
-/// Boxes are beyond this load, which is a little less than pi/2, and not farther beyond lam than this along p.
+/// Least lam of the boxes, a little less than pi/2, and largest p - lam of their region.
 pub(super) const LOADED: f64 = 1.5;
 pub(super) const TAUT: f64 = 1.1;
-/// Equilibria so near each other may be the two of a fold, which are told apart to the square root of rounding.
+/// Distance of equilibria that may be the pair of a fold: a pair is resolved only to the square root of rounding.
 const NEIGHBOURS: f64 = 1e-5;
-/// p where the logarithmic columns (p small: the tip scales with p) give way to linear ones.
+/// Value of p at which logarithmic columns (small p: the tip scales with p) give way to linear ones.
 const LINEAR_FROM: f64 = 1.0;
 /// Boxes are tested for one-to-one-ness on themselves widened by this factor, so that a root on a
 /// border belongs to one of the two at least.
@@ -66,7 +67,7 @@ const WIDEN: f64 = 1.25;
 
 /// Every equilibrium with end (x, y) and lambda < `lambda_max`, ordered by lambda.
 ///
-/// Accuracy: each is polished to a residual of a few ulp. Cost: less than half a millisecond at lambda_max = 14.
+/// Accuracy: each is polished to a residual of a few ulp. Cost: under half a millisecond at lambda_max = 14.
 ///
 /// # Errors
 /// A point outside the disc |r| < 1 (unreachable, or only the straight rod), lambda_max not in
@@ -101,7 +102,7 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
     Ok(found)
 }
 
-/// Two neighbours with the same sign of det have a fold between them, within rounding of the target: they are told as one.
+/// Merges two neighbours with the same sign of det: a fold lies between them, within rounding of the target.
 fn pair_up(found: &mut Vec<Found>) {
     found.dedup_by(|next, one| {
         let [e, f] = [&one.equilibrium, &next.equilibrium];
@@ -123,17 +124,17 @@ struct Cell {
     lam: f64,
     a: f64,
     b: f64,
-    /// Which of the two targets (the point, its mirror image) it may still hold.
+    /// Targets still within reach of the box: the point, its mirror image.
     alive: [bool; 2],
 }
 
 struct Search {
-    /// (1 - x, y) and its mirror image.
+    /// Point (1 - x, y), and its mirror image.
     targets: [[f64; 2]; 2],
     lambda_max: f64,
     queue: Vec<Cell>,
     found: Vec<Found>,
-    /// Boxes that shrank without deciding, each for one of the targets.
+    /// Shrunk boxes without a decision, with the index of their target.
     pieces: Vec<(Cell, usize)>,
     boxes: usize,
 }
@@ -141,7 +142,8 @@ struct Search {
 impl Search {
     fn new(x: f64, y: f64, lambda_max: f64) -> Self {
         let distance = (1.0 - x).hypot(y);
-        // |theta| <= 4 asin kap, and the distance of the tip from (1, 0) is at most 2 sin 2 asin kap < 4 kap: p > kap > distance/4.
+        // |theta| <= 4 asin kap, so the tip is within 2 sin(2 asin kap) < 4 kap of (1, 0): p > kap >
+        // distance/4.
         let p_min = (distance / 8.0).min(0.5);
         let p_max = lambda_max + TAUT;
         let mut queue = Vec::new();
@@ -187,32 +189,34 @@ impl Search {
             }
             self.examine(cell)?;
         }
-        // Next to roots that were told from each other is no double one.
+        // Undecided boxes next to resolved roots are no folds, so roots come first.
         for (cell, side) in std::mem::take(&mut self.pieces) {
             self.accept_fold(&cell, side)?;
         }
         Ok(())
     }
 
-    /// The equilibria below Euler's load and of the taut rod, by Newton's method from what small forces do. Where the rod is nearly straight, 1 - x is in
-    /// proportion to y^2, by a factor that changes little with the force: it is y and (1 - x)/y^2 that are driven to the target's, down to rounding. What is found
-    /// elsewhere is left to the boxes.
+    /// Equilibria below Euler's load and of taut rods, by Newton's method from the limits of small and of strong
+    /// force. For a nearly straight rod 1 - x is proportional to y^2, by a factor that changes little with the force.
+    /// The unknowns are therefore fitted to y and (1 - x)/y^2 of the target, down to rounding. Roots of other kinds
+    /// are left to the boxes.
     fn alone(&mut self) -> Result<()> {
         let side = usize::from(self.targets[0][1] < 0.0);
         let [one_minus_x, y] = self.targets[side];
         if y == 0.0 {
             return Ok(());
         }
-        // A force right across the rod bends it by y = lam^2/3, and kap = sin(pi/4) = tanh p.
+        // A small force perpendicular to the rod bends it by y = lam^2/3, with kap = sin(pi/4) = tanh p.
         let across = (0.5f64.sqrt().atanh(), (3.0 * y).sqrt());
-        // A strong pull at the angle alpha leaves the end on the ray of alpha, (4/lam) sin^2(alpha/4) short of the rim, and p = lam - ln(2 tan(alpha/4)) (theory 2.3).
+        // A strong pull at the angle alpha puts the end on the ray of alpha, (4/lam) sin^2(alpha/4) short of the rim,
+        // and p = lam - ln(2 tan(alpha/4)) (theory 2.3).
         let quarter = 0.25 * y.atan2(1.0 - one_minus_x);
         let radius = y.hypot(1.0 - one_minus_x);
         let short = (one_minus_x * (2.0 - one_minus_x) - y * y) / (1.0 + radius);
         let lam = (4.0 * quarter.sin().powi(2) / short).clamp(LOADED, MOST_LOAD);
         let pulled = (lam - (2.0 * quarter.tan()).ln(), lam);
         let found = [across, pulled].map(|start| self.by_shape(side, start));
-        // Of each kind there is one, though nearer to the straight rod than the digits of the target it may look like two.
+        // Each kind has one root, but near the straight rod, within the digits of the target, it may appear twice.
         let mut taken = [false; 2];
         for (p, lam) in found.into_iter().flatten() {
             let kinds = [lam < FRAC_PI_2, p > lam + 1.0];
@@ -224,7 +228,7 @@ impl Search {
         Ok(())
     }
 
-    /// Newton's method for y and (1 - x)/y^2, by their logarithms; None if it does not come to rest at the target.
+    /// Newton's method for the logarithms of y and (1 - x)/y^2; `None` if it does not converge to the target.
     fn by_shape(&self, side: usize, (p, mut lam): (f64, f64)) -> Option<(f64, f64)> {
         const TRIES: usize = 80;
         const ROUNDING: f64 = 1e-9;
@@ -308,8 +312,8 @@ impl Search {
         }
     }
 
-    /// Newton's method on a box where the map is one-to-one: the root in it, or next to it in the widened box, which is then the only one of both.
-    /// If none is found there, there may still be one, and the box is halved.
+    /// Newton's method on a box where the map is one-to-one: the only root in the widened box. If none is found one
+    /// may still exist, and the box is halved.
     fn newton(
         &self,
         cell: &Cell,
@@ -342,7 +346,7 @@ impl Search {
             return Ok(());
         }
         let signed = if side == 0 { p } else { -p };
-        // The mirror image of the target was searched on p > 0; on the axis both searches count.
+        // The mirror image of the target was sought on p > 0; for a target on the axis both searches count.
         let is_here = |f: &Found| {
             let e = &f.equilibrium;
             let tolerance = if degenerate || f.degenerate {
@@ -354,7 +358,7 @@ impl Search {
                 && (e.lambda - lam).abs() < tolerance * (1.0 + lam)
         };
         let here: Vec<&Found> = self.found.iter().filter(|f| is_here(f)).collect();
-        // Of a pair that is not told apart Newton's method may find one.
+        // Newton's method may have found one of an unresolved pair.
         let half_a_pair = degenerate && matches!(here[..], [one] if !one.degenerate);
         if half_a_pair {
             self.found.retain(|f| !is_here(f));
@@ -367,7 +371,7 @@ impl Search {
         self.found.push(Found {
             equilibrium,
             index: if degenerate {
-                // On the fold itself rounding decides: take the lower side.
+                // On the fold rounding decides: take the lower side.
                 folds::index(signed, equilibrium.w - aside(&equilibrium))?
             } else {
                 folds::index(signed, equilibrium.w)?
@@ -378,8 +382,8 @@ impl Search {
         Ok(())
     }
 
-    /// A box that shrank without deciding: the target is on a fold, or within rounding of one. Newton's
-    /// method on (det = 0, the tip right along the direction that the columns still span).
+    /// Accepts an undecided box as a fold through the target, or within rounding of it. Newton's method solves
+    /// det = 0 and fits the tip in the direction that the columns still span.
     fn accept_fold(&mut self, cell: &Cell, side: usize) -> Result<()> {
         let (mut p, mut at) = chart_point(cell.kind, cell.first, cell.lam)?;
         let mut lam = cell.lam;
@@ -411,14 +415,14 @@ impl Search {
     }
 }
 
-/// Amplitude by which to step below a fold: 1e-6 of the load (dw = D dlam). The index grows along w.
+/// Step in amplitude below a fold: 1e-6 of the load (dw = D dlam). The index grows with w.
 fn aside(e: &Equilibrium) -> f64 {
     1e-6 * e.lambda * ChartPoint::new(e.p, e.w).integrals.d
 }
 
-/// The signed count of the equilibria against the winding number of lam = lam_max.
+/// Checks the signed count of the equilibria against the winding number of lam = lam_max.
 fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
-    // Near the border an equilibrium is found or not by rounding, and the curve passes the target.
+    // Near the border rounding decides whether an equilibrium is found, and the curve passes through the target.
     if found
         .iter()
         .any(|f| f.equilibrium.lambda > lambda_max * (1.0 - 1e-9))
@@ -431,7 +435,7 @@ fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
         .map(|f| if f.index.is_multiple_of(2) { 1 } else { -1 })
         .sum();
     let winding = winding(x, y, lambda_max);
-    // A double root counts nothing, but the triple root at a cusp counts one, of either sign.
+    // A double root counts 0, the triple root at a cusp counts 1, of either sign.
     let degenerate = found.iter().filter(|f| f.degenerate).count();
     if signed.abs_diff(winding) <= degenerate as u64 {
         Ok(())
@@ -442,15 +446,16 @@ fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
     }
 }
 
-/// Winding number about (x, y) of the tip along lam = lam_max, p from +infinity to -infinity. Where p < 0 it goes about the point as the mirror image does
-/// about the point's own, so that one half, closed by itself at (1, 0), serves both.
+/// Winding number about (x, y) of the tip along lam = lam_max, p from +infinity to -infinity. The half p < 0 is the
+/// mirror image of the half p > 0, each closed at (1, 0). Its winding about the point is therefore that of the half
+/// p > 0 about the mirror image of the point.
 fn winding(x: f64, y: f64, lam: f64) -> i64 {
     let from = |tip: [f64; 2]| [1.0 - x - tip[0], tip[1] - y];
     let mirrored = |tip: [f64; 2]| [1.0 - x - tip[0], tip[1] + y];
     let end = [0.0; 2];
     let p_end = lam + (10.0 / (1.0 - x).hypot(y)).ln().max(2.0);
-    // The tip's speed along p is at most of order lam: steps follow the distance from the target, and are
-    // short enough for no loop of the curve to be passed over.
+    // The tip's speed along p is at most of order lam. Steps are bounded by the distance from the target, and short
+    // enough not to skip a loop of the curve.
     let mut p = p_end;
     let mut here = end;
     let mut angle = 0.0;
@@ -491,8 +496,8 @@ fn length(v: [f64; 2]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Catches an equilibrium below Euler's load, or of a taut rod, that Newton's method does not find, and one that is found twice: from nearly straight
-    /// rods, whose ends say least of the force, up to bent ones.
+    /// Catches an equilibrium below Euler's load, or of a taut rod, that Newton's method misses or finds twice. Rods
+    /// range from nearly straight ones, whose ends determine the force least, to bent ones.
     #[test]
     fn what_is_alone_is_found() {
         for i in 0..400 {
@@ -516,7 +521,7 @@ mod tests {
             let found = equilibria_at(one.x, one.y, 14.0).unwrap();
             let found: Vec<_> = found.iter().filter(|f| alone(f)).collect();
             assert_eq!(found.len(), 1, "{lam} {p}");
-            // The target has sixteen digits of x: so many of (1 - x)/y^2 are those of the force.
+            // The target has sixteen digits of x; these limit the digits of (1 - x)/y^2, and so of the force.
             let digits = f64::EPSILON / one.one_minus_x / lam.powi(2).min(0.01);
             let off = (found[0].equilibrium.lambda / lam - 1.0).abs();
             assert!(
@@ -526,7 +531,7 @@ mod tests {
         }
     }
 
-    /// Catches a target on a fold whose two equilibria are told apart by rounding and then counted as two of the same kind.
+    /// Catches a target on a fold whose two equilibria are split by rounding and counted as two of one kind.
     #[test]
     fn targets_on_folds_are_told_as_two_in_one() {
         for i in 0..120 {

@@ -21,12 +21,12 @@ pub struct Elastica;
 /// Load below which the search for stable equilibria is exhaustive.
 const STABLE_LAMBDA: f64 = 14.0;
 
-/// A motion is not followed where lam is known from w to worse than this.
+/// Largest relative error of lam, as computed from w, at which a motion is followed.
 const LOST: f64 = 1e-8;
 
 impl Elastica {
-    /// The shapes through which the rod passes when it leaves the fold `q` along `leaving` with its end held and a little friction, step
-    /// by step, and the equilibrium on which it lands (theory 2.6): the way to what [`Multivalued::settle`] gives.
+    /// Shapes of the rod that leaves the fold `q` along `leaving` with its end held and a little friction, step by
+    /// step, and the landing (theory 2.6). The landing is that of [`Multivalued::settle`].
     ///
     /// # Errors
     /// A flow that does not come to rest.
@@ -60,8 +60,8 @@ impl EquilibriumManifold<2> for Elastica {
             force: Vector2::new(pull * at.cos_alpha, pull * at.sin_alpha),
             energy: at.energy(),
             jacobian: Matrix2::new(xp, xw, yp, yw),
-            // At the taut wall det ~ 1/lam^2: time then slows as 1/lam, the distance to the wall,
-            // which turns the bounce (a repulsion 1/distance^2) into a polynomial in that time.
+            // At the taut wall det ~ 1/lam^2. Time then slows as 1/lam, the distance to the wall, which turns the
+            // bounce (a repulsion 1/distance^2) into a polynomial in the slowed time.
             pace: 1.0 / (1.0 + lam),
         })
     }
@@ -77,13 +77,13 @@ impl Multivalued<2> for Elastica {
     }
 
     /// Taut rods, w = |gam|/2 with gam the direction of the pull, lam = |p| + ln(2 tan(w/2)), are elementary up to
-    /// exp(-2 lam) (theory 2.3); those with loops have w within exp(p - lam) of a multiple of pi.
+    /// exp(-2 lam) (theory 2.3); rods with loops have w within exp(p - lam) of a multiple of pi.
     fn tautness(&self, patch: Patch, q: &Vector2<f64>) -> Option<f64> {
         if let Patch::Near(side) = patch {
             return straight_chart::lambda(side, q).filter(|lam| *lam > TAUT);
         }
         let (p, w) = (q[0], q[1]);
-        // The logarithm is below 3.4: lam is only asked for where it can be large.
+        // The logarithm is below 3.4: lam is evaluated only where it can be large.
         if !(p.abs() > TAUT - 3.4 && w < 3.0) {
             return None;
         }
@@ -122,7 +122,7 @@ impl Multivalued<2> for Elastica {
         }
     }
 
-    /// Along the straight rod.
+    /// Direction along the straight rod.
     fn shaking(&self, patch: Patch) -> Option<Vector2<f64>> {
         matches!(patch, Patch::Near(_)).then(Vector2::x)
     }
@@ -146,11 +146,11 @@ impl Multivalued<2> for Elastica {
         ))
     }
 
-    /// Next to w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D: the digits of lam that w as a double
-    /// cannot hold are missing in the force, and the ledger opens.
+    /// Near w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D. The force then lacks the digits of
+    /// lam that w as a double cannot hold, and the energy ledger opens.
     fn resolved(&self, q: &Vector2<f64>) -> Result<()> {
         let (p, w) = (q[0], q[1]);
-        // Elsewhere D is far from 0, or of the order of w.
+        // Outside this range D is far from 0, or of the order of w.
         if !(p.abs() > 15.0 && w > 2.5) {
             return Ok(());
         }
@@ -165,9 +165,9 @@ impl Multivalued<2> for Elastica {
         )))
     }
 
-    /// Exhaustive for loads lam < 14. Above, the stable rods are straight up to bends of width 1/lam:
-    /// taut ones, which are found at any load from their closed form, and rods with a loop, which
-    /// are sought near their asymptotic place up to lam = 30 (beyond, the chart does not resolve them).
+    /// Exhaustive for loads lam < 14. Stable rods under stronger loads are straight up to bends of width 1/lam. Taut
+    /// ones are found at any load from their closed form. Rods with a loop are sought near their asymptotic place up
+    /// to lam = 30, the limit of the chart's resolution.
     fn stable_at(&self, pose: &Vector2<f64>) -> Result<Vec<Vector2<f64>>> {
         let mut found: Vec<_> = inversion::equilibria_at(pose[0], pose[1], STABLE_LAMBDA)?
             .into_iter()
@@ -196,7 +196,7 @@ impl Multivalued<2> for Elastica {
     }
 
     fn settle(&self, q: &Vector2<f64>, leaving: &Vector2<f64>) -> Result<Vector2<f64>> {
-        // Towards a stronger push, that is, a larger w.
+        // A growing w is a growing push.
         let near = if leaving[1] > 0.0 {
             straight_chart::landing(q)
         } else {
@@ -209,9 +209,9 @@ impl Multivalued<2> for Elastica {
 /// Guesses of all stable equilibria with lam > 14 at a pose.
 ///
 /// Taut: r = Rot(gam) (1 - (4/lam) S^2, -(2/lam) sin(gam/2)), S = sin(gam/4) (theory 2.3), w = |gam|/2,
-/// lam = |p| + ln(2 tan(w/2)), for |gam| < 2 pi: the rod turns into the pull either way round.
-/// Hence 1 - |r|^2 = 8 S^2/lam - 16 S^2/lam^2, and gam is the angle of r up to O(1/lam).
-/// Looped: gam is a whole turn, lam = 4/(1 - |r|), and p says where along the rod the loop is.
+/// lam = |p| + ln(2 tan(w/2)), for |gam| < 2 pi: the rod turns into the pull either way round. Hence 1 - |r|^2 = 8
+/// S^2/lam - 16 S^2/lam^2, and gam is the angle of r up to O(1/lam). Looped: gam is a whole turn, lam = 4/(1 - |r|),
+/// and p determines the position of the loop along the rod.
 fn heavily_loaded(pose: &Vector2<f64>) -> Vec<Vector2<f64>> {
     let (radius, angle) = (pose.norm(), pose[1].atan2(pose[0]));
     let gap = (1.0 - radius) * (1.0 + radius);

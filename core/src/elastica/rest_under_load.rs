@@ -1,4 +1,4 @@
-//! The rod at rest under a load on its mass.
+//! Rod at rest under a dead load on its mass.
 
 use super::{Elastica, Equilibrium, LightRod, straight_chart};
 use crate::error::{Error, Message, Quantity, Result};
@@ -8,15 +8,15 @@ use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::FRAC_PI_2;
 
-/// The stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2; `None` is the straight
-/// rod, of a load along it that pulls or does not push beyond Euler's pi^2/4.
+/// Stable shape of the rod at rest under the dead load `load` on its mass, in units of EI/L^2. `None` is the straight
+/// rod: the load lies along it and pulls, or pushes with less than Euler's pi^2/4.
 ///
 /// The force of the rod on the mass is -load, so that lambda = |load|^(1/2) and alpha is the direction of -load: one
-/// equation for p. Of its solutions the stable one leans to the side of the load and has no inflection, 0 < w < pi/2.
+/// equation for p. The stable solution leans to the side of the load and has no inflection, 0 < w < pi/2.
 ///
 /// # Errors
-/// A load that is not finite or has lambda beyond 340, that is 1.2e5 EI/L^2; a push along the rod beyond Euler's load, for it may buckle to either
-/// side.
+/// A load that is not finite or has lambda beyond 340, or 1.2e5 EI/L^2; a push along the rod beyond Euler's load,
+/// under which the rod may buckle to either side.
 pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let lambda = load.norm().sqrt();
     if !(lambda <= LAMBDA_MOST) {
@@ -40,7 +40,8 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
                 ),
         ));
     }
-    // The direction of a load is known to rounding. Beyond Euler's load rounding tells to which side the rod buckles.
+    // Directions of loads are known to rounding. Beyond Euler's load the rounding error selects the side to which the
+    // rod buckles.
     if (load.y.abs() <= ALONG * load.x.abs() && !buckles) || lambda == 0.0 {
         return Ok(None);
     }
@@ -51,16 +52,16 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let at = |ln_p: f64| Equilibrium::from_lambda_p(lambda, ln_p.exp());
     let (mut low, high) = (LEAST_P.ln(), (lambda + MOST_P).ln());
     if lambda > FRAC_PI_2 {
-        // Below this p the rod has an inflection.
+        // Smaller p give shapes with an inflection.
         let beyond = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.w - FRAC_PI_2);
         let ends = ((low, beyond(low)), (high, beyond(high)));
         low = chandrupatla(beyond, ends.0, ends.1, 0.0).unwrap_or(low);
     }
-    // From there on alpha falls from 0 towards -pi.
+    // Above `low` alpha falls from 0 towards -pi.
     let target = -load.y.abs().atan2(-load.x);
     let excess = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.alpha - target);
     let ends = ((low, excess(low)), (high, excess(high)));
-    // Under a load that lies along the rod but for rounding the first shape without inflection is the one.
+    // For a load along the rod up to rounding, the solution is the first shape without inflection.
     let root = match ends.0.1 <= 0.0 && lambda > FRAC_PI_2 {
         true => Some(low),
         false => chandrupatla(excess, ends.0, ends.1, 0.0),
@@ -73,12 +74,15 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         })
 }
 
-/// The same of a mass whose rod has a weight, which is felt to first order as in its motions: there it rests. The clamp stands in `frame`, if it is not at
-/// the origin along the axes of the world, along whose axes `load` is. Next to the straight rod the weight is felt across it; where motions do not follow
-/// the mass of the rod at all, as on one that is pulled too hard, nothing is.
+/// Stable shape of the rod at rest under `load` on its mass and its own weight, to first order in the weight, as in
+/// motions of a [`LightRod`]. `load` is in the axes of the world. `frame` is the clamp; `None` stands for the origin
+/// and the axes of the world.
+///
+/// Near the straight rod only the weight across it counts. The weight is ignored where motions do not follow the
+/// rod's mass, as under a strong pull.
 ///
 /// # Errors
-/// As [`settled`]; no convergence, of rods that are not light.
+/// As [`settled`]; no convergence, for rods that are not light.
 pub fn settled_with(
     rod: &LightRod,
     frame: Option<&Frame<2>>,
@@ -115,7 +119,7 @@ pub fn settled_with(
         for i in 0..2 {
             let mut aside = total;
             aside[i] += DIFFERENCE * size;
-            // At the edge of where the mass is followed the weight is taken to stay as it is.
+            // At the edge of the range in which the mass is followed the weight is kept constant.
             let beside = felt(&aside)?.unwrap_or(there);
             let column = slope.column(i) - (beside - there) / (DIFFERENCE * size);
             slope.set_column(i, &column);
@@ -124,7 +128,7 @@ pub fn settled_with(
             break;
         };
         total += step;
-        // What is felt of a rod that is bent a little has noise, by which steps stop falling.
+        // For slightly bent rods the weight's force is noisy, and steps stop falling.
         let step = step.norm() / size;
         if step <= ROUNDING || (step <= NOISE && step >= 0.5 * last) {
             return settled(&total);
@@ -137,7 +141,8 @@ pub fn settled_with(
     }
 }
 
-/// The same of a rod that is all but straight: across it the weight changes with the deflection, and its pull is that of the load.
+/// Rest shape of a nearly straight rod: the weight across it changes with the deflection, the pull is that of the
+/// load.
 fn slightly_bent(
     rod: &LightRod,
     frame: Option<&Frame<2>>,
@@ -170,20 +175,22 @@ fn unfound() -> Error {
     )
 }
 
-/// A cantilever sinks under its weight as under this part of it at its end.
+/// Fraction of a cantilever's weight that, concentrated at the end, deflects the end as far: 3/8.
 const SHARE: f64 = 0.375;
-/// Newton's steps, their differences, a last one that is rounding, and the largest that noise may make, in parts of the load.
+/// Newton's method: most steps, and in parts of the load the finite difference, the step that counts as rounding, and
+/// the largest step due to noise.
 const STEPS: usize = 40;
 const DIFFERENCE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-12;
 const NOISE: f64 = 1e-7;
-/// 1 - x up to which a rod may be taken as all but straight, which leaves out a part 1 - x, and below which what is felt of it drowns in rounding otherwise.
+/// 1 - x below which the model of the nearly straight rod is the fallback (its error is of order 1 - x), and below
+/// which it is required: the general inertia drowns in rounding.
 const SLIGHT: f64 = 1e-5;
 const HAIR: f64 = 1e-8;
-/// A load whose part across the rod is smaller than this part of it lies along the rod.
+/// Ratio of cross load to axial load below which the load lies along the rod.
 const ALONG: f64 = 4.0 * f64::EPSILON;
-/// Beyond it the chart serves only rods that are taut all along.
+/// Largest lambda: for stronger loads the chart serves only rods that are taut all along.
 const LAMBDA_MOST: f64 = 340.0;
-/// p of the slightest bend looked at, and by how much it exceeds lambda for a load along the rod to rounding.
+/// Least p of the search, and the excess of its largest p over lambda, enough for loads along the rod to rounding.
 const LEAST_P: f64 = 1e-150;
 const MOST_P: f64 = 700.0;

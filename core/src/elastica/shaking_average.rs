@@ -1,12 +1,12 @@
-//! A body that shakes along the rod next to the straight one, averaged over a turn (theory 2.3).
+//! Average over one turn of a body that shakes along a nearly straight rod (theory 2.3).
 //!
 //! The end has the height y. Under the pull N the rod stores y^2 (k/2 - N c), with the stiffness k(N) across it and
 //! 1 - x = c(N) y^2. Under the load f along the rod a body of mass 1 shakes in the potential y^2 psi between two pulls:
 //! ```text
 //! psi = k/2 + (f - N) c,   dpsi/dN = (f - N) c',   E = y^2 e,   period = y int sqrt(2) dc/sqrt(e - psi)
 //! ```
-//! The inner pull lies near -20.19, where the rod buckles with its end on the axis, and the outer one grows as e^2. So
-//! the integrals run over x = ln(N + 20.19), by Gauss' rule for both turning points.
+//! The inner pull lies near -20.19, where the rod buckles with its end on the axis, and the outer one grows as e^2.
+//! The integrals therefore run over x = ln(N + 20.19), by a Gauss rule that absorbs both turning points.
 
 use super::beam::{BUCKLED, Beam, MOST_HELD};
 use super::straight_chart;
@@ -15,21 +15,20 @@ use crate::solve::roots::chandrupatla;
 use nalgebra::Vector2;
 use std::f64::consts::{PI, SQRT_2};
 
-/// e above the least psi, relative to 1 + the least, from which on turns are averaged: for weaker shaking e - psi
-/// loses digits.
+/// Least excess of e over the minimum of psi, relative to 1 + the minimum, for averaging: weaker shaking loses digits
+/// of e - psi.
 const STRONG: f64 = 1e-6;
-/// Points of the integrals: so many, and so many more for every power of e that N + 20.19 spans.
+/// Quadrature points: a constant, and their growth with ln(N + 20.19) over the turn.
 const POINTS: [f64; 2] = [40.0, 4.0];
 /// Steps of ln(N + 20.19) in search of a turning point, at most.
 const STEPS: usize = 200;
 
-/// psi of a beam under its pull and the load `load`.
+/// Potential psi of a beam under its pull and the load `load`.
 fn level(beam: &Beam, load: f64) -> f64 {
     beam.stored + load * beam.shortening
 }
 
-/// The shaking of which q is the inner turning point; None where the rod does not push there, or where the shaking is
-/// weak.
+/// Turn with the inner turning point q; `None` where the rod does not push at q, or where the shaking is weak.
 pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
     let rod = straight_chart::point(side, q)?;
     let height = rod.pose[1] * side.value();
@@ -79,7 +78,7 @@ pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<Shaken> 
     })
 }
 
-/// The zero of a function of x, which is negative at `from`, in the direction `way`.
+/// Zero of a function of x, which is negative at `from`, in the direction `way`.
 fn turning(beyond: &impl Fn(f64) -> f64, from: f64, way: f64) -> Option<f64> {
     let (mut near, mut at_near) = (from, beyond(from));
     for _ in 0..STEPS {
@@ -97,8 +96,8 @@ fn turning(beyond: &impl Fn(f64) -> f64, from: f64, way: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// 1 - x, stored energy and cross force over the height, of the rod under a pull with its end at that height: from
-    /// the chart, not from the beam.
+    /// 1 - x, stored energy and cross force over the height, of the rod under a pull with its end at this height.
+    /// From the chart, not from the beam.
     fn bent(pull: f64, height: f64) -> [f64; 3] {
         let q = straight_chart::deflected(Sign::Plus, pull, height);
         let at = straight_chart::point(Sign::Plus, &q).unwrap();
@@ -106,8 +105,8 @@ mod tests {
         [inward, at.energy, -at.force[1] / height]
     }
 
-    /// Catches a wrong period or average: against integrals over the distance 1 - x, of energies and forces from the
-    /// chart.
+    /// Catches a wrong period or average. Reference: integrals over the distance 1 - x, of energies and forces from
+    /// the chart.
     #[test]
     fn turns_are_those_of_the_chart() {
         let height = 1e-8;
@@ -148,8 +147,8 @@ mod tests {
         }
     }
 
-    /// Catches digits that are lost where the end is all but on the axis: there the body is thrown back by a wall and
-    /// falls under a constant push.
+    /// Catches digits lost where the end is almost on the axis: there the body bounces off a wall and falls under a
+    /// constant push.
     #[test]
     fn on_the_axis_the_body_bounces_like_a_ball() {
         for load in [0.0, 7.0, -4.0] {

@@ -1,7 +1,8 @@
-//! The pendulum of the rod at many places of one rod: theta functions, whose coefficients are the modulus' alone.
+//! Pendulum of the rod at many sections of one rod, by theta functions whose coefficients depend on the modulus
+//! alone.
 //!
-//! (s, c, d, b) are those of `Integrals` at u; with v = pi u/(2K) by the nome of the modulus, or v = pi u/(2K') by the complementary one, and the
-//! parts P1 .. P4 of the four functions as [`Nome`] has them, up to factors:
+//! (s, c, d, b) are those of `Integrals` at u. Let v = pi u/(2K) with the nome of the modulus, or v = pi u/(2K') with
+//! the complementary nome, and let P1 .. P4 be the parts of the theta functions as in [`Nome`]. Up to factors:
 //!
 //! ```text
 //! (s, c, d) = (P1 sin v, P2 cos v, P4)/P3,  or, by Jacobi's imaginary transformation,  (P1 sinh v, P4, P2 cosh v)/P3
@@ -16,7 +17,7 @@ use crate::math::theta::Nome;
 use pulp::Simd;
 use std::f64::consts::{FRAC_2_PI, LN_2, PI};
 
-/// A place of a rod, or several, as [`Integrals`](super::chart::Integrals) has it at u = lam part.
+/// One or several sections of a rod: [`Integrals`](super::chart::Integrals) at u = lam part.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Places<T> {
     pub u: T,
@@ -27,39 +28,39 @@ pub(super) struct Places<T> {
 }
 
 impl<T: Real> Places<T> {
-    /// The pendulum there.
+    /// Pendulum at the section.
     #[inline(always)]
     pub fn swing(&self, modulus: &Modulus) -> Swing<T> {
         Swing::at(modulus, self.u, [self.s, self.c, self.d, self.b])
     }
 }
 
-/// A rod of one modulus and one load.
+/// Theta functions of a rod of one modulus and one load.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Along {
     lam: f64,
-    /// True where v is real: the nome is that of the modulus.
+    /// True if v is real: the nome is that of the modulus.
     real: bool,
     /// dv/du.
     pace: f64,
     nome: Nome,
-    /// v at the clamp.
+    /// Value of v at the clamp.
     whole: f64,
-    /// A half turn of the pendulum in v, if it goes beyond half of one, or nearly so.
+    /// Half turn of the pendulum in v; `None` unless the rod reaches about half of one.
     half_turn: Option<f64>,
-    /// What s, c, d and P3'/(sin v cos v) in b have as factors.
+    /// Factors of s, c, d, and of P3'/(sin v cos v) in b.
     by_s: f64,
     by_c: f64,
     by_d: f64,
     by_b: f64,
-    /// b = linear u + slope.
+    /// Slope in b = linear u + periodic part.
     linear: f64,
-    /// What b gains, beyond that, in a period 2K.
+    /// Growth of b in a period 2K beyond the linear part.
     turns: f64,
 }
 
 impl Along {
-    /// Of the rod with this modulus and 0 < lam.
+    /// Coefficients of the rod with this modulus and lam > 0.
     #[inline(always)]
     pub fn new(modulus: &Modulus, lam: f64) -> Self {
         let (k, kc) = (modulus.kap.abs(), modulus.kap_c);
@@ -78,7 +79,7 @@ impl Along {
         let q3 = q * q * q;
         let q8 = q3 * q3 * (q * q);
         let (over2, over3) = (1.0 / theta2, 1.0 / theta3);
-        // (log P3)' = 2 q (..) in both; the nome of a weakly bent rod drops out against kap^2.
+        // (log P3)' = 2 q (..) for both nomes; the division by kap^2 cancels the small nome of a weakly bent rod.
         let (by_s, by_c, by_d, by_b, linear) = if real {
             let linear = pace * pace * 8.0 * over_square * (1.0 + 4.0 * q3 + 9.0 * q8) * over3;
             (
@@ -120,14 +121,17 @@ impl Along {
         }
     }
 
-    /// The Gauss rule that integrates along this rod to the part `error`: its nodes, and how far they are drawn to the clamp ([`drawn`]). The poles of the
-    /// pendulum lie at odd multiples of K, K' away from the rod, so that the error falls like rho^-2n, rho the sum of the axes of Bernstein's ellipse
-    /// through the nearest. A pole beyond the clamp counts as next to it, since the pendulum grows on the way there. The factor before the power is measured; of drawn
-    /// nodes all is.
+    /// Gauss rule that integrates along this rod to the relative error `error`: number of nodes, and grading towards
+    /// the clamp ([`drawn`]).
+    ///
+    /// The poles of the pendulum lie at odd multiples of K, at the distance K' from the rod. The error falls like
+    /// rho^-2n, with rho the sum of the axes of Bernstein's ellipse through the nearest pole. A pole beyond the clamp
+    /// counts as next to it, since the pendulum grows on the way there. The factor before the power is measured; for
+    /// graded nodes the whole law is.
     #[inline(always)]
     pub fn rule(&self, error: f64) -> (f64, usize) {
         let quarter = 0.5 * PI / self.pace;
-        // K'/K = log(1/q)/pi, or K/K'.
+        // Ratio K'/K = log(1/q)/pi, or K/K' for the complementary nome.
         let other = quarter * rough_log(self.nome.q) * (-1.0 / PI);
         let (k, away) = match self.real {
             true => (quarter, other.min(FARTHEST * quarter)),
@@ -144,7 +148,7 @@ impl Along {
         (nodes.max(FEWEST[0] + FEWEST[1] * digits), 0)
     }
 
-    /// The chart's integrals of the whole rod, whose modulus this is.
+    /// Integrals of the whole rod, of the modulus of `self`.
     #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
         let Places { s, c, d, b, .. } = self.place_at(1.0);
@@ -159,7 +163,7 @@ impl Along {
         }
     }
 
-    /// v less the nearest half turns: how many, and the sign that they give s and c.
+    /// v reduced by the nearest multiple of half turns; the number of half turns, and their sign in s and c.
     #[inline(always)]
     fn unwound<T: Real>(&self, v: T) -> (T, Option<[T; 2]>) {
         let Some(half_turn) = self.half_turn else {
@@ -171,7 +175,7 @@ impl Along {
         (T::mixed([1.0, -half_turn], [v, turns]), Some([turns, sign]))
     }
 
-    /// At u = lam part of one place.
+    /// One section, at u = lam part.
     #[inline(always)]
     pub fn place_at(&self, part: f64) -> Places<f64> {
         let (v, wound) = self.unwound(part * self.whole);
@@ -182,7 +186,7 @@ impl Along {
         self.place(part, turned, wound)
     }
 
-    /// At u = lam part.
+    /// Sections in lanes, at u = lam part.
     #[inline(always)]
     pub fn at<S: Simd>(&self, part: Lanes<S>) -> Places<Lanes<S>> {
         let (v, wound) = self.unwound(part * self.whole);
@@ -193,11 +197,11 @@ impl Along {
         self.place(part, turned, wound)
     }
 
-    /// The place with this part of the rod beyond it from (sin v, cos v), or (sinh v, cosh v); `wound`: whole periods that have been taken off v, and
-    /// the sign that the rest of them gives s and c.
+    /// Section with the fraction `part` of the rod beyond it, from (sin v, cos v) or (sinh v, cosh v). `wound`: half
+    /// turns taken off v, and their sign in s and c.
     #[inline(always)]
     fn place<T: Real>(&self, part: T, (sin, cos): (T, T), wound: Option<[T; 2]>) -> Places<T> {
-        // 2 q cos 2v, or 2 q cosh 2v.
+        // Either 2 q cos 2v or 2 q cosh 2v.
         let twice = 2.0 * self.nome.q;
         let bent = if self.real { -2.0 } else { 2.0 } * twice;
         let z = (sin * sin).times_plus(sin.all(bent), sin.all(twice));
@@ -223,14 +227,15 @@ impl Along {
     }
 }
 
-/// lam s from which on a taut rod that is bent by T (`TautInertia`) is straight to the part `error`.
+/// Distance lam s from the clamp beyond which a taut rod of bend T (`TautInertia`) is straight to the relative error
+/// `error`.
 #[inline(always)]
 pub(super) fn reach_of_bend(ln_t: f64, error: f64) -> f64 {
     STRAIGHT[0] + STRAIGHT[1] * binary_digits(error) + ln_t.max(0.0)
 }
 
-/// The Gauss rule that integrates to that part up to the place lam s = `reach` or nearer, where the rod is straight or ends: its nodes, and how far they
-/// are drawn to the clamp. Bends beyond T = 1 lie inside, where nodes are sparser.
+/// Gauss rule to the relative error `error` up to lam s = `reach`, where the rod becomes straight or ends: number of
+/// nodes, and grading towards the clamp. Bends beyond T = 1 lie inside the rod, where graded nodes are sparser.
 #[inline(always)]
 pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
     let (_, draw) = drawn_so_far(reach * FRAC_2_PI);
@@ -238,7 +243,7 @@ pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
     (at_clamp * (INSIDE[0] + INSIDE[1] * ln_t).max(1.0), draw)
 }
 
-/// The range over which a rule is drawn to the clamp of a rod of so many widths of its bend, and the number of that.
+/// Range and number of the grading for a rod as long as `widths` widths of its bend.
 #[inline(always)]
 fn drawn_so_far(widths: f64) -> (f64, usize) {
     let most = (DRAWS - 1) as f64;
@@ -246,9 +251,9 @@ fn drawn_so_far(widths: f64) -> (f64, usize) {
     (DRAW * draw as f64, draw)
 }
 
-/// The part of the rod, counted from the tip, at which the node `x` of a rule on [0, 1] lies, and the derivative of that: drawn to the narrow bend at the
-/// clamp of a rod that is pulled hard, 1 - sinh(range (1 - x))/sinh(range). Seen so, its poles are a quarter turn away from the bend, however narrow it
-/// is. Even for `draw` = 0.
+/// Position, as a fraction of the rod from the tip, of the node `x` of a rule on [0, 1], and its derivative. The map
+/// 1 - sinh(range (1 - x))/sinh(range) grades nodes towards the narrow bend at the clamp of a rod under strong pull.
+/// In x the poles are then a quarter turn away from the bend, however narrow it is. `draw` = 0 is the identity.
 pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
     if draw == 0 {
         return [x, 1.0];
@@ -258,11 +263,12 @@ pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
     [1.0 - scale * at.sinh(), scale * range * at.cosh()]
 }
 
-/// Ways to draw the nodes, and the range of a step between them.
+/// Number of gradings, and the step in range between them.
 pub(super) const DRAWS: usize = 48;
 const DRAW: f64 = 0.25;
 
-/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, roughly: sinh log rho = z, and 1/asinh z = 1/z + Z[0] z/(z + Z[1]).
+/// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, approximately: sinh log rho = z, and 1/asinh
+/// z = 1/z + Z[0] z/(z + Z[1]).
 #[inline(always)]
 fn slow(x: f64, y: f64) -> f64 {
     const Z: [f64; 2] = [0.25, 0.8];
@@ -291,20 +297,22 @@ fn rough_log(x: f64) -> f64 {
 
 const ROUGHLY: f64 = 0.06;
 
-/// Half the logarithm of the factor before the power of the ellipse.
+/// Half the logarithm of the factor before rho^-2n.
 const NODES: f64 = 3.0;
-/// Slightly loaded rods bend by polynomials.
+/// Smallest number of nodes, and its growth with every binary digit: slightly loaded rods bend by polynomials.
 const FEWEST: [f64; 2] = [3.4, 0.2];
 /// K'/K beyond which poles count as infinitely far.
 const FARTHEST: f64 = 6.0;
-/// A rod longer than this many K', and longer than K by at most so many, is straight but for a narrow bend at its clamp.
+/// Limits of graded rules: lam is longer than NARROW K', and longer than K by less than ABOUT K'. Such a rod is
+/// straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const ABOUT: f64 = 0.25;
-/// Drawn nodes: so many, more with the range and with every binary digit; measured by what the end feels of the rod, for parts from 1e-4 to 1e-10 and
-/// lam < 30.
+/// Number of graded nodes: constant, and growth with the range and with every binary digit. Measured by the inertia
+/// at the end for relative errors from 1e-4 to 1e-10 and lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
-/// The bend of taut rods, which counts ln 2 a binary digit further, and some more for the powers of lam s beside it; nodes there, with every digit; of bends inside the
-/// rod a multiple that grows with ln T. Measured for parts from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
+/// Taut rods. STRAIGHT: reach of the bend, which counts ln 2 a binary digit, and more for the powers of lam s beside
+/// it. TAUT: number of its nodes, and their growth with every digit. INSIDE: factor for bends inside the rod, which
+/// grows with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
 const STRAIGHT: [f64; 2] = [3.0, LN_2 + 0.1];
 const TAUT: [f64; 2] = [-1.0, 0.6];
 const INSIDE: [f64; 2] = [0.5, 1.0];
@@ -315,7 +323,8 @@ mod tests {
     use super::super::simd_sums::{InLanes, sums};
     use super::*;
 
-    /// Catches a wrong coefficient, nome or period: Carlson's integrals are another way to the same, and lead from the amplitude back to the load.
+    /// Catches a wrong coefficient, nome or period. Reference: Carlson's integrals, from the amplitude back to the
+    /// load.
     #[test]
     fn places_are_those_of_the_chart() {
         for p in [1e-3, -0.3, 0.88, -0.8815, 1.6, -3.2, 6.0, 12.0] {

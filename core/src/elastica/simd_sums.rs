@@ -1,6 +1,6 @@
-//! Numbers at several places of a rod, which are worked on at once: as many as the processor has room for.
+//! Numbers at several sections of a rod, processed at once in wide registers, up to four.
 //!
-//! What is compiled for its wide registers is what is inlined, always: closures are not.
+//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are avoided.
 
 use crate::math::real::{Halves, Real};
 use crate::math::registers::Registers;
@@ -14,16 +14,16 @@ pub(super) struct Lanes<S: Simd> {
     at: S::f64s,
 }
 
-/// The most lanes that there are: rules of so many nodes, or a multiple, fill all.
+/// Largest number of lanes: quadrature rules have a multiple of this many nodes, which fills all lanes.
 pub(super) const WIDEST: usize = 4;
 
-/// What is done with lanes.
+/// Integrand over lanes.
 pub(super) trait InLanes<const K: usize> {
-    /// K numbers at places, from those on [0, 1].
+    /// K numbers at each of the places `x` in [0, 1].
     fn at<S: Simd>(&self, x: Lanes<S>) -> [Lanes<S>; K];
 }
 
-/// Sums of `each` with these weights over places, a multiple of [`WIDEST`].
+/// Weighted sums of `each` over `places`, whose number is a multiple of [`WIDEST`].
 #[inline(always)]
 pub(super) fn sums<const K: usize>(
     each: &impl InLanes<K>,
@@ -37,7 +37,7 @@ pub(super) fn sums<const K: usize>(
     })
 }
 
-/// The same within what is compiled for wide registers already.
+/// Weighted sums as in [`sums`], inside code that is already compiled for wide registers.
 #[inline(always)]
 pub(super) fn sums_in<S: Simd, const K: usize>(
     simd: S,
@@ -61,7 +61,7 @@ pub(super) fn sums_in<S: Simd, const K: usize>(
     all
 }
 
-/// Result of `work`, compiled for registers that [`WIDEST`] numbers fill, or for one number at a time.
+/// Result of `work`, compiled for registers of [`WIDEST`] numbers, or for one number at a time.
 #[inline(always)]
 pub(super) fn wide<W: WithSimd>(work: W) -> W::Output {
     match Registers::in_use() {
@@ -86,7 +86,7 @@ impl<E: InLanes<K>, const K: usize> WithSimd for Sums<'_, E, K> {
 }
 
 impl<S: Simd> Lanes<S> {
-    /// The numbers, to be worked on one by one.
+    /// The numbers as a slice, for scalar operations.
     #[inline(always)]
     fn each(&mut self) -> &mut [f64] {
         bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.at))
@@ -99,7 +99,7 @@ impl<S: Simd> Lanes<S> {
         (up - down, up + down)
     }
 
-    /// exp(-v) and exp(v), v > 0; of greater v those of [`FADED`].
+    /// exp(-v) and exp(v), v > 0; v beyond [`FADED`] counts as FADED.
     #[inline(always)]
     pub fn faded(mut self) -> [Self; 2] {
         for v in self.each() {
@@ -110,7 +110,7 @@ impl<S: Simd> Lanes<S> {
     }
 }
 
-/// exp(-FADED) is nothing beside whatever it is added to.
+/// Largest exponent distinguished: exp(-FADED) is negligible in every sum.
 const FADED: f64 = 90.0;
 impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
@@ -133,7 +133,7 @@ impl<S: Simd> Real for Lanes<S> {
 
     #[inline(always)]
     fn nearest(self) -> Self {
-        // Beyond 2^52 there are integers only.
+        // Beyond 2^52 all doubles are integers.
         let big = self.all(6_755_399_441_055_744.0);
         (self + big) - big
     }

@@ -1,11 +1,11 @@
-//! The slightly loaded rod: lam < 0.3, where tip and derivatives are small differences of the closed form.
+//! Tip of the slightly loaded rod, lam < 0.3, where the closed form is a small difference of large terms.
 //!
-//! 1 - x is of order lam^4 and det d(x, y)/d(p, lam) of order lam^6; here they come from integrals along the
-//! rod whose integrands hold their own relative accuracy.
+//! 1 - x is of order lam^4 and det d(x, y)/d(p, lam) of order lam^6. Here they come from integrals along the rod
+//! whose integrands keep their own relative accuracy.
 
 use super::chart::{Integrals, Modulus};
 
-/// Below this load the closed form loses more than three digits of det.
+/// Load lam below which the closed form loses more than three digits of det.
 pub(super) const SLIGHT: f64 = 0.3;
 
 /// Gauss-Legendre, 8 nodes on (0, 1). The nearest singularities of the integrands lie at
@@ -21,7 +21,7 @@ const NODES: [(f64, f64); 8] = [
     (0.9801449282487681, 0.05061426814518853),
 ];
 
-/// (1 - x, y) and their derivatives by p (at fixed lam) and by lam, in the fixed axes.
+/// Tip (1 - x, y) and its derivatives by p (at fixed lam) and by lam, in the fixed axes.
 pub(super) struct SlightTip {
     pub one_minus_x: f64,
     pub y: f64,
@@ -34,9 +34,9 @@ pub(super) struct SlightTip {
 impl SlightTip {
     /// Integrates along the rod of the chart line `p` whose integrals up to the clamp are `clamp`.
     ///
-    /// With t the amplitude at a section and w that of the clamp, sin(theta/2) =
-    /// kap (cos^2 t - cos^2 w)/(cos t D(w) + cos w D(t)); theta_p = 2 (P(t) - P(w)), P = c D + kap^2 s B;
-    /// theta_lam = -2 kap ((1 - s) sin t - sin w), 1 - s = lam(t)/lam.
+    /// With t the amplitude at a section and w that of the clamp, sin(theta/2) = kap (cos^2 t - cos^2 w)/(cos t
+    /// D(w) + cos w D(t)); theta_p = 2 (P(t) - P(w)), P = c D + kap^2 s B; theta_lam = -2 kap ((1 - s) sin t - sin
+    /// w), 1 - s = lam(t)/lam.
     pub fn new(p: f64, clamp: &Integrals) -> Self {
         let Modulus { kap, kap_c } = Modulus::new(p);
         let (kap2, kc2) = (kap * kap, kap_c * kap_c);

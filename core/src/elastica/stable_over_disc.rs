@@ -1,10 +1,10 @@
-//! The stable equilibria over the disc: how many end at a point, and with what energy.
+//! Stable equilibria over the disc: number and energy at each end position.
 //!
-//! The stable region of the chart lies below the first fold curve. det d(x, y)/d(p, w) has one sign on
-//! it. Its border maps to the image of the first fold curve, to the point (1, 0) (kap = 0 and lam = 0) and, for
-//! p -> +-infinity, twice round the rim: a taut rod points anywhere once with kap > 0 and once with kap < 0. So the
-//! number of stable equilibria at a point, the degree of the map there, is 2 less the winding number of the fold
-//! curve's image about it, run along with p.
+//! The stable region of the chart lies below the first fold curve, and det d(x, y)/d(p, w) has one sign on it. Its
+//! border maps to the image of the first fold curve and to the point (1, 0) (kap = 0 and lam = 0). For
+//! p -> +-infinity it maps twice to the rim: a taut rod points anywhere once with kap > 0 and once with kap < 0. The
+//! number of stable equilibria at a point is the degree of the map there. It is 2 less the winding number about the
+//! point of the fold curve's image, run along with p.
 
 use super::atlas::{GridPoint, P_TOP, SPACING, refined, spread};
 use super::chart::ChartPoint;
@@ -13,9 +13,9 @@ use super::folds::{fold_at, fold_curve};
 use super::inversion::equilibria_at;
 use crate::error::Result;
 
-/// Largest load of rods asked for one by one where the raster leaves a doubt.
+/// Largest lam of the exhaustive search at grid points where the raster is in doubt.
 const LAMBDA_MAX: f64 = 20.0;
-/// The rim, left out: energies grow without bound there.
+/// Radius of the region sampled; energies grow without bound at the rim.
 const RIM: f64 = 0.985;
 /// The range of p that holds the cusps of a fold curve.
 const CUSPS: (f64, f64) = (0.05, 8.0);
@@ -25,9 +25,9 @@ const CUSPS: (f64, f64) = (0.05, 8.0);
 pub struct FoldLine {
     /// Number of the curve, 1, 2, ...
     pub number: usize,
-    /// Its points from p = 0, at (1, 0), to p = 300, rods with a loop, near (1, 0) again.
+    /// Points from p = 0, at (1, 0), to p = 300: rods with a loop, near (1, 0) again.
     pub points: Vec<GridPoint>,
-    /// Those among them where its image has a cusp.
+    /// Points at which the image of the curve in the (x, y) plane has a cusp.
     pub cusps: Vec<GridPoint>,
 }
 
@@ -62,10 +62,10 @@ impl FoldLine {
     }
 }
 
-/// The image of the stable region, by its border.
+/// Image of the stable region, by its border.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StableRegion {
-    /// The first fold curve, which bounds it.
+    /// The first fold curve, the border.
     pub border: FoldLine,
     polygon: Vec<[f64; 2]>,
 }
@@ -95,7 +95,7 @@ impl StableRegion {
         for &b in &self.polygon {
             if (a[1] > y) != (b[1] > y) {
                 let side = (b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1]);
-                // The side crosses the line through the point; to its right if (x, y) is to its left.
+                // Winding number: sides left of (x, y) that cross its horizontal line count -1 upward, +1 downward.
                 if b[1] > a[1] && side < 0.0 {
                     turns -= 1;
                 } else if b[1] < a[1] && side > 0.0 {
@@ -107,11 +107,11 @@ impl StableRegion {
         (2 - turns).max(0) as usize
     }
 
-    /// The energies of the two lowest stable equilibria on n x n points of the square [-1, 1]^2, row by
-    /// row from y = -1; NaN where there is none, and beyond |r| = 0.985.
+    /// Energies of the two lowest stable equilibria on n x n points of the square [-1, 1]^2, row by row from y = -1;
+    /// NaN where none exists, and beyond |r| = 0.985.
     ///
     /// # Errors
-    /// Those of [`equilibria_at`], which decides where the raster is in doubt, close to folds.
+    /// As [`equilibria_at`], which decides where the raster is in doubt, close to folds.
     pub fn lowest_energies(&self, n: usize) -> Result<Vec<[f64; 2]>> {
         let n = n.max(2);
         let mut raster = Raster::new(n);
@@ -132,7 +132,7 @@ impl StableRegion {
                 .map(|f| f.energy)
                 .collect();
             if energies.len() != count {
-                // Close to a fold: ask for the equilibria one by one.
+                // Close to a fold: search all equilibria.
                 energies = equilibria_at(x, y, LAMBDA_MAX)?
                     .iter()
                     .filter(|f| f.stable())
@@ -148,13 +148,13 @@ impl StableRegion {
     }
 }
 
-/// A stable equilibrium, p > 0, with its end at a grid point.
+/// Stable equilibrium, p > 0, with its end at a grid point.
 struct Met {
     q: [f64; 2],
     energy: f64,
 }
 
-/// The stable half p > 0 cast on a grid.
+/// Stable half p > 0, cast on a grid.
 struct Raster {
     n: usize,
     found: Vec<Vec<Met>>,
@@ -180,7 +180,7 @@ impl Raster {
     /// Samples the region below the first fold and casts its cells.
     fn fill(&mut self) -> Result<()> {
         let top = |p: f64| Ok::<_, crate::Error>(fold_at(1, p)?.equilibrium.lambda);
-        // The load, too, must not differ much between neighbours, for Newton's method.
+        // The load must not differ much between neighbours either, for Newton's method.
         let place = |q: &GridPoint| [q.x, q.y, 0.3 * q.lambda.ln_1p()];
         let ps = spread(ROWS, 0.0, P_TOP, |p| {
             let top = top(p)?;
@@ -209,7 +209,7 @@ impl Raster {
         Ok(())
     }
 
-    /// Casts a triangle of the chart: where its image, taken as flat, covers a grid point.
+    /// Casts a triangle of the chart: its image, taken as flat, is searched for grid points.
     fn cast(&mut self, corners: [&GridPoint; 3]) {
         let [a, b, c] = corners.map(|q| [q.x, q.y]);
         let from = |o: [f64; 2], to: [f64; 2]| [to[0] - o[0], to[1] - o[1]];
@@ -251,7 +251,7 @@ impl Raster {
         let Some(met) = polished(start, [self.along(i), self.along(j)]) else {
             return;
         };
-        // Triangles that share a side may both hold the point.
+        // Two triangles with a common side may both hold the point.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-7 * (1.0 + a.abs());
         let known = |f: &Met| close(f.q[0], met.q[0]) && close(f.q[1], met.q[1]);
         let list = &mut self.found[place];
@@ -261,8 +261,8 @@ impl Raster {
     }
 }
 
-/// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it ends elsewhere, or above
-/// the first fold.
+/// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it leaves the neighbourhood of the
+/// start or the stable region.
 fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
     let mut q = start;
     for _ in 0..12 {
@@ -275,7 +275,7 @@ fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
         if gap[0].hypot(gap[1]) < 1e-11 {
             let strayed = (q[0] - start[0]).abs() > 0.9 * (0.9 + start[0])
                 || (q[1] - start[1]).abs() > 0.9 * (0.9 + start[1]);
-            // On the stable side the function of the folds has the sign that it has on slight rods.
+            // On the stable side the fold function is positive, as for slightly loaded rods.
             return (!strayed && at.fold_function() > 0.0).then(|| Met {
                 q,
                 energy: at.energy(),

@@ -1,4 +1,4 @@
-//! How stiffly the end of the elastica is held by its rod, in closed form.
+//! Stiffness of the elastica's end, in closed form.
 //!
 //! Units: length 1, bending stiffness 1.
 
@@ -8,21 +8,21 @@ use crate::error::{Error, Result};
 use crate::math::small_sort::sort_few;
 use nalgebra::{Matrix2, Vector2};
 
-/// What small displacements of the end do to an equilibrium.
+/// Linear response of an equilibrium to displacements of its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndStiffness {
-    /// K = -df/d(x, y), f the force of the rod on its end; symmetric.
+    /// Stiffness K = -df/d(x, y), f the force of the rod on its end; symmetric.
     pub matrix: Matrix2<f64>,
     /// d(p, w)/d(x, y).
     pub chart: Matrix2<f64>,
-    /// det K, of full relative accuracy also next to the straight rod, where the stiffness along it is larger by 1/kappa^2.
+    /// det K, of full relative accuracy also near the straight rod, which is stiffer along itself by 1/kappa^2.
     pub determinant: f64,
 }
 
-/// A determinant of the chart that is less than this part of its terms is zero to rounding.
+/// Bound of |det| relative to its terms, for the chart's Jacobian: smaller values are zero to rounding.
 const SINGULAR: f64 = 1e-12;
 
-/// df/d(p, w), f the force of the rod on its end.
+/// Derivative df/d(p, w), f the force of the rod on its end.
 pub fn force_by_chart(at: &ChartPoint) -> Matrix2<f64> {
     let i = &at.integrals;
     let along = Vector2::new(at.cos_alpha, at.sin_alpha);
@@ -35,15 +35,17 @@ pub fn force_by_chart(at: &ChartPoint) -> Matrix2<f64> {
 }
 
 impl EndStiffness {
-    /// At the chart point (p, w): exact derivatives of the closed form. The relative error of the principal stiffnesses is that of
-    /// rounding over the distance from the next fold, and over |kappa| next to the straight rod.
+    /// Stiffness at the chart point (p, w), by exact derivatives of the closed form. The relative error of the
+    /// principal stiffnesses is rounding over the distance from the next fold, and over |kappa| near the straight
+    /// rod.
     ///
     /// # Errors
-    /// A fold, where the stiffness is infinite along one direction; a rod straight to rounding, which is rigid along itself.
+    /// A fold, where the stiffness is infinite along one direction; a rod straight to rounding, which is rigid along
+    /// itself.
     pub fn at(p: f64, w: f64) -> Result<Self> {
         let at = ChartPoint::new(p, w);
         let [a, b] = [at.column_p, at.column_w].map(Vector2::from);
-        // Next to the straight rod both terms are small, and do not cancel.
+        // Near the straight rod both terms are small, and do not cancel.
         let terms = (a.x * b.y).abs() + (a.y * b.x).abs();
         let jacobian = Matrix2::from_columns(&[a, b]);
         let chart = jacobian
@@ -70,7 +72,7 @@ impl EndStiffness {
         let of = |k: usize| eigen.eigenvectors.column(k).into_owned();
         let large = eigen.eigenvalues.iamax();
         let largest = eigen.eigenvalues[large];
-        // The other from the product: a difference would leave it the rounding of the largest.
+        // The smaller from the product: a difference would carry the rounding error of the larger.
         let other = if largest == 0.0 {
             0.0
         } else {
@@ -82,8 +84,8 @@ impl EndStiffness {
     }
 }
 
-/// The stiffness of the straight rod's end across it, under the pull N (a push: N < 0): N b/(b - tanh b), b^2 = N. By the continued
-/// fraction of tanh, which holds its digits through N = 0; 0 at Euler's load.
+/// Stiffness of the straight rod's end across the rod, under the pull N (a push: N < 0): N b/(b - tanh b), b^2 = N.
+/// Evaluated by the continued fraction of tanh, which keeps its digits through N = 0; it vanishes at Euler's load.
 pub fn across(pull: f64) -> f64 {
     let terms = 20 + pull.abs().sqrt() as usize;
     let tail = (2..terms)
@@ -92,7 +94,8 @@ pub fn across(pull: f64) -> f64 {
     pull + 3.0 + tail
 }
 
-/// The Morse index of the straight rod under the pull N with its end free: Euler's loads (k - 1/2)^2 pi^2 below the push.
+/// Morse index of the straight rod with a free end under the pull N: the number of Euler's loads (k - 1/2)^2 pi^2
+/// below the push.
 pub fn straight_index(pull: f64) -> usize {
     if pull >= -EULER {
         return 0;

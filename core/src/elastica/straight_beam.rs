@@ -1,13 +1,13 @@
-//! Rods that are all but straight, by their end force and the deflection of their end.
+//! Nearly straight rods, by their end force and the deflection of their end.
 //!
-//! The chart (p, w) collapses onto the straight rod: p = 0 holds it under every push, p -> +-infinity under every pull.
-//! Its neighbours are named here by the pull N along the clamp's axis and the deflection y instead, in which they are
-//! smooth through N = 0: the rod solves
+//! The chart (p, w) collapses onto the straight rod: p = 0 holds it under every push, p -> +-infinity under every
+//! pull. The coordinates here are the pull N along the clamp's axis and the deflection y of the end. In them the
+//! neighbours of the straight rod are smooth through N = 0. The rod solves
 //! ```text
 //! theta'' = N sin theta - F cos theta,   theta(0) = 0,   theta'(1) = 0,   int_0^1 sin theta ds = y
 //! ```
-//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5 (theory 2.3). Units:
-//! length 1, bending stiffness 1.
+//! for theta and the cross force F. To leading order F is proportional to y, and 1 - x = c(N) y^2, c(0) = 3/5
+//! (theory 2.3). Units: length 1, bending stiffness 1.
 
 use super::chart::Integrals;
 use crate::error::{Error, Message, Quantity};
@@ -15,9 +15,9 @@ use crate::math::gauss::Rule;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
-/// Euler's load: under this push the straight rod buckles.
+/// Euler's load: the straight rod buckles under this push.
 pub const EULER: f64 = 0.25 * PI * PI;
-/// The refusal of a push along the straight rod that is beyond [`EULER`].
+/// Error for a push along the straight rod beyond [`EULER`].
 pub fn unstable(push: f64) -> Error {
     Error::domain(
         Message::from("a push of ")
@@ -31,15 +31,15 @@ pub fn unstable(push: f64) -> Error {
     )
 }
 
-/// The largest pull served: the bends at the clamp, of width 1/lam, are to be resolved.
+/// Largest pull served: the grid must resolve the bend at the clamp, of width 1/lam.
 pub const MOST_PULL: f64 = 3600.0;
 
-/// A rod that is all but straight. [`AlmostStraight::at`] says when there is one.
+/// Nearly straight rod, made by [`AlmostStraight::at`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bent {
-    /// The pull N: the x component of the force on the rod's end.
+    /// Pull N: the x component of the force on the rod's end.
     pub pull: f64,
-    /// The cross force F: its y component.
+    /// Cross force F: the y component of the force on the rod's end.
     pub across: f64,
     /// 1 - x, of full relative accuracy.
     pub one_minus_x: f64,
@@ -62,7 +62,7 @@ pub struct AlmostStraight {
 type Field = DVector<f64>;
 
 impl AlmostStraight {
-    /// For pulls up to `most_pull`, itself at most [`MOST_PULL`].
+    /// Discretisation for pulls up to `most_pull`, which is cut at [`MOST_PULL`].
     pub fn new(most_pull: f64) -> Self {
         let lam = most_pull.clamp(0.0, MOST_PULL).sqrt();
         let rule = Rule::new((24.0 + 1.2 * lam) as usize);
@@ -75,8 +75,8 @@ impl AlmostStraight {
         }
     }
 
-    /// The rod under the pull `pull` > -[`EULER`] with its end at the height `y`: Newton's method from the straight rod.
-    /// None if that does not converge: y is too large.
+    /// Rod under the pull `pull` > -[`EULER`] with its end at the height `y`, by Newton's method from the straight
+    /// rod; `None` if y is too large for convergence.
     pub fn at(&self, pull: f64, y: f64) -> Option<Bent> {
         let (theta, across) = self.solved(pull, y)?;
         Some(self.bent(pull, across, &theta))
@@ -115,7 +115,7 @@ impl AlmostStraight {
                 return None;
             }
         }
-        // Newton's method ends in rounding; what is left of it was measured against a tiny angle.
+        // Newton's method ends at rounding: check only that the angle has stayed small.
         (theta.amax() < 1.0).then_some((theta, across))
     }
 
@@ -132,7 +132,7 @@ impl AlmostStraight {
         }
     }
 
-    /// (c, dc/dN): 1 - x = c(N) y^2 for small y; the derivative to three digits.
+    /// Law of shortening (c, dc/dN): 1 - x = c(N) y^2 for small y; the derivative to three digits.
     pub fn shortening(&self, pull: f64) -> Option<(f64, f64)> {
         let y = 1e-6;
         let c = |pull: f64| Some(self.at(pull, y)?.one_minus_x / (y * y));
@@ -142,11 +142,11 @@ impl AlmostStraight {
 }
 
 impl Bent {
-    /// The chart point (p, w).
+    /// Amplitude chart point (p, w).
     ///
-    /// The first integral of the rod's equation gives kap sin w = theta'(0)/(2 lam) and kap cos w = -sin(alpha/2), alpha
-    /// the direction of the force on the body. Under a push p follows from kap = sin((theta(1) - alpha)/2); under a pull
-    /// that angle is all but a right one, and p is found from lam(p, w) = lam.
+    /// The first integral of the rod's equation gives kap sin w = theta'(0)/(2 lam) and kap cos w = -sin(alpha/2),
+    /// alpha the direction of the force on the body. Under a push p follows from kap = sin((theta(1) - alpha)/2).
+    /// Under a pull this angle is nearly a right one, and p is found from lam(p, w) = lam.
     pub fn chart(&self) -> [f64; 2] {
         let lam = self.across.hypot(self.pull).sqrt();
         let alpha = (-self.across).atan2(-self.pull);
@@ -175,8 +175,8 @@ mod tests {
     use super::*;
     use crate::elastica::Equilibrium;
 
-    /// Catches a wrong branch of p or w, and a lost digit on the way to the chart: pulled, pushed and free rods, bent
-    /// from y = 1e-120 up, are found in the closed form with the same end and force.
+    /// Catches a wrong branch of p or w, and a digit lost in the change of chart. Pulled, pushed and free rods, bent
+    /// from y = 1e-120 up, must have the same end and force in the closed form.
     #[test]
     fn bent_rods_are_where_the_closed_form_has_them() {
         for pull in [-2.3, -1.0, -1e-3, 0.0, 1e-9, 0.3, 5.0, 60.0, 700.0] {
@@ -195,12 +195,12 @@ mod tests {
         }
     }
 
-    /// Catches a wrong law of shortening: against the closed form of theory 2.3.
+    /// Catches a wrong law of shortening. Reference: the closed form of theory 2.3.
     #[test]
     fn shortening_is_that_of_the_beam() {
         for pull in [-2.4, -1.0, 1e-2, 4.0, 900.0] {
             let b = f64::abs(pull).sqrt();
-            // tanh(b)/b and 1/cosh^2 b, of the imaginary b under a push.
+            // tanh(b)/b and 1/cosh^2 b; b is imaginary under a push.
             let (t, sech2) = if pull > 0.0 {
                 (b.tanh() / b, b.cosh().powi(-2))
             } else {

@@ -1,58 +1,66 @@
-//! The elastica's chart next to the straight rod.
+//! The elastica's chart near the straight rod: q = (sigma, ln Z), by Cartesian components of the end force.
 //!
-//! There the amplitude chart (p, w) is polar: kap = sin of half the angle between tip and force, lam^2 the size of the force, and a
-//! mass that shakes along the rod takes the pull through zero, past the pole at lam = 0, twice in every period. Here the force has
-//! Cartesian components instead. From the free end, with delta = theta(1) - theta and z = tan(delta/2), the rod obeys
+//! The amplitude chart (p, w) is polar: kap is the sine of half the angle between tip and force, lam^2 the size of
+//! the force. A mass that shakes along the rod takes the pull through zero, past the pole at lam = 0, twice in every
+//! period. Cartesian force components have no pole. From the free end, with delta = theta(1) - theta and
+//! z = tan(delta/2), the rod obeys
 //! ```text
 //! ds = dz / sqrt(z (G + P z)(1 + z^2)),     (P, G): pull along the tip's tangent, and across it
-//! z = Z chi(sigma),   chi = (cosh(b sigma) - 1)/(cosh b - 1),   b^2 = P,   ds = dsigma / sqrt(1 + z^2),   0 <= sigma <= 1
+//! z = Z chi(sigma),   chi = (cosh(b sigma) - 1)/(cosh b - 1),   b^2 = P
+//! ds = dsigma / sqrt(1 + z^2),   0 <= sigma <= 1
 //! ```
-//! so that the rod of P and Z = tan(theta(1)/2) has the length l = int dsigma/sqrt(1 + z^2), by which it is scaled to 1, and its end
+//! The rod of P and Z = tan(theta(1)/2) thus has the length l = int dsigma/sqrt(1 + z^2), by which it is scaled to 1.
+//! Its end and its energy are
 //! ```text
 //! 1 - x = 2 Z^2/(l (1 + Z^2)) int (1 - chi)^2 (1 + z^2)^(-3/2) dsigma
 //!     y = 2 Z/(l (1 + Z^2)) int (1 - chi)(1 + Z^2 chi) (1 + z^2)^(-3/2) dsigma
 //!     U = 2 l Z^2 int chi'^2 (1 + z^2)^(-3/2) dsigma
 //! ```
-//! For small z the square roots are series in z^2, and with them all is made of the moments M_k = int chi^k, smooth functions of P
-//! through 0 up to the first fold and beyond: no elliptic integral, no difference of nearly equal numbers, relative accuracy for Z
-//! down to 1e-100. To leading order this is the beam under tension of theory 2.3.
+//! For small z the square roots are series in z^2. All quantities are then sums of the moments M_k = int chi^k,
+//! smooth functions of P through 0, to the first fold and beyond. There is no elliptic integral and no difference of
+//! nearly equal numbers; relative accuracy holds down to Z = 1e-100. To leading order this is the beam under tension
+//! of theory 2.3.
 
 use super::chart::{Integrals, Modulus};
 use crate::manifold::{ManifoldPoint, Sign, adjugate_times};
 use nalgebra::{Matrix2, Vector2};
 
-/// z up to which a motion is followed here; at this z the terms left out of the series are of relative size 3e-16.
+/// Largest z at which a motion stays in this chart; there the terms left out of the series are of relative size
+/// 3e-16.
 const LARGEST: f64 = 1e-2;
-/// The chart is left for good before the series lose digits: no step goes beyond.
+/// Largest z of any point of the chart: an integrator's trial step may pass [`LARGEST`], but not reach where the
+/// series lose digits.
 const BEYOND: f64 = 2.0 * LARGEST;
-/// z below which a motion comes here.
+/// Largest z at which a motion enters this chart, below [`LARGEST`] for hysteresis.
 const SMALL: f64 = 0.6 * LARGEST;
-/// Z up to which the shape of a rod that is pulled is looked for here.
+/// Largest Z of the pulled rods served by [`pulled`].
 const SLIGHT: f64 = 0.1 * LARGEST;
-/// The least Z, whose square is a normal number.
+/// Smallest Z of the chart: its square is still a normal number.
 const LEAST: f64 = 1e-100;
-/// The least Z that a rod on the axis is given.
+/// Smallest Z given to a rod on the axis.
 const SMALLEST: f64 = 1e-90;
-/// The strongest push, beyond that of the first fold, 36.21; at 4 pi^2 the rod's end is parallel to the clamp whatever its shape.
+/// Largest push -P of the chart, beyond that of the first fold, 36.21. At 4 pi^2 the end is parallel to the clamp for
+/// every shape.
 const MOST_PUSH: f64 = 38.0;
-/// The amplitude w next to which lam is that push.
+/// Amplitude w at which lam^2 is about [`MOST_PUSH`].
 const MOST_W: f64 = 6.1;
 
-/// -lam^2 at the first fold of the straight rod, and the pull where a rod that leaves it settles, with the same (1 - x)/y^2 =
-/// 0.734496396.
+/// Pull P = -lam^2 at the first fold of the straight rod, and pull at which a rod that leaves this fold lands. Both
+/// shapes have (1 - x)/y^2 = 0.734496396.
 const FOLD: f64 = -36.211_401_677_2;
 const LANDING: f64 = -9.436_451_114_8;
-/// Rounds of Newton's method from there: the guess is off by Z^2.
+/// Newton steps from [`LANDING`]; the guess is wrong by Z^2.
 const NEWTON: usize = 4;
 
 /// Coefficients of (1 + z^2)^(-1/2) and (1 + z^2)^(-3/2) in powers of z^2.
 const LENGTH: [f64; 4] = [1.0, -0.5, 0.375, -0.3125];
 const TIP: [f64; 4] = [1.0, -1.5, 1.875, -2.1875];
 
-/// Rounds to a rod of given deflection or load.
+/// Newton steps to the rod of a given deflection or load.
 const ROUNDS: usize = 3;
 
-/// |P| below which the moments come from their series in P, and its terms: it converges for |P| < 4 pi^2.
+/// |P| below which the moments come from their series in P (which converges for |P| < 4 pi^2), and its number
+/// of terms.
 pub(super) const GENTLE: f64 = 3.0;
 const TERMS: usize = 18;
 /// Highest moment.
@@ -84,7 +92,7 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
         }
         j += 1;
     }
-    // The coefficient of P^j asks for that of P^(j-1) in the next moment: what lies TERMS moments higher does not matter.
+    // The coefficient of P^j needs that of P^(j-1) in the next moment: moments TERMS orders higher do not count.
     let mut above = [0.0; TERMS];
     let mut k = ORDER + TERMS;
     while k > 0 {
@@ -108,7 +116,8 @@ const fn series() -> [[f64; ORDER + 1]; TERMS] {
     table
 }
 
-/// g = 2 P/(cosh b - 1), so that the cross force at the tip is G = g Z; and the moments M_0 .. M_8; with the derivatives of these by P.
+/// Factor g = 2 P/(cosh b - 1) of the cross force at the tip, G = g Z, the moments M_0 .. M_8, and the derivatives of
+/// all by P.
 pub(super) struct Moments {
     pub g: f64,
     pub m: [f64; ORDER + 1],
@@ -162,7 +171,7 @@ impl Moments {
     }
 }
 
-/// sum_j weights_j u^j f_j for f and for its derivative by P, and its derivative by u.
+/// Sum over j of weights_j u^j f_j, its derivative by u, and the same sum with df/dP.
 #[inline]
 fn sum(weights: &[f64; 4], u: f64, f: impl Fn(usize) -> (f64, f64)) -> [f64; 3] {
     let (mut value, mut by_u, mut by_pull) = (0.0, 0.0, 0.0);
@@ -175,7 +184,8 @@ fn sum(weights: &[f64; 4], u: f64, f: impl Fn(usize) -> (f64, f64)) -> [f64; 3] 
     [value, by_u, by_pull]
 }
 
-/// P = sigma sqrt(1 + sigma^2): linear in small pulls, sigma is lam where the rod is taut.
+/// Pull P = sigma sqrt(1 + sigma^2) and the root. P is linear in sigma for small pulls; sigma tends to lam for taut
+/// rods.
 #[inline]
 fn pull_of(sigma: f64) -> (f64, f64) {
     let root = (1.0 + sigma * sigma).sqrt();
@@ -186,7 +196,7 @@ fn sigma_of(pull: f64) -> f64 {
     pull * (2.0 / (1.0 + f64::hypot(1.0, 2.0 * pull))).sqrt()
 }
 
-/// Largest z on the rod: between clamp and tip where the push has made chi swing back.
+/// Largest z along the rod. Under a strong push chi oscillates, and the maximum lies between clamp and tip.
 #[inline]
 fn largest(pull: f64, tip: f64) -> f64 {
     if pull > -10.0 {
@@ -196,13 +206,13 @@ fn largest(pull: f64, tip: f64) -> f64 {
     tip / (half * half)
 }
 
-/// A rod bent to the side of Z > 0.
+/// Rod of unit length and stiffness, bent to the side of Z > 0.
 struct Rod {
     pull: f64,
     /// sqrt(1 + sigma^2).
     root: f64,
     z: f64,
-    /// (1 - x, y), and their derivatives by sigma and by ln Z.
+    /// End (1 - x, y), and its derivatives by sigma and by ln Z.
     tip: [f64; 2],
     by_sigma: [f64; 2],
     by_ln: [f64; 2],
@@ -212,7 +222,7 @@ struct Rod {
 }
 
 impl Rod {
-    /// None outside the chart.
+    /// `None` outside the chart.
     #[inline]
     fn new(sigma: f64, ln_z: f64) -> Option<Self> {
         let z = ln_z.exp();
@@ -262,7 +272,7 @@ impl Rod {
     }
 }
 
-/// The rod at q = (+-sigma, ln Z), the sign being that of Z; None outside the chart.
+/// Chart point at q = (+-sigma, ln Z), the sign of sigma being that of Z; `None` outside the chart.
 #[inline]
 pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
     let sign = side.value();
@@ -277,21 +287,23 @@ pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
             rod.by_sigma[1],
             sign * rod.by_ln[1],
         ),
-        // det is of order Z^3/lam^2 at the wall: time runs like (1 - x)/lam.
+        // Here det ~ Z^3/lam^2 at the taut wall; the pace makes time run like (1 - x)/lam.
         pace: rod.z / rod.root,
     })
 }
 
-/// The other stable rod with the end of `q` = (p, w), a point of the first fold next to the straight rod; None elsewhere.
+/// Landing of a rod that leaves the first fold next to the straight rod at `q` = (p, w); `None` if `q` is no such
+/// point.
 ///
-/// Close to the straight rod the energy is the quadratic form of theta' and the end holds theta on a plane and a sphere: such a
-/// form has at most one local minimum beside its least one. So the rod that runs out of the one settles in the other, which has
-/// the same (1 - x, y) of full relative accuracy, and on every scale the same pull but for terms of order Z^2.
+/// Close to the straight rod the energy is the quadratic form of theta', and the fixed end restricts theta to a plane
+/// and a sphere. Such a form has at most one local minimum besides the global one, so the landing is the other stable
+/// rod with this end. Its (1 - x, y) is that of the fold to full relative accuracy, and its pull is [`LANDING`] up to
+/// terms of order Z^2.
 pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     let fold_side = side(q[0], q[1])?;
     let fold = from_amplitude(q[0], q[1]);
     let rod = Rod::new(fold_side.value() * fold[0], fold[1])?;
-    // On the fold the end has swung through y = 0.
+    // On the first fold y has the sign opposite to Z.
     if !((rod.pull - FOLD).abs() < 0.01 * FOLD.abs() && rod.tip[1] < 0.0) {
         return None;
     }
@@ -311,18 +323,19 @@ pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
     Some(to_amplitude(other, &landed))
 }
 
-/// 1 - x at the place (+-sigma, ln Z), to full relative accuracy; None outside the chart.
+/// Distance 1 - x at (+-sigma, ln Z), to full relative accuracy; `None` outside the chart.
 pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     Some(Rod::new(side.value() * q[0], q[1])?.tip[0])
 }
 
-/// The rod under `pull` whose end is deflected by the small `across`. One that crosses the axis is taken a hair beside it.
+/// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets
+/// Z = SMALLEST.
 pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     let height = across.abs();
     let sigma = sigma_of(pull);
     let z = 0.5 * height / (1.0 - Moments::new(pull).m[1]);
     let mut ln_z = z.max(SMALLEST).ln();
-    // To leading order at first; each round squares its error, which is of order y^2.
+    // The first guess is right to leading order; each Newton step squares its error, which is of order y^2.
     for _ in 0..ROUNDS {
         let Some(rod) = Rod::new(sigma, ln_z).filter(|_| z > SMALLEST) else {
             break;
@@ -332,12 +345,13 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     Vector2::new(sigma * side.value(), ln_z)
 }
 
-/// |p| of the rod that is pulled by `load`, which acts along the rod but for a small part; None of one that is pushed, or that it bends more.
+/// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a push or Z
+/// beyond [`SLIGHT`].
 ///
-/// Along the tip's tangent, which it turns by 2 atan Z, the load is P l^2, and across it g Z l^2.
+/// In the axes of the tip's tangent, at the angle 2 atan Z, the load is (P l^2, g Z l^2).
 pub(super) fn pulled(load: &Vector2<f64>) -> Option<f64> {
     let (along, across) = (load.x, load.y.abs());
-    // As a beam, to begin with; each round is off by less than Z^2 times the one before.
+    // Start: the linear beam. Each round reduces the error by the factor Z^2.
     let mut pull = along;
     let mut z = across / (Moments::new(pull).g + 2.0 * pull);
     if !(along > 0.0 && (LEAST..SLIGHT).contains(&z)) {
@@ -353,37 +367,37 @@ pub(super) fn pulled(load: &Vector2<f64>) -> Option<f64> {
     Some(to_amplitude(Sign::Plus, &Vector2::new(sigma_of(pull), z.ln()))[0])
 }
 
-/// lam of a rod under a pull; None under a push.
+/// Root lam of the pull; `None` under a push.
 pub(super) fn lambda(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     let sigma = side.value() * q[0];
     (sigma > 0.0).then(|| pull_of(sigma).0.sqrt())
 }
 
-/// True if a motion through q = (+-sigma, ln Z) may go on here.
+/// True if a motion through q = (+-sigma, ln Z) may stay in this chart.
 pub(super) fn holds(side: Sign, q: &Vector2<f64>) -> bool {
     let (pull, _) = pull_of(side.value() * q[0]);
     let z = q[1].exp();
     pull > -MOST_PUSH && z > LEAST && largest(pull, z) < LARGEST
 }
 
-/// The side on which the rod (p, w) lies next to the straight one, if a motion through it is to be followed here.
+/// Side of the straight rod on which (p, w) lies, if a motion should enter this chart there; `None` otherwise.
 pub(super) fn side(p: f64, w: f64) -> Option<Sign> {
     if !(w < MOST_W && p != 0.0) {
         return None;
     }
     let (Modulus { kap, kap_c }, z) = tip(p, w);
-    // Beyond w = pi/2 the rod is pushed, and z nowhere larger than 2 kap/kap'.
+    // For w > pi/2 the rod is pushed, and |z| is at most 2 kap/kap' along it.
     let most = if w < 1.5 { z } else { 2.0 * kap / kap_c };
     (z.abs() > 2.0 * LEAST && most.abs() < SMALL).then(|| Sign::of(p))
 }
 
-/// The modulus, and Z = tan((alpha + 2 asin kap)/2), alpha = -2 atan2(kap cos w, D), by the addition theorem.
+/// Modulus, and Z = tan((alpha + 2 asin kap)/2) with alpha = -2 atan2(kap cos w, D), by the addition theorem.
 fn tip(p: f64, w: f64) -> (Modulus, f64) {
     let modulus = Modulus::new(p);
     let Modulus { kap, kap_c } = modulus;
     let (s, c) = w.sin_cos();
     let d = (kap_c * kap_c + kap * kap * s * s).sqrt();
-    // D - kap' c, whose product with D + kap' c is sin^2 w.
+    // D - kap' c, from (D - kap' c)(D + kap' c) = sin^2 w.
     let gap = if c > 0.0 {
         s * s / (d + kap_c * c)
     } else {
@@ -392,14 +406,14 @@ fn tip(p: f64, w: f64) -> (Modulus, f64) {
     (modulus, kap * gap / (kap_c * d + kap * kap * c))
 }
 
-/// (+-sigma, ln Z) of the rod (p, w), which lies next to the straight one.
+/// Chart point (+-sigma, ln Z) of the rod (p, w) near the straight one.
 pub(super) fn from_amplitude(p: f64, w: f64) -> Vector2<f64> {
     let (Modulus { kap, kap_c }, z) = tip(p, w);
     let lam = Integrals::new(p, w).lam;
     let along = lam * lam * (kap * kap - kap_c * kap_c);
     let u = z * z;
     let mut pull = along;
-    // The length differs from 1 by Z^2: each round gains as many digits.
+    // The length differs from 1 by Z^2: each round reduces the error by this factor.
     for _ in 0..6 {
         let m = Moments::new(pull).m;
         let [l, ..] = sum(&LENGTH, u, |k| (m[k], 0.0));
@@ -408,10 +422,10 @@ pub(super) fn from_amplitude(p: f64, w: f64) -> Vector2<f64> {
     Vector2::new(sigma_of(pull) * Sign::of(p).value(), z.abs().ln())
 }
 
-/// (p, w) of the rod (+-sigma, ln Z).
+/// Amplitude chart point (p, w) of the rod (+-sigma, ln Z).
 ///
-/// With the force in polar coordinates, P + i G = -lam^2 exp(-i psi) at the tip, sinh p = tan(psi/2); at the clamp kap sin w =
-/// theta'(0)/(2 lam) and kap cos w = sin(psi/2 - theta(1)/2).
+/// In polar coordinates the force at the tip is P + i G = -lam^2 exp(-i psi), hence sinh p = tan(psi/2). At the clamp
+/// kap sin w = theta'(0)/(2 lam) and kap cos w = sin(psi/2 - theta(1)/2).
 pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
     let z = q[1].exp();
     let (pull, _) = pull_of(side.value() * q[0]);
@@ -421,7 +435,7 @@ pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
     let p = if pull <= 0.0 {
         (across / (force - pull)).asinh()
     } else {
-        // G goes like exp(-b) and may underflow, its logarithm not.
+        // G decays like exp(-b) and may underflow; its logarithm does not.
         let b = pull.sqrt();
         let ln_g = (4.0 * pull).ln() - b - 2.0 * (-(-b).exp_m1()).ln();
         let ln_tan = (force + pull).ln() - ln_g - q[1];
@@ -454,8 +468,8 @@ mod tests {
         (a - b).abs() <= tolerance * b.abs()
     }
 
-    /// Catches a wrong moment, series or change of chart: taut, slack, pushed and folding rods of every size are the same, there
-    /// and back, as in the amplitude chart, and the sign of det is kept.
+    /// Catches a wrong moment, series or change of chart. Taut, slack, pushed and folding rods of every size agree
+    /// with the amplitude chart, the round trip is exact to rounding, and the sign of det is kept.
     #[test]
     fn the_charts_agree() {
         let pulls = [
@@ -528,7 +542,7 @@ mod tests {
         }
     }
 
-    /// Catches a wrong beam: deflected rods are where the chart has them, with the same forces, and the shortening changes as it says.
+    /// Catches a wrong beam: the end, the forces and the softening of deflected rods are the limits of the chart.
     #[test]
     fn the_beam_is_the_limit_of_the_chart() {
         for pull in [-18.0_f64, -4.0, -1.0, 1e-3, 2.9, 40.0, 1e4] {
@@ -549,8 +563,8 @@ mod tests {
         assert!(held(-19.5).is_none());
     }
 
-    /// Catches a landing on the fold's own twin: on every scale the rod that runs out of its sheet settles on the other side,
-    /// at the same end, and releases energy.
+    /// Catches a landing on the fold's own twin: on every scale the rod lands on the other side at the same end, and
+    /// releases energy.
     #[test]
     fn rods_next_to_the_straight_one_land_on_the_other_side() {
         for kap in [1e-40, 1e-8, -1e-4, 2e-3] {

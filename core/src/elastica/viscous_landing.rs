@@ -1,10 +1,10 @@
-//! The fast viscous layer: where a rod settles when its end is held and it leaves an equilibrium.
+//! The fast viscous layer: landing of a rod that leaves an equilibrium with its end held.
 //!
-//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1)
-//! (theory 2.6): u = theta', u_T = q . n - u, q(s) = J (r(1) - r(s)), J(a, b) = (-b, a), with n such
-//! that r(1) stays. Its spectrum lies in [-1, small], but a rod with a loop slides along itself at a
-//! rate of order exp(-lam): up to 1e9 time units. Hence a linearly implicit method, whose steps grow
-//! as the flow slows down and end as Newton's; and an explicit one for the fall itself.
+//! With a small viscosity the jump is the gradient flow of the bending energy at fixed r(1) (theory 2.6): u = theta',
+//! u_T = q . n - u, q(s) = J (r(1) - r(s)), J(a, b) = (-b, a), with n such that r(1) stays. Its spectrum lies in
+//! [-1, small], but a rod with a loop slides along itself at a rate of order exp(-lam): up to 1e9 time units. The
+//! fall itself is integrated by an explicit method. The slow rest is integrated by a linearly implicit one, whose
+//! steps grow as the flow slows down and become Newton's.
 
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
@@ -21,56 +21,58 @@ use std::sync::OnceLock;
 
 type Field = DVector<f64>;
 
-/// Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
-/// exp(-pi n/lam); it must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
+/// Number of Gauss nodes for u under the load lam. Bends have the width 1/lam, so n nodes leave an error of
+/// exp(-pi n/lam). It must stay below the force of order exp(-lam) that moves a loop, here by exp(-9).
 fn nodes(lam: f64) -> usize {
     ((8.0 + lam * (lam + 9.0) / PI) as usize)
         .clamp(8, MOST_NODES)
         .next_multiple_of(8)
 }
 
-/// Most nodes of a landing.
+/// Most nodes of a layer.
 const MOST_NODES: usize = 120;
 
-/// The nearest departure along the kernel, as a change of u relative to u, which is far enough to leave the fold.
+/// Shortest departure along the kernel, as a change of u relative to u, far enough to leave the fold.
 const DEPARTURE: f64 = 5e-3;
-/// The departure is drawn out, to 1/3 at most, until |u_T|/|u| there exceeds this: the energy of a rod
-/// with a loop is so flat that rounding would steer the flow.
+/// Speed |u_T|/|u| that the departure must exceed; it is lengthened until then, to 1/3 at most. The energy of a rod
+/// with a loop is so flat that rounding would otherwise steer the flow.
 const STEERED: f64 = 1e-10;
 /// A polished landing nearer than this (relative, in u) is the fold itself: Newton's method finds a
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
-/// How the flow is followed.
+/// Step control of the flow.
 struct Care {
-    /// The farthest departure. Its square is an error, which stays below exp(-lam), the force that moves a loop, up to lam of about 10; beyond, the
-    /// nearest departure is taken.
+    /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to lam = 10 or so.
+    /// For larger lam the shortest departure is taken.
     departure: f64,
     /// Error per step, relative to u.
     tolerance: f64,
-    /// The longest step of the fall itself.
+    /// Longest step of the fall, in time units.
     stride: f64,
 }
 
-/// Where only the landing counts: what is followed chooses the basin, no more, and stays below the departure. The landing itself is polished.
+/// Step control if only the landing counts: the flow must choose the basin, with errors below the departure. The
+/// landing itself is polished.
 const LANDING: Care = Care {
     departure: 3e-2,
     tolerance: 2e-3,
     stride: 4.5,
 };
-/// Where the shapes on the way are looked at.
+/// Step control if the shapes on the way are shown.
 const SHOWN: Care = Care {
     departure: DEPARTURE,
     tolerance: 2e-4,
     stride: 0.5,
 };
-/// Above this multiple of |u| the rod falls: everything in the flow is about as fast, and steps are explicit, of order 8, stable up to 6.
+/// Speed |u_T|/|u| above which the rod falls: all rates of the flow are then similar, and steps are explicit, of
+/// order 8, stable up to 6.
 const FALLING: f64 = 1e-2;
-/// A landing is tried when |u_T| is below this multiple of |u|.
+/// Speed |u_T|/|u| below which a landing is tried.
 const SLOW: f64 = 1e-5;
-/// Below this the flow rests, also if that is next to where it began (a fold on the verge of a cusp).
+/// Speed |u_T|/|u| below which the flow is at rest, even next to the departure (a fold close to a cusp).
 const AT_REST: f64 = 1e-13;
-/// The method's coefficients, GAMMA on the diagonal: of the stages in the shape (A) and in their sum over h (C), of the result and of its error. The fourth
-/// stage takes the flow from the third.
+/// Coefficients of the Rosenbrock method, GAMMA on the diagonal: of the stages in the shape (A) and in their sum over
+/// h (C), of the result and of its error. The fourth stage takes the flow from the third.
 const GAMMA: f64 = 0.572_82;
 const A2: f64 = 2.0;
 const A3: [f64; 2] = [1.867_943_637_803_922, 0.234_444_971_139_915_6];
@@ -93,26 +95,25 @@ const ERROR: [f64; 4] = [
     -0.108_219_620_149_531_1,
     -1.093_502_252_409_163,
 ];
-/// The most that the logarithm of the speed is let grow by in a step: what grows is followed by a rational function with a pole at 1/GAMMA.
+/// Largest growth of ln|u_T| in a step: the method follows growth by a rational function with a pole at 1/GAMMA.
 const GROWTH: f64 = 0.5;
-/// The first step, in units of the fastest rate.
+/// First step, as a multiple of the inverse of the fastest rate.
 const FIRST: f64 = 2.0;
-/// Most steps of a layer, and its longest duration; a usual one takes twenty steps.
+/// Most steps of a layer (twenty are usual), and its longest duration.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 
-/// Settles from the equilibrium `q` = (p, w) of `rods`, the elastica, leaving it in the chart direction `leaving`.
+/// Landing of the elastica from the equilibrium `q` = (p, w) of `rods`, left in the chart direction `leaving`.
 ///
-/// Which equilibrium is reached is settled on the first fold curve up to lam of about 14 (the same for
-/// step tolerances a hundred times apart). Rods with a loop beyond it lie within exp(-lam) of their mirror
-/// image's basin: the landing may be on either side. Above lam of about 20 the energy changes along the
-/// slide of the loop by less than rounding, and no computation in doubles can say where it goes: where the
-/// flow stalls, the rod is given the stable equilibrium of lowest energy. On a fold between two
-/// unstable sheets (the second curve and beyond) the rod has more than one way to leave, and the landing is
-/// one of several.
+/// On the first fold curve the landing is well determined up to lam of about 14 (the same for step tolerances a
+/// hundred times apart). Rods with a loop beyond that lie within exp(-lam) of their mirror image's basin: the landing
+/// may be on either side. Above lam of about 20 the energy changes along the slide of the loop by less than rounding,
+/// and doubles cannot determine the direction. A flow that stalls there is given the stable equilibrium of lowest
+/// energy. On a fold between two unstable sheets (the second curve and beyond) the rod has several ways to leave, and
+/// the landing is one of several.
 ///
 /// # Errors
-/// A flow that does not come to rest with nothing stable to fall back on.
+/// A flow that does not come to rest, without a stable equilibrium to fall back on.
 pub(super) fn settle(
     rods: &impl Multivalued<2>,
     q: &Vector2<f64>,
@@ -121,21 +122,21 @@ pub(super) fn settle(
     flow(rods, (q, leaving), &LANDING, &mut |_, _, _| ())
 }
 
-/// A shape on the way through the layer.
+/// Shape in the viscous layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerShape {
     /// Time since the departure, in units of the viscosity of flexure over the bending stiffness.
     pub time: f64,
     /// Stored energy.
     pub elastic: f64,
-    /// The clamp, sections at the Gauss nodes, and the end: (x, y, theta).
+    /// Sections (x, y, theta): the clamp, the Gauss nodes, the end.
     pub sections: Vec<[f64; 3]>,
 }
 
-/// The shapes of [`settle`] after every step, and the landing.
+/// Shapes of the layer of [`settle`] after every step, and the landing.
 ///
 /// # Errors
-/// As there.
+/// As [`settle`].
 pub(super) fn shapes(
     rods: &impl Multivalued<2>,
     q: &Vector2<f64>,
@@ -152,7 +153,7 @@ pub(super) fn shapes(
     Ok((shapes, landed))
 }
 
-/// The flow; `seen` is shown the curvature after every step, and the time.
+/// Integrates the flow to its landing; `seen` receives the curvature and the time after every step.
 fn flow(
     rods: &impl Multivalued<2>,
     (q, leaving): (&Vector2<f64>, &Vector2<f64>),
@@ -214,7 +215,7 @@ fn flow(
             seen(&rod, &u, time);
         }
         let factor = 0.9 / ratio.max(1e-12).sqrt().sqrt();
-        // What is too long is so by far: the flow leaves the fold ever faster.
+        // The flow leaves the fold ever faster: a step that fails is far too long.
         let most = if rejected { 1.0 } else { 5.0 };
         rejected = !(ratio <= 1.0);
         h *= if factor > 0.2 { factor.min(most) } else { 0.2 };
@@ -233,13 +234,13 @@ fn flow(
     })
 }
 
-/// The discretised rod, end held.
+/// Discretised rod with its end held.
 struct Rod {
     held: Vector2<f64>,
     on: &'static Nodes,
 }
 
-/// Gauss nodes, and what fields at them are multiplied by.
+/// Gauss nodes and integration matrices.
 struct Nodes {
     s: Field,
     weights: Field,
@@ -252,16 +253,16 @@ struct Nodes {
     twice: DMatrix<f64>,
 }
 
-/// A shape of the rod.
+/// Shape of the rod.
 struct Bent {
     cos: Field,
     sin: Field,
-    /// q(s) = J (r(1) - r(s)) by components.
+    /// Lever q(s) = J (r(1) - r(s)), by components.
     lever: [Field; 2],
     tip: Vector2<f64>,
 }
 
-/// The flow linearised at a shape, I - gamma h J, ready to be solved.
+/// The flow linearised at a shape: I - gamma h J, factorised.
 struct Linearised<'a> {
     rod: &'a Rod,
     bent: &'a Bent,
@@ -312,13 +313,13 @@ impl<'a> Linearised<'a> {
         })
     }
 
-    /// k with (I - gamma h J) k = b.
+    /// Solution k of (I - gamma h J) k = b.
     fn solve(&self, b: &Field) -> Field {
         let nodes = b.len();
         let b = b * self.damped;
         let [swept] = self.rod.on.integrate.times([&b]);
         let mut found = swept.push(0.0).push(0.0);
-        // A solution that is not finite is refused with the error of its step.
+        // A non-finite solution gives a non-finite error, and the step is refused.
         self.lu.solve(&mut found);
         let bends = found.rows(0, nodes).component_mul(&self.along);
         let [q_x, q_y] = &self.bent.lever;
@@ -329,7 +330,7 @@ impl<'a> Linearised<'a> {
 }
 
 impl Nodes {
-    /// So many, a multiple of 8: constants, made when they are first asked for.
+    /// Nodes of the count given, a multiple of 8; computed once.
     fn of(count: usize) -> &'static Self {
         static ALL: [OnceLock<Nodes>; MOST_NODES / 8] = [const { OnceLock::new() }; MOST_NODES / 8];
         ALL[count / 8 - 1].get_or_init(|| Self::new(count))
@@ -358,7 +359,7 @@ impl Rod {
         Self { held, on }
     }
 
-    /// u at the nodes of an equilibrium.
+    /// Curvature u of an equilibrium at the nodes.
     fn curvature(&self, of: &Equilibrium) -> Result<Field> {
         let mut u = Field::zeros(self.on.s.len());
         for (value, &s) in u.iter_mut().zip(self.on.s.iter()) {
@@ -367,8 +368,8 @@ impl Rod {
         Ok(u)
     }
 
-    /// The shape a little way from `q` along `leaving`: the way is measured on the shape, since the
-    /// chart is stretched without bound where a rod has a loop (dw = D dlam).
+    /// Shape at the distance `departure` from `q` along `leaving`. The distance is measured in u, since the chart is
+    /// stretched without bound where a rod has a loop (dw = D dlam).
     fn departed(
         &self,
         (q, leaving): (&Vector2<f64>, &Vector2<f64>),
@@ -415,7 +416,7 @@ impl Rod {
         }
     }
 
-    /// (x, y, theta) at the clamp, the nodes and the end of the rod of this curvature.
+    /// Sections (x, y, theta) at the clamp, the nodes and the end of the rod of the curvature u.
     fn sections(&self, u: &Field) -> Vec<[f64; 3]> {
         let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
@@ -426,15 +427,17 @@ impl Rod {
         ends.collect()
     }
 
-    /// int a b.
+    /// Integral int a b along the rod.
     fn mean(&self, a: &Field, b: &Field) -> f64 {
         (0..a.len()).map(|i| self.on.weights[i] * a[i] * b[i]).sum()
     }
 
-    /// One step of an L-stable Rosenbrock method of order 4 from u with this rate and resultant, with the change against its embedded result of order 3
-    /// (Hairer & Wanner, Solving ODEs II, Table IV.7.2, method 6). The flow linearised is k -> dq(k) . n - k + q . nu, dq = outer (n . (cos, sin) phi),
-    /// phi = integrate k, where nu keeps int q k contracting at rate 1 while q turns: its change is -int q k - int dq(k) . u_T. What is
-    /// solved for is phi, whose matrix is made without a product of matrices, and nu.
+    /// One step of an L-stable Rosenbrock method of order 4 from u, given its rate and resultant; also the difference
+    /// from the embedded result of order 3 (Hairer & Wanner, Solving ODEs II, Table IV.7.2, method 6).
+    ///
+    /// The linearised flow is k -> dq(k) . n - k + q . nu, dq = outer (n . (cos, sin) phi), phi = integrate k. Here
+    /// nu keeps int q k contracting at rate 1 while q turns: its change is -int q k - int dq(k) . u_T. The unknowns
+    /// are phi, whose matrix needs no product of matrices, and nu.
     fn step(
         &self,
         u: &Field,
@@ -455,7 +458,8 @@ impl Rod {
         error.is_finite().then(|| (u + sum(&RESULT), error))
     }
 
-    /// A step of order 8 from u with this rate that tries `h`: the next u, how long it was, and what the next is to try.
+    /// One step of order 8 from u, given its rate, with the trial length `h`: the next u, the length taken, and the
+    /// next trial length.
     fn explicit_step(
         &self,
         u: &Field,
@@ -476,11 +480,11 @@ impl Rod {
         Some((step.to, step.h, solver.next_step()))
     }
 
-    /// (u_T, n): the flow and the resultant that holds the end.
+    /// Flow and resultant (u_T, n); the resultant n holds the end.
     fn rate(&self, u: &Field, bent: &Bent) -> (Field, Vector2<f64>) {
         let [q_x, q_y] = &bent.lever;
         let [xx, xy, yy] = [(q_x, q_x), (q_x, q_y), (q_y, q_y)].map(|(a, b)| self.mean(a, b));
-        // r_T(1) = int q u_T = held - tip: the end is drawn back to where it is held.
+        // r_T(1) = int q u_T = held - tip: a drift correction draws the end back to its place.
         let demand = Vector2::new(self.mean(q_x, u), self.mean(q_y, u)) + (self.held - bent.tip);
         let n = Matrix2::new(xx, xy, xy, yy)
             .try_inverse()
@@ -488,8 +492,8 @@ impl Rod {
         (q_x * n[0] + q_y * n[1] - u, n)
     }
 
-    /// The equilibrium next to a slow shape, polished so that its end is where it is held, and its
-    /// own shape; None if the shape is not yet near an equilibrium.
+    /// Equilibrium near a slow shape, polished so that its end is at the held place, and its curvature; `None` if the
+    /// shape is not yet near an equilibrium.
     fn arrive(
         &self,
         rods: &impl Multivalued<2>,
@@ -505,7 +509,7 @@ impl Rod {
         let landed = invert_near(rods, &self.held, &Vector2::new(p, guess), 1e-15).ok()?;
         let there = Equilibrium::new(landed.q[0], landed.q[1]).ok()?;
         let shape = self.curvature(&there).ok()?;
-        // The polish must not have wandered off to another equilibrium.
+        // Reject a polish that has wandered off to another equilibrium.
         ((&shape - u).norm() < 1e-2 * u.norm()).then_some((landed.q, shape))
     }
 }

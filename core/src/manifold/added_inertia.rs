@@ -1,23 +1,24 @@
-//! The mass of a light rod, as the body at its end feels it.
+//! First-order inertia of a light rod at its end: interface to the motion of the body.
 
 use super::ManifoldPoint;
 use crate::math::frame::Frame;
 use nalgebra::{SMatrix, SVector};
 use std::fmt::Debug;
 
-/// A rod of small mass that stays on its equilibria (theory 2.9): an error of second order in its mass, while it is away from folds.
+/// Rod of small mass that stays on its equilibria (theory 2.9). Away from folds the error is of second order in its
+/// mass.
 ///
-/// Places, velocities and forces are seen from the clamp, along its axes; `frame` is the clamp, where it is not at rest at the origin along the
-/// axes of the world.
+/// Positions, velocities and forces are seen from the clamp, in its axes. `frame` is the clamp in the world; `None`
+/// stands for a clamp at rest at the origin, along the axes of the world.
 pub trait RodMass<const N: usize>: Debug + Send + Sync {
     /// Mass of the whole rod.
     fn mass(&self) -> f64;
 
-    /// Gravity, in the world.
+    /// Gravity, in the axes of the world.
     fn gravity(&self) -> SVector<f64, N>;
 
-    /// What the end feels of the rod at the point q of the chart and the end's velocity v, `at` = [q, v]; None outside the chart and at folds. `point` is
-    /// what the chart gives there; the mass may be off by `error`.
+    /// Inertia felt at the end, `at` = [q, v] with q the chart point and v the velocity of the end; `None` outside
+    /// the chart and at folds. `point`: the manifold at q. `error`: allowed error of the mass.
     fn added(
         &self,
         frame: Option<&Frame<N>>,
@@ -26,13 +27,15 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
         error: f64,
     ) -> Option<Felt<N>>;
 
-    /// The same of the deflection alone, where the rod holds its end along a line and bends across it ([`Held`](super::Held)), and the chart has collapsed;
-    /// None beyond what is served, and in models without such a state.
+    /// Inertia felt by the deflection of a nearly straight rod, which holds its end along a line and bends across it
+    /// ([`Held`](super::Held)); the chart has collapsed there. `None` outside the range of the model, and in models
+    /// without such a state.
     fn beside(&self, _frame: Option<&Frame<N>>, _at: &Deflected) -> Option<Across> {
         None
     }
 
-    /// Kinetic energy of the rod in the world, and its potential, at the point and the velocity `at`; its mass may be off by `error`.
+    /// Kinetic energy of the rod in the world, and potential energy, at `at` = [q, v]; `error`: allowed error of the
+    /// mass.
     fn energies(
         &self,
         frame: Option<&Frame<N>>,
@@ -40,62 +43,66 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
         error: f64,
     ) -> Option<[f64; 2]>;
 
-    /// Positive where the rod's mass should be followed: no fold is so near that the rod cannot stay on its equilibria, and it is not
-    /// so straight that its sections move far faster than its end. It falls to 0 steadily towards where that ends, from values of 1 and more where that is far away. `followed` tells whether it is followed now: the
-    /// decision has hysteresis.
+    /// Distance from the limits of the first-order model: positive where the rod's mass should be followed. The
+    /// limits are folds too near for the rod to stay on its equilibria, and shapes so straight that sections move far
+    /// faster than the end. Values of 1 and more are far from both; towards a limit the value falls steadily to 0.
+    /// `followed`: the mass is followed now; the decision has hysteresis.
     fn room(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> f64;
 }
 
-/// What the end feels of the mass of a rod.
+/// First-order inertia of a rod, as felt at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Felt<const N: usize> {
-    /// The mass that the rod adds to the body's.
+    /// Mass added to that of the body.
     pub mass: SMatrix<f64, N, N>,
-    /// The force that its weight and its motion put on the end.
+    /// Force of the rod's weight and motion on the end.
     pub force: SVector<f64, N>,
-    /// What the clamp does on the rod's inertia, beside what the end bears of it: `pull` times the acceleration of the end, and `power`.
+    /// Power of the clamp on the rod's inertia, besides that of the force at the end: `pull` .
+    /// (acceleration of the end) + `power`.
     pub pull: SVector<f64, N>,
-    /// See above.
+    /// Term of the clamp's power without acceleration.
     pub power: f64,
 }
 
-/// A rod that is all but straight.
+/// State of a nearly straight rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Deflected {
-    /// Its pull, and the rate of that.
+    /// Pull.
     pub pull: f64,
-    /// See above.
+    /// Rate of the pull.
     pub tightening: f64,
-    /// Deflection of its end, and the rate of that.
+    /// Deflection of the end.
     pub height: f64,
-    /// See above.
+    /// Rate of the deflection.
     pub speed: f64,
 }
 
-/// What the deflection of the end feels of the mass of a rod that is all but straight: its pull is that of the body alone (theory 2.9).
+/// First-order inertia of a nearly straight rod, as felt by the deflection of its end. The pull is that of the body
+/// alone (theory 2.9).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Across {
-    /// The mass that the rod adds to the body's.
+    /// Mass added to that of the body.
     pub mass: f64,
-    /// The force that its weight and its motion put on the end.
+    /// Force of the rod's weight and motion on the deflection.
     pub force: f64,
-    /// What the clamp does on the rod's inertia: `pull` times the acceleration of the deflection, and `power`.
+    /// Power of the clamp on the rod's inertia: `pull` times the acceleration of the deflection, plus `power`.
     pub pull: f64,
-    /// See above.
+    /// Term of the clamp's power without acceleration.
     pub power: f64,
-    /// What of it bends the rod away from the beam under the pull.
+    /// Part of inertia and weight that bends the rod away from the beam under the pull.
     pub bending: Bending,
     /// Kinetic energy in the world, and potential.
     pub energies: [f64; 2],
 }
 
-/// The rod's inertia and weight as they bend it while its end is held: along w_N, the change of its shape with the pull.
+/// Inertia and weight of the rod, projected on w_N, the change of the beam's shape with the pull: they bend the rod
+/// while its end is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bending {
-    /// m int w w_N ds, which counts by the acceleration of the deflection.
+    /// Coefficient m int w w_N ds of the acceleration of the deflection.
     pub by_rise: f64,
-    /// m int w_N e ds, e the acceleration less gravity of the sections while that of the end is zero.
+    /// Constant m int w_N e ds, with e the acceleration of the sections less gravity at zero acceleration of the end.
     pub rest: f64,
-    /// m int w_N^2 ds.
+    /// Inertia m int w_N^2 ds.
     pub inertia: f64,
 }

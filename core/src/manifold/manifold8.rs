@@ -1,17 +1,17 @@
-//! A chart at eight places at once, as methods ask for it that work at several places side by side.
+//! Chart points at eight places at once, for methods that work at several places side by side.
 
 use crate::math::Row;
 
-/// A chart of points at eight places at once.
+/// Evaluator of a chart at eight places at once.
 pub trait Eightfold<const N: usize> {
-    /// Forgets the points before: what comes next does not depend on them.
+    /// Drops the points evaluated before: later results do not depend on them.
     fn begin(&mut self);
 
-    /// The points at `q`, by component and place; false if one lies outside of the chart.
+    /// Points at `q`, by component and place; false if one lies outside of the chart.
     fn points(&mut self, q: &[Row; N], to: &mut EightPoints<N>) -> bool;
 }
 
-/// What a motion asks of eight points: [`super::ManifoldPoint`] by component and place.
+/// Eight points of the manifold: [`super::ManifoldPoint`] without energy, by component and place.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub struct EightPoints<const N: usize> {
@@ -21,7 +21,7 @@ pub struct EightPoints<const N: usize> {
     pub force: [Row; N],
     /// Adjugates of d pose/d q, by row and column.
     pub adjugate: [[Row; N]; N],
-    /// Their determinants.
+    /// Determinants of d pose/d q.
     pub det: Row,
     /// See [`super::ManifoldPoint::pace`].
     pub pace: Row,

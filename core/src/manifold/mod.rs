@@ -14,7 +14,8 @@ pub use manifold8::{EightPoints, Eightfold};
 use crate::error::{Error, Result};
 use nalgebra::{SMatrix, SVector};
 
-/// lambda = sqrt(tension L^2/B) above which a rod that is bent at its ends alone counts as taut: a body that it turns round there bounces.
+/// Load lambda = sqrt(tension L^2/B) above which a rod that is bent only at its ends counts as taut: a body that it
+/// turns round there bounces.
 pub const TAUT: f64 = 20.0;
 
 /// Rounding of an energy in closed form, relative to its size.
@@ -26,7 +27,7 @@ pub fn can_fall(from: f64, to: f64, error: f64) -> bool {
     to - from <= error * (from.abs() + to.abs())
 }
 
-/// All that the chart gives at one point, for a chart and a pose of dimension `N`.
+/// Values of the manifold at one chart point, for a chart and a pose of dimension `N`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ManifoldPoint<const N: usize> {
     /// Pose of the body, g(q).
@@ -42,8 +43,8 @@ pub struct ManifoldPoint<const N: usize> {
     pub pace: f64,
 }
 
-/// Which sheet a point lies on: the number of interior zeros of the rod's couple (or the model's
-/// own count of branches) and a sign.
+/// Sheet of the manifold: the number of interior zeros of the rod's couple (or the model's own count of branches) and
+/// a sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Sheet {
@@ -53,7 +54,7 @@ pub struct Sheet {
     pub sign: Sign,
 }
 
-/// + or -.
+/// Sign, + or -.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Sign {
@@ -94,21 +95,21 @@ impl std::fmt::Display for Sheet {
     }
 }
 
-/// The chart in which a motion is followed.
+/// Chart in which a motion is followed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Patch {
-    /// The global one, that of `q` everywhere else.
+    /// Global chart.
     #[default]
     Global,
-    /// One of the neighbourhood of a state onto which the global chart collapses, on one side of it.
+    /// Chart of one side of a state onto which the global chart collapses.
     Near(Sign),
 }
 
-/// The rod at a state onto which its chart collapses, where it holds the body along a line and bends across it: for small deflections y the
-/// end moves back by shortening y^2, under the cross force stiffness y.
+/// Rod at a state onto which its chart collapses: it holds the body along a line and bends across it. Under the small
+/// deflection y the end moves back by shortening y^2, against the cross force stiffness y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held<const N: usize> {
-    /// Pose there.
+    /// Pose at the state.
     pub pose: SVector<f64, N>,
     /// The direction in which the rod holds the body, outward.
     pub along: SVector<f64, N>,
@@ -116,32 +117,32 @@ pub struct Held<const N: usize> {
     pub across: SVector<f64, N>,
     /// Cross force over deflection.
     pub stiffness: f64,
-    /// See above.
+    /// Retreat of the end along the line, over y^2.
     pub shortening: f64,
     /// Change of the shortening with the pull; negative.
     pub softening: f64,
 }
 
-/// A body of mass 1 that shakes along the line on which a state holds it, onto which the chart collapses: one turn,
-/// from an inner turning point to the next, at a fixed small deflection y and under a fixed load along the line.
+/// One turn of a body of mass 1 that shakes along the line on which a state holds it, from one inner turning point to
+/// the next. The chart collapses onto this state. The small deflection y and the load along the line are fixed.
 /// Averages are over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shaken {
-    /// Duration of the turn; another mass takes longer by its root.
+    /// Duration of the turn, which grows as the root of the body's mass.
     pub period: f64,
-    /// y.
+    /// Deflection y.
     pub height: f64,
     /// Average cross force over y.
     pub stiffness: f64,
-    /// Average distance that the end is moved back, over y^2.
+    /// Average retreat of the end over y^2.
     pub shortening: f64,
-    /// Twice the average kinetic energy over y^2.
+    /// Twice the average kinetic energy, over y^2.
     pub kinetic: f64,
-    /// The pull at the inner turning point.
+    /// Pull at the inner turning point.
     pub inner_pull: f64,
-    /// Cross force over y there.
+    /// Cross force over y at the inner turning point.
     pub inner_stiffness: f64,
-    /// Distance over y^2 there.
+    /// Retreat over y^2 at the inner turning point.
     pub inner_shortening: f64,
 }
 
@@ -156,70 +157,74 @@ pub trait EquilibriumManifold<const N: usize> {
     /// `q` outside the chart.
     fn index(&self, q: &SVector<f64, N>) -> Result<usize>;
 
-    /// What leads from the pose of `at` to `pose`, in the terms of the Jacobian's rows: their difference, unless poses
-    /// hold rotations.
+    /// Difference from the pose of `at` to `pose`, in the coordinates of the Jacobian's rows: a subtraction, unless
+    /// poses hold rotations.
     fn gap(&self, at: &ManifoldPoint<N>, pose: &SVector<f64, N>) -> SVector<f64, N> {
         pose - at.pose
     }
 }
 
-/// A manifold on which a body can jump: what its motion asks beyond the chart.
+/// Manifold on which a body can jump: landings, bounces and changes of chart, besides the chart itself.
 pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// The sheet on which `q` lies.
     fn sheet(&self, q: &SVector<f64, N>) -> Sheet;
 
-    /// lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; None elsewhere, and in
-    /// models that have no taut state.
+    /// Load lambda = sqrt(|force|) if the rod is so taut at `q` that a body it turns round there bounces; `None`
+    /// otherwise, and in models without a taut state.
     fn tautness(&self, _patch: Patch, _q: &SVector<f64, N>) -> Option<f64> {
         None
     }
 
-    /// The chart in which a motion should go on that has come to the place `q` of `patch`.
+    /// Chart for the continuation of a motion that has come to `q` in `patch`.
     fn better_patch(&self, _patch: Patch, _q: &SVector<f64, N>) -> Patch {
         Patch::Global
     }
 
-    /// The place in the chart `to` of what lies at `q` in the chart `from`. Changes of chart keep the sign of det(jacobian).
+    /// Coordinates in the chart `to` of the point `q` of the chart `from`. Changes of chart keep the sign of
+    /// det(jacobian).
     fn carried(&self, q: &SVector<f64, N>, _from: Patch, _to: Patch) -> SVector<f64, N> {
         *q
     }
 
-    /// As [`EquilibriumManifold::point`], in the chart `patch`.
+    /// Point at `q` in the chart `patch`, as [`EquilibriumManifold::point`].
     fn point_in(&self, _patch: Patch, q: &SVector<f64, N>) -> Option<ManifoldPoint<N>> {
         self.point(q)
     }
 
-    /// The chart `patch` at eight places at once, places and forces as good as `error`; None where only one place at a time is served.
+    /// Evaluator of `patch` at eight places at once, with places and forces as good as `error`; `None` if the chart
+    /// has none.
     fn eightfold(&self, _patch: Patch, _error: f64) -> Option<Box<dyn Eightfold<N> + Send>> {
         None
     }
 
-    /// The direction along which a body shakes fast next to the state that `patch` surrounds, so fast that its motion is followed by
-    /// many turns at once; None elsewhere, and in models without such a state.
+    /// Direction along which a body shakes near the state that `patch` surrounds, so fast that the motion is averaged
+    /// over many turns; `None` in other charts, and in models without such a state.
     fn shaking(&self, _patch: Patch) -> Option<SVector<f64, N>> {
         None
     }
 
-    /// The turn of a body next to the state that `patch` surrounds, under `load` along the direction of
-    /// [`Multivalued::shaking`], whose inner turning point is `q`; None where it has no closed form.
+    /// Turn of a body near the state that `patch` surrounds, with the inner turning point `q`, under `load` along the
+    /// direction of [`Multivalued::shaking`]; `None` where the turn has no closed form.
     fn shaken(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<Shaken> {
         None
     }
 
-    /// The rod under a pull along the line at a state onto which the chart collapses, if it is stable so; None in models without one.
+    /// Rod under a pull along the line at a state onto which the chart collapses, if stable; `None` in models without
+    /// one.
     fn held(&self, _pull: f64) -> Option<Held<N>> {
         None
     }
 
-    /// The place in a chart of the rod that is bent by the small deflection `across` under `pull`, where [`Multivalued::held`] is Some.
+    /// Chart and point of the rod under `pull` with the small deflection `across`, where [`Multivalued::held`] is
+    /// Some.
     fn beside(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
         None
     }
 
-    /// Asks whether double precision holds a motion at `q`.
+    /// Checks that double precision resolves a motion at `q`.
     ///
     /// # Errors
-    /// Why not.
+    /// The reason why not.
     fn resolved(&self, _q: &SVector<f64, N>) -> Result<()> {
         Ok(())
     }
@@ -230,14 +235,15 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// A pose that no equilibrium has, or a search that could not be completed.
     fn stable_at(&self, pose: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>>;
 
-    /// The one stable equilibrium beside the fold `q` at its pose, where more is known of `q` than the digits of the pose hold.
+    /// The one stable equilibrium beside the fold `q` at its pose, if `q` determines it better than the digits of the
+    /// pose do.
     fn only_landing(&self, _q: &SVector<f64, N>) -> Option<SVector<f64, N>> {
         None
     }
 
-    /// Every equilibrium on which a rod can come to rest that leaves the fold `q` with its end held: the stable ones
-    /// at the pose of the fold with no more energy than the fold, by energy, lowest first. The fold itself is not
-    /// among them.
+    /// Every equilibrium on which a rod that leaves the fold `q` with its end held can come to rest. These are the
+    /// stable ones at the pose of the fold with no more energy than it, the fold itself excluded, lowest energy
+    /// first.
     ///
     /// # Errors
     /// As [`Multivalued::stable_at`].
@@ -249,7 +255,7 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         let fold = self.point(q).ok_or_else(outside)?;
         let mut stable = self.stable_at(&fold.pose)?;
         stable.retain(|other| {
-            // Rounding may leave a twin of the fold among them.
+            // Rounding may leave a twin of the fold in the list.
             let is_other = (other - q).norm() > 1e-4 * (1.0 + q.norm());
             let landing = self.point(other);
             is_other && landing.is_some_and(|at| can_fall(fold.energy, at.energy, ENERGY_ROUNDING))
@@ -257,8 +263,8 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         Ok(stable)
     }
 
-    /// Where the rod settles when, with the body held, it leaves the equilibrium `q` (at a fold, or
-    /// unstable) in the chart direction `leaving`: the fast viscous layer.
+    /// Landing of a rod that leaves the equilibrium `q` (a fold, or unstable) with its body held, in the chart
+    /// direction `leaving`: the fast viscous layer.
     ///
     /// # Errors
     /// A layer that does not settle.
@@ -368,7 +374,7 @@ pub fn fold_kernel<const N: usize>(jacobian: &SMatrix<f64, N, N>) -> Result<SVec
     Ok(best / length)
 }
 
-/// How a warm-started inversion ended.
+/// Result of a warm-started inversion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverted<const N: usize> {
     /// The chart point.

@@ -51,7 +51,7 @@ impl Truss {
         }
         let length = height.hypot(1.0);
         let sigma = 0.5 * spring / bars;
-        // l^3 = L / (1 + sigma), written so that f keeps its digits when it is small.
+        // l^3 = L / (1 + sigma), in a form that keeps the digits of a small f.
         let excess = height * height / (length + 1.0) - sigma;
         let squared = (2.0 / 3.0 * (excess / (1.0 + sigma)).ln_1p()).exp_m1();
         let fold = (squared > 0.0).then(|| squared.sqrt());
@@ -85,8 +85,8 @@ impl Truss {
         1.0 + 2.0 * self.bars / self.spring * (1.0 - self.length / a.hypot(1.0).powi(3))
     }
 
-    /// The a >= f (a >= 0 without folds) with z(a) = z, if z is not below that sheet. There
-    /// z(a) grows, and z(a) >= a beyond h: this brackets the root.
+    /// Root a >= f (a >= 0 without folds) of z(a) = z, if z is not below this sheet. On the sheet z(a) grows, and
+    /// z(a) >= a beyond h, which brackets the root.
     fn upper(&self, z: f64) -> Option<f64> {
         let (low, high) = (self.fold.unwrap_or(0.0), self.height.max(z));
         let off = |a: f64| self.pose(a) - z;
@@ -96,7 +96,7 @@ impl Truss {
         chandrupatla(off, (low, off(low)), (high, off(high)), 0.0)
     }
 
-    /// The same with a <= -f; z is odd.
+    /// Root a <= -f of z(a) = z, as z is odd.
     fn lower(&self, z: f64) -> Option<f64> {
         self.upper(-z).map(|a| -a)
     }
@@ -114,7 +114,7 @@ impl EquilibriumManifold<1> for Truss {
             force: Vector1::new(-force),
             energy,
             jacobian: Matrix1::new(self.slope(a)),
-            // dz/da far out.
+            // Limit of dz/da for large a.
             pace: 1.0 + 2.0 * self.bars / self.spring,
         })
     }

@@ -1,22 +1,24 @@
 //! Elliptic integrals of eight arguments at once, by arithmetic-geometric means.
 //!
-//! Every lane takes the same way here: one root and two divisions a mean, some five means for any modulus, complete integrals for nothing. Carlson's ladder
-//! ([`super::carlson`]), which keeps every digit of every small result, takes three roots a step and more steps.
+//! Every lane takes the same path: one root and two divisions a mean, some five means for any modulus, and the
+//! complete integrals at no cost. Carlson's ladder ([`super::carlson`]), which keeps every digit of every small
+//! result, takes three roots a step and more steps.
 
 use super::lanes8::Eight;
 use super::real::Real;
 use pulp::Simd;
 use std::f64::consts::{FRAC_PI_4, PI};
 
-/// More means than any moduli need.
+/// Bound of the number of means, beyond the need of any modulus.
 const MEANS: usize = 20;
-/// Means are equal to rounding when the last ones were equal to this: it is squared.
+/// Relative difference of two means below which the next pair is equal to rounding, as each step squares it.
 const CLOSE: f64 = 1e-8;
 
-/// With D^2 = kc^2 + (1 - kc^2) sin^2 t, |x| <= pi/2 from its sine and cosine, and D = D(x):
-/// `int_0^x dt/D` and `int_0^x sin^2 t/D dt`, each with `turns` times its value from 0 to pi added.
+/// Integrals `int_0^x dt/D` and `int_0^x sin^2 t/D dt`, each plus `turns` times its value from 0 to pi. Here
+/// D^2 = kc^2 + (1 - kc^2) sin^2 t, |x| <= pi/2 by its sine and cosine, and `d` = D(x).
 ///
-/// Bulirsch's el2 (Numer. Math. 7 (1965) 78), here with the modulus 1/kc and the coefficients 0 and 1. To rounding relative to 1 + the value; kc > 1e-150, sin x != 0.
+/// Method: Bulirsch's el2 (Numer. Math. 7 (1965) 78), with the modulus 1/kc and the coefficients 0 and 1. Accuracy:
+/// rounding relative to 1 + the value; kc > 1e-150, sin x != 0.
 #[inline(always)]
 pub(crate) fn integrals<S: Simd>(
     kc: Eight<S>,
@@ -31,10 +33,10 @@ pub(crate) fn integrals<S: Simd>(
     let mut hold = (sin * cos).abs();
     let mut c = hold * p.inverse() * 0.5;
     let (mut qc, mut m) = (stretch, one);
-    // a and b of Bulirsch, and what they were.
+    // Bulirsch's a and b, and the previous a.
     let (mut a, mut b, mut last) = (one * 0.5, one, zero);
     let (mut f, mut l) = (zero, zero);
-    // Means double the angle.
+    // Each mean doubles the angle.
     let mut turns = turns;
     for _ in 0..MEANS {
         b = last.times_plus(qc, b);
@@ -67,12 +69,12 @@ pub(crate) fn integrals<S: Simd>(
     [lam, (all * a).times_plus(over, c * stretch)]
 }
 
-/// The angle in (0, pi) of (y, m), m > 0.
+/// Angle in (0, pi) of (y, m), m > 0.
 #[inline(always)]
 fn angle<S: Simd>(m: Eight<S>, y: Eight<S>) -> Eight<S> {
     let far = y.abs();
     let (low, high) = (m.smaller(far), m.greater(far));
-    // tan(pi/8) and less are served by the series.
+    // The series serves tangents up to tan(pi/8).
     let steep = low - high * (std::f64::consts::SQRT_2 - 1.0);
     let above = steep.below(0.0, low, low - high);
     let below = steep.below(0.0, high, low + high);
@@ -80,7 +82,7 @@ fn angle<S: Simd>(m: Eight<S>, y: Eight<S>) -> Eight<S> {
     let u = z * z;
     let part =
         (z * u).times_plus(u.series(&ATAN), z) + steep.below(0.0, m.with(0.0), m.with(FRAC_PI_4));
-    // From the nearer axis to the first.
+    // Angle from the first axis, not from the nearer one.
     let part = (far - m).below(0.0, part * -1.0 + m.with(0.5 * PI), part);
     y.below(0.0, part * -1.0 + m.with(PI), part)
 }
@@ -130,7 +132,7 @@ mod tests {
         }
     }
 
-    /// Catches a wrong coefficient: against quadrature in 30 digits (mpmath).
+    /// Catches a wrong coefficient. Reference: quadrature in 30 digits (mpmath).
     #[test]
     fn means_are_the_integrals() {
         let kc = [0.5, 0.5, 0.01, 0.9, 1e-6, 0.5, 1.0, 0.3];

@@ -3,9 +3,9 @@
 //! The elastica needs both at every point, and they share their square roots: together they cost
 //! little more than RF alone.
 //!
-//! The ladder carries 4^n times the arguments of DLMF 19.26.18, x -> x + lambda: so no factor 1/4
-//! lengthens the chain from one square root to the next, and the distances of the arguments from
-//! their mean stay what they were, so that the end of the ladder is known at its start.
+//! The ladder carries 4^n times the arguments of DLMF 19.26.18, x -> x + lambda. No factor 1/4 thus lengthens the
+//! chain from one square root to the next. The distances of the arguments from their mean are invariant, so the last
+//! step is known at the start.
 
 /// Largest relative distances of the arguments from their mean at which the series, complete
 /// through degree 8, are exact to 4e-17, whatever the direction.
@@ -21,9 +21,8 @@ const DUPLICATIONS: usize = 40;
 /// (RF(x,y,z), RD(x,y,z)) of DLMF 19.16.1 and 19.16.5, by duplication (19.26.18, 19.26.20) and the
 /// series 19.36.1, 19.36.2 with the terms of degree 8 from 19.19.6.
 ///
-/// `x`, `y` >= 0, at most one of them zero, `z` > 0, all finite and with products of three roots
-/// in range; the caller sees to that (public, checked forms: [`super::elliptic`]).
-/// Accuracy: a few ulp; no subtraction outside the series.
+/// `x`, `y` >= 0, at most one of them zero, `z` > 0, all finite and with products of three roots in range. The caller
+/// ensures this (public, checked forms: [`super::elliptic`]). Accuracy: a few ulp; no subtraction outside the series.
 #[inline]
 pub(crate) fn rf_rd(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     let (low, high) = (x.min(y).min(z), x.max(y).max(z));
@@ -50,8 +49,7 @@ pub(crate) fn rf_rd(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     )
 }
 
-/// RF alone, under the same conditions, of which `z` > 0 may be weakened to: at most one of the
-/// three is zero.
+/// RF alone, under the conditions of [`rf_rd`], except that `z` may be the one argument that is zero.
 #[inline]
 pub(crate) fn rf(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     let (low, high) = (x.min(y).min(z), x.max(y).max(z));
@@ -71,7 +69,7 @@ pub(crate) fn rf(mut x: f64, mut y: f64, mut z: f64) -> f64 {
     power * rf_series(x, y, z)
 }
 
-/// The largest distance of the arguments from their mean.
+/// Largest distance of the arguments from their mean.
 #[inline]
 fn distance(mean: f64, low: f64, high: f64) -> f64 {
     (mean - low).max(high - mean)
@@ -120,7 +118,7 @@ pub(crate) fn complete_kb(kc: f64) -> (f64, f64) {
     let mut m = 1.0;
     let mut doubled = 1.0;
     let (mut a, mut b, mut c) = (1.0, 0.0, 1.0);
-    // Subnormal kc take 15 steps; 0 and NaN, which have no value, must not run for ever.
+    // Subnormal kc take 15 steps; 0 and NaN, which have no value, must terminate.
     for _ in 0..20 {
         b = 2.0 * (c * g + b);
         c = a;

@@ -1,20 +1,20 @@
-//! The typed error of the kernels: which argument of which function left its set.
+//! Typed domain error of the kernels: function, argument, value, allowed set.
 
 use std::fmt;
 
 /// An argument outside the set where the function has a finite value.
 ///
-/// Small and `Copy`, so that a kernel costs nothing more for being checked; it converts into the
-/// library's [`crate::Error`], where [`crate::Error::is_domain`] is true of it.
+/// Small and `Copy`, so that a checked kernel costs nothing more. Converts into the library's [`crate::Error`], for
+/// which [`crate::Error::is_domain`] is then true.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomainError {
-    /// The function that was called.
+    /// Name of the function called.
     pub function: &'static str,
-    /// The name of the argument it refused.
+    /// Name of the argument refused.
     pub argument: &'static str,
-    /// The value it was given (may be NaN).
+    /// Value of the argument (may be NaN).
     pub value: f64,
-    /// The set it may lie in, in words.
+    /// Allowed set, in words.
     pub allowed: &'static str,
 }
 

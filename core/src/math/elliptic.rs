@@ -212,7 +212,7 @@ pub fn complete_b(kc: f64) -> Result<f64, DomainError> {
 /// [`DomainError`] for other arguments, and where F exceeds the largest f64 (|phi| > 1e305).
 ///
 /// # Accuracy
-/// 4 ulp (median 0.6), within pi/2 and beyond, for the f64 `phi` as given: also next to pi/2, at any |phi|.
+/// 4 ulp (median 0.6), within pi/2 and beyond, for the f64 `phi` as given: also near pi/2, at any |phi|.
 ///
 /// # Source
 /// DLMF 19.2.4, 19.25.5; 19.2.10 (periods).
@@ -440,7 +440,7 @@ pub fn incomplete(phi: f64, kc: f64) -> Result<Incomplete, DomainError> {
     Ok(out)
 }
 
-/// An amplitude n pi +- r, 0 <= r <= pi/2, with what the integrals to r are made of.
+/// Amplitude n pi +- r, 0 <= r <= pi/2, with the terms of the integrals to r.
 struct Amplitude {
     /// n.
     periods: f64,
@@ -462,8 +462,8 @@ impl Amplitude {
         if !phi.is_finite() {
             return Err(fault(name, "phi", phi, "finite"));
         }
-        // The system's sine and cosine are reduced by all the digits of pi that phi needs. Only
-        // the count of periods is ours, and it follows their signs: cos(phi - n pi) >= 0.
+        // The standard library reduces sine and cosine by all the digits of pi that phi needs. Only the count of
+        // periods is computed here, and its rounding is corrected by their signs: cos(phi - n pi) >= 0.
         let (s, c) = phi.sin_cos();
         let (mut periods, mut parity) = (0.0, 1.0);
         if phi.abs() > FRAC_PI_2 {
@@ -552,7 +552,7 @@ fn check_carlson(name: &'static str, arguments: [f64; 3]) -> Result<(), DomainEr
     Ok(())
 }
 
-/// `result`, or the error that it is too large for an f64.
+/// `result`, or an error if the result is too large for an f64.
 #[inline]
 fn finite(
     name: &'static str,

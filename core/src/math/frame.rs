@@ -1,4 +1,4 @@
-//! Moving frames: places, velocities and accelerations seen from one, and in the world.
+//! Moving frames: positions, velocities and accelerations in the frame and in the world.
 
 use super::se3::joined;
 use nalgebra::{
@@ -6,14 +6,15 @@ use nalgebra::{
     Vector2, Vector3,
 };
 
-/// A moving frame at one moment, for quantities of `D` components: places x, velocities v and forces seen from it, along
-/// its axes.
+/// Moving frame at one moment, for quantities of `D` components. Positions x, velocities v and forces f are seen from
+/// the frame, along its axes.
 ///
-/// In the world they are c + T x, V = T (v + A x + d), T f, and accelerations are
+/// In the world they are c + T x, V = T (v + A x + d) and T f, and accelerations obey
 /// ```text
 /// T^T V' = v' + B x + C v + e,     A = T^T T',  d = T^T c',  e = T^T c'',  B = A' + A^2,  C = 2 A.
 /// ```
-/// For the 6 velocities (omega, r') of a pose the same holds with x = (0, r) and blocks made for it ([`Frame::of_poses`]).
+/// The 6 velocities (omega, r') of a pose obey the same law with x = (0, r) and suitable blocks
+/// ([`Frame::of_poses`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame<const D: usize> {
     pub(crate) turn: SMatrix<f64, D, D>,
@@ -26,7 +27,7 @@ pub struct Frame<const D: usize> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// The frame of the world.
+    /// Frame of the world.
     pub fn at_rest() -> Self {
         Self {
             turn: SMatrix::identity(),
@@ -39,7 +40,7 @@ impl<const D: usize> Frame<D> {
         }
     }
 
-    /// The place in the world.
+    /// Position in the world.
     pub fn place(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.origin + self.turn * x
     }
@@ -54,51 +55,52 @@ impl<const D: usize> Frame<D> {
         self.turn.tr_mul(f)
     }
 
-    /// The largest component of its angular velocity.
+    /// Largest component of the frame's angular velocity.
     pub fn spin_rate(&self) -> f64 {
         self.spin.amax()
     }
 
-    /// True if it is at rest, and stays so.
+    /// True if the frame is at rest and stays at rest: no velocity, spin or acceleration.
     pub fn stands(&self) -> bool {
         let rates = self.velocity.iter().chain(&self.acceleration);
         let turning = self.spin.iter().chain(&self.centrifugal);
         rates.chain(turning).all(|x| *x == 0.0)
     }
 
-    /// Velocity of the frame itself at a place, along its axes.
+    /// Velocity of the frame itself at the position x, along its axes.
     pub fn carried(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.spin * x + self.velocity
     }
 
-    /// The velocity in the world of what moves at `v` as seen from the frame.
+    /// Velocity in the world of a point that moves at `v` as seen from the frame.
     pub fn absolute(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
         self.turn * (v + self.carried(x))
     }
 
-    /// The acceleration in the world of what stands at a place in the frame.
+    /// Acceleration in the world of a point fixed in the frame.
     pub fn drawn(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.turn * self.swept(x, &SVector::zeros())
     }
 
-    /// The acceleration in the world, along the axes of the frame, of what moves steadily at `v` as seen from it.
+    /// Acceleration in the world, along the axes of the frame, of a point that moves at constant `v` as seen from the
+    /// frame.
     pub fn swept(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
         self.centrifugal * x + self.coriolis * v + self.acceleration
     }
 
-    /// The velocity seen from the frame of what moves at `v` in the world.
+    /// Velocity seen from the frame of a point that moves at `v` in the world.
     pub fn relative(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
         self.turn.tr_mul(v) - self.carried(x)
     }
 }
 
 impl Frame<2> {
-    /// The rate at which the frame turns, and the rate of that.
+    /// Turning rate of the frame, and angular acceleration.
     pub fn turning(&self) -> [f64; 2] {
         [self.spin.m21, self.centrifugal.m21]
     }
 
-    /// The same in space, whose x and y are the plane's.
+    /// Frame in space whose x-y plane is the plane of `self`.
     pub fn in_space(&self) -> Frame<3> {
         let matrix = |m: &Matrix2<f64>, normal: f64| {
             let mut lifted = Matrix3::zeros();
@@ -120,7 +122,7 @@ impl Frame<2> {
 }
 
 impl Frame<3> {
-    /// A frame that stands.
+    /// Frame at rest.
     pub fn standing(pose: &Isometry3<f64>) -> Self {
         Self {
             turn: pose.rotation.to_rotation_matrix().into_inner(),
@@ -133,7 +135,7 @@ impl Frame<3> {
         }
     }
 
-    /// The frame's pose in the world.
+    /// Pose of the frame in the world.
     pub fn pose(&self) -> Isometry3<f64> {
         let turn = Rotation3::from_matrix_unchecked(self.turn);
         Isometry3::from_parts(
@@ -142,9 +144,10 @@ impl Frame<3> {
         )
     }
 
-    /// The frame for poses: rotations, then places.
+    /// Frame for poses: rotations, then positions.
     ///
-    /// With Omega the spin vector, omega = T (omega_seen + Omega), and T^T omega' = omega_seen' + Omega x omega_seen + Omega'.
+    /// With Omega the spin vector, omega = T (omega_seen + Omega), and T^T omega' = omega_seen' + Omega x
+    /// omega_seen + Omega'.
     pub fn of_poses(&self) -> Frame<6> {
         let blocks = |rotation: &Matrix3<f64>, place: &Matrix3<f64>| {
             let mut m = SMatrix::<f64, 6, 6>::zeros();

@@ -1,4 +1,4 @@
-//! Gauss-Legendre rules and what spectral methods form at their nodes.
+//! Gauss-Legendre rules, with matrices of integration and of Legendre coefficients.
 
 use crate::math::small_sort::sort_few;
 use gauss_quad::GaussLegendre;
@@ -9,9 +9,9 @@ use nalgebra::DMatrix;
 pub struct Rule {
     /// The nodes, in growing order in (0, 1).
     pub nodes: Vec<f64>,
-    /// Their weights, which add up to 1.
+    /// Weights, of sum 1.
     pub weights: Vec<f64>,
-    /// The nodes on [-1, 1], on which Legendre polynomials live.
+    /// Nodes on [-1, 1], the interval of the Legendre polynomials.
     centred: Vec<f64>,
 }
 
@@ -28,8 +28,9 @@ impl Rule {
         }
     }
 
-    /// (integrate, modes): with f the values of a function at the nodes, (integrate f)_i is its integral from 0 to node i,
-    /// and (modes f)_k its coefficient of the Legendre polynomial P_k, both exact for polynomials of degree n - 1.
+    /// Matrices (integrate, modes) for the values f of a function at the nodes. (integrate f)_i is the integral from
+    /// 0 to node i, and (modes f)_k is the coefficient of the Legendre polynomial P_k. Both are exact for polynomials
+    /// of degree n - 1.
     pub fn matrices(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let count = self.nodes.len();
         let table: Vec<Vec<f64>> = (self.centred.iter())
@@ -44,7 +45,7 @@ impl Rule {
         let rises: Vec<Vec<f64>> = (1..count).map(|k| rise(k).collect()).collect();
         let mut integrate = Vec::with_capacity(count * count);
         for (values, weight) in table.iter().zip(&self.weights) {
-            // The sums over k run side by side, not one after the other.
+            // The sums over k are independent operations, which overlap in the processor.
             let mut sums = vec![0.0; count];
             for (value, rises) in values[1..].iter().zip(&rises) {
                 for (sum, rise) in sums.iter_mut().zip(rises) {

@@ -1,9 +1,9 @@
-//! Intervals of doubles that surely hold what they stand for: every operation is rounded outward by a unit in the last place or two, which is enough since
-//! IEEE 754 rounds sums, products, quotients and square roots correctly.
+//! Interval arithmetic of doubles. Every operation is rounded outward by one to two units in the last place. This
+//! suffices, since IEEE 754 rounds sums, products, quotients and square roots correctly.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// All numbers from `lo` to `hi`.
+/// Closed interval [lo, hi].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Interval {
     pub lo: f64,
@@ -15,7 +15,8 @@ const ENTIRE: Interval = Interval {
     hi: f64::INFINITY,
 };
 
-/// Below this only the size is kept: products of what stands for zero would be subnormal numbers, a hundred times slower.
+/// Absolute part of outward rounding. Without it enclosures of zero would become subnormal numbers, which are a
+/// hundred times slower.
 const TINY: f64 = 1e-120;
 
 #[inline(always)]
@@ -28,7 +29,7 @@ fn above(x: f64) -> f64 {
     x + (x.abs() * f64::EPSILON + TINY)
 }
 
-/// Of two numbers, neither of them NaN: one instruction.
+/// Minimum of two numbers, neither of them NaN: one instruction.
 #[inline(always)]
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -52,12 +53,13 @@ impl Interval {
         Self { lo, hi }
     }
 
-    /// From -x to x.
+    /// Interval [-x, x].
     pub fn about_zero(x: f64) -> Self {
         Self::new(-x, x)
     }
 
-    /// |x| epsilon is one to two units in the last place of x, and TINY more than one of what is smaller.
+    /// Outward rounding: |x| epsilon is one to two units in the last place of x, and TINY more than one of any
+    /// smaller number.
     #[inline(always)]
     fn outward(lo: f64, hi: f64) -> Self {
         Self {
@@ -66,12 +68,12 @@ impl Interval {
         }
     }
 
-    /// The largest absolute value.
+    /// Largest absolute value.
     pub fn size(self) -> f64 {
         self.lo.abs().max(self.hi.abs())
     }
 
-    /// The least absolute value.
+    /// Least absolute value.
     pub fn least(self) -> f64 {
         self.lo.max(-self.hi).max(0.0)
     }
@@ -80,7 +82,7 @@ impl Interval {
         Self::new(self.lo.min(other.lo), self.hi.max(other.hi))
     }
 
-    /// What both hold, where something in both is known to be.
+    /// Intersection, for a number known to lie in both.
     pub fn meet(self, other: Self) -> Self {
         Self::new(self.lo.max(other.lo), self.hi.min(other.hi))
     }
@@ -93,7 +95,7 @@ impl Interval {
         }
     }
 
-    /// Of what is known not to be negative.
+    /// Square root of a number known to be >= 0.
     pub fn sqrt(self) -> Self {
         Self {
             lo: below(self.lo.max(0.0).sqrt()).max(0.0),
@@ -101,7 +103,7 @@ impl Interval {
         }
     }
 
-    /// The Taylor series at x/2^k, squared k times.
+    /// Exponential: Taylor series at x/2^k, squared k times.
     pub fn exp(self) -> Self {
         Self::new(Self::exp_at(self.lo).lo, Self::exp_at(self.hi).hi)
     }
@@ -109,7 +111,7 @@ impl Interval {
     fn exp_at(x: f64) -> Self {
         let halvings = (x.abs() * 16.0).max(1.0).log2().ceil() as i32;
         let y = Self::point(x * 0.5f64.powi(halvings));
-        // What follows the twelfth term is less than a hundredth of it.
+        // The terms after the twelfth sum to less than a hundredth of it.
         let mut sum = Self::new(0.99, 1.01);
         for k in (1..=12).rev() {
             sum = Self::ONE + sum * y / Self::point(f64::from(k));

@@ -1,22 +1,23 @@
 //! Jacobi's functions sn, cn, dn, am (and cd, sd) of a real argument, by the complementary modulus.
 //!
-//! Quotients of theta functions of the nome of the modulus, or of the complementary one if that is smaller: v = pi u/(2K) is real, or with
-//! v = pi u/(2K') it is i v (Jacobi's imaginary transformation, DLMF 22.6.1), where all grows like e^v. Whole periods are taken off u before, so that |v| is
-//! at most half of one; each function keeps its *relative* accuracy, also where it is exponentially small.
+//! The functions are quotients of theta functions. The nome is that of the modulus, with real v = pi u/(2K). If the
+//! complementary nome is smaller, it is used with v = pi u/(2K'), and the argument is i v (Jacobi's imaginary
+//! transformation, DLMF 22.6.1); all terms then grow like e^v. Whole periods are first taken off u, so that |v| is at
+//! most half of one. Each function keeps its *relative* accuracy, also where it is exponentially small.
 
 use super::DomainError;
 use super::real::Real;
 use super::theta::Nome;
 use std::f64::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI};
 
-/// K is no larger, even at the least kc: e^K is still a number.
+/// Bound of K, which holds even at the least kc: e^K is still a double.
 const LOG_OF_LARGEST: f64 = 709.782_712_893_384;
 
-/// sn, cn, dn and the amplitude at one argument.
+/// Values sn, cn, dn and the amplitude at one argument.
 ///
-/// Derivatives with respect to u: sn' = cn dn, cn' = -sn dn, dn' = -k^2 sn cn, am' = dn
-/// (DLMF 22.13.1-3, 22.16.1 ff.), and cd' = -kc^2 sd nd, sd' = cd nd with nd = 1/dn. With respect to
-/// kc at fixed u: am_kc = -dn F_kc(am), with F_kc from [`super::elliptic::incomplete`].
+/// Derivatives with respect to u: sn' = cn dn, cn' = -sn dn, dn' = -k^2 sn cn, am' = dn (DLMF 22.13.1-3, 22.16.1
+/// ff.). Also cd' = -kc^2 sd nd, sd' = cd nd with nd = 1/dn. With respect to kc at fixed u: am_kc = -dn F_kc(am),
+/// with F_kc from [`super::elliptic::incomplete`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jacobi {
     /// sin am, in [-1, 1].
@@ -65,9 +66,9 @@ impl Jacobi {
 /// [`DomainError`] if `u` is not finite or `kc` lies outside its set.
 ///
 /// # Accuracy
-/// Each value f is within 4 eps (|f| + |u f'(u)|): a few ulp, and the effect of a few ulp in u. For
-/// |u| far beyond 1/eps that is no digit at all, but the values stay in their ranges and satisfy the
-/// identities. Measured: docs/elliptic_accuracy.md.
+/// Each value f is within 4 eps (|f| + |u f'(u)|): a few ulp, and the effect of a few ulp in u. For |u| far beyond
+/// 1/eps no digit is right, but the values stay in their ranges and satisfy the identities. Measured:
+/// docs/elliptic_accuracy.md.
 ///
 /// # Source
 /// DLMF 20.2.1-4 (thetas), 22.2.2-9 (the functions by them), 22.6(iv) (imaginary arguments).
@@ -92,7 +93,7 @@ pub fn jacobi(u: f64, kc: f64) -> Result<Jacobi, DomainError> {
 
 /// (sn, cn, dn) of u for the complementary modulus `kc`: [`jacobi`] without the arctangent of `am`.
 ///
-/// Parameters, traps, accuracy and source as there.
+/// Parameters, traps, accuracy and source as for [`jacobi`].
 ///
 /// # Errors
 /// [`DomainError`] if `u` is not finite or `kc` lies outside its set.
@@ -123,7 +124,7 @@ fn check(function: &'static str, u: f64, kc: f64) -> Result<(), DomainError> {
     Ok(())
 }
 
-/// The functions of u = 2 K n + r at r, |r| <= K or a little more, not yet in their ranges.
+/// Functions of u = 2 K n + r at r, |r| <= K or a little more, not yet clamped to their ranges.
 pub(crate) struct Quotients {
     pub half_turns: f64,
     pub sn: f64,
@@ -132,7 +133,7 @@ pub(crate) struct Quotients {
 }
 
 impl Quotients {
-    /// At a finite u, for a normal kc <= 1.
+    /// Functions at a finite u, for a normal kc <= 1.
     #[inline]
     pub fn new(u: f64, kc: f64) -> Self {
         let k2 = (1.0 - kc) * (1.0 + kc);
@@ -143,7 +144,7 @@ impl Quotients {
         }
     }
 
-    /// By the nome of the modulus; the system's sine and cosine take the periods off.
+    /// Functions by the nome of the modulus; the standard sine and cosine take the periods off.
     #[inline]
     fn real(u: f64, nome: &Nome) -> Self {
         let v = u / nome.period;
@@ -160,7 +161,7 @@ impl Quotients {
         }
     }
 
-    /// By the nome of the complementary modulus.
+    /// Functions by the nome of the complementary modulus.
     #[inline]
     fn imaginary(u: f64, kc: f64, nome: &Nome) -> Self {
         let (over3, over4) = (1.0 / nome.theta3, 1.0 / nome.theta4);
@@ -191,7 +192,7 @@ impl Quotients {
         }
     }
 
-    /// sn, cn, dn of u, in their ranges to the last digit.
+    /// Values sn, cn, dn of u, clamped to their ranges.
     #[inline]
     pub fn functions(&self, kc: f64) -> (f64, f64, f64) {
         // The sum of the squares is 1 to rounding.
@@ -202,25 +203,25 @@ impl Quotients {
     }
 }
 
-/// (-1)^n.
+/// Parity (-1)^n.
 #[inline]
 fn parity(n: f64) -> f64 {
     f64::from_bits(1f64.to_bits() | ((n as i64 as u64) << 63))
 }
 
-/// n and r of u = 2 K n + r, |r| <= K.
+/// Half turns n and remainder r of u = 2 K n + r, |r| <= K.
 #[inline]
 fn without_half_turns(u: f64, kc: f64, nome: &Nome) -> (f64, f64) {
-    // K = -log(q) theta_3(0)^2/2, also where q is below the smallest number.
+    // K = -log(q) theta_3(0)^2/2, even where q underflows.
     let half_log = -(kc * nome.over_square.sqrt()).ln();
     let quarter = (nome.period * half_log).min(LOG_OF_LARGEST);
     let half_turns = nearest(u / (2.0 * quarter));
-    // Beyond 1/eps periods the rest is no digit at all.
+    // Beyond 1/eps periods the remainder has no correct digit.
     let rest = u - half_turns * (2.0 * quarter);
     (half_turns, rest.clamp(-quarter, quarter))
 }
 
-/// The nearest integer; beyond 2^52 all numbers are.
+/// Nearest integer; beyond 2^52 all doubles are integers.
 #[inline]
 fn nearest(x: f64) -> f64 {
     const BIG: f64 = 6_755_399_441_055_744.0;

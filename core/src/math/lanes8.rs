@@ -1,12 +1,12 @@
-//! Numbers at the eight nodes of a Gauss rule, which are worked on at once.
+//! Numbers at the eight nodes of a Gauss rule, processed at once.
 //!
-//! What is compiled for wide registers is what is inlined, always: closures are not.
+//! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are avoided.
 
 use super::real::Real;
 use pulp::Simd;
 use std::ops::{Add, Mul, Sub};
 
-/// Nodes of the Gauss rule on [-1, 1] and its weights there.
+/// Nodes and weights of the Gauss rule on [-1, 1].
 const NODES: [f64; 8] = [
     -0.960_289_856_497_536_3,
     -0.796_666_477_413_626_7,
@@ -28,7 +28,7 @@ const WEIGHTS: [f64; 8] = [
     0.101_228_536_290_376_26,
 ];
 
-/// P_0 .. P_8 at x.
+/// Legendre polynomials P_0 .. P_8 at x.
 pub(crate) const fn legendre(x: f64) -> [f64; 9] {
     let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let mut k = 1;
@@ -40,7 +40,7 @@ pub(crate) const fn legendre(x: f64) -> [f64; 9] {
     p
 }
 
-/// `MODES[k][j]`: what a value at node j adds to the coefficient of P_k.
+/// `MODES[k][j]`: contribution of a value at node j to the coefficient of P_k.
 const MODES: [[f64; 8]; 8] = {
     let mut modes = [[0.0; 8]; 8];
     let mut k = 0;
@@ -87,7 +87,7 @@ pub(crate) struct Rule<S: Simd> {
 }
 
 impl<S: Simd> Rule<S> {
-    /// For steps of length `h`.
+    /// Rule for steps of length `h`.
     #[inline(always)]
     pub fn new(simd: S, h: f64) -> Self {
         let mut integrals = [Eight::all(simd, 0.0); 8];
@@ -101,7 +101,7 @@ impl<S: Simd> Rule<S> {
         }
     }
 
-    /// z_i = z + h sum_j a_ij k_j.
+    /// Stage values z_i = z + h sum_j a_ij k_j.
     #[inline(always)]
     pub fn places<const N: usize>(&self, z: &[f64; N], slopes: &[Eight<S>; N]) -> [Eight<S>; N] {
         let mut all = *slopes;
@@ -116,13 +116,13 @@ impl<S: Simd> Rule<S> {
         all
     }
 
-    /// h sum_j b_j k_j.
+    /// Integral h sum_j b_j k_j over the step.
     #[inline(always)]
     pub fn integral(&self, slope: &Eight<S>) -> f64 {
         slope.sum(self.weights)
     }
 
-    /// The largest coefficient of P_7.
+    /// Largest |coefficient of P_7| of the slopes.
     #[inline(always)]
     pub fn top<const N: usize>(&self, slopes: &[Eight<S>; N]) -> f64 {
         let mut largest = 0.0_f64;
@@ -133,21 +133,22 @@ impl<S: Simd> Rule<S> {
     }
 }
 
-/// Polynomials through values at the nodes of a step, at those of another.
+/// Interpolation from the nodes of one step to those of another.
 pub(crate) struct Extension<S: Simd> {
     /// Lagrange's polynomials of the first step's nodes.
     by: [Eight<S>; 8],
 }
 
 impl<S: Simd> Extension<S> {
-    /// For a step that starts where the other does or, in parts of its length, `from` later, and is `ratio` times as long.
+    /// Interpolation to a step that starts `from` lengths of the first step after its start, and is `ratio` times as
+    /// long.
     #[inline(always)]
     pub fn new(simd: S, from: f64, ratio: f64) -> Self {
         let x = Eight::of(simd, NODES) * ratio + Eight::all(simd, 2.0 * from + ratio - 1.0);
         let mut p = [Eight::all(simd, 1.0), x, x, x, x, x, x, x];
         for k in 1..7 {
             let n = k as f64;
-            // One operation waits for the last polynomial.
+            // Only one operation waits for the previous polynomial.
             let steep = x * ((2.0 * n + 1.0) / (n + 1.0));
             p[k + 1] = steep.times_plus(p[k], p[k - 1] * (-n / (n + 1.0)));
         }
@@ -161,7 +162,7 @@ impl<S: Simd> Extension<S> {
         Self { by }
     }
 
-    /// The values there.
+    /// Interpolated values at the nodes of the second step.
     #[inline(always)]
     pub fn of<const N: usize>(&self, values: &[Eight<S>; N]) -> [Eight<S>; N] {
         let mut all = *values;
@@ -177,8 +178,8 @@ impl<S: Simd> Extension<S> {
     }
 }
 
-/// An operation on the registers in which eight numbers lie, written out for one and for two of them: the kernels consist of hundreds of such
-/// operations, and a loop for each is what the compiler would spend most of its time with.
+/// An operation on the registers that hold eight numbers, written out for one register and for two. The kernels
+/// consist of hundreds of such operations, and a loop for each would dominate the compile time.
 macro_rules! of_registers {
     ($x:ident in $to:expr $(, $y:ident in $other:expr)* => $result:expr) => {{
         let (at, _) = S::as_mut_simd_f64s(&mut $to);
@@ -201,7 +202,7 @@ macro_rules! of_registers {
     }};
 }
 
-/// Eight numbers; a line of the cache.
+/// Eight numbers, in one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub struct Eight<S: Simd> {
@@ -210,26 +211,26 @@ pub struct Eight<S: Simd> {
 }
 
 impl<S: Simd> Eight<S> {
-    /// These numbers.
+    /// Eight numbers from an array.
     #[inline(always)]
     pub fn of(simd: S, at: [f64; 8]) -> Self {
         Self { simd, at }
     }
 
-    /// The numbers.
+    /// The numbers as an array.
     #[inline(always)]
     pub fn numbers(self) -> [f64; 8] {
         self.at
     }
 
-    /// Sizes.
+    /// Absolute values.
     #[inline(always)]
     pub fn abs(mut self) -> Self {
         of_registers!(x in self.at => self.simd.abs_f64s(x));
         self
     }
 
-    /// Where this is less than `bound` the one, elsewhere the other.
+    /// Selection by lane: `one` where `self` is below `bound`, `other` where not.
     #[inline(always)]
     pub fn below(mut self, bound: f64, one: Self, other: Self) -> Self {
         let simd = self.simd;
@@ -240,21 +241,21 @@ impl<S: Simd> Eight<S> {
         self
     }
 
-    /// The smaller of two.
+    /// Smaller of two, by lane.
     #[inline(always)]
     pub fn smaller(mut self, other: Self) -> Self {
         of_registers!(x in self.at, y in other.at => self.simd.min_f64s(x, y));
         self
     }
 
-    /// The greater of two.
+    /// Greater of two, by lane.
     #[inline(always)]
     pub fn greater(mut self, other: Self) -> Self {
         of_registers!(x in self.at, y in other.at => self.simd.max_f64s(x, y));
         self
     }
 
-    /// The least of them.
+    /// Least of the eight.
     #[inline(always)]
     pub fn least(self) -> f64 {
         let (at, _) = S::as_simd_f64s(&self.at);
@@ -265,7 +266,7 @@ impl<S: Simd> Eight<S> {
         self.simd.reduce_min_f64s(least)
     }
 
-    /// The greatest of them.
+    /// Greatest of the eight.
     #[inline(always)]
     pub fn greatest(self) -> f64 {
         -(self * -1.0).least()
@@ -277,32 +278,32 @@ impl<S: Simd> Eight<S> {
         Self { simd, at: [x; 8] }
     }
 
-    /// x at all nodes at which this is.
+    /// x in all lanes, in the registers of `self`.
     #[inline(always)]
     pub fn with(self, x: f64) -> Self {
         Self { at: [x; 8], ..self }
     }
 
-    /// What is at one node, at all of them.
+    /// The value at one node, in all lanes.
     #[inline(always)]
     fn spread(self, node: usize) -> Self {
         self.with(self.at[node])
     }
 
-    /// self times the one plus the other, rounded once where the processor does that as fast.
+    /// self * factor + plus, rounded once where the processor does so at no cost.
     #[inline(always)]
     pub fn times_plus(mut self, factor: Self, plus: Self) -> Self {
         of_registers!(x in self.at, y in factor.at, z in plus.at => self.simd.mul_add_e_f64s(x, y, z));
         self
     }
 
-    /// Their sum.
+    /// Sum of the eight.
     #[inline(always)]
     pub fn total(self) -> f64 {
         self.sum(self.with(1.0))
     }
 
-    /// The sum of their products with `weights`.
+    /// Weighted sum of the eight.
     #[inline(always)]
     fn sum(mut self, weights: Self) -> f64 {
         let mut sum = self.simd.splat_f64s(0.0);
@@ -370,7 +371,7 @@ impl<S: Simd> Real for Eight<S> {
 
     #[inline(always)]
     fn nearest(self) -> Self {
-        // Beyond 2^52 there are integers only.
+        // Beyond 2^52 all doubles are integers.
         let big = self.with(6_755_399_441_055_744.0);
         (self + big) - big
     }
@@ -415,7 +416,7 @@ mod tests {
         }
     }
 
-    /// Catches guesses for a step that are those for another: polynomials of degree 7 are the same everywhere.
+    /// Catches guesses made for another step: polynomials of degree 7 must extend exactly.
     #[test]
     fn polynomials_extend_to_other_steps() {
         for (from, ratio) in [(0.0, 1.0), (0.0, 0.5), (1.0, 0.4), (1.0, 1.0), (1.0, 2.0)] {

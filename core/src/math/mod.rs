@@ -1,4 +1,4 @@
-//! Pure kernels: no state, nothing that knows of rods; only [`gauss`] allocates, once a rule.
+//! Pure numerical kernels: no state and no rods; only [`gauss`] allocates, once a rule.
 
 pub(crate) mod agm;
 pub(crate) mod carlson;

@@ -7,13 +7,13 @@ use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// Eight numbers below each other.
+/// Eight numbers of a column, below each other.
 type Line = [f64; 8];
 
-/// Lines that are added up side by side: as many as there are registers for two vectors.
+/// Lines summed side by side: as many as the registers hold for two vectors.
 const BLOCK: usize = 4;
 
-/// A matrix, its columns in lines of eight.
+/// Matrix whose columns are stored in lines of eight.
 #[derive(Debug, Clone)]
 pub struct Matrix {
     lines: Vec<Line>,
@@ -21,7 +21,7 @@ pub struct Matrix {
 }
 
 impl Matrix {
-    /// The same matrix.
+    /// Copy of a nalgebra matrix.
     pub fn new(matrix: &DMatrix<f64>) -> Self {
         let mut lines = Vec::with_capacity(matrix.ncols() * matrix.nrows().div_ceil(8));
         for column in matrix.column_iter() {
@@ -37,7 +37,7 @@ impl Matrix {
         }
     }
 
-    /// Its products with K vectors, each as long as it has columns.
+    /// Products with K vectors of the length of a row.
     pub fn times<const K: usize>(&self, vectors: [&DVector<f64>; K]) -> [DVector<f64>; K] {
         let mut products = std::array::from_fn(|_| DVector::zeros(self.rows));
         let slices = products.each_mut().map(DVector::as_mut_slice);
@@ -45,7 +45,7 @@ impl Matrix {
         products
     }
 
-    /// The same into `products`, each as long as it has rows.
+    /// Products with K vectors, written into `products`.
     pub fn write_times<const K: usize>(&self, vectors: [&[f64]; K], products: [&mut [f64]; K]) {
         wide(Times {
             matrix: self,
@@ -54,7 +54,7 @@ impl Matrix {
         });
     }
 
-    /// Its products with as many vectors, the columns of K matrices with as many rows as it has columns.
+    /// Products with all columns of K matrices, all of the same number of columns.
     pub fn times_all<const K: usize>(&self, matrices: [&DMatrix<f64>; K]) -> [DMatrix<f64>; K] {
         let mut products = matrices.map(|matrix| DMatrix::zeros(self.rows, matrix.ncols()));
         for j in 0..matrices.first().map_or(0, |matrix| matrix.ncols()) {
@@ -95,7 +95,7 @@ impl<const K: usize> WithSimd for Times<'_, K> {
 }
 
 impl<const K: usize> Times<'_, K> {
-    /// L lines of the products, from one on, of as many as there are in `each` column.
+    /// Products of L lines from `first` on; `each`: number of lines in a column.
     #[inline(always)]
     fn block<S: Simd, const L: usize>(&mut self, simd: S, first: usize, each: usize) {
         let mut sums = [[Eight::all(simd, 0.0); L]; K];
@@ -128,12 +128,12 @@ pub(crate) fn cosines_and_sines(angles: &DVector<f64>) -> [DVector<f64>; 2] {
 }
 
 struct Turning<'a> {
-    /// Both are the angles before.
+    /// On entry both slices hold the angles.
     cosines: &'a mut [f64],
     sines: &'a mut [f64],
 }
 
-/// What pi is less than its nearest number.
+/// Difference between pi and its nearest double.
 const BEYOND_PI: f64 = 1.224_646_799_147_353_2e-16;
 
 impl WithSimd for Turning<'_> {
@@ -163,7 +163,8 @@ impl WithSimd for Turning<'_> {
 mod tests {
     use super::*;
 
-    /// Catches a line or a vector that is left out, and a half turn too many: against single numbers, for sizes with and without a rest.
+    /// Catches a line or a vector left out, and a half turn too many. Reference: single numbers, for sizes with and
+    /// without a remainder.
     #[test]
     fn what_is_wide_is_what_is_narrow() {
         let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;

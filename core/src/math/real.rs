@@ -1,26 +1,26 @@
-//! Numbers of which formulas are made: one, or several at once.
+//! Arithmetic shared by formulas over one number and over several in wide registers.
 
 use std::f64::consts::LOG2_E;
 use std::ops::{Add, Mul, Sub};
 
-/// What formulas of the pendulum are made of.
+/// Number type of pendulum formulas.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Mul<f64, Output = Self>
 {
-    /// x at all places at which this is.
+    /// x in all lanes, in the registers of `self`.
     fn all(self, x: f64) -> Self;
     /// 1/x.
     fn inverse(self) -> Self;
-    /// The square root.
+    /// Square root.
     fn sqrt(self) -> Self;
-    /// The nearest integer, of |x| < 2^50.
+    /// Nearest integer, for |x| < 2^50.
     fn nearest(self) -> Self;
-    /// self times the one plus the other, rounded once where the processor does that as fast.
+    /// self * factor + plus, rounded once where the processor does so at no cost.
     fn times_plus(self, factor: Self, plus: Self) -> Self;
-    /// 2^k of integers |k| < 1023, from k + 2^52 + 1023: its last digits become the exponent.
+    /// 2^k of integers |k| < 1023, given k + 2^52 + 1023: the last bits become the exponent.
     fn power_of_two(self) -> Self;
 
-    /// The sum of k_i x_i.
+    /// Sum of k_i x_i.
     #[inline(always)]
     fn mixed<const N: usize>(k: [f64; N], x: [Self; N]) -> Self {
         let mut sum = x[0] * k[0];
@@ -30,7 +30,7 @@ pub trait Real:
         sum
     }
 
-    /// The sum of p_k x^k.
+    /// Sum of p_k x^k.
     #[inline(always)]
     fn series<const N: usize>(self, p: &[f64; N]) -> Self {
         let mut sum = self.all(p[N - 1]);
@@ -54,7 +54,7 @@ pub trait Real:
     fn half_exp(self) -> Halves<Self> {
         let twos = (self * LOG2_E).nearest();
         let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
-        // Odd and even powers side by side; |r| < 0.35.
+        // Odd and even powers are independent sums; |r| < 0.35.
         let r2 = r * r;
         let even = r2.series(&const { reciprocal_factorials::<7>(0) });
         let odd = r * r2.series(&const { reciprocal_factorials::<7>(1) });
@@ -67,20 +67,20 @@ pub trait Real:
     }
 }
 
-/// e^v/2 and e^-v/2, from v = twos log 2 + r and sinh r.
+/// Halves of e^v and e^-v, from v = twos log 2 + r and sinh r.
 #[derive(Debug, Clone, Copy)]
 pub struct Halves<T> {
     /// e^v/2.
     pub up: T,
     /// e^-v/2.
     pub down: T,
-    /// The integer.
+    /// The integer `twos`.
     pub twos: T,
     /// sinh r.
     pub odd: T,
 }
 
-/// What [`Real::power_of_two`] makes 1/2 of.
+/// Argument for which [`Real::power_of_two`] gives 1/2.
 const HALF: f64 = 4_503_599_627_371_518.0;
 /// log 2 in two parts, the first with few enough bits to be multiplied without rounding.
 const LOG_2: [f64; 2] = [0.693_145_751_953_125, 1.428_606_820_309_417_2e-6];

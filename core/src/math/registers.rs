@@ -1,8 +1,9 @@
 //! Vector registers of the processor: which of them the kernels use, and a cap on their width.
 //!
-//! Sums in wide registers add up in another order than one by one, so the last digits of results depend on the width.
-//! The environment variable [`VARIABLE`] caps the width: one machine can then show what another one computes. On x86
-//! the width of NEON serves tests alone. A release does without: kernels of one width are a fifth of the core's build.
+//! Sums in wide registers are added in another order than one by one, so the last digits of results depend on the
+//! width. The environment variable [`VARIABLE`] caps the width: one machine can then show what another one computes.
+//! The width of NEON exists on x86 for tests alone. Release builds omit it, since kernels of one width are a fifth of
+//! the core's build.
 
 use crate::error::{Error, Result};
 use pulp::{Simd, WithSimd};
@@ -17,8 +18,8 @@ pub const VARIABLE: &str = "SNAPROD_REGISTERS";
 /// Width of the registers that kernels are compiled for, from the narrowest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Width {
-    /// One number. Planar motions and viscoelastic rods in space then take other methods than those for eight places at
-    /// once; ends of rods do not.
+    /// One number. Planar motions and viscoelastic rods in space then use sequential methods instead of eightfold
+    /// ones; ends of rods keep their methods.
     Scalar,
     /// Two numbers, and products that are rounded together with a sum: NEON, which every aarch64 has.
     Two,
@@ -29,7 +30,7 @@ pub enum Width {
 }
 
 impl Width {
-    /// All widths of this build, from the narrowest: [`Width::Two`] is not in builds for x86 without debug assertions.
+    /// All widths of this build, from the narrowest; [`Width::Two`] needs debug assertions on x86.
     pub const ALL: &[Self] = if cfg!(all(target_arch = "x86_64", not(debug_assertions))) {
         &[Self::Scalar, Self::Avx2, Self::Avx512]
     } else {
@@ -129,7 +130,8 @@ impl Registers {
         }
     }
 
-    /// Result of `work`, compiled for the registers: what `work` calls must be inlined, always; closures are not.
+    /// Result of `work`, compiled for the registers. All functions that `work` calls must be inlined; closures are
+    /// not.
     #[inline(always)]
     pub fn work<W: WithSimd>(self, work: W) -> W::Output {
         match self {

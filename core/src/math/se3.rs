@@ -1,11 +1,11 @@
-//! Poses, twists and wrenches in space: how they are stored, and the few operations that everything shares.
+//! Poses, twists and wrenches in space: storage and shared operations.
 //!
 //! A twist (angular velocity, velocity) and a wrench (couple, force) are six numbers, the rotational half first. A
 //! quaternion that is stored as numbers is (w, x, y, z), w its scalar part.
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3, Vector4, Vector6};
 
-/// The rotational and the translational half of a twist, or couple and force of a wrench.
+/// Rotational and translational halves of a twist, or couple and force of a wrench.
 pub fn halves(pair: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
     (
         pair.fixed_rows::<3>(0).into_owned(),
@@ -18,7 +18,7 @@ pub fn joined(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
-/// Both halves turned.
+/// Twist or wrench with both halves rotated.
 pub fn turned(turn: &UnitQuaternion<f64>, pair: &Vector6<f64>) -> Vector6<f64> {
     let (a, b) = halves(pair);
     joined(&(turn * a), &(turn * b))
@@ -62,7 +62,7 @@ pub fn left_jacobian(phi: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::identity() + a * cross + b * cross * cross
 }
 
-/// A quaternion (w, x, y, z) of a rotation; its norm is 1 to rounding where not said otherwise.
+/// Quaternion (w, x, y, z) of a rotation, of norm 1 to rounding unless stated otherwise.
 pub type Turn = Vector4<f64>;
 
 /// No rotation.
@@ -71,7 +71,7 @@ pub fn identity() -> Turn {
     Vector4::new(1.0, 0.0, 0.0, 0.0)
 }
 
-/// The rotation of `p`, whatever its norm.
+/// Rotation of `p`, for any norm of `p`.
 #[inline]
 pub fn unit(p: &Turn) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(quaternion(p))
@@ -95,7 +95,7 @@ pub fn conjugate(p: &Turn) -> Turn {
     Vector4::new(p[0], -p[1], -p[2], -p[3])
 }
 
-/// p u/2, the rate of `p` if its frame turns with the angular velocity `u`, in components along that frame.
+/// Rate p u/2 of `p` for a frame that turns with the angular velocity `u`, in components along the frame.
 #[inline]
 pub fn spin(p: &Turn, u: &Vector3<f64>) -> Turn {
     let (w, x, y, z) = (p[0], p[1], p[2], p[3]);

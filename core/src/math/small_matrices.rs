@@ -1,20 +1,20 @@
 //! Products of small matrices whose sizes are known to the compiler, written out.
 //!
-//! nalgebra's operators go through general kernels, column by column, which are calls where code is not compiled at the highest level: for
-//! matrices of this size a call costs more than its products (a fifth of the time of a viscoelastic rod in space went into them). The loops here count
-//! by hand, for adapters of iterators are calls there, too.
+//! nalgebra's operators go through general kernels, column by column. Without full optimisation these are calls. For
+//! matrices of this size a call costs more than its products: a fifth of the time of a viscoelastic rod in space went
+//! into them. The loops here use plain counters, since iterator adapters are calls there, too.
 
 use nalgebra::{Complex, ComplexField, SMatrix};
 
 /// A real or complex number.
 pub trait Scalar: ComplexField<RealField = f64> + Copy {
-    /// The number with these parts; a real one has the first alone.
+    /// Number from its real and imaginary parts; a real number ignores the latter.
     fn of(re: f64, im: f64) -> Self;
 
-    /// This number and the product a b.
+    /// self + a b.
     fn plus(self, a: Self, b: Self) -> Self;
 
-    /// This number and the product a b with a real a.
+    /// self + a b with a real a.
     fn plus_scaled(self, a: f64, b: Self) -> Self;
 }
 
@@ -53,7 +53,7 @@ impl Scalar for Complex<f64> {
     }
 }
 
-/// a b.
+/// Product a b.
 #[inline(always)]
 pub fn times<T: Scalar, const R: usize, const K: usize, const C: usize>(
     a: &SMatrix<T, R, K>,
@@ -64,7 +64,7 @@ pub fn times<T: Scalar, const R: usize, const K: usize, const C: usize>(
     sum
 }
 
-/// Adds a b.
+/// Adds a b to `sum`.
 #[inline(always)]
 pub fn add_times<T: Scalar, const R: usize, const K: usize, const C: usize>(
     sum: &mut SMatrix<T, R, C>,
@@ -87,7 +87,7 @@ pub fn add_times<T: Scalar, const R: usize, const K: usize, const C: usize>(
     }
 }
 
-/// Adds a^T b.
+/// Adds a^T b to `sum`.
 #[inline(always)]
 pub fn add_transposed_times<T: Scalar, const R: usize, const K: usize, const C: usize>(
     sum: &mut SMatrix<T, R, C>,
@@ -114,7 +114,7 @@ pub fn add_transposed_times<T: Scalar, const R: usize, const K: usize, const C: 
 mod tests {
     use super::*;
 
-    /// Catches a wrong order of rows and columns, and a wrong sign in a complex product: nalgebra's own are the judge.
+    /// Catches a wrong order of rows and columns, and a wrong sign in a complex product. Reference: nalgebra.
     #[test]
     fn products_are_those_of_the_matrices() {
         let number = |i: usize, j: usize| {

@@ -1,8 +1,8 @@
-//! Putting few things in order.
+//! Insertion sort of a few items by a number.
 
 use nalgebra::Complex;
 
-/// Sorts a handful of items by a number, by insertion: the library's sort is long code for every type that it sorts.
+/// Sorts a few items by a number, by insertion: the standard sort is compiled anew, at length, for every type.
 pub fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
     for i in 1..items.len() {
         let mut j = i;
@@ -13,7 +13,7 @@ pub fn sort_few<T>(items: &mut [T], key: impl Fn(&T) -> f64) {
     }
 }
 
-/// Sorts eigenvalues of motions by their frequency, then by their rate.
+/// Sorts eigenvalues of motions by frequency (imaginary part), then by rate (real part).
 pub fn sort_eigenvalues(values: &mut [Complex<f64>]) {
     sort_few(values, |value| value.re);
     sort_few(values, |value| value.im);

@@ -1,31 +1,32 @@
-//! Jacobi's theta functions by the nome of the modulus, or of the complementary one if that is smaller: then q <= exp(-pi) = 0.0432, and four terms of
-//! each series are exact to rounding.
+//! Jacobi's theta functions by the smaller nome, that of the modulus or of the complementary one. Then
+//! q <= exp(-pi) = 0.0432, and four terms of each series are exact to rounding.
 
 use super::real::Real;
 
-/// What the four functions of one nome q are made of. With z = 2 q cos 2v for a real v and z = 2 q cosh 2|v| for an imaginary one, up to half a period
-/// |z| <= 1 or so,
+/// Coefficients of the four theta functions of one nome q. Let z = 2 q cos 2v for a real v and z = 2 q cosh 2|v| for
+/// an imaginary one; up to half a period |z| <= 1 or so. Then
 ///
 /// ```text
 /// theta_1(v) = 2 q^(1/4) (A - B) sin v     A = a0 + a2 z^2    theta_3(v) = C + D     C = c0 + c2 z^2
 /// theta_2(v) = 2 q^(1/4) (A + B) cos v     B = z (b1 + b3 z^2)    theta_4(v) = C - D     D = z (d1 + d3 z^2)
 /// ```
 ///
-/// (DLMF 20.2.1-4, the multiples of 2v written by its cosine). z can be had where q is below the smallest number.
+/// (DLMF 20.2.1-4, the multiples of 2v written by its cosine). z is available even where q underflows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Nome {
     pub q: f64,
-    /// q over the square of the modulus that it belongs to: 1/16 as that vanishes.
+    /// Quotient of q and the square of its modulus: 1/16 for vanishing modulus.
     pub over_square: f64,
     /// theta_2(0)/(2 q^(1/4)), theta_3(0), theta_4(0).
     pub theta2: f64,
     pub theta3: f64,
     pub theta4: f64,
-    /// theta_3(0)^2: 2K/pi of the modulus that the nome belongs to.
+    /// Period factor theta_3(0)^2 = 2K/pi of the nome's modulus.
     pub period: f64,
-    /// 1 over that, by the third mean of Gauss' between 1 and the larger modulus, which is off by the fourth power of the nome: known before the nome is.
+    /// Reciprocal of `period`, by the third mean of Gauss between 1 and the larger modulus. Its error is the fourth
+    /// power of the nome, and it needs no nome.
     pub pace: f64,
-    /// a0, a2 and so on.
+    /// Coefficients a0, a2 and so on.
     a: [f64; 2],
     b: [f64; 2],
     c: [f64; 2],
@@ -33,8 +34,8 @@ pub(crate) struct Nome {
 }
 
 impl Nome {
-    /// Of the smaller of both moduli, by its square, with the larger one. From the square root of that, (1 - root)/(1 + root) = 2 q + 2 q^9 - ..
-    /// without a difference (19.5.5).
+    /// Nome of the smaller of both moduli, given by its square, with the larger modulus. With root its square root,
+    /// (1 - root)/(1 + root) = 2 q + 2 q^9 - .. is formed without a difference (19.5.5).
     #[inline(always)]
     pub fn new(square: f64, large: f64) -> Self {
         let root = 1.0 + large.sqrt();
@@ -65,7 +66,7 @@ impl Nome {
         }
     }
 
-    /// A - B, A + B, C + D and C - D.
+    /// Combinations A - B, A + B, C + D and C - D.
     #[inline(always)]
     pub fn parts<T: Real>(&self, z: T) -> [T; 4] {
         let z2 = z * z;
@@ -76,7 +77,7 @@ impl Nome {
         [a - b, a + b, c + d, c - d]
     }
 
-    /// dtheta_3/dz.
+    /// Derivative dtheta_3/dz.
     #[inline(always)]
     pub fn slope<T: Real>(&self, z: T) -> T {
         z.series(&[self.d[0], 2.0 * self.c[1], 3.0 * self.d[1]])

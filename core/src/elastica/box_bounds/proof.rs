@@ -1,8 +1,10 @@
-//! Proof of the bounds of third derivatives, by interval arithmetic over a subdivision of all of the chart that the search uses (theory 2.4).
+//! Proof of the bounds of third derivatives, by interval arithmetic over a subdivision of the whole chart region of
+//! the search (theory 2.4).
 //!
-//! Over a box of (p, lam) the pendulum (s, c, D, B) is enclosed at the centre by Carlson's ladder in intervals, and around it by its rates; the Taylor
-//! coefficients of the tip to third order follow from the differential equations of the pendulum along both coordinates. Of the closed form of
-//! the derivatives in `curvature` nothing is used. A box that does not show the bounds is halved.
+//! Over a box of (p, lam) the pendulum (s, c, D, B) is enclosed at the centre by Carlson's ladder in intervals, and
+//! around it by its rates. The Taylor coefficients of the tip to third order follow from the differential equations
+//! of the pendulum along both coordinates. The closed form of the derivatives in `curvature` is not used. A box that
+//! does not show the bounds is halved.
 
 mod enclosure;
 mod series;
@@ -41,7 +43,8 @@ impl Enclosure {
         self.compare(kind, third, &tip)
     }
 
-    /// Ok if these third derivatives of 1 - x and y are within the bounds, and the speed of |r| along p. The bounds are the least over the box.
+    /// Ok if these third derivatives of 1 - x and y and the speed of |r| along p are within their bounds. The bounds
+    /// are the least over the box.
     fn compare(
         &self,
         kind: Column,
@@ -90,7 +93,7 @@ impl Enclosure {
         Ok(())
     }
 
-    /// The largest distance of u from the nearest odd multiple of K.
+    /// Largest distance of u from the nearest odd multiple of K.
     fn far_from_bends(&self) -> f64 {
         let near = (self.u.lo / self.quarter.lo / 2.0).floor();
         [-1.0, 1.0, 3.0].iter().fold(FAR, |far, more| {
@@ -110,7 +113,7 @@ impl Enclosure {
     }
 }
 
-/// A bound that a box does not show.
+/// Bound that a box fails to show.
 #[derive(Debug)]
 #[expect(dead_code, reason = "printed")]
 struct Miss {
@@ -120,7 +123,7 @@ struct Miss {
     bound: f64,
 }
 
-/// Shows the bounds over a box; of how many pieces.
+/// Proves the bounds over a box; returns the number of pieces.
 fn prove(kind: Column, whole: Place) -> usize {
     let mut queue = vec![whole];
     let mut pieces = 0;
@@ -135,7 +138,7 @@ fn prove(kind: Column, whole: Place) -> usize {
             !(miss.value.least() > miss.bound) && p_high - p_low > 1e-6,
             "{kind:?} {place:?}: {miss:?}"
         );
-        // Along p the rod turns as often faster as it has bends.
+        // Along p the rod turns faster by a factor of its number of bends.
         let turns = 1.0 + high / enclosure.quarter.lo;
         let split = |[low, high]: [f64; 2]| {
             let middle = 0.5 * (low + high);
@@ -150,17 +153,18 @@ fn prove(kind: Column, whole: Place) -> usize {
     pieces
 }
 
-/// The first columns are those of ln p, up to a little beyond p = 1; those of p begin a little before. Boxes are widened by a quarter of half their width, which is at
-/// most 1/2: so does lam.
+/// Ranges of the columns: those of ln p end a little beyond p = 1, those of p begin a little before. The search
+/// widens boxes by a quarter of their half width, which is at most 1/2, in p and in lam.
 const LOG_TO: f64 = 1.15;
 const LINEAR_FROM: f64 = 0.85;
 const LEAST: f64 = LOADED - 0.25;
 const MOST: f64 = 60.25;
-/// Boxes are examined if some of them is not farther beyond lam than TAUT: so far they reach, widened.
+/// Largest p - lam of the proof: the search's boxes begin no farther than TAUT beyond lam, and reach this far when
+/// widened.
 const BEYOND: f64 = TAUT + 2.25;
 const WIDTH: f64 = 0.25;
 
-/// The ranges of lam that are proven one by one.
+/// Ranges of lam that are proven one by one.
 fn rows() -> Vec<[f64; 2]> {
     let mut ends = vec![LEAST];
     ends.extend((2..=60).map(f64::from));
@@ -168,7 +172,8 @@ fn rows() -> Vec<[f64; 2]> {
     ends.windows(2).map(|pair| [pair[0], pair[1]]).collect()
 }
 
-/// Proves one of `parts` equal parts of the columns of a row, by ln p and by p; of how many pieces.
+/// Proves the bounds over the `part`-th of `parts` equal parts of a row, by ln p and by p; returns the numbers of
+/// pieces.
 fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
     let sides = [
         (Column::Log, 0.0, LOG_TO),
@@ -186,7 +191,8 @@ fn prove_row(u: [f64; 2], part: usize, parts: usize) -> [usize; 2] {
     })
 }
 
-/// Catches a constant that is too small where the sample is: one column in 29 of six rows. All of them: [`all_bounds_are_proven`].
+/// Catches a constant that is too small, on a sample: one column in 29 of six rows. Full proof:
+/// [`all_bounds_are_proven`].
 #[test]
 fn bounds_are_proven_on_a_sample() {
     for (i, u) in rows().into_iter().enumerate().filter(|(i, _)| i % 11 == 1) {
@@ -194,8 +200,8 @@ fn bounds_are_proven_on_a_sample() {
     }
 }
 
-/// The proof of the bounds for LEAST < lam < MOST and 0 < p < lam + BEYOND: `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`. It prints of how many
-/// pieces each row is.
+/// Proof of the bounds for LEAST < lam < MOST and 0 < p < lam + BEYOND; prints the number of pieces of each row. Run:
+/// `cargo test -p snaprod-core -- --ignored --nocapture all_bounds_are_proven`.
 #[test]
 #[ignore = "three minutes of one core: 14 million boxes"]
 fn all_bounds_are_proven() {
@@ -215,8 +221,8 @@ fn all_bounds_are_proven() {
     });
 }
 
-/// Catches an enclosure that does not hold what it stands for: pendulum, tip and third derivatives, by differences of the closed second ones, at pseudo-random places of
-/// pseudo-random boxes.
+/// Catches an enclosure that misses its function: pendulum, tip and third derivatives (by differences of the closed
+/// second ones), at pseudo-random places of pseudo-random boxes.
 #[test]
 fn enclosures_hold_the_closed_form() {
     let mut seed = 5_u64;
@@ -270,7 +276,7 @@ fn enclosures_hold_the_closed_form() {
         let [ahead, behind] = [h, -h].map(|h| second(first + h, lam));
         let [above, below] = [h, -h].map(|h| second(first, lam + h));
         for k in 0..2 {
-            // The places' own unit: p^2 and p for ln p.
+            // Derivatives by ln p are in units of p^2 and p.
             let unit = match kind {
                 Column::Log => p.powi(2 - k as i32),
                 Column::Linear => 1.0,
@@ -295,12 +301,13 @@ fn enclosures_hold_the_closed_form() {
     }
 }
 
-/// det d(x, y)/d(p, lam)/kap^2 over a box by the columns at fixed w and at fixed p in turned axes (theory 2.2), where the first is small: no difference of large terms.
+/// Enclosure of det d(x, y)/d(p, lam)/kap^2 over a box, from the columns at fixed w and at fixed p in turned axes
+/// (theory 2.2). The first column is small there, and no large terms cancel.
 fn fold_function(known: &Enclosure) -> I {
     let [_, kap, kc, _, _, s, c, d, b] = known.values;
     let (two, over) = (at(2.0), I::ONE / known.u);
     let kc2 = kc.square();
-    // X + 1; Y, lam_p, X_p, Y_lam, alpha_lam by kap, X_lam by kap^2.
+    // Names: X + 1; Y, lam_p, X_p, Y_lam, alpha_lam over kap, X_lam over kap^2.
     let reach = two * (kc2 + kap.square() * b * over);
     let x = reach - I::ONE;
     let y = two * s * over;
@@ -314,7 +321,8 @@ fn fold_function(known: &Enclosure) -> I {
     (x_p - y * alpha_p) * (y_lam + x * alpha_lam) - (y_p + x * alpha_p) * (x_lam - y * alpha_lam)
 }
 
-/// Catches a fold below the load from which on folds are looked for: none is between lam = K, where theory 2.4 ends, and there, for p < 30.
+/// Catches a fold below the start of the scan: for p < 30 none lies between lam = K, where theory 2.4 ends, and the
+/// start.
 #[test]
 fn no_fold_lies_below_the_scan() {
     let mut queue = vec![Place {

@@ -1,13 +1,14 @@
-//! The integrals lam and B carried from eight places to others nearby.
+//! Integrals lam and B carried from eight places to others nearby.
 //!
-//! They follow by their differentials (theory 2.7),
+//! The update follows their differentials (theory 2.7),
 //! ```text
-//! dlam = lam_p dp + dw/D,   lam_p = kap (B + c s/D),      dB = B_p dp + s^2/D dw,   B_p = (kap'^2 (lam - 2B - c s/D))/kap
+//! dlam = lam_p dp + dw/D,        lam_p = kap (B + c s/D)
+//! dB   = B_p dp + s^2/D dw,      B_p = (kap'^2 (lam - 2B - c s/D))/kap
 //! ```
-//! by the trapezoidal rule between the two places, whose error in lam and kap B is of third order in the distance (B itself is less accurate next to the
-//! straight rod, but enters everything times kap). Farther away, as the first sweeps of a step are
-//! from each other, that rule is corrected by the second derivatives along the way at both its ends: its error is then of fifth order, and what
-//! follows is carried on from the new place.
+//! by the trapezoidal rule between the two places. Its error in lam and kap B is of third order in the distance. B
+//! itself is less accurate next to the straight rod, but enters every result times kap. For places farther away, like
+//! those of the first sweeps of a step, the rule is corrected by the second derivatives at both ends. The error is
+//! then of fifth order, and later places are carried from the new one.
 
 use super::At;
 use crate::math::Row;
@@ -15,7 +16,7 @@ use crate::math::lanes8::Eight;
 use crate::math::real::Real;
 use pulp::Simd;
 
-/// Places with all that moves on from them.
+/// Base of carried integrals: places, their integrals and derivatives.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Base {
@@ -34,7 +35,7 @@ pub(super) struct Base {
 }
 
 impl Base {
-    /// The places `q` with their integrals.
+    /// Base at the places `q` with their integrals.
     #[inline(always)]
     pub fn new<S: Simd>(q: &[Row; 2], at: &At<S>) -> Self {
         let [lam_p, b_p] = at.by_p();
@@ -54,7 +55,7 @@ impl Base {
         }
     }
 
-    /// Their integrals.
+    /// Integrals of the base.
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S) -> At<S> {
         At {
@@ -70,8 +71,8 @@ impl Base {
     }
 }
 
-/// The integrals at `q` from those at `base`, and whether what follows is to be carried on from there; None if that is too far for an error of about
-/// `error`.
+/// Integrals at `q` from those at `base`, and whether `q` should become the new base; `None` if `q` is too far for an
+/// error of about `error`.
 #[inline(always)]
 pub(super) fn carried<S: Simd>(
     simd: S,
@@ -82,7 +83,7 @@ pub(super) fn carried<S: Simd>(
     let [p, w] = q;
     let before = base.at(simd);
     let (dp, dw) = (p - Eight::of(simd, base.p), w - Eight::of(simd, base.w));
-    // The integrals are functions of w on the scale D.
+    // The integrals vary with w on the scale D.
     let turned = dw * before.inv_d;
     let square = turned.times_plus(turned, dp * dp).greatest();
     let near = square * square * square <= error * error;
@@ -114,7 +115,7 @@ pub(super) fn carried<S: Simd>(
     let (s, c) = (s.times_plus(cos, c * sin), c * cos - s * sin);
     let across = kap * s;
     let d2 = across.times_plus(across, kap_c * kap_c);
-    // Root and inverse side by side, not one after the other.
+    // Root and inverse are independent operations, which overlap in the processor.
     let d = d2.sqrt();
     let inv_d = d2.inverse() * d;
     let (lam, b) = (before.lam, before.b);
@@ -147,7 +148,8 @@ pub(super) fn carried<S: Simd>(
     let lam = lam + second[0].times_plus(twelfth, first[0] * 0.5);
     let b = b + second[1].times_plus(twelfth, first[1] * 0.5);
     let way = here.way(dp, dw);
-    // The derivatives at the end depend on the integrals there, which are guessed by the derivatives at the start; each correction gains an order.
+    // The derivatives at the end depend on the integrals there, predicted by the derivatives at the start; each
+    // correction gains an order.
     for _ in 0..2 {
         let [first, second] = here.along(&way);
         here.lam = lam + (first[0] * 0.5 - second[0] * twelfth);
@@ -156,16 +158,16 @@ pub(super) fn carried<S: Simd>(
     Some((here, true))
 }
 
-/// Farthest way on which integrals are carried along.
+/// Longest way over which integrals are carried.
 const FAR: f64 = 0.03;
-/// (cosh x - 1)/x^2 and so on, of |x| < [`FAR`], by powers of x^2.
+/// Taylor coefficients of (cosh x - 1)/x^2 and so on, |x| < [`FAR`], in powers of x^2.
 const COSH: [f64; 3] = [1.0 / 2.0, 1.0 / 24.0, 1.0 / 720.0];
 const SINH: [f64; 3] = [1.0 / 6.0, 1.0 / 120.0, 1.0 / 5040.0];
 const COS: [f64; 3] = [-1.0 / 2.0, 1.0 / 24.0, -1.0 / 720.0];
 const SIN: [f64; 3] = [-1.0 / 6.0, 1.0 / 120.0, -1.0 / 5040.0];
 
-/// A straight way in the chart, at one of its ends: what the derivatives along it are made of, beside kap and the integrals. Derivatives are
-/// by the part of the way, from 0 at its start to 1 at its end.
+/// Straight way in the chart, at one of its ends: terms of the derivatives along it, besides kap and the integrals.
+/// Derivatives are by the fraction of the way, from 0 at its start to 1 at its end.
 struct Way<S: Simd> {
     dp: Eight<S>,
     /// c s/D and its derivative.
@@ -174,12 +176,12 @@ struct Way<S: Simd> {
     turned: [Eight<S>; 2],
     /// s^2 dw/D and its derivative.
     slid: [Eight<S>; 2],
-    /// kap'^2 dp/kap, by which B changes with p, and its derivative.
+    /// kap'^2 dp/kap, the factor in the change of B with p, and its derivative.
     steep: [Eight<S>; 2],
 }
 
 impl<S: Simd> At<S> {
-    /// The way by (dp, dw), here.
+    /// Terms of the way (dp, dw) at these places.
     #[inline(always)]
     fn way(&self, dp: Eight<S>, dw: Eight<S>) -> Way<S> {
         let Self {
@@ -194,7 +196,7 @@ impl<S: Simd> At<S> {
         let inv = kap.inverse();
         let turned = dw * inv_d;
         let held = c * s * inv_d;
-        // D'/D, from D^2 = 1 - kap^2 c^2.
+        // Ratio D'/D, from D^2 = 1 - kap^2 c^2.
         let grows = kap * c * (kap * s * dw - kap_c2 * c * dp) * inv_d * inv_d;
         let slower = turned * grows * -1.0;
         let steep = dp * kap_c2 * inv;
@@ -210,7 +212,7 @@ impl<S: Simd> At<S> {
         }
     }
 
-    /// The first and the second derivatives of lam and B along a way, here.
+    /// First and second derivatives of lam and B along a way, at these places.
     #[inline(always)]
     fn along(&self, way: &Way<S>) -> [[Eight<S>; 2]; 2] {
         let Self {
@@ -241,20 +243,20 @@ mod tests {
     use super::*;
     use pulp::WithSimd;
 
-    /// Carries the integrals at `q` along ways of the length `reach` each, if these are not too far for the error.
+    /// Carries the integrals at `q` along ways of the length `reach`, if the error allows.
     struct Carrying {
         q: [Row; 2],
         way: [Row; 2],
         reach: f64,
         error: f64,
-        /// Whether ways are measured by dp/kap, and errors by B; or by dp, and by kap B.
+        /// Measure of ways and errors: dp/kap and B if true, dp and kap B if false.
         steep: bool,
     }
 
     impl WithSimd for Carrying {
         type Output = Option<(f64, bool)>;
 
-        /// The largest error of lam and B, relative to 1 + their size, and whether what follows goes on from there.
+        /// Largest error of lam and B, relative to 1 + their size, and whether the base should move.
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let [p, w] = self.q.map(|x| Eight::of(simd, x));
@@ -284,8 +286,9 @@ mod tests {
         }
     }
 
-    /// Catches a wrong derivative: errors are of third order along short ways, of fifth along longer ones, and no greater than what decides between them.
-    /// Next to the straight rod short ways have that of kap B, by which B enters everything.
+    /// Catches a wrong derivative: errors are of third order along short ways, of fifth along longer ones, and no
+    /// greater than the quantity that decides between them. Next to the straight rod short ways are measured by kap
+    /// B, as B enters every result times kap.
     #[test]
     fn integrals_are_carried_to_their_orders() {
         for (order, decided_by, steep) in [(3, 2, true), (5, 4, true), (3, 2, false)] {

@@ -1,30 +1,31 @@
-//! A rod on its equilibria by any two coordinates q of theirs, whose end moves: what the end feels, from sums along the rod.
+//! First-order inertia by any two coordinates q of the equilibria: mass and force at the end from sums along the rod.
 
 use super::Added;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
-/// The place of a section and its derivatives by q, in axes that turn with the force and `scale` times as large ([`Moving`]).
+/// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force ([`Moving`]).
 pub(super) type Field<T> = [[T; 2]; 3];
 
-/// The end's motion.
+/// Motion of the end.
 pub(super) struct Moving {
-    /// How many times as large the fields are; all that is "scaled" below is so.
+    /// Factor of the fields. "Scaled" below means times this factor.
     pub scale: f64,
-    /// The turn from the axes of the fields to those of the clamp.
+    /// Rotation from the axes of the fields to those of the clamp.
     pub turn: Matrix2<f64>,
-    /// (scale Dr(1))^-1.
+    /// Inverse (scale Dr(1))^-1.
     pub inverse: Matrix2<f64>,
-    /// q'.
+    /// Rate q'.
     pub rate: Vector2<f64>,
-    /// The scaled second derivative of the end's place in time, while q changes at a constant rate.
+    /// Scaled second derivative of the end's position at constant q'.
     pub end: Vector2<f64>,
-    /// The rate at which the axes turn for which 2 spin J r_t is left out of the second derivatives of the sections, not of the end.
+    /// Rate of turning of the axes whose term 2 spin J r_t is left out of the sections' second derivatives, but not
+    /// of the end's.
     pub spin: f64,
 }
 
-/// The scaled r_q^T r_q, r_q^T times `left` in place of r_tt, and r_q x r_q at a section; `left` is the scaled r_tt while q changes at a constant rate, but
-/// for [`Moving::spin`].
+/// Integrand without gravity: the scaled r_q^T r_q, r_q^T `left`, and r_q x r_q at a section. `left`: the scaled r_tt
+/// at constant q', without the term of [`Moving::spin`].
 #[inline(always)]
 pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     [
@@ -37,7 +38,7 @@ pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     ]
 }
 
-/// The same sums, then the scaled derivatives of the place by q, and the place.
+/// Integrand with gravity: [`pushed`], then the scaled derivatives of the position by q, and the position.
 #[inline(always)]
 pub(super) fn heavy<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
     let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
@@ -48,13 +49,13 @@ pub(super) fn heavy<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
 }
 
 impl Moving {
-    /// A vector along the axes of the fields.
+    /// Vector in the axes of the fields.
     #[inline(always)]
     pub fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
         self.turn.tr_mul(v)
     }
 
-    /// What the end feels, from the sums of [`heavy`].
+    /// Added mass, force and centre from the sums of [`heavy`].
     #[inline(always)]
     pub fn added(
         &self,
@@ -71,14 +72,14 @@ impl Moving {
         })
     }
 
-    /// The scaled int r_q^T g ds, from those of r_q and r.
+    /// The scaled int r_q^T g ds, from the integrals of r_q.
     #[inline(always)]
     pub fn weighed(&self, [p1, p2, l1, l2, ..]: [f64; 6], gravity: &Vector2<f64>) -> Vector2<f64> {
         let g = self.turned(gravity);
         Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
     }
 
-    /// A and b from the sums of [`pushed`], and the scaled one of r_q^T g.
+    /// Added mass and force from the sums of [`pushed`] and the scaled int r_q^T g ds.
     #[inline(always)]
     pub fn felt(
         &self,

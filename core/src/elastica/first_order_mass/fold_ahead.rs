@@ -1,4 +1,4 @@
-//! The folds that a motion runs into, by their normal forms (theory 2.8).
+//! Normal forms of the folds that a motion runs into (theory 2.8).
 
 use super::RodInertia;
 use crate::elastica::chart::Integrals;
@@ -6,10 +6,11 @@ use crate::elastica::curvature::TipDerivatives;
 use crate::error::Result;
 use nalgebra::Vector2;
 
-/// The normal form of a fold that the motion runs into: A t + B a^2 moves the amplitude a of the critical shape (theory 2.8).
+/// Normal form of a fold ahead: A t + B a^2 drives the amplitude a of the critical shape (theory 2.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
-    /// A = |l . v|, l = -df(z), with z the null vector of dr(1)/d(p, w), of length 1: how fast the body drives the rod over the fold.
+    /// A = |l . v| with l = -df(z) and z the unit null vector of dr(1)/d(p, w): the speed at which the body drives
+    /// the rod over the fold.
     pub drive: f64,
     /// B = |l . D^2 r \[z, z\]| / 2.
     pub bend: f64,
@@ -17,21 +18,21 @@ pub struct Passage {
     pub mass: f64,
     /// D0 = z^T R z, per unit of its Kelvin-Voigt time.
     pub friction: f64,
-    /// The distance from the fold in a, along the critical direction z; 0 at the fold, > 0 before it.
+    /// Distance to the fold in a, along z; 0 at the fold, > 0 before it.
     pub ahead: f64,
 }
 
-/// More than M0 of any fold: along z, of length 1, the rod moves less than that. Of folds it is at most 0.17, of other points 0.79 (measured, |p| < 6, w < 40).
+/// Upper bound of M0, since |z| = 1. Measured over |p| < 6, w < 40: at most 0.17 at folds, 0.79 elsewhere.
 const MOST: f64 = 1.0;
 
-/// The time in which inertia lets a rod go from a fold, in units of T_i: the first pole of y'' = t + y^2.
+/// Inertial delay of the departure from a fold, in units of T_i: the first pole of y'' = t + y^2.
 pub const INERTIAL_ESCAPE: f64 = 3.411_684_340;
-/// The time in which friction does, in units of T_v: the first zero of Airy's function.
+/// Viscous delay of the departure from a fold, in units of T_v: the first zero of Airy's function.
 pub const VISCOUS_ESCAPE: f64 = 2.338_107_410;
 
 impl Passage {
-    /// At a chart point on a fold or next to it, of an end that moves with `v`. The numbers are those of the fold itself up to the distance
-    /// from it.
+    /// Normal form at a chart point on or near a fold, for the end velocity `v`. Its coefficients are those of the
+    /// fold up to terms of first order in the distance.
     ///
     /// # Errors
     /// As [`RodInertia::new`].
@@ -47,7 +48,7 @@ impl Passage {
         passage
     }
 
-    /// The same but for D0, and with the bound 1 of M0 in its place; and z, by (p, lam).
+    /// Normal form without integrals along the rod: M0 is replaced by its bound 1 and D0 by 0. Also z, by (p, lam).
     pub(super) fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
         let (at, i) = (rod.point(), &rod.integrals);
         let Softest { along, force, .. } = Softest::of(rod);
@@ -64,27 +65,27 @@ impl Passage {
         (passage, along)
     }
 
-    /// The time until the fold, A t = B a^2.
+    /// Time until the fold, from A t = B a^2.
     pub fn time_ahead(&self) -> f64 {
         self.bend * self.ahead * self.ahead / self.drive
     }
 
-    /// T_i, the time scale of a rod of mass `mass` that inertia holds back.
+    /// Inertial time scale T_i of a rod of mass `mass`.
     pub fn inertial(&self, mass: f64) -> f64 {
         (mass * self.mass).powf(0.4) * (self.drive * self.bend).powf(-0.2)
     }
 
-    /// T_v, that of a rod that friction of the Kelvin-Voigt time `eta` holds back.
+    /// Viscous time scale T_v for the Kelvin-Voigt time `eta`.
     pub fn viscous(&self, eta: f64) -> f64 {
         ((eta * self.friction).powi(2) / (self.drive * self.bend)).cbrt()
     }
 }
 
-/// The way in which a rod can change its shape while its end moves least: at a fold not at all.
+/// Softest change of shape: the one that moves the end least; at a fold it leaves the end at rest.
 pub(super) struct Softest {
-    /// z, by (p, lam), of length 1 in (p, w).
+    /// Direction z, by (p, lam), of length 1 in (p, w).
     along: Vector2<f64>,
-    /// ell = -df(z), what the force of the rod changes by.
+    /// Change of the rod's force, ell = -df(z).
     force: Vector2<f64>,
 }
 
@@ -108,21 +109,22 @@ impl Softest {
         }
     }
 
-    /// |ell| |dr(z)|, which near a fold, where they are parallel, is 2 B times the distance from it. Elsewhere they may be across each other.
+    /// Stiffness |ell| |dr(z)|. Near a fold ell and dr(z) are parallel, and this is 2 B times the distance to the
+    /// fold; elsewhere they may be perpendicular.
     fn stiffness(&self, rod: &RodInertia) -> f64 {
         // `by` is lam dr.
         self.force.norm() * (rod.by * self.along).norm() / rod.integrals.lam
     }
 
-    /// By how many radians `rod`, with its mass along it, sways that way in so long a time.
+    /// Sway of `rod` in radians in the direction z within `time`, with the mass `mass` along it.
     pub(super) fn sways(&self, rod: &RodInertia, mass: f64, time: f64) -> f64 {
         let (n, _) = rod.metric();
         time * (self.stiffness(rod) / (mass * self.along.dot(&(n * self.along)))).sqrt()
     }
 }
 
-/// (lam/kap)^2 det d r(1)/d(p, lam), which vanishes at folds alone, and its gradient. As a rod is pulled taut det tends to 0 like 1/lam^2 (theory 2.9), with no fold
-/// there.
+/// Fold function (lam/kap)^2 det d r(1)/d(p, lam), which vanishes only at folds, and its gradient. det alone also
+/// tends to 0 like 1/lam^2 as a rod is pulled taut (theory 2.9).
 pub(super) fn fold_function(end: &TipDerivatives, i: &Integrals) -> (f64, Vector2<f64>) {
     let (det, gradient) = end.det_with_gradient();
     let (kap, lam) = (i.kap, i.lam);
@@ -132,7 +134,7 @@ pub(super) fn fold_function(end: &TipDerivatives, i: &Integrals) -> (f64, Vector
     (scale * det, Vector2::new(by_p, by_l) * scale)
 }
 
-/// x^T H x of second derivatives (11, 12, 22).
+/// Quadratic form x^T H x of second derivatives (11, 12, 22).
 fn quadratic(second: &[Vector2<f64>; 3], x: &Vector2<f64>) -> Vector2<f64> {
     second[0] * (x[0] * x[0]) + second[1] * (2.0 * x[0] * x[1]) + second[2] * (x[1] * x[1])
 }
@@ -142,8 +144,8 @@ mod tests {
     use super::*;
     use crate::elastica::chart::amplitude;
 
-    /// Catches a stiffness that is not that of the normal form, or one with zeros where no fold is: next to a fold a rod sways sqrt(2) (t/T_i)^(5/4) radians in the time t
-    /// that is left, T_i its time scale; and over a wide field its stiffness vanishes nowhere but at folds.
+    /// Catches a stiffness unlike the normal form's, or zeros away from folds. In the time t left before a fold a rod
+    /// sways sqrt(2) (t/T_i)^(5/4) radians; over a wide field the stiffness vanishes only at folds.
     #[test]
     fn rods_sway_in_the_time_left_as_their_normal_form_says() {
         // By (p, lam).

@@ -1,4 +1,4 @@
-//! A rod of small mass as the motion of the body at its end has it: where its mass is followed, and what is felt of it then.
+//! Light rod as felt by the body at its end: choice of chart, and the range in which its mass is followed.
 
 use super::fold_ahead::{Softest, fold_function};
 use super::near_straight::sections;
@@ -11,10 +11,10 @@ use crate::manifold::{Across, Bending, Deflected, Felt, ManifoldPoint, RodMass};
 use crate::math::frame::Frame;
 use nalgebra::Vector2;
 
-/// A planar elastica of small mass whose shapes stay equilibria.
+/// Planar elastica of small mass whose shapes stay equilibria.
 ///
-/// Its mass is followed until twice the time T_i = (M0)^(2/5) (A B)^(-1/5) before a fold, in which inertia lets the rod go
-/// (theory 2.8), and on rods that are not pulled too hard.
+/// The mass is followed on rods that are not pulled too hard, until 2 T_i before a fold, T_i = (M0)^(2/5)
+/// (A B)^(-1/5). Within that time inertia delays the rod (theory 2.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LightRod {
     /// Mass of the whole rod.
@@ -23,34 +23,37 @@ pub struct LightRod {
     pub gravity: Vector2<f64>,
 }
 
-/// No rod lighter loaded than lam = 5.766 is at a fold (`folds.rs`); nor, with room to spare for what leads there, next to one.
+/// Load lam below which no fold is near: the least lam of a fold is 5.766 (`folds.rs`), and this leaves room for the
+/// approach.
 const UNFOLDED: f64 = 4.5;
-/// Nor is one whose amplitude w at the clamp, half the angle of the pull of a taut one, is below this: the first fold curve lies beyond 3.
+/// Amplitude w at the clamp below which no fold is near: the first fold curve lies beyond 3. For a taut rod w is half
+/// the angle of the pull.
 const PULLED_OUT: f64 = 2.0;
-/// Times T_i before a fold within which a rod is not followed, by its normal form.
+/// Times T_i before a fold within which the rod's mass is not followed, by the normal form.
 const CLEAR: f64 = 2.0;
-/// Radians by which a rod sways, the way it is softest, in the time that is left until a fold, below which it is not followed, and beyond which it is again: near folds these are 2 T_i
-/// and 3 T_i (theory 2.8, 2.9).
+/// Sway of the softest shape, in radians, in the time left until a fold: below the first value the mass is no longer
+/// followed, above the second it is again. Near folds these are 2 T_i and 3 T_i (theory 2.8, 2.9).
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
-/// So many times that before a fold there is as much room as there need be ([`RodMass::room`]).
+/// Scale of [`RodMass::room`] near folds: multiples of the limit at which the room counts as ample.
 const AMPLE: f64 = 16.0;
-/// Of a fold with as much room as that it is enough to know the least.
+/// Room of a fold, from bounds alone, above which the integrals along the rod need not be evaluated.
 const FAR: f64 = 0.1;
-/// Pulls lam above which a rod with a loop inside it is not followed, and below which it is again.
+/// Pulls lam above which a rod with an interior loop is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
-/// Between these |T| = |tan(gam/4)| a taut rod is followed, and followed again. Below them it is as good as straight, and moves as a beam (theory 2.9). Beyond them its bend is a
-/// loop that has left the clamp.
+/// Ranges of |T| = |tan(gam/4)| in which a taut rod is followed, and followed again. Below, it is practically
+/// straight and moves as a beam (theory 2.9). Above, its bend is a loop that has left the clamp.
 const BENT: [[f64; 2]; 2] = [[1e-3, 21.0], [2e-3, 12.0]];
-/// |kap| below which a rod is as good as straight, so that its end is held along it: its mass then swings across as 1/kap.
+/// |kap| below which a rod is practically straight and holds its end along itself: its sections then swing
+/// sideways as 1/kap.
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
-/// A vector of the world along the axes of the clamp.
+/// World vector in the axes of the clamp.
 fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
     frame.map_or(*vector, |frame| frame.inward(vector))
 }
 
 impl LightRod {
-    /// What is felt of the rod on a clamp that moves.
+    /// Inertia of the rod on a moving clamp.
     fn felt_on(
         &self,
         frame: &Frame<2>,
@@ -149,7 +152,8 @@ impl RodMass<2> for LightRod {
             let share = m * section.weight;
             let turning = section.by_pull * at.tightening;
             let place = Vector2::new(section.s - section.shortening * y * y, section.across * y);
-            // By the deflection; its rate; and the acceleration less gravity while the end is not accelerated.
+            // Derivative of the section's place by the deflection, its velocity, and its acceleration less gravity at
+            // zero acceleration of the end.
             let by = Vector2::new(-2.0 * section.shortening * y, section.across);
             let v = by * speed + Vector2::new(0.0, turning * y);
             let swept = frame.swept(&place, &v) - gravity
@@ -190,7 +194,7 @@ impl RodMass<2> for LightRod {
         let bound = usize::from(!followed);
         if let Some(rod) = TautInertia::new(q[0], q[1]) {
             let ([least, most], bend) = (BENT[bound], rod.bend());
-            // It is at no fold before its bend is a loop (theory 2.9).
+            // A taut rod is at no fold before its bend is a loop (theory 2.9).
             if bend < most {
                 return bend / least - 1.0;
             }
@@ -207,20 +211,21 @@ impl RodMass<2> for LightRod {
         let Some((_, rate)) = rod.chart_rate(v) else {
             return -1.0;
         };
-        // At a fold this function falls to 0 as the root of the time that is left.
+        // At a fold this function vanishes as the square root of the time left.
         let (fold, gradient) = fold_function(&TipDerivatives::new(&rod.point()), i);
         let falls = gradient.dot(&rate);
         if fold * falls >= 0.0 {
             return free;
         }
         let left = -0.5 * fold / falls;
-        // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
-        // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
+        // The sway of the rod in the time left is regular. The normal form assumes a straight run into the fold; it
+        // may give more time, on another scale. Near a fold the two agree. Where the drive vanishes for a moment
+        // neither is bounded, so the normal form does not start the following of a rod.
         let clear = |fold: &Passage| {
             let inertial = CLEAR * fold.inertial(self.mass);
             (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE
         };
-        // Most folds are far away, which needs no integrals.
+        // Most folds are far away; a bound without integrals tells.
         if followed {
             let far = clear(&Passage::ahead_of(&rod, v).0);
             if far > FAR {

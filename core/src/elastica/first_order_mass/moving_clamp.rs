@@ -1,9 +1,10 @@
-//! The same rod on a clamp that moves.
+//! First-order inertia of the planar rod on a moving clamp.
 //!
-//! A section that is at r(t) seen from the clamp has the velocity v + w J r + d and the acceleration r_tt + w' J r - w^2 r + 2 w J r_t + e along the
-//! axes of the clamp, which turns at the rate w, has the velocity d and the acceleration e; J is the turn by a right angle.
-//! So the end feels the force int P^T (g - those accelerations) ds, and the clamp has the power
-//! int (acceleration - g) . (w J r + d) ds beside that of the force at the end.
+//! The clamp turns at the rate w and has the velocity d and the acceleration e; J is the rotation by a right angle. A
+//! section at r(t), with the velocity v seen from the clamp, has the velocity v + w J r + d along the axes of the
+//! clamp. Its acceleration there is r_tt + w' J r - w^2 r + 2 w J r_t + e. The end thus feels the force int P^T
+//! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) .
+//! (w J r + d) ds.
 
 use super::end_inertia::{Field, Moving, aside, cross, dot, pushed};
 use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};
@@ -13,7 +14,7 @@ use crate::math::frame::Frame;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
-/// What a unit of the rod's mass adds where the clamp moves.
+/// Contribution of a unit of the rod's mass where the clamp moves.
 pub(super) struct CarriedRod {
     /// int P^T P ds.
     mass: Matrix2<f64>,
@@ -21,14 +22,14 @@ pub(super) struct CarriedRod {
     /// int P^T (w J r + d) ds.
     pull: Vector2<f64>,
     power: f64,
-    /// In the world.
+    /// Kinetic energy in the world.
     pub kinetic: f64,
-    /// int r ds, seen from the clamp.
+    /// Centre of mass int r ds, seen from the clamp.
     pub centre: Vector2<f64>,
 }
 
 impl CarriedRod {
-    /// Of a rod of this mass.
+    /// Inertia of a rod of the mass `mass`.
     pub fn felt(&self, mass: f64) -> Felt<2> {
         Felt {
             mass: self.mass * mass,
@@ -39,7 +40,7 @@ impl CarriedRod {
     }
 }
 
-/// What a clamp that moves asks of a section beside what the end feels.
+/// Integrand on a moving clamp: [`pushed`], then the sums that frame velocity and acceleration need.
 #[inline(always)]
 pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
     let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
@@ -68,7 +69,7 @@ pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
     ]
 }
 
-/// [`carried`].
+/// Integrand [`carried`].
 struct Moved<'a>(&'a Turning);
 
 impl AtSection<20> for Moved<'_> {
@@ -96,7 +97,7 @@ impl OnEquilibria for RodInertia {
 }
 
 impl Moving {
-    /// What the end and the clamp feel, from the sums of [`carried`].
+    /// Inertia felt by end and clamp, from the sums of [`carried`].
     pub(super) fn carried(
         &self,
         sums: [f64; 20],
@@ -117,7 +118,7 @@ impl Moving {
         let per = 1.0 / self.scale;
         let [turn_rate, turn_change] = frame.turning();
         let square = turn_rate * turn_rate;
-        // In the axes of the fields; r, r_p, r_l and r_tt, along which q changes at a constant rate, are scaled.
+        // Axes of the fields; r, r_p, r_l and r_tt (at constant q') carry the scale.
         let drift = self.turned(&frame.carried(&Vector2::zeros()));
         let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
         let pushed = self.turned(&pushed);
@@ -135,7 +136,8 @@ impl Moving {
             by_l.dot(&drift) - turn_rate * per * l_w,
         );
         let pull = inverse.tr_mul(&swept);
-        // The power of the sections while q changes at a constant rate; the end is then accelerated, too. What of r_tt is along r_t is left out of both.
+        // Power of the sections: first at constant q', then with the acceleration of the end. Terms of r_tt along r_t
+        // are left out of both.
         let moved = (by_p * rate[0] + by_l * rate[1]) * per;
         let turning_rate = turn_rate + spin;
         let accelerations = [

@@ -1,37 +1,40 @@
-//! The mass of a rod that is all but straight (theory 2.9).
+//! First-order inertia of a nearly straight rod: the sections of a beam under tension (theory 2.9).
 //!
-//! Under the pull N a small deflection y of its end bends the rod to the shape of a beam,
+//! Under the pull N a small deflection y of the end bends the rod to the shape of a beam,
 //! ```text
-//! r(s) = (s - sigma(s) y^2, w(s) y),    w'''' = N w'',  w(0) = w'(0) = w''(1) = 0, w(1) = 1,    sigma(s) = 1/2 int_0^s w'^2
+//! r(s) = (s - sigma(s) y^2, w(s) y),    sigma(s) = 1/2 int_0^s w'^2
+//! w'''' = N w'',   w(0) = w'(0) = w''(1) = 0,   w(1) = 1
 //! ```
 //! With u = 1 - s, and C = cosh(b u), S = sinh(b u)/b, b^2 = N,
 //! ```text
-//! h = (S - u)/N,   h' = (C - 1)/N,      w = (h'(1) s - h(1) + h(u))/(h'(1) - h(1)),   dw/ds = (h'(1) - h'(u))/(h'(1) - h(1))
+//! h = (S - u)/N,   h' = (C - 1)/N
+//! w = (h'(1) s - h(1) + h(u))/(h'(1) - h(1)),   dw/ds = (h'(1) - h'(u))/(h'(1) - h(1))
 //! ```
-//! hold through N = 0, where h is a series. Units: length 1, bending stiffness 1.
+//! Both hold through N = 0, where h is a series. Units: length 1, bending stiffness 1.
 
 use crate::math::gauss::Rule;
 use nalgebra::DMatrix;
 use std::sync::OnceLock;
 
-/// Gauss nodes along the rod: enough for the bend of width 1/b at the clamp.
+/// Gauss nodes along the rod: enough for a bend of width 1/b at the clamp.
 const NODES: usize = 32;
-/// The strongest pull that they serve, and the strongest push, which is past Euler's load, short of that at which w has a pole (tan b = b).
+/// Range of the pull N: 32 nodes resolve the strongest pull; the strongest push lies beyond Euler's load but short of
+/// the pole of w (tan b = b).
 const SERVED: [f64; 2] = [-19.0, 3600.0];
-/// |N| below which h is summed as a series, and its terms.
+/// Bound on |N| for the series of h, and the number of terms.
 const GENTLE: f64 = 4.0;
 const TERMS: usize = 14;
 
 /// A section of the beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Section {
-    /// Its place along the rod, and the weight of its node.
+    /// Position along the rod, and weight of its Gauss node.
     pub s: f64,
     pub weight: f64,
-    /// w and its derivative by the pull.
+    /// w, and its derivative by the pull.
     pub across: f64,
     pub by_pull: f64,
-    /// sigma.
+    /// Shortening sigma(s).
     pub shortening: f64,
 }
 
@@ -43,7 +46,7 @@ struct Bend {
 }
 
 impl Bend {
-    /// At the distance u from the end.
+    /// h and h' at the distance u from the end.
     fn at(pull: f64, u: f64) -> Self {
         if pull.abs() < GENTLE {
             return Self::series(pull, u);
@@ -65,7 +68,7 @@ impl Bend {
     /// h = sum_k N^k u^(2k+3)/(2k+3)!.
     fn series(pull: f64, u: f64) -> Self {
         let (mut value, mut by_pull) = ([0.0; 2], [0.0; 2]);
-        // u^(2k+2)/(2k+2)!, and the powers N^k and k N^(k-1).
+        // u^(2k+2)/(2k+2)!, N^k and k N^(k-1).
         let (mut term, mut power, mut rate) = (0.5 * u * u, 1.0, 0.0);
         for k in 0..TERMS {
             let n = (2 * k + 3) as f64;
@@ -82,7 +85,7 @@ impl Bend {
     }
 }
 
-/// The sections of the rod under `pull`; None where that is not served.
+/// Sections of the rod under `pull`; `None` outside the range served.
 pub(super) fn sections(pull: f64) -> Option<[Section; NODES]> {
     static KEPT: OnceLock<(Rule, DMatrix<f64>)> = OnceLock::new();
     if !(SERVED[0] < pull && pull < SERVED[1]) {
@@ -126,8 +129,9 @@ mod tests {
     use super::*;
     use crate::elastica::straight_beam::AlmostStraight;
 
-    /// Catches a wrong shape, a wrong shortening or rate of it, and digits that are lost where the pull vanishes: against the beam's equation
-    /// w'' = N (w - 1) + F (1 - s) by parts, with F of the rod's own boundary value problem, on both sides of every switch.
+    /// Catches a wrong shape or shortening, a wrong derivative, and digits lost where the pull vanishes. Reference:
+    /// the beam equation w'' = N (w - 1) + F (1 - s) in integrated form, on both sides of every switch. F comes from
+    /// the boundary value problem of the rod.
     #[test]
     fn sections_are_those_of_the_rod() {
         let pulls = [

@@ -1,20 +1,23 @@
-//! The same of a rod next to the straight one that all but nothing pulls: by the force on its end.
+//! First-order inertia of a nearly straight rod under a small force (lam^2 < 9), by Cartesian components of the
+//! force.
 //!
-//! (p, lam) are polar coordinates of the force F = lam^2 (cos alpha, sin alpha). Where a rod that passes by the straight one goes over from push to pull, F passes by 0 and alpha turns
-//! by half a turn in next to no time: the terms alpha'^2 of the accelerations are then 10^5 times as large as their sum, and the force of the rod's mass has two to four digits left. About F = 0 the shape is a smooth function
-//! of F itself,
+//! (p, lam) are polar coordinates of the force F = lam^2 (cos alpha, sin alpha). Where a rod near the straight one
+//! goes over from push to pull, F passes close to 0 and alpha jumps by half a turn. The terms alpha'^2 of the
+//! accelerations are then 1e5 times as large as their sum, and the force of the rod's mass keeps two to four digits.
+//! Around F = 0 the shape is a smooth function of F,
 //!
 //! ```text
 //! theta'' = F_y cos theta - F_x sin theta,   theta(0) = 0,   theta'(1) = 0
 //! ```
 //!
-//! and what its derivatives by F solve is linear. With G f the function that has the second derivative -f and these ends, t the tangent and n the normal of the rod,
+//! Its derivatives by F solve linear problems. Let G f be the function with second derivative -f and these boundary
+//! conditions, t the tangent and n the normal of the rod:
 //!
 //! ```text
 //! (1 - G F.t) theta_F = -G n,   (1 - G F.t) theta_tt = G (2 F'.t + F.n theta_t) theta_t   (F' constant)
 //! ```
 //!
-//! at the nodes of Gauss' rule, where the integrals along the rod are taken.
+//! All are evaluated at the nodes of the Gauss rule that integrates along the rod.
 
 use super::end_inertia::{Field, Moving, heavy};
 use super::moving_clamp::{CarriedRod, carried};
@@ -24,23 +27,25 @@ use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::sync::LazyLock;
 
-/// Nodes along the rod: up to [`LOOSE`] the polynomial through them is theta to rounding.
+/// Nodes along the rod: for forces up to [`LOOSE`] the interpolating polynomial is theta to rounding.
 const NODES: usize = 16;
-/// The force lam^2 and the push along the straight rod up to which a rod is loose: its force tells where it is up to Euler's load, pi^2/4, where it is neutral under it.
+/// Largest force lam^2, and largest push along the straight rod, of a loose rod. The force determines the shape up to
+/// Euler's load pi^2/4, where the rod is neutral.
 const LOOSE: f64 = 9.0;
 const PUSH: f64 = 2.0;
-/// Where the end reaches as far as this along the clamp the closed form loses more.
+/// Reach x of the end beyond which the closed form loses more digits.
 const STRAIGHT: f64 = 0.99;
-/// So many times the error of the mass the force may be off: steps are not shortened by it (measured).
+/// Allowed error of the force in units of that of the mass: it does not shorten steps (measured).
 const BORNE: f64 = 10.0;
 
-/// True of a rod that bears such a force, with its end at so much of its reach along the clamp, where the closed form loses more of what the end feels than fits a mass that is known to the part `error`.
+/// True if the closed form loses more of the end's inertia than `error` allows, for the force `force` and the end at
+/// `x` along the clamp.
 pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
     let size = force.norm();
     if !(size < LOOSE && force.x < PUSH) {
         return false;
     }
-    // The part of the force that the closed form loses, as measured.
+    // Fraction of the force that the closed form loses, as measured.
     let weak = 1.44 / size;
     let mut lost = 3e-9 * weak.powi(5) * weak.sqrt();
     if x > STRAIGHT {
@@ -50,17 +55,17 @@ pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
 }
 
 type Along = SVector<f64, NODES>;
-/// A field at the nodes, and its second derivative in time.
+/// Fields at the nodes, each with its second derivative in time.
 type Fields = [(Field<f64>, [f64; 2]); NODES];
 type Operator = SMatrix<f64, NODES, NODES>;
 
 struct Nodes {
-    /// Parts of the rod beyond the nodes.
+    /// Fractions of the rod beyond the nodes.
     beyond: Along,
     weights: Along,
-    /// To the integrals from the clamp to the nodes.
+    /// Matrix from nodal values to the integrals from the clamp to the nodes.
     integrate: Operator,
-    /// G.
+    /// Green's operator G.
     green: Operator,
 }
 
@@ -79,20 +84,20 @@ static NODES_ALONG: LazyLock<Nodes> = LazyLock::new(|| {
     }
 });
 
-/// A loose rod as far as its mass is concerned, per unit of mass.
+/// First-order inertia of a loose rod, per unit of mass.
 pub(super) struct LooseInertia {
     force: Vector2<f64>,
-    /// The tangent.
+    /// Tangent at the nodes.
     cos: Along,
     sin: Along,
-    /// theta_F.
+    /// Derivatives theta_F.
     by_force: [Along; 2],
-    /// (1 - G F.t)^-1 G.
+    /// Operator (1 - G F.t)^-1 G.
     answer: Operator,
 }
 
 impl LooseInertia {
-    /// The rod, if it is loose ([`is_loose`]); None where it is neutral under its force.
+    /// Inertia of a loose rod ([`is_loose`] is the caller's test); `None` where the rod is neutral under its force.
     pub fn new(rod: &RodInertia) -> Option<Self> {
         let lam = rod.integrals.lam;
         let (nodes, turn) = (&*NODES_ALONG, rod.turn());
@@ -115,19 +120,20 @@ impl LooseInertia {
         })
     }
 
-    /// Integrals of a field along the rod, from the clamp to the nodes and to the end.
+    /// Integrals of a field from the clamp to the nodes, and to the end.
     fn drawn(field: [Along; 2]) -> ([Along; 2], [f64; 2]) {
         let nodes = &*NODES_ALONG;
         let whole = field.map(|f| nodes.weights.dot(&f));
         (field.map(|f| nodes.integrate * f), whole)
     }
 
-    /// What r changes by where theta does.
+    /// Derivative of the tangent, for the change `by` of theta.
     fn turned(&self, by: &Along) -> [Along; 2] {
         [-self.sin.component_mul(by), self.cos.component_mul(by)]
     }
 
-    /// The end's motion with the velocity `v`, and the fields of the sections and their second derivatives in time while F changes at a constant rate; None at a fold.
+    /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives at
+    /// constant F'; `None` at a fold.
     fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Fields)> {
         let (place, _) = Self::drawn([self.cos, self.sin]);
         let [(by_x, end_x), (by_y, end_y)] =
@@ -172,7 +178,7 @@ impl LooseInertia {
     }
 }
 
-/// Integrals along the rod of what `each` makes of its sections.
+/// Integrals along the rod of the integrand `each`.
 fn sums<const K: usize>(
     fields: &Fields,
     each: impl Fn(&Field<f64>, &[f64; 2]) -> [f64; K],
@@ -211,8 +217,9 @@ mod tests {
         (a - b).norm() / b.norm()
     }
 
-    /// Catches a wrong sign or a missing term of the derivatives by the force, too few nodes, and a loss of digits where the pull passes by 0: the closed form is another way, as far as
-    /// its own digits go there, and what the end feels must not change by what rounding does to the place.
+    /// Catches a wrong sign or term in the derivatives by the force, too few nodes, and a loss of digits where the
+    /// pull passes 0. Reference: the closed form, as far as its digits go. Rounding of the place must not change the
+    /// inertia at the end.
     #[test]
     fn a_loose_rod_is_that_of_the_closed_form() {
         let gravity = Vector2::new(0.3, -0.7);
@@ -263,7 +270,7 @@ mod tests {
                 }
             }
         }
-        // There are places where the closed form has lost its digits.
+        // The sample holds points where the closed form has lost its digits.
         assert!(compared > 40 && lost > 1e-6, "{compared} {lost:.1e}");
     }
 }

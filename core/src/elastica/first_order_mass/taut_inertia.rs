@@ -1,15 +1,16 @@
-//! The same of a taut rod: straight along its pull but for a bend at the clamp, by the pull lam and its direction gam (theory 2.9).
+//! First-order inertia of a taut rod: straight along its pull but for a bend at the clamp (theory 2.9).
 //!
-//! The derivatives by p and lam both turn the rod and cancel to a part of 1/lam^2 of them. So T = tan(gam/4) and lam are the coordinates here, as ln T and ln lam.
-//! With sigma = lam s, u = lam (1 - s) and y = T sinh(u)/cosh(lam), in the axes of the pull and up to exp(-2 lam),
+//! The derivatives by p and by lam both turn the rod and cancel down to 1/lam^2 of their size. The coordinates are
+//! therefore ln T and ln lam, with T = tan(gam/4) and gam the direction of the pull. With sigma = lam s, u = lam
+//! (1 - s) and y = T sinh(u)/cosh(lam), in the axes of the pull and up to exp(-2 lam),
 //!
 //! ```text
 //! lam r = (sigma - 4 (F - f), -4 (G - g)),   f = y^2/(1 + y^2),   g = y/(1 + y^2),   F and G those of T.
 //! ```
 //!
-//! The bend alone has y = T exp(-sigma); sinh joins to it what the end without a couple throws back. All
-//! derivatives follow from those of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is nothing beside what is asked, the place is linear in sigma, and so are
-//! its derivatives: two nodes are enough for all of that part.
+//! The bend alone has y = T exp(-sigma); sinh adds the reflection at the free end. All derivatives follow from those
+//! of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is negligible the position and its derivatives
+//! are linear in sigma, and two nodes serve all of that part.
 
 use super::end_inertia::{Field, Moving, heavy, pushed};
 use super::moving_clamp::{CarriedRod, carried};
@@ -24,29 +25,29 @@ use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
 use std::f64::consts::LN_2;
 
-/// Nodes of Gauss' rule of two on [-1, 1].
+/// Node 1/sqrt(3) of the two-point Gauss rule on [-1, 1].
 const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
 
-/// ln |T| above which its bend is a loop that has left the clamp.
+/// ln |T| above which the bend is a loop away from the clamp.
 const LOOPED: f64 = 3.0;
 
-/// A taut rod as far as its mass is concerned, per unit of mass.
+/// First-order inertia of a taut rod, per unit of mass.
 #[derive(Debug, Clone, Copy)]
 pub struct TautInertia {
     lam: f64,
-    /// T = tan(gam/4), and ln |T|.
+    /// T = tan(gam/4), with the sign of p, and ln |T|.
     t: f64,
     ln_t: f64,
     /// exp(-lam).
     faded: f64,
     clamp: Bend,
-    /// Part of the integrals along the rod by which they may be off.
+    /// Relative error allowed in the integrals along the rod.
     error: f64,
-    /// sigma from which on the rod is straight to that part; at most lam.
+    /// Start of the straight part in sigma, to that error; at most lam.
     reach: f64,
 }
 
-/// What the shape is made of, as a function of y.
+/// Shape functions of y.
 #[derive(Debug, Clone, Copy)]
 struct Bend<T = f64> {
     /// y^2/(1 + y^2).
@@ -58,7 +59,7 @@ struct Bend<T = f64> {
 }
 
 impl<T: Real> Bend<T> {
-    /// Of y and 1/(1 + y^2).
+    /// Shape functions from y and 1/(1 + y^2).
     #[inline(always)]
     fn new(y: T, over: T) -> Self {
         let (one, square) = (y.all(1.0), y * y);
@@ -70,23 +71,24 @@ impl<T: Real> Bend<T> {
     }
 }
 
-/// A section, sigma from the clamp.
+/// Section at the distance sigma from the clamp.
 struct Section<T = f64> {
     sigma: T,
     bend: Bend<T>,
-    /// rho = -d ln y/d ln lam, and what d rho/d ln lam is beyond rho.
+    /// rho = -d ln y/d ln lam, and d rho/d ln lam - rho.
     rho: T,
     rise: T,
 }
 
 impl TautInertia {
-    /// The rod at the chart point (p, w); None if it is not taut.
+    /// The rod at the chart point (p, w); `None` if it is not taut.
     #[must_use]
     pub fn new(p: f64, w: f64) -> Option<Self> {
         Self::at_load(p, Integrals::new(p, w).lam)
     }
 
-    /// The rod of modulus p under the pull lam; None if it is not taut, or its bend a loop that has left the clamp.
+    /// The rod of modulus p under the load lam; `None` if it is not taut or its bend is a loop that has left the
+    /// clamp.
     #[must_use]
     pub fn at_load(p: f64, lam: f64) -> Option<Self> {
         // lam = |p| + ln(2 T).
@@ -107,7 +109,7 @@ impl TautInertia {
         })
     }
 
-    /// The same with integrals along the rod that may be off by a part `error` of their size, between 1e-12 and 1e-4.
+    /// Allows the relative error `error`, between 1e-12 and 1e-4, in the integrals along the rod.
     #[must_use]
     pub fn to_part(self, error: f64) -> Self {
         let error = error.clamp(EXACT, ROUGH);
@@ -124,13 +126,13 @@ impl TautInertia {
         self.t.abs()
     }
 
-    /// [`RodInertia::added`](super::RodInertia::added).
+    /// Added mass, force and centre, as [`RodInertia::added`](super::RodInertia::added).
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
         let moving = self.moving(v)?;
         moving.added(self.integrals(&Heavy, &moving.rate), gravity)
     }
 
-    /// Mass and force of that.
+    /// Mass and force of [`Self::added`], in wide registers.
     #[inline(always)]
     pub(super) fn felt(
         &self,
@@ -165,21 +167,21 @@ impl TautInertia {
         })
     }
 
-    /// Integrals along the rod, while ln T and ln lam change at this rate.
+    /// Integrals along the rod while (ln T, ln lam) changes at `rate`.
     fn integrals<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
         let ([places, weights], rod) = (self.nodes(), self);
         let bend = simd_sums::sums(&Sections { rod, each, rate }, places, weights);
         self.with_straight(bend, each, rate)
     }
 
-    /// Nodes along the bend, and their weights.
+    /// Nodes and weights along the bend.
     #[inline(always)]
     fn nodes(&self) -> [&'static [f64]; 2] {
         let (least, draw) = rule_of_bend(self.reach, self.ln_t, self.error);
         nodes(least, draw)
     }
 
-    /// Means over the rod, from those over its bend.
+    /// Means over the whole rod from those over the bend.
     #[inline(always)]
     fn with_straight<const K: usize>(
         &self,
@@ -189,7 +191,7 @@ impl TautInertia {
     ) -> [f64; K] {
         let half = 0.5 * (self.lam - self.reach);
         if half > 0.0 {
-            // Gauss' rule of two nodes is exact: products of two linear functions.
+            // The two-point Gauss rule is exact: the integrands are products of two linear functions.
             let (middle, aside) = (self.reach + half, half * FRAC_1_SQRT_3);
             let [near, far] = [middle - aside, middle + aside].map(|sigma| {
                 let (field, second) = self.straight(sigma, rate);
@@ -203,7 +205,7 @@ impl TautInertia {
         means
     }
 
-    /// [`Self::field`] and [`Self::second`] where y = 0.
+    /// [`Self::field`] and [`Self::second`] on the straight part, y = 0.
     #[inline(always)]
     fn straight(&self, sigma: f64, rate: &Vector2<f64>) -> (Field<f64>, [f64; 2]) {
         let Bend { f, g, c } = self.clamp;
@@ -221,7 +223,7 @@ impl TautInertia {
         (field, second)
     }
 
-    /// The section of the bend with `part` > 0 of that beyond it.
+    /// Section with the fraction `part` > 0 of the bend beyond it.
     #[inline(always)]
     fn section<S: Simd>(&self, part: Lanes<S>) -> Section<Lanes<S>> {
         let left = part * self.reach;
@@ -254,7 +256,7 @@ impl TautInertia {
         }
     }
 
-    /// lam/4 times the place, and its derivatives by ln T and ln lam.
+    /// Position times lam/4, and its derivatives by ln T and ln lam.
     #[inline(always)]
     fn field<T: Real>(&self, at: &Section<T>) -> Field<T> {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
@@ -270,15 +272,17 @@ impl TautInertia {
         ]
     }
 
-    /// lam/4 times the second derivative of the place in time, while ln T and ln lam change at constant rates, less cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2, which
-    /// makes it shorter. Any such sum of r_lnT and r_lnlam with factors that are the same all along the rod drops out of r_tt - P c, since c, the end's, is without it, too.
+    /// Second derivative of the position in time, times lam/4, at constant rates of ln T and ln lam. The sum
+    /// cos(gam/2) r_lnT (ln T)'^2 + r_lnlam (ln lam)'^2 is subtracted, which shortens the formulas: any combination
+    /// of r_lnT and r_lnlam with factors constant along the rod drops out of r_tt - P c, as c is computed from the
+    /// same function.
     #[inline(always)]
     fn second<T: Real>(&self, at: &Section<T>, rate: &Vector2<f64>) -> [T; 2] {
         let (clamp, Bend { f, g, c }) = (&self.clamp, at.bend);
         let (rho, g2, gc) = (at.rho, g * g, g * c);
         let (more, across) = (f.all(clamp.f) - f, g.all(clamp.g) - g);
         let steady = clamp.g * clamp.c;
-        // By ln T twice; the axes turn by gam_lnT = 4 G.
+        // Second derivative by ln T; the axes turn by gam_lnT = 4 G.
         let square = clamp.g * clamp.g;
         let tt = [
             across
@@ -291,7 +295,7 @@ impl TautInertia {
             across * (rho * gc * 2.0 - across) * 2.0,
             across * c + more * (2.0 * clamp.g) - rho * g * (bent + g * (8.0 * clamp.g)),
         ];
-        // By ln lam twice.
+        // Second derivative by ln lam.
         let rho2 = rho * rho;
         let ll = [
             g2 * (rho2 * c * 2.0 - at.rise) * 2.0,
@@ -322,7 +326,7 @@ impl OnEquilibria for TautInertia {
     }
 }
 
-/// [`TautInertia::felt`], all of it compiled for wide registers, since it is part of every step of a run.
+/// Computation of [`TautInertia::felt`], all compiled for wide registers: every step of a run needs it.
 struct Feeling<'a> {
     rod: &'a TautInertia,
     v: &'a Vector2<f64>,
@@ -350,7 +354,7 @@ impl WithSimd for Feeling<'_> {
     }
 }
 
-/// What is summed along a rod.
+/// Integrand of K components at a section.
 trait Asked<const K: usize> {
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; K];
 }

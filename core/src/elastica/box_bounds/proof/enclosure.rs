@@ -1,12 +1,12 @@
-//! What is known of the pendulum over a box of the chart, in intervals.
+//! Enclosures of the pendulum over a box of the chart, in intervals.
 
 use super::super::Column;
 use super::{I, at};
 use crate::elastica::chart::{Integrals, amplitude};
 use std::f64::consts::PI;
 
-/// RF and RD of the same arguments, z the last of RD: by duplication (DLMF 19.26.18, 19.26.20) until all three are close. Both fall with every argument and
-/// are powers of it where all are equal.
+/// RF and RD of the same arguments, z the last of RD, by duplication (DLMF 19.26.18, 19.26.20) until all three are
+/// close. Both decrease in every argument and are powers of the common value of equal arguments.
 fn ladder(mut x: I, mut y: I, mut z: I) -> [I; 2] {
     let (mut sum, mut power) = (I::ZERO, 1.0);
     for _ in 0..60 {
@@ -45,7 +45,7 @@ fn modulus(p: f64) -> [I; 2] {
     [(I::ONE - e2) * scale, at(2.0) * e * scale]
 }
 
-/// kap/p, which falls with p; near p = 0 between the first terms of its series 1 - p^2/3 + 2 p^4/15 - ...
+/// Enclosure of kap/p, which falls with p; near p = 0 it lies between the partial sums of 1 - p^2/3 + 2 p^4/15 - ...
 fn modulus_over_p(p: f64) -> I {
     if p > 0.03 {
         return modulus(p)[0] / at(p);
@@ -55,23 +55,24 @@ fn modulus_over_p(p: f64) -> I {
     low.hull(low + at(2.0) * p2.square() / at(15.0))
 }
 
-/// A box of the chart.
+/// Box of the chart.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place {
     pub p: [f64; 2],
     pub u: [f64; 2],
 }
 
-/// What is known of a box.
+/// Enclosure of the pendulum over a box.
 pub(super) struct Enclosure {
     pub u: I,
-    /// As `Pendulum` has them: p, kap, kap', t, 1/t, s, c, D, B.
+    /// Fields in the order of `Pendulum`: p, kap, kap', t, 1/t, s, c, D, B.
     pub values: [I; 9],
-    /// K.
+    /// Quarter period K.
     pub quarter: I,
 }
 
-/// s, c, D, B at a point, and K: the amplitude is that of the library, and what its load differs from u by interval arithmetic is a shift along u.
+/// Enclosures of s, c, D, B at a point, and of K. The amplitude is the library's; the difference of its load from u,
+/// by interval arithmetic, is a shift along u.
 pub(super) fn at_point(p: f64, u: f64) -> ([I; 4], I) {
     let [kap, kc] = modulus(p);
     let [quarter, b_quarter, _] = quarter_turn(I::ONE, I::ZERO, [kap, kc]);
@@ -90,7 +91,7 @@ pub(super) fn at_point(p: f64, u: f64) -> ([I; 4], I) {
     let turns = at(2.0 * half_turns);
     let whole = |full: I, rest: I| turns * full + at(side) * rest;
     let off = (at(u) - whole(quarter, lam)).size();
-    // |ds/du|, |dc/du| and |dD/du| are at most D, which changes at most by exp.
+    // |ds/du|, |dc/du| and |dD/du| are at most D, which changes at most exponentially.
     assert!(off < 1e-9, "{p} {u}: {off}");
     let shift = I::about_zero(off * d.hi * 1.01);
     let values = [
@@ -118,7 +119,8 @@ impl Enclosure {
             Column::Linear => kap,
             Column::Log => modulus_over_p(low).hull(modulus_over_p(high)),
         };
-        // Every quarter turn adds at most 1 to B, and B < u. s and D change at most at the rate (1 + B) times the larger of both along p, and 1 along u.
+        // Every quarter turn adds at most 1 to B, and B < u. The rates of s and D are at most (1 + B) times the
+        // larger of both along p, and 1 times it along u.
         let b_most = u.hi.min((u.hi / quarter.lo).ceil());
         let rate = dp.size() * (1.0 + b_most) + du.size();
         let change = s0.size().max(d0.hi) * (rate.exp() - 1.0) * 1.01;

@@ -3,10 +3,11 @@
 use super::super::Column;
 use super::{I, at};
 
-/// One more than the degree of what is carried: third derivatives are asked for.
+/// Number of coefficients along a coordinate: derivatives up to the third.
 const M: usize = 4;
 
-/// Taylor coefficients of a function over a box: [i][j] that of dq^i du^j, i + j < M, q the box's first coordinate, u = lam.
+/// Taylor coefficients of a function over a box: `[i][j]` is that of dq^i du^j, i + j < M, with q the box's first
+/// coordinate and u = lam.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Jet(pub [[I; M]; M]);
 
@@ -17,7 +18,7 @@ impl Jet {
         jet
     }
 
-    /// The product, to this degree.
+    /// Product up to the degree `degree`.
     fn times(&self, other: &Self, degree: usize) -> Self {
         let mut out = Self::constant(I::ZERO);
         for i in 0..=degree {
@@ -32,7 +33,7 @@ impl Jet {
         out
     }
 
-    /// The derivative of this order along q and u.
+    /// Derivative of the order (i, j) along q and u.
     pub fn derivative(&self, i: usize, j: usize) -> I {
         let factorial = |n: usize| (1..=n).product::<usize>() as f64;
         self.0[i][j] * at(factorial(i) * factorial(j))
@@ -66,21 +67,21 @@ impl Jet {
     }
 }
 
-/// Places of s and B among the fields.
+/// Indices of s and B in the fields.
 const S: usize = 5;
 const B: usize = 8;
 
-/// The pendulum over a box: t is what the rate of B is divided by, kap (p the coordinate) or kap/p (ln p).
+/// Pendulum over a box. The divisor t of the rate of B is kap (coordinate p) or kap/p (coordinate ln p).
 #[derive(Clone, Copy)]
 pub(super) struct Pendulum {
     kind: Column,
     u: Jet,
-    /// p, kap, kap', t, 1/t, s, c, D, B.
+    /// Fields p, kap, kap', t, 1/t, s, c, D, B.
     pub fields: [Jet; 9],
 }
 
 impl Pendulum {
-    /// From the values over the box.
+    /// Series from the enclosures over the box.
     pub fn new(kind: Column, u: I, values: [I; 9]) -> Self {
         let mut u = Jet::constant(u);
         u.0[0][1] = I::ONE;
@@ -102,8 +103,10 @@ impl Pendulum {
         new
     }
 
-    /// Derivatives along q, at fixed u (theory 2.4): s_p = -c m, c_p = s m, D_p = -kap c f, kap B_p = kap'^2 (u - B) - D n with n = D B + s c, m = kap n,
-    /// f = c D + kap^2 s B.
+    /// Derivatives along q at fixed u (theory 2.4). With n = D B + s c, m = kap n, f = c D + kap^2 s B:
+    /// ```text
+    /// s_p = -c m,   c_p = s m,   D_p = -kap c f,   kap B_p = kap'^2 (u - B) - D n
+    /// ```
     fn by_q(&self, degree: usize) -> [Jet; 9] {
         let by = |a: &Jet, b: &Jet| a.times(b, degree);
         let [p, kap, kc, t, over, s, c, d, b] = &self.fields;
@@ -145,7 +148,7 @@ impl Pendulum {
         ]
     }
 
-    /// s/lam and B/lam, for lam > 0.
+    /// Series of s/lam and B/lam, for lam > 0.
     pub fn over_lam(&self) -> [Jet; 2] {
         let mut over = Jet::constant(I::ZERO);
         let inverse = I::ONE / self.u.0[0][0];
@@ -157,10 +160,15 @@ impl Pendulum {
         [S, B].map(|k| self.fields[k].times(&over, M - 1))
     }
 
-    /// 1 - x and y, for ln p over p^2 and p of the place, and the end in the turned axes (X, Y).
+    /// Series of 1 - x and y (for ln p in units of p^2 and p at the centre), and of the end in the turned axes
+    /// (X, Y).
     ///
-    /// With `sigma` = s/lam, `short` = B/lam, bet = 1 - B/lam and e^(i psi/2) = D + i kap c: (X, Y) = (1 - 2 kap^2 bet, 2 kap sigma),
-    /// 1 - x = 2 kap^2 (c^2 + bet - 2 kap^2 c^2 bet - 2 c D sigma), y = 2 kap (sigma (1 - 2 kap^2 c^2) - c D (1 - 2 kap^2 bet)).
+    /// With `sigma` = s/lam, `short` = B/lam, bet = 1 - B/lam and e^(i psi/2) = D + i kap c:
+    /// ```text
+    /// (X, Y) = (1 - 2 kap^2 bet, 2 kap sigma)
+    /// 1 - x  = 2 kap^2 (c^2 + bet - 2 kap^2 c^2 bet - 2 c D sigma)
+    /// y      = 2 kap (sigma (1 - 2 kap^2 c^2) - c D (1 - 2 kap^2 bet))
+    /// ```
     pub fn tip(&self, [sigma, short]: [Jet; 2]) -> [Jet; 4] {
         let by = |a: &Jet, b: &Jet| a.times(b, M - 1);
         let [_, kap, _, t, _, _, c, d, _] = &self.fields;
@@ -178,7 +186,7 @@ impl Pendulum {
         let factor = match self.kind {
             Column::Linear => *kap,
             Column::Log => {
-                // p/p0 = e^dq.
+                // Growth of p along ln p: p/p0 = e^dq.
                 let mut grown = Jet::constant(I::ONE);
                 for i in 1..M {
                     grown.0[i][0] = grown.0[i - 1][0] / at(i as f64);
