@@ -1,5 +1,8 @@
-//! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of energies.
-//! It stands on `snaprod-systems`, the equations it runs, and re-exports them with `snaprod-core`. Use `snaprod`, which re-exports all.
+//! Runs of [snaprod](https://docs.rs/snaprod): motion in time with events, snaps, contacts and the energy
+//! ledger.
+//!
+//! The equations come from `snaprod-systems`, which is re-exported with `snaprod-core`. Use `snaprod`, which
+//! re-exports all.
 #![warn(missing_docs)]
 
 pub mod motion;
