@@ -1,4 +1,4 @@
-//! Numbers as printed, and how wide they are.
+//! Formatting of numbers, and the width of text.
 
 /// Advance widths of U+0020..U+007E in DejaVu Sans, thousandths of the font size.
 #[rustfmt::skip]
@@ -73,7 +73,7 @@ pub(crate) fn scientific(value: f64) -> String {
     }
 }
 
-/// A number with so many significant digits at most, without a needless fraction: 0.05, but 10⁻⁴.
+/// A number with at most `digits` significant digits, without a needless fraction: 0.05, but 10⁻⁴.
 pub(crate) fn short(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     if rounded == 0.0 || (0.01..1e4).contains(&rounded.abs()) {
