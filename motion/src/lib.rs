@@ -1,5 +1,4 @@
-//! Runs of [snaprod](https://docs.rs/snaprod): motion in time with events, snaps, contacts and the energy
-//! ledger.
+//! Runs of [snaprod](https://docs.rs/snaprod): motion in time with events, snaps, contacts and the energy ledger.
 //!
 //! The equations come from `snaprod-systems`, which is re-exported with `snaprod-core`. Use `snaprod`, which
 //! re-exports all.

@@ -50,10 +50,10 @@ pub(crate) struct Axis {
     pub hi: f64,
     pub scale: Scale,
     pub label: String,
-    /// Approximate number of marks; 0 if the marks are particular ones.
+    /// True if the marks carry numbers.
     pub numbered: bool,
     pub ticks: Vec<Tick>,
-    /// About how many of them are marked; 0 if they are particular ones.
+    /// Approximate number of marks; 0 if the marks are particular ones.
     pub wanted: usize,
 }
 
@@ -95,7 +95,7 @@ impl Axis {
         Self::scaled(Scale::Log, lo, hi, label, wanted)
     }
 
-    /// Widens a linear axis about its middle to at least this span.
+    /// Widens a linear axis about the middle to at least this span.
     pub(crate) fn widen(&mut self, span: f64) {
         let extra = 0.5 * (span - (self.hi - self.lo));
         if extra > 1e-9 * span {
@@ -108,7 +108,7 @@ impl Axis {
         }
     }
 
-    /// An axis that holds all finite values, with a margin of a twentieth; `None` if there are none.
+    /// An axis for all finite values, with a margin of a twentieth; `None` without values.
     pub(crate) fn fit<'a>(
         values: impl IntoIterator<Item = &'a f64>,
         log: bool,
@@ -130,8 +130,7 @@ impl Axis {
         Some(Self::linear(lo - margin, hi + margin, label, wanted))
     }
 
-    /// An axis over the given range, or else one that holds the values. A spread of mere roundoff is not
-    /// magnified.
+    /// An axis over the given range, or else one that holds the values. A spread of mere roundoff is not magnified.
     pub(crate) fn over(
         values: &[f64],
         range: Option<[f64; 2]>,

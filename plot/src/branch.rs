@@ -10,7 +10,7 @@ use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
-/// One branch of equilibria; points that are not finite break it.
+/// One branch of equilibria; points that are not finite break the branch.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BranchLine {
     /// Name in the legend; empty for none.
@@ -25,7 +25,7 @@ pub struct BranchLine {
     pub colour: Option<usize>,
 }
 
-/// Kind of a special point of a branch, which selects its mark.
+/// Kind of a special point of a branch; it selects the mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SpecialKind {
     /// A fold (limit point): a disc.
@@ -98,8 +98,7 @@ pub struct BranchDiagram {
     /// True if the lines are curves of folds: each point stands for two equilibria that meet, of its index
     /// and the next.
     pub folds: bool,
-    /// True if the loads have no potential: the index then does not decide stability, and nothing is called
-    /// stable.
+    /// True if the loads have no potential: the index then does not decide stability, and nothing is called stable.
     pub without_potential: bool,
 }
 
@@ -289,7 +288,7 @@ fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {
     labels::write(canvas, frame, lines, &spots, &words.collect::<Vec<_>>());
 }
 
-/// Cuts a branch where its style changes: at a special point if there is one, else half-way.
+/// Cuts a branch at changes of style: at a special point if one is near, else half-way.
 fn cut(pixels: &[Pixel], styles: &[Style], spots: &[Pixel]) -> Vec<(Style, Vec<Pixel>)> {
     const SAME: f64 = 0.01;
     let mut runs: Vec<(Style, Vec<Pixel>)> = Vec::new();

@@ -11,7 +11,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const OVERSAMPLING: f64 = 10.0;
 const FAMILY: &str = "DejaVu Sans, sans-serif";
-/// plotters divides font sizes by this on their way into SVG.
+/// Factor by which plotters divides font sizes in SVG.
 const FONT_FACTOR: f64 = 1.24;
 
 /// Style of a line; widths and dashes in pixels.
@@ -167,7 +167,7 @@ fn style(colour: Colour, alpha: f64, width: f64) -> ShapeStyle {
 }
 
 impl Canvas<'_> {
-    /// Draws a line through the points; points that are not finite break it.
+    /// Draws a line through the points; points that are not finite break the line.
     pub(crate) fn line(&mut self, points: &[Pixel], pen: Pen) {
         let style = style(pen.colour, pen.alpha, pen.width);
         for run in points.split(|p| !finite(p)).filter(|run| run.len() > 1) {

@@ -31,9 +31,8 @@ pub(crate) struct Cells {
 }
 
 impl Cells {
-    /// Traces `levels` in [0, 1] (NaN for a gap), column by column. The cell between `x[i]`, `x[i + 1]` and
-    /// `y[j]`, `y[j + 1]` (as parts of the panel from its lower left corner) has the level
-    /// `levels[i * (y.len() - 1) + j]`.
+    /// Traces `levels` in [0, 1] (NaN for a gap), column by column. The cell between `x[i]`, `x[i + 1]` and `y[j]`,
+    /// `y[j + 1]` (as parts of the panel from its lower left corner) has the level `levels[i * (y.len() - 1) + j]`.
     pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
         Self::banded(x, y, levels, &BANDS)
     }
@@ -133,7 +132,7 @@ fn outlines(columns: usize, rows: usize, heights: &[usize]) -> Vec<Vec<Vec<(usiz
         .collect()
 }
 
-/// The corners of a ring at which it turns.
+/// The corners of a ring, without its collinear points.
 fn bends(ring: &[(usize, usize)]) -> Vec<(usize, usize)> {
     let n = ring.len();
     (0..n)
@@ -150,7 +149,7 @@ mod tests {
     use super::super::geometry::area;
     use super::*;
 
-    /// Catches a lost hole, or one that runs the same way as its rim: the fill would cover it.
+    /// Catches a lost hole, or a hole in the same sense as its rim, which would be filled.
     #[test]
     fn a_hole_runs_the_other_way() {
         let rings = outlines(3, 3, &[1, 1, 1, 1, 0, 1, 1, 1, 1]).remove(0);
@@ -168,7 +167,7 @@ mod tests {
         assert!(rings.iter().all(|r| r.len() == 4));
     }
 
-    /// Catches lost cells that touch at a corner, and noise that makes a huge file.
+    /// Catches lost cells at touching corners, and huge files from noise.
     #[test]
     fn noise_keeps_to_the_budget() {
         let x: Vec<f64> = (0..=400).map(|i| f64::from(i) / 400.0).collect();

@@ -18,7 +18,7 @@ pub struct AxisUnits {
     pub force: String,
     /// The unit of couple.
     pub couple: String,
-    /// The rod's length in the unit of length: the radius of the disc that bounds its free end.
+    /// The rod's length in the unit of length: the radius of the disc of its free end.
     pub rod: f64,
 }
 
@@ -175,7 +175,7 @@ pub enum Trace {
     Dots,
 }
 
-/// One named curve; points that are not finite break it.
+/// One named curve; points that are not finite break the curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
     /// Name in the legend; empty for none.
@@ -282,8 +282,7 @@ pub struct Patch {
     pub columns: usize,
     /// The points, row by row: point (i, j) is `points[i * columns + j]`.
     pub points: Vec<[f64; 3]>,
-    /// For each point true if its equilibrium is unstable; a face with such a corner is nearly grey. Empty:
-    /// unknown.
+    /// For each point true if its equilibrium is unstable; a face with such a corner is nearly grey. Empty: unknown.
     pub unstable: Vec<bool>,
 }
 
@@ -315,7 +314,7 @@ impl Patch {
             && self.rows.checked_mul(self.columns) == Some(self.points.len())
     }
 
-    /// Indices of the corners of the face whose first corner is in this row and column.
+    /// Indices of the corners of a face with its first corner in this row and column.
     fn corners(&self, row: usize, column: usize) -> [usize; 4] {
         [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| (row + i) * self.columns + column + j)
     }

@@ -161,15 +161,13 @@ pub(crate) fn snap_name(given: &str) -> &str {
     }
 }
 
-/// Largest change, as a part of a term, at which the term hides it; smallest change that is no rounding of a
-/// rest.
+/// Largest change, as a part of a term, at which the term hides it; smallest change that is no rounding of a rest.
 const HIDES: f64 = 0.25;
 const REST: f64 = 1e-6;
 pub(crate) const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
-/// Most snaps with a full line each; of more only the ends of the lines are drawn, which leaves the curves
-/// visible.
+/// Most snaps with a full line each; of more only the ends of the lines are drawn, which leaves the curves visible.
 const LINES: usize = 40;
-/// Relative error, to the largest energy, below which it is rounding of the sums.
+/// Rounding of the sums, relative to the largest energy.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// A sentence with the bound of the error, one digit, rounded up.

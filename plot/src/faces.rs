@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// Whiteness added to the back of faces.
 const BACK_TINT: f64 = 0.3;
-/// Depth behind a face up to which a line counts as lying on it (the box has size 1).
+/// Depth behind a face up to which a line lies on the face (the box has size 1).
 const ON_FACE: f64 = 0.02;
 /// Distance of sheets below which the order of input is the painting order.
 const TIE: f64 = 0.006;
@@ -21,7 +21,7 @@ const TIE: f64 = 0.006;
 const RULINGS: usize = 14;
 /// Length in pixels below which a hidden stretch between two visible ones is drawn as visible.
 const SHORT_DIVE: f64 = 14.0;
-/// Outward growth of faces, in pixels, which hides the seams between them.
+/// Outward growth of faces in pixels, to hide the seams.
 const OVERLAP: f64 = 0.35;
 
 /// Surfaces in a box in parallel projection.
@@ -99,7 +99,7 @@ impl Faces {
         self.stage.camera().pixel(boxed)
     }
 
-    /// Makes patches added from now on paler, so that lines on them stand out.
+    /// Whitens patches added from now on by `t`, so that lines on them stand out.
     pub(crate) fn pale(&mut self, t: f64) {
         self.pale = t;
     }

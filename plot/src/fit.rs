@@ -39,8 +39,7 @@ pub struct FitFigure {
     pub curves: Vec<FittedCurve>,
 }
 
-/// Draws every quantity with its data as dots and the model as a line or as marks, and the residuals below,
-/// as SVG.
+/// Draws every quantity with its data as dots and the model as a line or as marks, and the residuals below, as SVG.
 ///
 /// Fails if the lists differ in length, or if there is nothing to show.
 pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {

@@ -26,8 +26,8 @@ fn drawing(svg: &str) -> Result<usvg::Tree> {
         .map_err(|e| Error::domain(format!("a figure that is no drawing: {e}")))
 }
 
-/// Turns an SVG figure of this crate into PNG, `scale` pixels to each of its own (2 gives about 200 dots per
-/// inch at the intended size), lettered in the bundled font.
+/// Turns an SVG figure of this crate into PNG, lettered in the bundled font. Each pixel of the figure becomes
+/// `scale` pixels; 2 gives about 200 dots per inch at the intended size.
 ///
 /// Fails if `svg` is not SVG, or if the picture would be empty or more than 16384 pixels wide or high.
 #[cfg(feature = "png")]
@@ -50,9 +50,8 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
         .ok_or_else(|| Error::domain("PNG: the picture could not be encoded"))
 }
 
-/// Turns an SVG figure of this crate into PDF. The page has the size of the figure, with lines as lines and
-/// letters as letters of the bundled font, which is embedded. A figure for a screen has 96 of its pixels in
-/// an inch.
+/// Turns an SVG figure of this crate into PDF. The page has the size of the figure, with lines as lines and letters
+/// as letters of the bundled font, which is embedded. A figure for a screen has 96 of its pixels in an inch.
 ///
 /// Fails if `svg` is not SVG.
 #[cfg(feature = "pdf")]

@@ -5,7 +5,7 @@ use super::data::Bounds;
 pub(crate) type Point = [f64; 3];
 pub(crate) type Pixel = (f64, f64);
 
-/// Size beyond which coordinates count as not finite: their squares would not be.
+/// Size of coordinates that counts as not finite: the squares would not be finite.
 const FAR: f64 = 1e100;
 
 /// True if the point can be drawn.

@@ -21,13 +21,14 @@ pub struct StrainMap {
     pub title: String,
     /// Times of the columns, in `units.time`; they must not fall (two equal ones at a snap).
     pub time: Vec<f64>,
-    /// `strain[i][j]` is the strain at `time[i]` and `s[j]`. Values that are not finite leave a gap.
+    /// Arclengths of the rows, in `units.length`, rising.
     pub s: Vec<f64>,
-    /// `strain[i][j]` is the strain at `time[i]` and `s[j]`. What is not finite leaves a gap.
+    /// `strain[i][j]` is the strain at `time[i]` and `s[j]`. Values that are not finite leave a gap.
     pub strain: Vec<Vec<f64>>,
     /// The strain's name with its unit; if empty "curvature (1/ℓ)" with the unit of length.
     pub strain_label: String,
-    /// The strain at the ends of the colour scale, which is symmetric about zero; by default the largest |strain| shown.
+    /// The strain at the ends of the colour scale, which is symmetric about zero. By default the largest
+    /// |strain| shown.
     pub strain_range: Option<f64>,
     /// `dissipation[i][j]` is the power dissipated per length at `time[i]` and `s[j]`, energy / (length x
     /// time); empty to leave the panel out. Values that are not finite leave a gap.

@@ -20,11 +20,10 @@ const WAYS: [(f64, f64); 8] = {
         (0.0, 1.0),
     ]
 };
-/// Distances of a word from its spot in pixels, each with its cost relative to a dot of ink.
+/// Distances of a word from its spot in pixels, each with a cost relative to a dot of ink.
 const DISTANCES: [(f64, f64); 3] = [(7.0, 0.0), (13.0, 0.7), (24.0, 1.6)];
 
-/// Writes each word near its spot on a panel with these lines and marks; a distant word gets a line to its
-/// spot.
+/// Writes each word near its spot on a panel with these lines and marks; a distant word gets a line to its spot.
 pub(crate) fn write<'w>(
     canvas: &mut Canvas,
     panel: &Panel,

@@ -56,8 +56,8 @@ const RELEASED: Pen = Pen::new(INK, 1.1).dashed(9.0, 5.0);
 /// against T. Runs are drawn from thick to thin, so that coincident ones are all visible. Marks on the axis
 /// of T show the moments drawn above.
 ///
-/// Fails if no shape has a finite point and time, if a list of a run has not as many entries as its
-/// `stretched`, or if the times of a run are not finite, fall or span nothing.
+/// Fails if no shape has a finite point and time, or if a list of a run has not as many entries as its
+/// `stretched`. Fails also if the times of a run are not finite, fall or span nothing.
 pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     for (i, run) in data.runs.iter().enumerate() {
         rising(FIGURE, &format!("runs[{i}].stretched"), &run.stretched)?;
@@ -171,7 +171,7 @@ fn lower_entries(data: &LayerFigure) -> Vec<Vec<Entry>> {
     vec![kinds.collect(), runs.collect()]
 }
 
-/// An axis that holds all energies; `None` if there are none.
+/// An axis for all energies; `None` without energies.
 fn energy_axis(data: &LayerFigure) -> Option<Axis> {
     let curves = data.runs.iter().flat_map(|r| [&r.elastic, &r.dissipated]);
     let values: Vec<f64> = curves.flatten().copied().collect();

@@ -66,7 +66,7 @@ pub(crate) enum Key {
     Fill(Colour),
 }
 
-/// A curve of a panel: its sample, name and points; points that are not finite break it.
+/// A curve of a panel: sample, name and points; points that are not finite break the curve.
 #[derive(Debug, Clone)]
 pub(crate) struct Drawn {
     pub entry: Entry,
@@ -218,8 +218,7 @@ pub(crate) struct ColourBar {
     axis: Axis,
     /// Colours from bottom to top in equal steps.
     pub colours: Vec<Colour>,
-    /// Whether the strip is pointed below and on top: values beyond the scale have the first and the last
-    /// colour.
+    /// Pointed ends below and on top: values beyond the scale have the first and the last colour.
     open: [bool; 2],
 }
 
@@ -231,7 +230,7 @@ pub(crate) struct Tones {
 }
 
 impl Tones {
-    /// The range of the finite values; `None` if there are none or they span too much.
+    /// The range of the finite values; `None` without values or for too wide a span.
     pub(crate) fn over<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<Self> {
         let (lo, hi) = extent(values)?;
         let span = if hi > lo { hi - lo } else { 1.0 };

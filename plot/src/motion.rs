@@ -141,7 +141,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         block.bar = bar;
         return page.column(Width::Panels(430.0), vec![block]).draw(paper);
     };
-    // This panel shows the path, which rods and masses would hide.
+    // This panel shows the path; rods and masses would hide it.
     let rim = circle(data.units.radius());
     let rim = Drawn::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
     let still = lines.into_iter().chain([rim]).collect();

@@ -10,7 +10,7 @@ use snaprod_core::error::Result;
 
 /// The usual width of a figure, in pixels.
 pub(crate) const WIDTH: f64 = 640.0;
-/// Distance from a panel to the right edge of its column, and to its colour bar.
+/// Distance from a panel to the right edge of the column, and to the colour bar.
 const ROOM_RIGHT: f64 = 18.0;
 /// Distance from the left edge to the words over a box of space.
 const INSET: f64 = 30.0;
@@ -21,7 +21,7 @@ const ABOVE: f64 = 10.0;
 const GAP: f64 = 14.0;
 /// Height of a title.
 const TITLE_HEIGHT: f64 = 24.0;
-/// Width of columns below which they do not stand side by side.
+/// Least width of columns side by side.
 const NARROW: f64 = 230.0;
 /// Least height of panels in narrow figures, relative to the usual.
 const LOW: f64 = 0.75;
@@ -143,7 +143,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Widens the axes of a panel of this width to keep its height within its bounds.
+    /// Widens the axes of a panel of this width to keep the height within the bounds.
     fn even(&mut self, width: f64) {
         if let Body::Plane(plane) = &mut self.body
             && let Plane {
@@ -162,8 +162,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Adapts a panel whose width changes by the factor `times`: height in proportion, number of marks to the
-    /// room.
+    /// Adapts a panel whose width changes by the factor `times`: height in proportion, number of marks to the room.
     fn stretch(&mut self, times: f64) {
         match &mut self.body {
             Body::Plane(plane) => {

@@ -12,7 +12,7 @@ use super::stage::Stage;
 /// Depth difference, as a part of the box, below which crossing things count as touching: no rim is cut.
 const TOUCHING: f64 = 0.025;
 
-/// Colour of the k-th director, equal to that of the components along it.
+/// Colour of the k-th director and of the components along it.
 fn director(k: usize) -> Colour {
     category(k)
 }
@@ -88,7 +88,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// Adds a rod with its shadow, plate, ribbon and the mark at its end.
+    /// Adds a rod with shadow, plate, ribbon and the mark at the end.
     pub(crate) fn rod(&mut self, rod: &SpaceRod, colour: Colour, with: &Scenery) {
         let Some((first, last)) = rod.ends() else {
             return;

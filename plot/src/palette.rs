@@ -91,8 +91,7 @@ impl Colour {
         )
     }
 
-    /// Variant of this colour for unstable equilibria: nearly grey, duller than the pale back of stable
-    /// sheets.
+    /// Variant of this colour for unstable equilibria: nearly grey, duller than the pale back of stable sheets.
     pub(crate) fn unstable(self) -> Colour {
         self.mix(Colour(125, 125, 125), 0.66)
     }

@@ -3,8 +3,7 @@
 use super::axes::LABEL;
 use snaprod_core::error::{Error, Result};
 
-/// Size and lettering of a printed figure. The default is a screen: the panels have their natural size, in
-/// pixels.
+/// Size and lettering of a printed figure. The default is a screen: the panels have their natural size, in pixels.
 ///
 /// ```
 /// use snaprod_plot::Paper;

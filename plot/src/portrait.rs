@@ -39,7 +39,7 @@ pub struct Portrait {
     pub separatrix: Vec<Curve>,
     /// Abscissae of vertical lines: the states at the clamp, psi = -alpha.
     pub verticals: Vec<f64>,
-    /// Solutions, each drawn a little outside its orbit to keep those of one orbit apart.
+    /// Solutions; arcs of one orbit are drawn side by side, a little outside the orbit.
     pub arcs: Vec<Arc>,
     /// Named points.
     pub points: Vec<Named>,

@@ -17,8 +17,7 @@ pub struct SpaceRod {
     pub points: Vec<[f64; 3]>,
     /// Directors [d1, d2, d3] at each point; empty if none are drawn.
     pub directors: Vec<[[f64; 3]; 3]>,
-    /// Number shown by the colour, as the parameter of a branch. None, or not finite: a colour of the
-    /// palette.
+    /// Number shown by the colour, as the parameter of a branch. None, or not finite: a colour of the palette.
     pub value: Option<f64>,
     /// True for unstable rods, drawn thin and dashed.
     pub unstable: bool,
@@ -50,7 +49,7 @@ impl SpaceRod {
         Some([unit(a)?, unit(b)?, unit(c)?])
     }
 
-    /// Direction of the rod at its i-th point: by its directors or else its neighbours.
+    /// Direction of the rod at the i-th point: by the director d3, or else by the neighbours.
     pub(crate) fn heading(&self, i: usize) -> Option<Point> {
         if let Some([_, _, d3]) = self.triad(i) {
             return Some(d3);
@@ -94,7 +93,7 @@ impl SpaceBody {
     }
 }
 
-/// Pen of a groove, broad and pale, so that the path of the body on it is visible.
+/// Pen of a groove, broad and pale, so that the path of a body in the groove is visible.
 pub(crate) const GROOVE: Pen = Pen::new(Colour(190, 190, 190), 3.6);
 pub(crate) const GROOVE_NAME: &str = "groove";
 

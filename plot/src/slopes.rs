@@ -135,7 +135,7 @@ fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> 
                         continue;
                     }
                     let clear = distance(&outline, &taken);
-                    // Places without clearance rank after all others, by their distance.
+                    // Places without enough clearance rank after all others, the clearest first.
                     let middle = midway(guide.corners[0], guide.corners[2], 0.5);
                     let off = (middle.0 - panel.left - 0.5 * panel.width).abs();
                     let cost = if clear >= CLEAR {

@@ -1,4 +1,4 @@
-//! Spread of points in space along principal axes, and the view that suits them best.
+//! Spread of points in space along principal axes, and the view of their principal plane.
 
 use super::data::View;
 use super::geometry::{Point, along, box_of, cross, drawable, unit};

@@ -18,7 +18,7 @@ const MARGIN: f64 = 8.0;
 /// Most rounds of the placement of box and words.
 const ROUNDS: usize = 8;
 
-/// Longest edge of a box; for a point, 1 or the size that exceeds its roundoff.
+/// Longest edge of a box; for a point, 1 or a size well above roundoff.
 pub(crate) fn size_of(bounds: &Bounds) -> f64 {
     let longest = bounds.iter().fold(0.0, |m: f64, b| m.max(b[1] - b[0]));
     let largest = bounds
@@ -290,9 +290,8 @@ impl Stage {
         }
     }
 
-    /// Chooses for each axis one of the edges of the outline, with a minimum of overlapping words. In
-    /// parallel projection the numbers of axes that end in one corner are close on any edge; then each axis
-    /// has its best edge.
+    /// Chooses for each axis one of the edges of the outline, with a minimum of overlapping words. In parallel
+    /// projection the numbers of axes that end in one corner are close on any edge; then each axis has its best edge.
     fn lay_out_axes(&mut self, labels: &[String; 3]) {
         let options: Vec<Vec<Edge>> = (0..3)
             .map(|axis| {

@@ -1,4 +1,4 @@
-//! One equilibrium of a rod in space: its shape, and couples, forces and strains along it.
+//! Figure of one equilibrium of a rod in space: shape, and couples, forces and strains along the rod.
 
 use super::axes::{Axis, extent};
 use super::canvas::Pen;
@@ -46,7 +46,7 @@ pub struct RodState {
 
 const FORCE: Colour = ALARM;
 const COUPLE: Colour = Colour(110, 40, 140);
-/// Relative size, to that of the loads, below which components are roundoff.
+/// Size, relative to the loads, below which components are roundoff.
 const ROUNDOFF: f64 = 1e-9;
 
 /// Draws one equilibrium as SVG. At the left: its shape in perspective with the force (one head) and the
@@ -54,8 +54,7 @@ const ROUNDOFF: f64 = 1e-9;
 /// vanishes is a thin grey line. An arrow that presses on the rod has its tip at the rod's end; arrows are of
 /// one length, and the legend gives their sizes.
 ///
-/// Fails if the rod has no finite point, if a list is not as long as `s`, or if `s` has no finite number
-/// while there is something to draw over it.
+/// Fails if the rod has no finite point, if a list is not as long as `s`, or if `s` has no finite number for a list.
 pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     const LEFT: f64 = 440.0;
     const RIGHT: f64 = 420.0;
@@ -223,7 +222,7 @@ fn group(
         let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();
         entries.push(Entry::new(Key::Line(zero), names.join(" = ") + " = 0"));
     }
-    // Components that vanish are drawn at 0, whatever their roundoff on the panel's scale.
+    // Vanishing components are drawn at 0, whatever the roundoff on the panel's scale.
     let shown = some.iter().flat_map(|&k| values[k].iter().copied());
     let shown: Vec<f64> = shown.chain((!none.is_empty()).then_some(0.0)).collect();
     let (y, height) = if some.is_empty() {

@@ -18,7 +18,7 @@ const HEIGHT: f64 = 520.0;
 /// Width of panels side by side.
 const BESIDE: f64 = 480.0;
 
-/// A named curve in space; a point that is not finite breaks it.
+/// A named curve in space; points that are not finite break the curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceCurve {
     /// Name in the legend; may be empty.
@@ -46,11 +46,9 @@ pub struct Sheets {
     pub curves: Vec<SpaceCurve>,
     /// Viewpoint; by default a side that shows the folds.
     pub view: Option<View>,
-    /// The box shown, which cuts everything; by default it holds all points (over the disc, the disc's
-    /// square).
+    /// The box shown, which cuts everything; by default it holds all points (over the disc, the disc's square).
     pub bounds: Option<Bounds>,
-    /// True if positions over the disc are measured along the clamp and across it, as for a turned or moving
-    /// clamp.
+    /// True if positions over the disc are measured along the clamp and across it, as for a turned or moving clamp.
     pub from_clamp: bool,
     /// Units; only figures over the disc use them.
     pub units: AxisUnits,
@@ -110,7 +108,7 @@ fn draw_panels<'a>(
 pub struct PathOnSurface {
     /// The sheets, points (x, y, theta(1)).
     pub sheets: Sheets,
-    /// The motion; a point that is not finite (as between the two ends of a jump) breaks it.
+    /// The motion; points that are not finite (as between the ends of a jump) break the path.
     pub path: Vec<[f64; 3]>,
     /// Jumps, each from the fold to the landing.
     pub jumps: Vec<[[f64; 3]; 2]>,

@@ -43,7 +43,7 @@ pub(crate) fn superscript(n: i32) -> String {
             '1' => '¹',
             '2' => '²',
             '3' => '³',
-            // U+2070 is the superscript nought; 4..9 follow it at their own distance.
+            // U+2070 is the superscript nought; 4..9 follow at their offsets.
             digit => char::from_u32(0x2070 + (digit as u32 - '0' as u32)).unwrap_or(digit),
         })
         .collect()

@@ -38,7 +38,7 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
         let value = (first + i as f64) * step;
         let label = match written_out {
             true => text::fixed(value, decimals),
-            // The nearest short decimal, so that 3 * 0.1 is not 0.30000000000000004.
+            // The nearest short decimal: 3 * 0.1 is printed as 0.3, not as 0.30000000000000004.
             false => text::scientific(format!("{value:.5e}").parse().unwrap_or(value)),
         };
         let label = Some(label);

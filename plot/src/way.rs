@@ -1,4 +1,4 @@
-//! Path of a point in space: its shape, and its coordinates over time.
+//! Path of a point in space, and the coordinates over time.
 
 use super::axes::{Axis, extent};
 use super::canvas::{Canvas, Pen};
@@ -24,7 +24,7 @@ pub struct SpaceWay {
     pub time: Vec<f64>,
     /// Position at each time; one that is not finite breaks the path.
     pub points: Vec<[f64; 3]>,
-    /// The groove of the point, if there is one; it is cut off at the box of the path.
+    /// The groove of the point, cut off at the box of the path; empty without a groove.
     pub groove: Vec<[f64; 3]>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
@@ -42,7 +42,7 @@ const PANELS: f64 = 440.0;
 const BESIDE: f64 = 364.0;
 /// Ratio of length and width of a path in a coordinate plane above which the axes have different scales.
 const UNEQUAL: f64 = 4.0;
-/// Relative width below which a path is a line, which needs no box.
+/// Relative width below which a path is a line, drawn without a box.
 const LINE: f64 = 1e-3;
 /// Movement of a coordinate, relative to the largest, below which it is an error of the motion.
 const STILL: f64 = 1e-6;

@@ -1,5 +1,4 @@
-//! Motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory
-//! 3.3).
+//! Motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
 //!
 //! Away from folds steps advance in time. A rod that nears its fold slows time (see
 //! [`crate::assembly::Slowed`]): the fold is then an ordinary root of t', found to the accuracy of the
@@ -42,8 +41,7 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Ratio of distances from the folds, by det J over its largest value, up to which time is slowed for other
-/// rods too.
+/// Ratio of distances from the folds, by det J over its largest value, up to which time is slowed for other rods too.
 const COMPANY: f64 = 10.0;
 /// Bound of a step's local error, as a part of the tolerance.
 const LOCAL: f64 = 0.1;
@@ -53,12 +51,12 @@ const FINEST: f64 = 1e-14;
 const ALONG: f64 = 0.1;
 /// Largest gap between rod ends and attachments at the start, in tolerances.
 const APART: f64 = 1e4;
-/// First step, over tolerance^(1/8) and the time in which a state changes by its scale.
+/// First step over tolerance^(1/8), in units of the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
 /// Tolerance above which rods may be led to other equilibria: the tolerance is then named as the cause of a
 /// failed run.
 const COARSE: f64 = 1e-4;
-/// Symmetric steps are shorter in time where det J is below this part of its initial value.
+/// Value of det J, relative to the initial one, below which symmetric steps become shorter in time.
 const FOLDING: f64 = 0.3;
 
 /// State vector; time is third from the end.
@@ -133,19 +131,19 @@ pub struct AssemblyRun {
     taken_by: (Arc<Assembly>, Option<Slowed>),
     /// Observed quantities of the rods at the present state.
     watch: Vec<Sight>,
-    /// Morse index of every rod with its ends held, on its present sheet.
+    /// Morse index of every rod with its ends held, on the present sheet.
     indices: Vec<usize>,
     /// Cost outside the steps.
     extra: Cost,
     released: f64,
-    /// Part of `released` that was booked after the last step, and does not belong to that step.
+    /// Part of `released` that was booked after the last step, and belongs to the next one.
     booked: f64,
     snaps: u64,
     /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for
     /// it. In a symmetric assembly several fold at one instant. The bodies stand while rods snap, so the
     /// order does not matter.
     folded: Vec<(usize, f64)>,
-    /// Rods that come to a branch point without a push: time is not slowed for them.
+    /// Rods on their way to a branch point without a push: time is not slowed for them.
     unpushed: Vec<usize>,
     /// Event that the last step has led to.
     pending: Option<Pending>,
@@ -167,7 +165,7 @@ pub struct AssemblyRun {
     /// Bounces still to be reported.
     bounces: VecDeque<Bounce>,
     before_snap: Option<AssemblySample>,
-    /// The rod that snapped last, as it was at its fold.
+    /// The rod of the last snap, in its state at the fold.
     folding: Option<Link>,
     stopped: bool,
     interrupted: bool,
@@ -327,8 +325,7 @@ impl AssemblyRun {
         let assembly = &self.taken_by.0;
         let mut sample = self.describe(assembly, &state)?;
         sample.ledger.dissipated -= self.booked;
-        // Interpolation errors of the order of the tolerance separate charts from poses, and the ledger would
-        // open.
+        // Interpolation errors of the order of the tolerance separate charts from poses, and the ledger would open.
         if sample.drift() <= self.drifted() {
             return Some(sample);
         }
@@ -348,9 +345,8 @@ impl AssemblyRun {
             .unwrap_or_else(|| self.first.clone())
     }
 
-    /// Continues from `state` with the clock `slowed` and a first step of the length `h`. Symmetric steps
-    /// have a clock of their own and are always slowed for a rod: the slowing is smooth, and harmless away
-    /// from folds.
+    /// Continues from `state` with the clock `slowed` and a first step of the length `h`. Symmetric steps have a
+    /// clock of their own and are always slowed for a rod: the slowing is smooth, and harmless away from folds.
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let is_slowed = slowed.is_some();
         self.go_on(state.clone(), slowed, h)?;

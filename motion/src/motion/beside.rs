@@ -16,19 +16,18 @@ use crate::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
 use std::fmt;
 
-/// Tolerances of the light rod along its path, and of its folds.
+/// Tolerances of the light rod along the path, and of the folds.
 const FOLLOWED: f64 = 1e-9;
 const FINE: f64 = 1e-12;
 /// Longest piece of the path of the end over which the light rod is continued at once.
 const PIECE: f64 = 0.01;
 /// Most pieces of a step.
 const PIECES: f64 = 200.0;
-/// Change of the chart point over a piece, relative to 1 + its norm, beyond which the solution lies on
-/// another sheet.
+/// Change of the chart point over a piece, relative to 1 + its norm, beyond which the solution lies on another sheet.
 const JUMP: f64 = 0.5;
 /// Number of steps after which a lost light rod is searched for again.
 const PATIENCE: usize = 50;
-/// Overshoot, in lengths of a piece, up to which a fold outside a piece still counts for it.
+/// Overshoot, in lengths of a piece, up to which a fold beyond a piece belongs to the piece.
 const SLACK: f64 = 0.05;
 /// Most halvings of a piece in the search for its fold.
 const HALVINGS: usize = 16;
@@ -61,7 +60,7 @@ pub struct Crossed {
     pub ledger: Ledger,
 }
 
-/// A time interval in which the light rod is unknown, so that its folds are not reported.
+/// A time interval in which the light rod is unknown; folds in the interval are not reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lost {
     /// Number of the rod in an assembly.
@@ -118,7 +117,7 @@ pub trait Light {
     /// The equilibrium at `site` by Newton's method from `guess`.
     fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
 
-    /// The stable equilibrium whose shape resembles the rod in this state.
+    /// The stable equilibrium with a shape like that of the rod in `state`.
     fn like(&self, state: &dyn State) -> Option<DVector<f64>>;
 
     /// The landing after `fold`.
@@ -180,7 +179,7 @@ impl At {
         })
     }
 
-    /// The equilibrium that resembles the rod in this state.
+    /// The equilibrium with a shape like that of the rod in `state`.
     fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
         Self::new(rod, rod.like(state)?, &rod.end(state))
     }
@@ -460,7 +459,7 @@ impl Way<'_> {
         None
     }
 
-    /// The snap of the light rod at its fold, and the equilibrium on which it lands.
+    /// The snap of the light rod at `fold`, and the equilibrium of the landing.
     fn crossed(&self, fold: &DVector<f64>, x: f64) -> Option<(Crossed, At)> {
         let (last, next) = &self.ends;
         let h = next.t - last.t;

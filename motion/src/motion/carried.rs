@@ -5,7 +5,7 @@ use crate::body::{Body, EndMotion};
 use crate::manifold::{ManifoldPoint, RodMass};
 use nalgebra::{SMatrix, SVector};
 
-/// A rod whose mass is followed, and the tolerance of that mass.
+/// A rod with a followed mass, and the tolerance of that mass.
 #[derive(Clone, Copy)]
 pub(super) struct Carried<'a, const N: usize> {
     /// The rod.

@@ -1,4 +1,4 @@
-//! The interface of a motion of any model, and the loop that samples it at even times.
+//! The interface of a motion of any model, and the loop that takes samples at even times.
 
 use super::event::{Event, Outcome};
 use super::snap::Snap;
@@ -12,8 +12,7 @@ pub trait Motion<'a> {
     /// Advances to the next event; None after [`Event::Stop`].
     fn advance(&mut self) -> Option<Event>;
 
-    /// The initial state as given. It may lie a first small step before the integration, as for starts on a
-    /// fold.
+    /// The initial state as given. It may lie a first small step before the integration, as for starts on a fold.
     fn given(&self) -> Seen<'_>;
 
     /// The state now.
@@ -124,9 +123,8 @@ pub trait Observer {
     fn go_on(&mut self, time: f64) -> bool;
 }
 
-/// Drives `motion` to its end: `samples` >= 2 samples at even times over [0, duration], first and last
-/// included; a motion that ends early adds its last state. A branch that starts in the middle has no samples
-/// before its start.
+/// Drives `motion` to its end: `samples` >= 2 samples at even times over [0, duration], first and last included; a
+/// motion that ends early adds its last state. A branch that starts in the middle has no samples before its start.
 ///
 /// # Errors
 /// Those of the observer.

@@ -18,8 +18,7 @@ pub enum Event {
     },
     /// An elastic rod jumped at a fold.
     Snap(Snap),
-    /// A viscoelastic rod passed from one equilibrium to the neighbourhood of another, or came to rest near
-    /// one.
+    /// A viscoelastic rod passed from one equilibrium to the neighbourhood of another, or came to rest near one.
     Layer(Layer),
     /// A taut elastic rod reversed the outward motion of a body within the last step.
     Bounce(Bounce),
@@ -29,9 +28,8 @@ pub enum Event {
 
 /// Bounce of a body at the end of its tether: the taut rod reverses its outward motion.
 ///
-/// The rod is bent only over a length 1/lambda next to its welded ends, and fast: friction, which the elastic
-/// rod leaves out, matters more than anywhere else. See [`Bounce::loss`]; for the mass of the rod,
-/// [`Bounce::inertia`].
+/// The rod is bent only over a length 1/lambda next to its welded ends, and fast: friction, which the elastic rod
+/// leaves out, matters more than anywhere else. See [`Bounce::loss`]; for the mass of the rod, [`Bounce::inertia`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounce {
     /// The rod, by its number in an assembly.
@@ -49,8 +47,7 @@ pub struct Bounce {
     /// Stored energy at `t`, the kinetic energy m v^2/2 of the radial motion. In space it is that of the bent
     /// ends: tension times their share of the rod's reach.
     pub elastic: f64,
-    /// The mass m that the pull has to turn round: the body's, in an assembly the effective mass at both
-    /// ends.
+    /// The mass m that the pull has to turn round: the body's, in an assembly the effective mass at both ends.
     pub mass: f64,
 }
 
@@ -60,10 +57,9 @@ impl Bounce {
         (2.0 * self.elastic / self.mass).sqrt()
     }
 
-    /// Relative energy loss of this bounce for a Kelvin-Voigt rod whose viscosities are its stiffnesses times
-    /// `eta`, in units of m v^2/2: (16/15) eta tension/(m v). This is the leading order for small losses, up
-    /// to a factor of 1.2 for pulls across the clamp (theory 2.8). The elastic bounce is physical only if the
-    /// loss is far below 1.
+    /// Relative energy loss of this bounce for a Kelvin-Voigt rod whose viscosities are its stiffnesses times `eta`,
+    /// in units of m v^2/2: (16/15) eta tension/(m v). This is the leading order for small losses, up to a factor of
+    /// 1.2 for pulls across the clamp (theory 2.8). The elastic bounce is physical only if the loss is far below 1.
     pub fn loss(&self, eta: f64) -> f64 {
         eta / self.viscosity()
     }
@@ -90,7 +86,7 @@ pub enum Outcome {
     NoStableEquilibrium,
     /// At a fold under the rule `All`: each snap continues in a run of its own.
     Branched(Vec<Snap>),
-    /// The body of this number reached the end of its groove.
+    /// The body of this number reached an end of the groove.
     GrooveEnd(usize),
     /// A rod touches itself or another rod.
     SelfContact(Contact),
@@ -110,7 +106,8 @@ impl Outcome {
         Self::Stuck(Stuck::new(at, cause, remedy))
     }
 
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit, snap_limit, stuck, interrupted.
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit,
+    /// snap_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
@@ -125,7 +122,7 @@ impl Outcome {
         }
     }
 
-    /// True if the run reached its end: the end of time, or branches that go on by themselves.
+    /// True at the end of time, and for a run that goes on in branches: nothing is missing.
     pub fn is_complete(&self) -> bool {
         matches!(self, Self::EndOfTime | Self::Branched(_))
     }

@@ -116,11 +116,11 @@ pub struct Closing {
 const ALLOWED: f64 = 1e3;
 /// Largest relative error of a ledger, whatever the tolerance: beyond it the motion is another one.
 const MOST: f64 = 0.1;
-/// Smallest tolerance that counts: below it errors drown in rounding.
+/// Smallest tolerance of the ledger: smaller errors drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Error relative to the largest term beyond which no energy of the motion can be trusted.
 const OPEN: f64 = 1e-3;
-/// Energy, in the units of the rod, below which it is the rounding of a rod at rest.
+/// Energy, in the units of the rod, up to which a rod at rest has rounding.
 const REST: f64 = 1e-29;
 
 impl Closing {
@@ -134,7 +134,7 @@ impl Closing {
         }
     }
 
-    /// Adds the ledger of one state, and the drift of its rods from their attachments.
+    /// Adds the ledger of one state, and the drift of rod ends from their attachments.
     pub fn measure(&mut self, state: &dyn State) {
         self.look(&state.ledger());
         self.drift = self.drift.max(state.drift());
@@ -177,16 +177,14 @@ impl Closing {
     /// False if the run cannot be trusted. With E the largest term, in the units of the rod, EI/L, the error
     /// is then beyond 1000 tolerances of E + sqrt(E), or beyond a tenth of that.
     ///
-    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities
-    /// and strains is one of sqrt(2 E) tolerances in the energy where E is small (x dx with x^2/2 = E), and
-    /// of E where it is large. A sound run may gather such errors step by step, whatever the size of its
-    /// energies.
+    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and
+    /// strains becomes an error in the energy: sqrt(2 E) tolerances for small E (x dx with x^2/2 = E), E tolerances
+    /// for large E. A sound run may gather such errors step by step, whatever the size of its energies.
     pub fn is_closed(&self, tolerance: f64) -> bool {
         self.within((ALLOWED * tolerance.max(FINEST)).min(MOST))
     }
 
-    /// True if the energy error is so large that the motion is no longer the one that began: its snaps mean
-    /// nothing.
+    /// True if the energy error is so large that the motion is no longer the one that began: its snaps mean nothing.
     pub fn is_lost(&self) -> bool {
         !self.within(MOST)
     }

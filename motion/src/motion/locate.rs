@@ -1,5 +1,4 @@
-//! Location of events inside a step, to the accuracy of the integration: the step is taken again with other
-//! lengths.
+//! Location of events inside a step, to the accuracy of the integration: the step is taken again with other lengths.
 
 use crate::solve::cost::Cost;
 use crate::solve::gauss::Reversible;
@@ -50,9 +49,8 @@ pub struct Located<S> {
 /// Largest time error in a symmetric step, as a part of the step, that a linear correction may remove.
 const OFF: f64 = 1e-6;
 
-/// The state at the time `t` within a step. Explicit and collocation steps are interpolated; the interpolant
-/// is kept in `dense`. A symmetric step is taken again to `t`, and its slope corrects the last digits of
-/// time.
+/// The state at the time `t` within a step. Explicit and collocation steps are interpolated; the interpolant is kept
+/// in `dense`. A symmetric step is taken again to `t`, and its slope corrects the last digits of time.
 pub fn at_time<S: Timed>(
     step: &mut Taken<S>,
     dense: &mut Option<Inside<S>>,
@@ -101,8 +99,7 @@ pub fn at_time<S: Timed>(
     }
 }
 
-/// The first zero of t' inside a step: detected at the stages, confirmed on the interpolant. None if there is
-/// none.
+/// The first zero of t' inside a step: detected at the stages, confirmed on the interpolant. None if there is none.
 pub fn first_fold<S: Timed>(
     step: &mut Taken<S>,
     f: &mut impl Slopes<S>,
@@ -140,9 +137,8 @@ pub fn first_fold<S: Timed>(
     None
 }
 
-/// The first fraction of a step at which `room` is not positive, to rounding. The search samples at `places`
-/// equal intervals and at the minima between them. None if `room` is not positive at the start, or positive
-/// all along.
+/// The first fraction of a step at which `room` is not positive, to rounding. The search samples at `places` equal
+/// intervals and at the minima between them. None if `room` is not positive at the start, or positive all along.
 pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f64) -> Option<f64> {
     let place = |k: usize| k as f64 / f64::from(places);
     let gone = |room: f64| !(room > 0.0);

@@ -1,8 +1,7 @@
 //! Exact reductions of a viscoelastic rod with a body to ordinary differential equations: AMV Sec. 6.
 //!
-//! A uniform rod, straight without load, moves with strains e(t) that do not depend on s exactly when the
-//! local resultants do not either. With constant w = (m, n) along the directors the balances n' = 0, m' + r'
-//! x n = 0 read
+//! A uniform rod, straight without load, moves with strains e(t) that do not depend on s exactly when the local
+//! resultants do not either. With constant w = (m, n) along the directors the balances n' = 0, m' + r' x n = 0 read
 //! ```text
 //! u x n = 0,      u x m + v x n = 0.                                                                    (A)
 //! ```
@@ -11,19 +10,17 @@
 //! out of that motion (B). Three kinds of motion pass:
 //!
 //! * longitudinal, e = (0, 0, u3, 0, 0, v3(t)): mu v3'' = -n3 + loads, AMV (6.3);
-//! * twisting, e = (0, 0, u3(t), 0, 0, v3(t)), with J3 u3'' = -m3 + couple. It suffices that the section's
-//!   law is invariant under half a turn about d3; AMV ask for isotropy, which they need for shear at the same
-//!   time, (6.21);
+//! * twisting, e = (0, 0, u3(t), 0, 0, v3(t)), with J3 u3'' = -m3 + couple. It suffices that the section's law is
+//!   invariant under half a turn about d3; AMV ask for isotropy, which they need for shear at the same time, (6.21);
 //! * shearing, u = 0, e = (0, 0, 0, v(t)), mu v'' = -n + loads, with (6.19), v x n = 0: the force goes
 //!   through the clamp.
 //!
-//! In the first two (A) holds whatever the motion, by the symmetry of the law. In shearing it is an identity
-//! only if flexure is rigid, for then m is a reaction that need not be constant along the rod. Else v x n = 0
-//! is no identity for any law of strain-rate type: by (2.33) n covers an open set as v_t varies, and so
-//! leaves the line of v. It is two equations beside the three of motion, which only exceptional motions
-//! satisfy: shear that dies out as exp(-sigma t) while a load holds the stretch, or a motion whose loads were
-//! made for it. A perturbation leaves them, so (A) and (B) are checked at the start, with their first
-//! derivatives.
+//! In the first two (A) holds whatever the motion, by the symmetry of the law. In shearing it is an identity only if
+//! flexure is rigid, for then m is a reaction that need not be constant along the rod. Else v x n = 0 is no identity
+//! for any law of strain-rate type: by (2.33) n covers an open set as v_t varies, and so leaves the line of v. It is
+//! two equations beside the three of motion, which only exceptional motions satisfy: shear that dies out as
+//! exp(-sigma t) while a load holds the stretch, or a motion whose loads were made for it. A perturbation leaves
+//! them, so (A) and (B) are checked at the start, with their first derivatives.
 //!
 //! A recognised motion is still integrated as the whole rod, which reaches the same digits on 8 nodes in
 //! fewer steps (scenes/plunge.toml: 72 steps and 1627 right-hand sides against 399 and 4790 of the body's
@@ -99,7 +96,7 @@ pub struct ReducedStart<'a> {
 pub struct Refusal(Message);
 
 impl Refusal {
-    /// The reason, with its numbers in these units.
+    /// The reason, with numbers in `units`.
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
         Self(self.0.in_units(units))
     }
@@ -386,8 +383,7 @@ fn constant(field: &[Strain]) -> bool {
     })
 }
 
-/// True if the elastic law is uniform by its own account and the rate law gives the same overstress at some
-/// places.
+/// True if the elastic law is uniform by its own account and the rate law gives the same overstress at some places.
 fn uniform(section: &Viscoelastic, e: &Strain) -> bool {
     let rigid = section.rate.rigid();
     let rates = Strain::from_fn(|i, _| if rigid[i] { 0.0 } else { 0.3 - 0.1 * i as f64 });

@@ -70,9 +70,8 @@ pub struct Run<'a, M, const N: usize> {
     pending: Option<f64>,
     /// True while the body moves outward against the pull; None if the rod is not taut.
     outward: Option<bool>,
-    /// Energy at the start of a motion next to the straight rod, less the loss counted in `snapped`. The
-    /// change over that motion, of the order of the rod's mass times the deflection, goes to vibrations of
-    /// the rod.
+    /// Energy at the start of a motion next to the straight rod, less the loss counted in `snapped`. The change over
+    /// that motion, of the order of the rod's mass times the deflection, goes to vibrations of the rod.
     straight: Option<f64>,
     /// An event of the last step that is still to be reported.
     found: Option<Event>,
@@ -82,8 +81,7 @@ pub struct Run<'a, M, const N: usize> {
     interrupted: bool,
     /// The initial state as given.
     given: Phase<N>,
-    /// Initial pose and energies of the rod, if the chart has them only to rounding: those of the straight
-    /// rod.
+    /// Initial pose and energies of the rod, if the chart has them only to rounding: those of the straight rod.
     given_pose: Option<(SVector<f64, N>, [f64; 2])>,
     /// States from the given time to the start of the integration: see [`Run::straight`].
     early: Option<Early<'a, N>>,
@@ -185,7 +183,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors
-    /// A snap on another manifold.
+    /// A snap whose landing is no chart point of the manifold of the run.
     pub fn branch(&self, snap: &Snap) -> Result<Self> {
         if snap.to.q.len() != N {
             return Err(Error::domain(format!(

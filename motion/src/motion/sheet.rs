@@ -72,7 +72,7 @@ impl<const N: usize> State for Phase<N> {
 }
 
 impl<const N: usize> Reversible for Phase<N> {
-    /// Constant: tau already runs slowly where the motion is fast.
+    /// Constant: steps in tau are already short in time where the motion is fast.
     fn pace_squared(&self, _at: &Self) -> f64 {
         1.0
     }
@@ -92,8 +92,7 @@ pub enum Progress {
     Moved,
     /// At the end of time.
     Arrived,
-    /// At a fold. `time_error` is the uncertainty of its location in time; the integration's error comes on
-    /// top.
+    /// At a fold. `time_error` is the uncertainty of its location in time; the integration's error comes on top.
     Fold {
         /// Change of the fold's time in the last correction.
         time_error: f64,
@@ -126,7 +125,7 @@ pub struct OnSheet<'a, M, const N: usize> {
 const LOCAL: f64 = 0.1;
 /// Ratio of the lengths of collocation steps and DOP853 steps.
 const LONGER: f64 = 3.0;
-/// Distance to the end of time, relative to 1 + its size, that counts as arrived.
+/// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
 /// Most halvings of a step in which time turns back without a fold; after these time stands still.
 const HALVINGS: u32 = 60;
@@ -226,7 +225,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Whether the body moves against the pull of the rod; None if the rod is not taut.
+    /// True if the body moves against the pull of a taut rod; None if the rod is not taut.
     pub fn moves_outward(&self) -> Option<bool> {
         let now = self.solver.state();
         self.manifold.tautness(self.patch, &now.q)?;
@@ -392,8 +391,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(Taken::Collocated(step))
     }
 
-    /// A step with slopes one by one. Its length follows from that of a preceding collocation step, and vice
-    /// versa.
+    /// A step with slopes one by one. Its length follows from that of a preceding collocation step, and vice versa.
     fn step_at_one(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
         if let (Some(Taken::Collocated(step)), Stepper::Explicit(solver)) =
             (&self.last, &mut self.solver)
@@ -409,7 +407,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(step)
     }
 
-    /// The right-hand side, with its eightfold version if there is one.
+    /// The right-hand side, with the eightfold version if the chart has one.
     fn both<F>(&mut self, one: F) -> Both<'_, 'a, F, N> {
         let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
         Both { one, eight }
@@ -479,7 +477,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 }
 
-/// Adapts a right-hand side that returns its slope to one that writes it.
+/// Adapts a right-hand side from returning the slope to writing the slope.
 fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> {
     move |at, slope| {
         *slope = f(at)?;

@@ -9,7 +9,7 @@ use crate::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
 use crate::rod::Fallen;
 use nalgebra::{DVector, SVector, UnitQuaternion};
 
-/// Rule that picks the landing of a rod that has reached a fold.
+/// Rule for the landing of a rod at a fold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -24,8 +24,7 @@ pub enum LandingRule {
     Lowest,
     /// Every stable equilibrium with no more energy than the fold: the run branches.
     All,
-    /// The stable equilibrium of this sheet with no more energy than the fold; of several, the one of lowest
-    /// energy.
+    /// The stable equilibrium of this sheet with no more energy than the fold; of several, the one of lowest energy.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Named(Sheet),
     /// The stable equilibrium of this rank by energy, among those with no more energy than the fold; 1 is the
@@ -65,7 +64,7 @@ pub struct SnapEnd {
     pub q: DVector<f64>,
     /// Sheet; None in models that do not name sheets.
     pub sheet: Option<Sheet>,
-    /// Morse index; at the fold, on the side from which it was reached.
+    /// Morse index; at the fold, on the side of the approach.
     pub index: usize,
     /// Stored energy.
     pub elastic: f64,
@@ -96,14 +95,13 @@ pub struct Snap {
     /// Number of stable equilibria with no more energy than the fold; None under the rule `Viscous`, which
     /// does not choose. In the plane all are counted, in space those that were found.
     pub choices: Option<usize>,
-    /// True if the fast viscous layer leads to this landing, false if to another; None if the layer did not
-    /// settle.
+    /// True if the fast viscous layer leads to this landing, false if to another; None if the layer did not settle.
     pub reached: Option<bool>,
     /// The bodies and charts of an assembly at the fold; None in a plane.
     pub moving: Option<Box<Configuration>>,
 }
 
-/// Chart distance, relative to 1 + norm, up to which a layer's landing is that of the snap.
+/// Largest chart distance, relative to 1 + norm, between the landing of a layer and of the snap.
 const SAME: f64 = 1e-6;
 
 impl Snap {
@@ -185,8 +183,7 @@ pub fn fold_sides<const N: usize>(
 /// The landings that a rule allows.
 #[derive(Debug, Clone)]
 pub struct Landings<T> {
-    /// Landings with their [`Snap::reached`]: one, unless the rule is `All`; empty if no stable equilibrium
-    /// is left.
+    /// Landings with their [`Snap::reached`]: one, unless the rule is `All`; empty if no stable equilibrium is left.
     pub at: Vec<(T, Option<bool>)>,
     /// Number of possible landings, as [`Snap::choices`].
     pub choices: Option<usize>,
@@ -201,8 +198,7 @@ impl<T> Landings<T> {
         }
     }
 
-    /// The candidates in `all`, sorted by energy, that the rule allows; `sheet` gives the sheet of a
-    /// candidate.
+    /// The candidates in `all`, sorted by energy, that the rule allows; `sheet` gives the sheet of a candidate.
     pub fn chosen(
         rule: LandingRule,
         all: Vec<(T, Option<bool>)>,

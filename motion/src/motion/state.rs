@@ -17,8 +17,8 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 
 /// A state of a motion, in the frame of the clamp and in the units of the rod (length 1).
 ///
-/// Rods in a plane lie in the plane of x and y and start along x; their sections have d3 along the tangent and d1 along z,
-/// so that u1 is the curvature.
+/// Rods in a plane lie in the plane of x and y and start along x. Their sections have d3 along the tangent
+/// and d1 along z, so that u1 is the curvature.
 pub trait State {
     /// Time.
     fn time(&self) -> f64;
@@ -36,15 +36,13 @@ pub trait State {
     /// Energies.
     fn ledger(&self) -> Ledger;
 
-    /// Energy that friction in the rod has dissipated so far, without drag and snaps.
+    /// Energy dissipated by friction in the rod up to now, without drag and snaps.
     fn friction(&self) -> f64;
 
-    /// Relative distance of the rod from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a
-    /// sheet.
+    /// Relative distance of the rod from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a sheet.
     fn distance(&self) -> f64;
 
-    /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names
-    /// none.
+    /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names none.
     fn equilibrium(&self) -> Option<Labels>;
 
     /// The Morse index of the rod with its end held; None off equilibrium.
@@ -69,7 +67,7 @@ pub trait State {
         Vec::new()
     }
 
-    /// Forces of grooves on the bodies that slide in them, in the world frame of [`State::configuration`].
+    /// Forces of grooves on the bodies in them, in the world frame of [`State::configuration`].
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
         Vec::new()
     }

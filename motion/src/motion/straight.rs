@@ -13,10 +13,9 @@
 //! by collocation, with Newton's method and the derivative c'(N) of the law of shortening. From `until` on
 //! the chart takes over: there the shaking is absent, and slow enough to be followed.
 //!
-//! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int
-//! w^2 ds) y'' = .. + m int w (g - e) ds (theory 2.9 of a straight rod; e is the acceleration of the clamp).
-//! The part of its inertia along the rod is smaller by y^2. It is left to the chart, so such an opening ends
-//! where y is small.
+//! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds)
+//! y'' = .. + m int w (g - e) ds (theory 2.9 of a straight rod; e is the acceleration of the clamp). The part of its
+//! inertia along the rod is smaller by y^2. It is left to the chart, so such an opening ends where y is small.
 
 use super::sheet::Phase;
 use crate::body::{Body, EndMotion};
@@ -37,8 +36,7 @@ const LONGEST: f64 = 0.5;
 const TAIL: f64 = 1e-13;
 /// Convergence of Newton's method: the change of all values, relative to the largest.
 const SETTLED: f64 = 1e-13;
-/// Largest deflection of the end at which the motion next to the straight rod takes over, for a rod of known
-/// mass.
+/// Largest deflection of the end at which the motion next to the straight rod takes over, for a rod of known mass.
 const HANDED_OVER: f64 = 1e-4;
 /// Newton rounds after which the derivatives c'(N) are kept.
 const SLOPES: usize = 3;
@@ -68,8 +66,7 @@ pub struct Opening {
 }
 
 impl Opening {
-    /// The opening of a motion from the straight rod with a velocity across, which is to last until
-    /// `duration`.
+    /// The opening of a motion from the straight rod with a velocity across, which is to last until `duration`.
     ///
     /// # Errors
     /// A velocity along the rod; nothing that drives the mass across; a push beyond Euler's load; a pull

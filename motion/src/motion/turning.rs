@@ -3,10 +3,9 @@
 
 use crate::solve::roots::chandrupatla;
 
-/// Tolerance, relative to the step, of the moment at which a body turns back; its position then is off by the
-/// square.
+/// Tolerance, relative to the step, of the moment at which a body turns back; its position then is off by the square.
 const FOUND: f64 = 1e-6;
-/// Distance to an end of the groove, relative to its length, at which a body is on the end.
+/// Largest distance to an end of the groove, relative to the length, of a body on the end.
 pub(super) const ON_END: f64 = 1e-12;
 
 /// The fraction of a step at which a body turns back beyond the end of its groove; None if it does not.
@@ -23,7 +22,7 @@ pub(super) fn turned(
         return None;
     }
     let end = if rate > 0.0 { last } else { first };
-    // A body that slows down evenly comes at most half as far as at its initial rate.
+    // A body under even deceleration goes half as far as at the initial rate, at most.
     if !((end - phi) / rate < span) {
         return None;
     }

@@ -1,4 +1,4 @@
-//! Bounces: bodies thrown back by rods that they have pulled straight (theory 2.8).
+//! Bounces: the reversal of bodies by rods that they have pulled straight (theory 2.8).
 
 use super::{AssemblyRun, AssemblySample, Chart};
 use crate::assembly::Tether;
@@ -49,7 +49,7 @@ impl AssemblyRun {
         self.bounces.extend(found);
     }
 
-    /// The bounce of rod `k` within the last step, which began at `from`; None if there was none.
+    /// The bounce of rod `k` within the last step, which began at `from`; None without one.
     fn bounce(&mut self, k: usize, from: f64) -> Option<Bounce> {
         let to = self.solver.state().time();
         let tolerance = self.options.tolerance * (to - from);

@@ -1,10 +1,9 @@
 //! Branch points: a straight or symmetric rod buckles to either side alike (theory 3.3).
 //!
-//! At a fold the motion of the ends pushes a neutral rod. At a branch point nothing pushes it: u . xi = 0 for
-//! the left null vector u of J. So q' = J^-1 xi stays finite, and the motion is smooth through det J = 0,
-//! where t' = det J/d and the slopes by it would both vanish. Steps go there in plain time. Where the rod is
-//! neutral all round, det J touches 0 without a change of sign, so the resistance in the neutral direction is
-//! watched instead.
+//! At a fold the motion of the ends pushes a neutral rod. At a branch point nothing pushes it: u . xi = 0 for the
+//! left null vector u of J. So q' = J^-1 xi stays finite, and the motion is smooth through det J = 0, where t' = det
+//! J/d and the slopes by it would both vanish. Steps go there in plain time. Where the rod is neutral all round, det
+//! J touches 0 without a change of sign, so the resistance in the neutral direction is watched instead.
 
 use super::step::Progress;
 use super::{AssemblyRun, Numbers};
@@ -18,7 +17,7 @@ use crate::solve::stepper::Taken;
 /// Largest push that counts as rounding. Pushes of small imperfections, such as an offset of the body of
 /// 1e-6, are larger, and followed.
 const ROUNDING: f64 = 1e-14;
-/// Resistance, relative to its value at the start of the step, that counts as zero.
+/// Resistance that counts as zero, relative to the value at the start of the step.
 const NONE: f64 = 1e-6;
 /// Singular values of J, in radians and lengths of the rod, that count as 0 beside the vanishing one.
 const ALL_ROUND: f64 = 1e-6;
@@ -48,8 +47,7 @@ impl AssemblyRun {
         falling
     }
 
-    /// The next neutral direction of rod `k`, at the rates of the last step; None if the motion pushes the
-    /// rod.
+    /// The next neutral direction of rod `k`, at the rates of the last step; None if the motion pushes the rod.
     fn unpushed(&self, k: usize, before: &[Sight]) -> Option<Neutral> {
         let next = self.watch[k].neutral_next(&before[k]);
         next.filter(|next| next.push <= ROUNDING)
@@ -136,7 +134,7 @@ impl AssemblyRun {
         })
     }
 
-    /// End of the run at the branch point of a rod that stays on its branch.
+    /// End of the run at the branch point of a rod that keeps to the unstable branch.
     pub(super) fn stay(&mut self, link: usize, point: &LinkPoint, crossing: Crossing) -> Event {
         let way = match crossing {
             Crossing::Sides => "to either side",

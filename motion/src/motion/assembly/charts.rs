@@ -67,7 +67,7 @@ impl AssemblyRun {
         true
     }
 
-    /// Changes the chart of a rod that has landed to the kind that is better there.
+    /// Changes the chart of a rod after a landing to the kind best suited to the new state.
     pub(super) fn see_anew(&mut self, state: &Numbers, link: usize) -> Result<()> {
         let (t, now) = (state.time(), self.assembly.configuration(&state.0));
         let rod = &self.assembly.links()[link];

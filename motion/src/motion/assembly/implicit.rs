@@ -1,5 +1,4 @@
-//! Implicit steps of an assembly by Radau IIA with seven stages, for stiff rods whose fast modes are not of
-//! interest.
+//! Implicit steps of an assembly by Radau IIA with seven stages, for stiff rods whose fast modes are not of interest.
 //!
 //! ```text
 //! place' = V,   M V' = wrenches of the rods + loads,   gap of every rod = 0
@@ -19,7 +18,7 @@ use crate::solve::radau7::{GAMMA, NODES, RadauStep, S, tableau, through_stages};
 use crate::solve::stepper::Taken;
 use nalgebra::{DMatrix, DVector};
 
-/// Most iterations of Newton's method, and the increment at which it is given up.
+/// Most iterations of Newton's method, and the size of an increment that ends them as diverging.
 const ITERATIONS: usize = 10;
 const WILD: f64 = 1e2;
 /// Part of a step's error left to the iteration, and the size of increments that are rounding.
@@ -42,8 +41,7 @@ const PATIENCE: u32 = 100;
 const PATIENCE_LIMIT: u32 = 3000;
 /// Number of implicit steps in a row after which the change has paid.
 const SETTLED: u32 = 20;
-/// Cost of an explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as
-/// long.
+/// Cost of an explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
 const EXPLICIT: f64 = 6.0;
 /// An implicit step is tried with TRIAL times the length of explicit ones. Implicit steps begin if the
 /// explicit work would be GAIN times theirs, and end when it would be less.
@@ -52,7 +50,7 @@ const GAIN: f64 = 1.5;
 /// Error of the integration along a rod, as a part of that for explicit steps: accelerations at the stages
 /// follow from differences of poses, twice over a step.
 const FINER: f64 = 1e-2;
-/// Ratio of the error of a step to its estimate, which is of a lower order.
+/// Ratio of the error of a step to the estimate, which is of a lower order.
 const SLACK: f64 = 0.03;
 
 /// Accelerations and charts at the stages.

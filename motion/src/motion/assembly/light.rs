@@ -20,7 +20,7 @@ const FOUND: f64 = 1e-6;
 /// Factor by which the tolerance along a rod is loosened if its energy cannot be computed at the first.
 const LOOSER: f64 = 100.0;
 
-/// Refuses symmetric steps for rods with mass, which these steps do not follow.
+/// Refuses symmetric steps for rods with mass: they do not follow the mass.
 pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
     match assembly.light_rods().next() {
         Some((k, _)) if options.method == Method::Symmetric => Err(Error::domain(format!(
@@ -60,7 +60,7 @@ impl AssemblyRun {
         each.collect()
     }
 
-    /// The rods with no more than this `room`, and whether their mass is to be felt from now on.
+    /// Rods with no more than the margin `room`, each with the new value of its flag for a felt mass.
     fn changing(&self, assembly: &Assembly, at: &Evaluated, room: f64) -> Vec<(usize, bool)> {
         let rooms = self.rooms(assembly, at).into_iter();
         let ended = rooms.filter(|(.., left)| !(*left > room));
@@ -175,7 +175,7 @@ impl AssemblyRun {
         self.advance_to(end)
     }
 
-    /// Goes back to `state` and continues without the mass of these rods, until they have landed.
+    /// Goes back to `state` and continues without the mass of `rods`, until they have landed.
     pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
         let h = self.solver.next_step();
         self.resume(state, None, h)?;
@@ -186,7 +186,7 @@ impl AssemblyRun {
         self.weigh()
     }
 
-    /// The rods whose mass is felt; only those in `among`, if given.
+    /// Rods whose mass is felt; only those in `among`, if given.
     pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
         let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
         let felt = self

@@ -11,24 +11,23 @@ use crate::solve::cost::Cost;
 use crate::solve::stepper::Taken;
 use nalgebra::DVector;
 
-/// Number of steps until det J of a rod would vanish, at its present rate, below which time is slowed for the
-/// rod.
+/// Number of steps until det J of a rod would vanish, at its present rate, below which time is slowed for the rod.
 const NEAR: f64 = 8.0;
 /// Ratio of det J to its value at the start of slowed time, above which time runs plainly again.
 const FAR: f64 = 4.0;
 /// Tolerance of the end of a slowed step in time, relative to 1 + the time.
 const ON_TIME: f64 = 1e-12;
-/// Tolerance of the end of a plain step in time: a pulse may be so short that 1e-12 counts.
+/// Tolerance of the end of a plain step in time: a pulse may be short enough for 1e-12 to count.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// det J, relative to its value where time began to be slowed, above which the end of a rod determines its
 /// chart well.
 const CLEAR: f64 = 0.1;
 /// Drift of rod ends, in local tolerances, at which charts are brought back to the poses of the bodies.
 const DRIFTED: f64 = 3.0;
-/// Gap, in tolerances, beyond which a rod is too taut for its base wrench.
+/// Gap, in tolerances, beyond which a rod is too taut for the chart of the base wrench.
 pub(super) const LOOSE: f64 = 1e3;
 
-/// Fractions of a step at which contacts inside it are tested.
+/// Fractions of a step at which contacts inside the step are tested.
 const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
 /// Outcome of a step.
@@ -60,9 +59,8 @@ impl AssemblyRun {
         self.solver.step(f, h_max).ok()
     }
 
-    /// Sets the latest time at which loads and supports are evaluated. In slowed time the stages of a step
-    /// may lie behind the break at which the step is to end, where loads jump. They take the values just
-    /// before the break.
+    /// Sets the latest time at which loads and supports are evaluated. In slowed time the stages of a step may lie
+    /// behind the break at which the step is to end, where loads jump. They take the values just before the break.
     pub(super) fn look_until(&mut self, until: f64) -> Option<()> {
         if until == self.until {
             return Some(());
@@ -157,7 +155,7 @@ impl AssemblyRun {
         })
     }
 
-    /// Drift of rod ends at which they are brought back.
+    /// Largest drift of rod ends that is not corrected.
     pub(super) fn drifted(&self) -> f64 {
         DRIFTED * self.local()
     }
@@ -184,7 +182,7 @@ impl AssemblyRun {
         Some((link, self.watch[link].gap, force.sqrt()))
     }
 
-    /// One step in time slowed for the rods that near their folds.
+    /// One step in time slowed for the rods near a fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
         let f = &self.right_hand_side();
@@ -288,7 +286,7 @@ impl AssemblyRun {
         Some(progress)
     }
 
-    /// Chooses the rods for which time is slowed; none if explicit steps no longer need it.
+    /// Chooses the rods for which time is slowed; none once explicit steps do without.
     fn reconsider(&mut self, before: &[f64], rate: f64) -> Option<()> {
         let Some(slowed) = &self.slowed else {
             return Some(());
@@ -372,7 +370,7 @@ impl AssemblyRun {
         let before = std::mem::replace(&mut self.near, after.clone());
         let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
         let mut part = 1.0;
-        // Between its ends a step can bring rods nearer by no more than they move in it.
+        // Inside a step rods can come nearer than at its ends by no more than they move.
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();

@@ -9,7 +9,7 @@ use crate::rod::Wrench;
 use crate::section::Strain;
 use nalgebra::{DMatrix, DVector};
 
-/// A light rod from a standing clamp to a body at its end. Its chart is the base wrench.
+/// A light rod from a standing clamp to a body at the end, in the chart of the base wrench.
 #[derive(Debug, Clone)]
 pub struct LightInSpace {
     link: Link,

@@ -1,4 +1,4 @@
-//! The equilibrium that a planar viscoelastic rod is near, if it is near one.
+//! Labels of the equilibrium near a planar viscoelastic rod.
 
 use super::sample::ViscousSample;
 use crate::creep::plane::Plane;

@@ -8,8 +8,7 @@
 //!   implicit steps carry pose and w1 as unknowns, with the constraint that the rod ends at the body; this
 //!   stays regular as the viscosity vanishes.
 //! * [`Nodes`](super::Nodes): how many Gauss nodes, by the tails of the strains.
-//! * [`ViscousSample`]: a state with shape, wrench, rates, dissipation along the rod, and distance from
-//!   equilibrium.
+//! * [`ViscousSample`]: a state with shape, wrench, rates, dissipation along the rod, and distance from equilibrium.
 //! * [`small_in_plane`], [`small_in_space`]: eigenvalues of small motions about an equilibrium, the friction
 //!   of the rod included.
 //! * [`Layer`]: a passage far from equilibrium, such as a snap (AMV (8.6)). [`near_equilibrium`]: the labels

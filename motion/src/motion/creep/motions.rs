@@ -1,5 +1,4 @@
-//! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs
-//! again.
+//! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs again.
 
 use super::run::{ViscousRun, ViscousStart};
 use crate::body::{Body, EndBody};
@@ -79,10 +78,9 @@ pub fn in_plane<'a>(
     Ok(Box::new(run))
 }
 
-/// The motion of a body at the end of a viscoelastic rod in space, with the kinematics of its strains and its
-/// joint. The start gives all six strains, and the twist of the end (angular velocity first; a ball joint
-/// takes the velocity alone). `load` is a dead load along the rod, in the frame of the clamp and the units of
-/// the rod.
+/// The motion of a body at the end of a viscoelastic rod in space, with the kinematics of its strains and its joint.
+/// The start gives all six strains, and the twist of the end (angular velocity first; a ball joint takes the velocity
+/// alone). `load` is a dead load along the rod, in the frame of the clamp and the units of the rod.
 ///
 /// # Errors
 /// As [`ViscousRun::new`].

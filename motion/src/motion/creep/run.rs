@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub struct ViscousStart<'a, const M: usize, const D: usize> {
     /// Strains at s in [0, 1].
     pub strain: &'a dyn Fn(f64) -> Local<M>,
-    /// Strains at which the Maxwell branches are relaxed; None: those of the start.
+    /// Strains at which the Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<&'a dyn Fn(f64) -> Local<M>>,
     /// Velocity of the end.
     pub velocity: AtEnd<D>,
@@ -42,8 +42,7 @@ const NEAREST: i32 = 45;
 /// Interpolation error between nodes, relative to 1 + the largest strain at the nodes, that reveals a bend
 /// between nodes.
 const FAR: f64 = 1e-3;
-/// Largest error of the velocity of the end at the start, relative to 1 + its size; beyond it the rod cannot
-/// follow.
+/// Largest error of the velocity of the end at the start, relative to 1 + its size; beyond it the rod cannot follow.
 const FOLLOWS: f64 = 1e-9;
 /// Rounding error of that velocity, relative to the velocities by the stresses alone and by the wrench alone.
 const ROUNDED: f64 = 1e-13;
@@ -211,8 +210,7 @@ where
         self.integrator.method_now()
     }
 
-    /// Largest relative size of the last coefficients of a field so far, a measure of the resolution of the
-    /// strains.
+    /// Largest relative size of the last coefficients of a field so far, a measure of the resolution of the strains.
     pub fn tail(&self) -> f64 {
         self.tail
     }

@@ -70,13 +70,14 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
     /// Dissipation per length and time at arc lengths in [0, 1], in growing order.
     pub fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
         let density: Vec<Local<1>> = self.dissipation.iter().map(|d| Local::from([*d])).collect();
-        // The density is not negative; its polynomial may be, by the size of its last coefficients.
+        // The interpolating polynomial of the nonnegative density may be negative, by the size of its last
+        // coefficients.
         let values = self.grid.at_each(&density, places);
         values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
-    /// Distance of the rod from equilibrium, in [0, 1]: the overstress relative to itself plus the resultants
-    /// that are taken up (root mean squares over the rod).
+    /// Distance of the rod from equilibrium, in [0, 1]: o/(o + r) with the root mean squares over the rod of
+    /// the overstress, o, and of the resultants that are taken up, r.
     pub fn distance(&self) -> f64 {
         let mean = |field: &[Local<M>]| {
             let squares = field.iter().zip(self.grid.weights());

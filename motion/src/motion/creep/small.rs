@@ -22,14 +22,13 @@ use std::sync::Arc;
 const FIRST: usize = 8;
 /// Most strains and dashpots, all nodes together: eigenvalues cost the third power.
 const MOST: usize = 300;
-/// Relative change of eigenvalues on a finer grid at which they count as converged.
+/// Relative change of eigenvalues on a finer grid below which they count as converged.
 const STILL: f64 = 1e-10;
 
 /// The eigenvalues of small motions, in the units of the rod.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmallCreep {
-    /// Eigenvalues s of motions exp(s t) of the body on the rod, and those of the rod's own motions near
-    /// them.
+    /// Eigenvalues s of motions exp(s t) of the body on the rod, and those of the rod's own motions near them.
     pub rates: Rates,
     /// Relative change of the eigenvalues in the last refinement of the grid.
     pub change: f64,

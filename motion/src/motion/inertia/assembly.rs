@@ -30,7 +30,7 @@ pub struct RodStart<'a> {
     pub base: UnitQuaternion<f64>,
     /// All strains at s in [0, 1].
     pub strain: Box<dyn Fn(f64) -> Strain + 'a>,
-    /// Strains to which the Maxwell branches are relaxed; None: those of the start.
+    /// Strains to which the Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<Box<dyn Fn(f64) -> Strain + 'a>>,
     /// Initial rates of the strains; not used with `following`.
     pub rate: Box<dyn Fn(f64) -> Strain + 'a>,

@@ -24,23 +24,21 @@ pub(super) trait Model {
     /// Index of time in a state vector; energy dissipated, work and loss to drag follow.
     fn time(&self) -> usize;
 
-    /// The sample of a state; None outside the domain of a law. `implicit`: the state vector contains
-    /// accelerations.
+    /// The sample of a state; None outside the domain of a law. `implicit`: the state vector contains accelerations.
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>>;
 
     /// The rods of a state.
     fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>>;
 
-    /// The model with these node counts on the elements of all rods in a row, and its state.
+    /// Model and state with `counts` nodes on the elements of all rods in a row.
     fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun>;
 
-    /// The state projected to its constraints, if its distance from them exceeds `bound`.
+    /// The state projected to the constraints, if farther from them than `bound`; else None.
     fn held(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
         None
     }
 
-    /// For every body in a groove with ends: its number, its parameter and rate, and the parameters of the
-    /// ends.
+    /// For every body in a groove with ends: its number, its parameter and rate, and the parameters of the ends.
     fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         Vec::new()
     }
@@ -117,10 +115,9 @@ impl Judged {
     }
 }
 
-/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most
-/// 1/[`LATE`] of a strain of that size, and less where the corresponding strains are smaller
-/// ([`HeavyRod::delays`]). A rod that is let go begins with waves shorter than any nodes. Their rates do not
-/// vanish, but have almost no effect.
+/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`LATE`] of a
+/// strain of that size, and less where the corresponding strains are smaller ([`HeavyRod::delays`]). A rod that is
+/// let go begins with waves shorter than any nodes. Their rates do not vanish, but have almost no effect.
 fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
     let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {

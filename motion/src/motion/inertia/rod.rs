@@ -20,7 +20,7 @@ pub struct HeavyStart<'a> {
     pub strain: &'a dyn Fn(f64) -> Strain,
     /// Initial rates of the strains.
     pub rate: HeavyRate<'a>,
-    /// Strains to which Maxwell branches are relaxed; None: those of the start.
+    /// Strains to which Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<&'a dyn Fn(f64) -> Strain>,
     /// True: start at the stable equilibrium under all loads at the time 0 that is near `strain`.
     pub settled: bool,
@@ -121,7 +121,7 @@ fn write_dashpots(rod: &HeavyRod, y: &mut DVector<f64>, z: &[f64]) {
     y.as_mut_slice()[2 * rod.size()..rod.time()].copy_from_slice(z);
 }
 
-/// The model of the rod with these node counts, and its initial state.
+/// The model of the rod with `counts` nodes on the elements, and the initial state.
 pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> Result<Begun> {
     let grid = Grid::new(&given.breaks(), counts);
     let places = grid.nodes().to_vec();

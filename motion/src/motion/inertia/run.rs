@@ -16,8 +16,7 @@ use crate::solve::cost::Cost;
 use crate::solve::integrator::{Integrator, Method};
 use nalgebra::DVector;
 
-/// Largest share of the last two coefficients in the strain rates; beyond it the run reports the rates as
-/// unresolved.
+/// Largest share of the last two coefficients in the strain rates; beyond it the run reports the rates as unresolved.
 pub const SPILL: f64 = 1e-3;
 /// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up.
 const LOCAL: f64 = 0.1;
@@ -30,9 +29,9 @@ const FIRST: usize = 8;
 const FAR: f64 = 10.0;
 /// Number of steps in a row after which unneeded nodes are given up.
 const PATIENCE: u32 = 40;
-/// Drift of rod ends from their attachments, in tolerances, at which they are brought back.
+/// Largest drift of rod ends from their attachments, in tolerances, that is not corrected.
 const DRIFTED: f64 = 0.1;
-/// Fractions of a step at which contacts inside it are tested.
+/// Fractions of a step at which contacts inside the step are tested.
 const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
 /// Most rounds of the search for the end of a groove or a contact, and its tolerance in time, relative to the
 /// duration.
@@ -150,7 +149,7 @@ impl HeavyRun {
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
-        // Factors are dense here, and every sample computes some of its own.
+        // Factors are dense, and every sample computes some of its own.
         integrator.keep_order();
         Ok(Self {
             nodes: Following::new(options.nodes, PATIENCE, nodes),
@@ -320,7 +319,7 @@ impl HeavyRun {
         let before = self.near.replace(after.clone()).unwrap_or_default();
         let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
         let mut found = touches(&after).map(|contact| (contact, 1.0));
-        // Between its ends a step can bring rods nearer by no more than they move in it.
+        // Inside a step rods can come nearer than at its ends by no more than they move.
         if before.gap().min(after.gap()) < before.moved(&after) {
             for part in INSIDE {
                 let y = self.integrator.at(self.model.system(), part)?;

@@ -107,7 +107,7 @@ impl Balance {
         self.largest.max(f64::MIN_POSITIVE)
     }
 
-    /// The largest relative defect (NaN counts as infinite) and what it means.
+    /// The largest relative defect (NaN counts as infinite) and the violated condition.
     pub fn defect(&self) -> (f64, &'static str) {
         let defects = self.defects();
         let (place, size) = defects.iter().enumerate().fold((0, 0.0), |most, (i, x)| {

@@ -11,8 +11,7 @@ use crate::motion::straight::Opening;
 use nalgebra::Vector2;
 
 impl<'a> Run<'a, Elastica, 2> {
-    /// A run of the straight rod let go at (1, 0) with a velocity across, by a special opening (see
-    /// `straight.rs`).
+    /// A run of the straight rod let go at (1, 0) with a velocity across, by a special opening (see `straight.rs`).
     ///
     /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads; no other
     /// motion keeps the pull bounded as t -> 0.
@@ -45,9 +44,8 @@ impl<'a> Run<'a, Elastica, 2> {
     }
 }
 
-/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the
-/// straight rod. It is boxed behind the trait of all motions, so that callers do not compile the generic run
-/// again.
+/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight
+/// rod. It is boxed behind the trait of all motions, so that callers do not compile the generic run again.
 ///
 /// # Errors
 /// As [`Run::new`] and [`Run::straight`].

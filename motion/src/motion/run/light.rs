@@ -10,8 +10,7 @@ use crate::motion::sheet::{Glide, Passage};
 use std::mem;
 use std::ops::ControlFlow;
 
-/// Largest kinetic energy of the rod, as a part of the body's, at which a motion begins to feel the rod's
-/// mass.
+/// Largest kinetic energy of the rod, as a part of the body's, at which a motion begins to feel the rod's mass.
 const MOST_OF_BODY: f64 = 0.1;
 /// Samples per step in the search for the moment at which the mass is first followed or given up. The motion
 /// may qualify for less than one step: slow at a turning point, or near a fold.

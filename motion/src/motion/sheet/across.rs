@@ -1,11 +1,10 @@
-//! Passage of the straight configuration by a rod of small mass, the mass followed to first order (theory
-//! 2.9).
+//! Passage of the straight configuration by a rod of small mass, the mass followed to first order (theory 2.9).
 //!
 //! The equilibria that a rod with mass would stay on have no bounded pull where their end passes the axis.
-//! The rod's own inertia bends it across, by the order of its mass, and the pull that stands for this bend
-//! differs from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
+//! The rod's own inertia bends the rod across, by the order of its mass. The pull with the same bend differs
+//! from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
 //! difference. So next to the straight rod the distance from the circle of full reach is slaved to the
-//! deflection, as in [`glide`](super::glide), and the rod's mass is part of the motion across.
+//! deflection, as in [`glide`](super::glide). The rod's mass is part of the motion across.
 //!
 //! With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull. Its end is
 //! farther in by c' y u, and |c'| u^2/2 is stored. Most of u is slaved to inertia and weight. The rest is a
@@ -23,12 +22,12 @@ const HEIGHT: [f64; 2] = [3e-3, 2e-3];
 /// Difference between the pull of the equilibria and the body's own, as a part of |N|: below the first the
 /// chart may take over, above the second its motion ends.
 const SHIFTED: [f64; 2] = [0.5, 1.0];
-/// |N| above which the chart may take over, and below which its motion ends: the global chart is polar about N = 0, where it loses digits of the rod's mass.
+/// Pull |N| above which the chart may take over, and below which its motion ends: the global chart is polar
+/// about N = 0, and loses digits of the rod's mass there.
 const SLACK: [f64; 2] = [0.3, 0.2];
 /// Deflection above which the chart takes over in any case, and below which its motion may end.
 const HIGHEST: [f64; 2] = [0.016, 0.012];
-/// Radius of the neighbourhood of the straight rod: farther out the rod is not next to it, whether or not it
-/// shakes.
+/// Radius of the neighbourhood of the straight rod: farther out the rod is not next to it, whether or not it shakes.
 const FARTHEST: f64 = 0.024;
 /// Samples per step in the search for entry into the neighbourhood of the straight rod.
 const PLACES: u32 = 16;
@@ -38,7 +37,7 @@ const WITHIN: f64 = 0.5;
 /// Tolerance in the event functions (of size 1) for a step that was ended at an event: the event is found on
 /// the interpolant, and the step to it is integrated again.
 const FOUND_NEAR: f64 = 1e-2;
-/// Amplitude of the shaking in the pull, relative to 1 + |N|, beyond which it is not linear.
+/// Largest amplitude of the shaking in the pull, relative to 1 + |N|, for a linear oscillator.
 const SHAKEN: f64 = 10.0;
 /// Time increment of the differences that give the rates of the bend by the rod's own inertia.
 const SOON: f64 = 1e-4;
@@ -48,8 +47,7 @@ const FOUND: f64 = 1e-8;
 /// A moment of a rod bent by its own inertia.
 struct Shifted<const N: usize> {
     now: Moment<N>,
-    /// Excess of the pull of equilibria over the body's own, u/y; bounds of its slaved and of its shaking
-    /// part.
+    /// Excess of the pull of equilibria over the body's own, u/y; bounds of its slaved and of its shaking part.
     more: f64,
     apart: [f64; 2],
     /// Increase of 1 - x by the bend, c' y u, and its rate.
@@ -78,7 +76,7 @@ struct Beside<const N: usize> {
 pub enum Passage<const N: usize> {
     /// No change: the rod is not near the straight one, or the chart still serves.
     None,
-    /// The body shakes so hard along the rod that the rod's mass is left out.
+    /// The body shakes too hard along the rod: the rod's mass is left out.
     Shakes,
     /// The motion goes on as that of a beam with mass.
     Glides(Box<Glide<N>>),
@@ -253,7 +251,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         tolerance: f64,
     ) -> Passage<N> {
         let slack = if at_edge { FOUND_NEAR } else { 0.0 };
-        // At an event the watched quantity equals its threshold up to [`FOUND_NEAR`]: count it as crossed.
+        // At an event the watched quantity equals its threshold up to `FOUND_NEAR`, and counts as crossed.
         let near = beside.far < if shakes { -slack } else { slack };
         if near && (shakes || !(beside.shaking < -slack)) {
             return Passage::Shakes;
@@ -281,9 +279,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((q, self.manifold.point(&q)?.pose.dot(&along)))
     }
 
-    /// The chart state at a handover at the deflection `at`. A mass let go with the body's own pull would
-    /// shake along the rod, so the pull exceeds it by u/y and 1 - x by c' u y. None if the secant search
-    /// fails.
+    /// The chart state at a handover at the deflection `at`. A mass let go with the body's own pull would shake along
+    /// the rod, so the pull exceeds it by u/y and 1 - x by c' u y. None if the secant search fails.
     fn handed_over(&self, at: &Phase<N>) -> Option<Phase<N>> {
         let Shifted {
             now,
@@ -338,11 +335,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion
-    /// that `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and
-    /// beside it, differ by more than a tolerance in the same state, so the change must not depend on where
-    /// steps end. `distance`: from the end of the straight rod at the start of the step. False if the step is
-    /// unchanged.
+    /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion that
+    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and beside it,
+    /// differ by more than a tolerance in the same state. So the change must not depend on the ends of steps.
+    /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(
         &mut self,
         rod: &'a dyn RodMass<N>,
@@ -415,8 +411,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.rod.is_some() && self.shaking.glides()
     }
 
-    /// The chart state for a handover that is due: `Some(None)` if the chart cannot continue with the rod's
-    /// mass.
+    /// The chart state for a handover that is due: `Some(None)` if the chart cannot continue with the rod's mass.
     pub fn leaves_straight(&self) -> Option<Option<Phase<N>>> {
         let (_, glide) = (self.rod?, self.shaking.glide()?);
         glide

@@ -1,5 +1,4 @@
-//! Glides: motions next to, and through, a state onto which the chart collapses, of a body that does not
-//! shake.
+//! Glides: motions next to, and through, a state onto which the chart collapses, of a body that does not shake.
 //!
 //! An example is a mass at the straight rod let go without a push along it. Its distance from the circle of
 //! full reach is slaved to the deflection (theory 2.3), and what is left is a beam's equation,
@@ -18,19 +17,19 @@ use crate::solve::dop853::{Dense, Dop853, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
 
-/// A shaking slower than this part of the motion counts as none ..
+/// Largest speed of a shaking, as a part of that of the motion, that counts as none.
 const STILL: f64 = 1e-4;
-/// .. if 1 - x differs from its slaved value by less than this part.
+/// Largest relative difference of 1 - x from its slaved value in a glide.
 const SLAVED: f64 = 1e-3;
 /// Velocity scale below which the shaking has periods lost in the digits of time itself: leaving it out loses
 /// no known digit.
 const HAIR: f64 = 3e-12;
 /// Time increment of the differences that give the rate of the pull.
 const BRIEF: f64 = 1e-5;
-/// Hysteresis: a glide is left this many times farther out than it is entered.
+/// Hysteresis: ratio of the distances at which a glide is left and entered.
 const BEYOND: f64 = 2.0;
 
-/// A body and the rod that holds it.
+/// A body and its rod.
 #[derive(Clone, Copy)]
 pub(super) struct Gliding<'a, M, const N: usize> {
     pub manifold: &'a M,
@@ -69,7 +68,7 @@ pub(super) fn aside<const N: usize>(at: &Phase<N>, rise: &SVector<f64, N>, time:
     }
 }
 
-/// The pull that balances the body's motion, and its acceleration across under that pull.
+/// The pull in balance with the body's motion, and the acceleration across under this pull.
 struct Pulled {
     pull: f64,
     rise: f64,
@@ -81,7 +80,7 @@ pub struct Glide<const N: usize> {
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
     farthest: f64,
-    /// True if the motion has left the neighbourhood in which it is valid.
+    /// True if the motion has left the range of validity.
     over: bool,
 }
 
@@ -256,7 +255,7 @@ impl<const N: usize> Glide<N> {
         self.solver.state()
     }
 
-    /// True if the motion has left the neighbourhood in which it is valid.
+    /// True if the motion has left the range of validity.
     pub(super) fn is_over(&self) -> bool {
         self.over
     }
@@ -289,7 +288,7 @@ impl<const N: usize> Glide<N> {
             None => step.to.q.norm().max(step.to.v.norm()) > self.farthest,
         };
         if self.over && gliding.rod.is_some() {
-            // Chart and glide differ by more than a tolerance in the same state, so the chart takes over at
+            // Chart and glide differ by more than a tolerance in the same state. So the chart takes over at
             // the moment of the event, not at the end of a step.
             let dense = step.dense(|y| gliding.slope(y), &mut Default::default())?;
             let room = |at: &Phase<N>| match gliding.leaves(at) {

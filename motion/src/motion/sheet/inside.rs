@@ -1,5 +1,4 @@
-//! Interpolated states inside the last step: at a time, at the largest stored energy, at a new end of the
-//! step.
+//! Interpolated states inside the last step: at a time, at the largest stored energy, at a new end of the step.
 
 use super::eightfold::Both;
 use super::{OnSheet, Phase};
@@ -29,8 +28,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// Ends the last step after this fraction of it. False, with the step unchanged, if the shorter step
-    /// fails.
+    /// Ends the last step after this fraction of it. False, with the step unchanged, if the shorter step fails.
     pub fn end_after(&mut self, fraction: f64) -> bool {
         let Some(step) = self.last.clone() else {
             return false;
@@ -69,8 +67,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         if !matches!(step, Taken::Symmetric(_)) {
             return Some(self.global(dense.at(x)));
         }
-        // On a long step the polynomial gives the fraction only; the state comes from an integrated step to
-        // it.
+        // On a long step the polynomial gives the fraction only; the state comes from an integrated step to it.
         let guess = Guess {
             h: x * step.h(),
             rate: (after - before) / step.h(),

@@ -8,8 +8,7 @@ use crate::manifold::{Multivalued, Patch};
 use crate::solve::cost::Cost;
 use crate::solve::stepper::{Inside, Taken};
 
-/// Turns integrated one by one after a failed stride; each further failure doubles the number, up to the
-/// second.
+/// Turns integrated one by one after a failed stride; each further failure doubles the number, up to the second.
 const PATIENCE: (u32, u32) = (16, 1024);
 
 /// State of the search for strides and glides.
@@ -97,8 +96,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// Takes one stride over many turns if strides are under way; false if turns are to be integrated one by
-    /// one.
+    /// Takes one stride over many turns if strides are under way; false if turns are to be integrated one by one.
     pub(super) fn stride(&mut self, end: f64) -> bool {
         let Some(mut strides) = self.shaking.strides.take() else {
             return false;

@@ -1,16 +1,15 @@
 //! Strides over many turns of a fast oscillation.
 //!
-//! A mass at the small distance d from the straight rod shakes along it with a period of order d, while
-//! everything else changes in times of order 1 (theory 2.3). At an inner turning point of the shaking the
+//! A mass at the small distance d from the straight rod shakes along the rod with a period of order d.
+//! Everything else changes in times of order 1 (theory 2.3). At an inner turning point of the shaking the
 //! mass has no velocity along the rod and starts outwards. The map M from one inner turning point to the next
 //! differs from the identity by terms of order d. Up to terms exponentially small in 1/d it is the flow of a
 //! field, `M^n = exp(n F)`. F is slow, and is found from the turns before and after by central differences,
 //! ```text
 //! F = (M - 1/M)/2 + O(d^3),     F = (8 (M - 1/M) - (M^2 - 1/M^2))/12 + O(d^5)
 //! ```
-//! The motion is integrated over the number n of turns, as smooth as if nothing shook. No turn is averaged:
-//! at every whole n the state is that of the motion itself, phase included, and each sampled turn is
-//! integrated in full.
+//! The motion is integrated over the number n of turns, as smooth as if nothing shook. No turn is averaged: at every
+//! whole n the state is that of the motion itself, phase included, and each sampled turn is integrated in full.
 
 use super::{Phase, slope};
 use crate::body::Body;
@@ -22,7 +21,7 @@ use crate::solve::roots::chandrupatla;
 use crate::solve::stepper::Taken;
 use nalgebra::SVector;
 
-/// Strides of fewer turns than this are not worth their cost, of some fifty turns.
+/// Least number of turns of a stride; shorter ones do not repay their cost, of some fifty turns.
 pub(super) const FEWEST: f64 = 100.0;
 /// Turns left out before a break of the loads, before the end, and after the last break: the differences
 /// reach over two turns on either side.
@@ -43,7 +42,7 @@ const MOST_STEPS: usize = 5000;
 const AVERAGED: [f64; 2] = [3e-7, 6e-7];
 /// Time increment of the difference that gives the rate of the load along the rod.
 const BRIEF: f64 = 1e-5;
-/// First stride, as a part of the scale over which the state changes by its own size.
+/// First stride, as a part of the time in which the state changes by its own size.
 const FIRST: f64 = 0.05;
 
 /// The oscillation in one chart, with the direction of the shaking.
@@ -344,8 +343,7 @@ impl<const N: usize> Strides<N> {
         })
     }
 
-    /// One stride of a whole number of turns, at most to a few turns before `end`; None if it would be too
-    /// short.
+    /// One stride of a whole number of turns, at most to a few turns before `end`; None if it would be too short.
     pub fn stride<M: Multivalued<N>>(
         &mut self,
         turns: &Turns<'_, M, N>,
