@@ -260,16 +260,16 @@ impl Field {
 
 /// A piece of a surface: a grid of points in space.
 ///
-/// **Resolution.** 48 x 32 points for each of four sheets give a figure of 0.5 to 0.8 MB; more make the file
-/// larger and nothing clearer. Spend the points where the outline bends: a rim is drawn through them. Grade
-/// the parameters so that the quadrilaterals are of about equal size in the figure (a sheet of the elastica
-/// is stretched towards kap = +-1 and lam = 0). A point that is not finite is a hole. The surface is cut
-/// exactly at the figure's box, so sample past it rather than up to it.
+/// **Resolution.** 48 x 32 points for each of four sheets give a figure of 0.5 to 0.8 MB; more make the file larger
+/// and nothing clearer. Spend the points where the outline bends: a rim is drawn through them. Grade the parameters
+/// so that the quadrilaterals are of about equal size in the figure (a sheet of the elastica is stretched towards kap
+/// = +-1 and lam = 0). A point that is not finite is a hole. The surface is cut exactly at the figure's box, so
+/// sample past it rather than up to it.
 ///
-/// **Orientation.** The front is where the first parameter, the second and the eye are right-handed; the back
-/// is drawn paler. Give all patches their parameters in the same order and sense.
+/// **Orientation.** The front is where the first parameter, the second and the eye are right-handed; the back is
+/// drawn paler. Give all patches their parameters in the same order and sense.
 ///
-/// **Order.** Where two patches all but coincide (by less than 0.6 % of the box), the first given is seen.
+/// **Order.** Of two patches closer than 0.6 % of the box, the first in the list is visible.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Patch {
     /// Name in the legend; patches of the same name share one entry.

@@ -161,7 +161,8 @@ pub(crate) fn snap_name(given: &str) -> &str {
     }
 }
 
-/// Largest change, as a part of a term, at which the term hides it; smallest change that is no rounding of a rest.
+/// Largest change, as a part of a term, at which the term hides the change; smallest change that is more than
+/// the rounding of a motion at rest.
 const HIDES: f64 = 0.25;
 const REST: f64 = 1e-6;
 pub(crate) const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);

@@ -1,17 +1,17 @@
 //! Opening of the motion of a straight elastic rod that is let go (theory 2.3).
 //!
-//! At the straight rod the position of the mass does not determine the force: 1 - x = c(N) y^2, and the pull
-//! N comes from the motion along the rod, which is slaved to the motion across (`x'' = (f_x - N)/m`). Close
-//! to it the mass also can shake along the rod, at a frequency of order 1/y. But of all motions from rest at
-//! (1, 0) only one keeps the pull bounded as t -> 0, and that one is smooth. With `y = O(t^k)`, k = 1 for a
-//! velocity across and 2 for a load across,
+//! At the straight rod the position of the mass does not determine the force: 1 - x = c(N) y^2, and the pull N comes
+//! from the motion along the rod, which is slaved to the motion across (`x'' = (f_x - N)/m`). Close to it the mass
+//! also can shake along the rod, at a frequency of order 1/y. But of all motions from rest at (1, 0) only one keeps
+//! the pull bounded as t -> 0, and that one is smooth. With `y = O(t^k)`, k = 1 for a velocity across and 2 for a
+//! load across,
 //! ```text
 //! 1 - x = t^2k Z(t),   y = t^k Y(t),   N = f_x + m (1 - x)'' = f_x + t^(2k-2) m M(t)
 //! ```
-//! with Z, Y, M analytic: from rest N = f_x + 3 (3/5) m a^2 t^2 + .. under the acceleration a; with a
-//! velocity v across N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until]
-//! by collocation, with Newton's method and the derivative c'(N) of the law of shortening. From `until` on
-//! the chart takes over: there the shaking is absent, and slow enough to be followed.
+//! with Z, Y, M analytic: from rest N = f_x + 3 (3/5) m a^2 t^2 + .. under the acceleration a; with a velocity v
+//! across N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until] by collocation,
+//! with Newton's method and the derivative c'(N) of the law of shortening. From `until` on the chart takes over:
+//! there a shaking would be slow enough to be followed, and there is none.
 //!
 //! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds)
 //! y'' = .. + m int w (g - e) ds (theory 2.9 of a straight rod; e is the acceleration of the clamp). The part of its

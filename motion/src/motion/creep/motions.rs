@@ -26,7 +26,7 @@ pub enum Moving {
 }
 
 impl Moving {
-    /// The strains that a section leaves free; `rigid` holds for v1, v2, v3.
+    /// The strains that a section leaves free; `rigid`: whether v1, v2, v3 are held.
     ///
     /// # Errors
     /// Shear and stretch held rigid in a combination without kinematics.

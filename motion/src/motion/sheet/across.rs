@@ -55,8 +55,7 @@ struct Shifted<const N: usize> {
     shortening: f64,
 }
 
-/// A chart state with its event functions near the straight rod. Each function is of size 1, and positive
-/// before its event.
+/// A chart state with its event functions near the straight rod, each of size 1 and zero at its event.
 struct Beside<const N: usize> {
     /// Distance of the end from the end of the straight rod.
     distance: f64,
