@@ -114,7 +114,7 @@ pub(crate) fn named(curves: &[Drawn]) -> Vec<Entry> {
     named.map(|c| c.entry.clone()).collect()
 }
 
-/// One word of a legend with its sample.
+/// One name of a legend with its sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     key: Key,

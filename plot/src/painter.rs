@@ -137,7 +137,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// The rod in pieces of some eight pixels, or its dashes.
+    /// The rod cut into pieces of some eight pixels, or into its dashes.
     fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<Station>> {
         let step = if pen.dash.is_some() { 1.5 } else { 7.0 };
         let station = |at: Point, side: Option<Point>| Station {
@@ -259,7 +259,7 @@ impl<'a> Painter<'a> {
         self.solid(corners, GREY, Ink::Area);
     }
 
-    /// A ball joint on the ground.
+    /// Adds a ball joint on the ground.
     fn ring(&mut self, at: Point) {
         let (pixel, radius) = (self.stage.pixel(at), 4.2 * self.stage.nearness(at));
         let ring = [(radius, INK), (0.5 * radius, WHITE)];

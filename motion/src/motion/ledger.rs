@@ -16,7 +16,7 @@ pub struct Ledger {
     pub elastic: f64,
     /// Potential of gravity and dead loads, zero at the clamp.
     pub potential: f64,
-    /// Energy lost in snaps and to drag, so far.
+    /// Energy lost in snaps, to friction in the rod and to drag, so far.
     pub dissipated: f64,
     /// Work of the time-dependent forces and of the clamp, so far.
     pub work: f64,

@@ -38,8 +38,8 @@ pub struct Sample<const N: usize> {
 
 /// Steps between two estimates of the remaining number of steps.
 const STRETCH: u64 = 50_000;
-/// Number of hopeless estimates in a row (more than twice the most steps needed) that end a run: a mass that
-/// passes the straight rod takes up to a million steps for the passage.
+/// Number of estimates in a row, each above twice the step limit, that end a run: a mass that passes the straight rod
+/// takes up to a million steps for the passage.
 const PATIENCE: u32 = 30;
 
 /// The state at a time before the start of the integration, with kinetic and potential energy of the rod.

@@ -36,7 +36,7 @@ const LONGEST: f64 = 0.5;
 const TAIL: f64 = 1e-13;
 /// Convergence of Newton's method: the change of all values, relative to the largest.
 const SETTLED: f64 = 1e-13;
-/// Largest deflection of the end at which the motion next to the straight rod takes over, for a rod of known mass.
+/// Largest deflection of the end for a handover to the motion next to the straight rod, for a rod of known mass.
 const HANDED_OVER: f64 = 1e-4;
 /// Newton rounds after which the derivatives c'(N) are kept.
 const SLOPES: usize = 3;

@@ -67,7 +67,7 @@ pub(super) struct Implicit {
     on: bool,
     h: f64,
     last: Option<(f64, Stages)>,
-    /// Length of the last explicit steps, and evaluations per implicit step.
+    /// Length of the last explicit steps.
     explicit: f64,
     votes: u32,
     patience: u32,

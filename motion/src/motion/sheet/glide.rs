@@ -17,7 +17,7 @@ use crate::solve::dop853::{Dense, Dop853, Step};
 use crate::solve::roots::chandrupatla;
 use nalgebra::SVector;
 
-/// Largest speed of a shaking, as a part of that of the motion, that counts as none.
+/// Largest speed of a shaking that counts as none, as a part of the speed of the motion.
 const STILL: f64 = 1e-4;
 /// Largest relative difference of 1 - x from its slaved value in a glide.
 const SLAVED: f64 = 1e-3;

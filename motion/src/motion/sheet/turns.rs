@@ -1,15 +1,17 @@
 //! Strides over many turns of a fast oscillation.
 //!
-//! A mass at the small distance d from the straight rod shakes along the rod with a period of order d.
-//! Everything else changes in times of order 1 (theory 2.3). At an inner turning point of the shaking the
-//! mass has no velocity along the rod and starts outwards. The map M from one inner turning point to the next
-//! differs from the identity by terms of order d. Up to terms exponentially small in 1/d it is the flow of a
-//! field, `M^n = exp(n F)`. F is slow, and is found from the turns before and after by central differences,
+//! A mass at the small distance d from the straight rod shakes along the rod with a period of order d. Everything
+//! else changes in times of order 1 (theory 2.3). At an inner turning point of the shaking the mass has no velocity
+//! along the rod and starts outwards. The map M from one inner turning point to the next differs from the identity by
+//! terms of order d. Up to terms exponentially small in 1/d it is the flow of a field, `M^n = exp(n F)`. F is slow,
+//! and is found from the turns before and after by central differences,
 //! ```text
 //! F = (M - 1/M)/2 + O(d^3),     F = (8 (M - 1/M) - (M^2 - 1/M^2))/12 + O(d^5)
 //! ```
-//! The motion is integrated over the number n of turns, as smooth as if nothing shook. No turn is averaged: at every
-//! whole n the state is that of the motion itself, phase included, and each sampled turn is integrated in full.
+//! The motion is integrated over the number n of turns, as smooth as if nothing shook. By differences no turn is
+//! averaged: at every whole n the state is that of the motion itself, phase included, and each sampled turn is
+//! integrated in full. Where a turn changes so little that differences lose its digits, F comes from averages over a
+//! turn.
 
 use super::{Phase, slope};
 use crate::body::Body;
