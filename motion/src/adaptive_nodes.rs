@@ -1,12 +1,12 @@
-//! Nodes along a rod, which follow its motion.
+//! Adaptive numbers of nodes along a rod.
 
 use snaprod_systems::error::Cause;
 use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes};
 
-/// How many nodes the elements are to have, and how many there were at most.
+/// Node counts of the elements over a run, and the largest total so far.
 pub(super) struct Following {
     nodes: Nodes,
-    /// Steps in a row after which nodes that are not needed are given up.
+    /// Number of steps in a row after which unneeded nodes are given up.
     patience: u32,
     idle: u32,
     wanted: Option<Vec<usize>>,
@@ -14,7 +14,7 @@ pub(super) struct Following {
 }
 
 impl Following {
-    /// From as many nodes in all as there are at the start.
+    /// Starts with the total number of nodes `at_start`.
     pub fn new(nodes: Nodes, patience: u32, at_start: usize) -> Self {
         Self {
             nodes,
@@ -25,15 +25,16 @@ impl Following {
         }
     }
 
-    /// Whether the nodes are about to become more.
+    /// True if the demand adds nodes.
     pub fn grows(&self, demand: &Demand) -> bool {
         self.nodes == Nodes::Adaptive && matches!(demand, Demand::More(_))
     }
 
-    /// What the fields ask for after a step, whose last coefficients are of the size `tail`. It is done before the next step, so that this one can be sampled.
+    /// Registers the demand of the fields after a step, whose last coefficients are of the size `tail`. The
+    /// change is made before the next step, so that the last one can still be sampled.
     ///
     /// # Errors
-    /// More nodes on an element than there may be.
+    /// More nodes on an element than [`MOST_NODES`].
     pub fn asked(&mut self, demand: Demand, tail: f64) -> Result<(), Cause> {
         if self.nodes != Nodes::Adaptive {
             return Ok(());
@@ -54,17 +55,17 @@ impl Following {
         Ok(())
     }
 
-    /// The numbers of nodes that the elements are to have from now on, if these are others.
+    /// The node counts for the elements from now on; None if unchanged.
     pub fn wanted(&mut self) -> Option<Vec<usize>> {
         self.wanted.take()
     }
 
-    /// There are so many nodes in all.
+    /// Records the total number of nodes.
     pub fn became(&mut self, nodes: usize) {
         self.most = self.most.max(nodes);
     }
 
-    /// Most nodes so far.
+    /// Largest total number of nodes so far.
     pub fn most(&self) -> usize {
         self.most
     }

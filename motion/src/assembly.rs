@@ -1,10 +1,11 @@
-//! The motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
+//! Motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
 //!
-//! Away from folds time is what the steps advance in. A rod that nears its fold slows it (see [`snaprod_systems::assembly::Slowed`]): the
-//! fold is then an ordinary root of t', found to the accuracy of the integration. There that rod settles with its ends held,
-//! and the others stay as they are.
+//! Away from folds steps advance in time. A rod that nears its fold slows time (see
+//! [`crate::assembly::Slowed`]): the fold is then an ordinary root of t', found to the accuracy of the
+//! integration. At the fold that rod settles with its ends held, and the others stay as they are.
 //!
-//! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`); implicit ones leave a fold to explicit ones.
+//! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`). Near a fold implicit steps
+//! give way to explicit ones.
 
 mod bounce;
 mod branching;
@@ -40,24 +41,24 @@ use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Rods up to so many times as far from their folds as one for which time is slowed, by det J against its largest, keep it company.
+/// Ratio of distances from the folds, by det J over its largest value, up to which time is slowed for other rods too.
 const COMPANY: f64 = 10.0;
 /// Bound of a step's local error, as a part of the tolerance.
 const LOCAL: f64 = 0.1;
-/// Local errors below this drown in rounding.
+/// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-14;
-/// Error of the integration along a rod, as a part of that of a step: slopes must be smooth to it.
+/// Error of the integration along a rod, as a part of the step's error: slopes must be smooth to that level.
 const ALONG: f64 = 0.1;
-/// Ends of rods that are farther than this many tolerances from their attachments at the start are no start.
+/// Largest gap between rod ends and attachments at the start, in tolerances.
 const APART: f64 = 1e4;
-/// A step to begin with, over tolerance^(1/8) and the time in which a state changes by its scale.
+/// First step over tolerance^(1/8), in units of the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
-/// Tolerances above this may lead rods to other equilibria: what then ends a run is no fault of theirs.
+/// Tolerance above which rods may be led to other equilibria: a run that ends early is then told to lower it.
 const COARSE: f64 = 1e-4;
-/// Symmetric steps are shorter in time where det J is below this part of what it was at the start.
+/// Value of det J, relative to the initial one, below which symmetric steps become shorter in time.
 const FOLDING: f64 = 0.3;
 
-/// The numbers of a state; time stands third from the last.
+/// State vector; time is third from the end.
 #[derive(Debug, Clone)]
 struct Numbers(DVector<f64>);
 
@@ -72,7 +73,7 @@ impl State for Numbers {
 }
 
 impl Reversible for Numbers {
-    /// sigma runs like time while det J is of the size that it had at the start: for t' = det J/d, dt/dsigma = t'/Q.
+    /// sigma runs like time while det J is of its initial size: for t' = det J/d, dt/dsigma = t'/Q.
     fn pace_squared(&self, _at: &Self) -> f64 {
         self.time().powi(2) + FOLDING * FOLDING
     }
@@ -91,7 +92,7 @@ impl Numbers {
         self
     }
 
-    /// The same, at the time `until` if it is later.
+    /// The state with its time reduced to at most `until`.
     fn seen(&self, until: f64) -> Cow<'_, Self> {
         match self.time() > until {
             true => Cow::Owned(self.clone().at_time(until)),
@@ -100,12 +101,12 @@ impl Numbers {
     }
 }
 
-/// What follows the step that was told last.
+/// Event that follows the last reported step.
 #[derive(Debug, Clone)]
 enum Pending {
-    /// Rods are at their folds, the time of which is known so well; or one is at a branch point.
+    /// Folds, with the uncertainty of their time; or a branch point of one rod.
     Fold(f64, Option<Crossing>),
-    /// The end.
+    /// End of the run.
     Stop(Outcome),
 }
 
@@ -119,50 +120,51 @@ pub struct AssemblyRun {
     step: Option<Taken<Numbers>>,
     dense: Option<Inside<Numbers>>,
     slowed: Option<Slowed>,
-    /// Just before the next break of the loads and supports, which are seen until then.
+    /// Latest time at which loads and supports are evaluated, just before the next break.
     until: f64,
-    /// When the clock last changed, with det J of all rods then.
+    /// Time at which the clock last changed, with det J of all rods then.
     since: (f64, Vec<f64>),
-    /// The largest det J of every rod on the sheet that it is on, as far as steps have begun there.
+    /// Largest det J of every rod on its present sheet, over the starts of steps.
     largest: Vec<f64>,
-    /// The charts and the clock with which the last step was taken: at its end they may change.
+    /// Charts and clock of the last step; both may change at its end.
     taken_by: (Arc<Assembly>, Option<Slowed>),
-    /// The rods at the present state.
+    /// Observed quantities of the rods at the present state.
     watch: Vec<Sight>,
-    /// The index of every rod with its ends held, on the sheet it moves on.
+    /// Morse index of every rod with its ends held, on the present sheet.
     indices: Vec<usize>,
     /// Cost outside the steps.
     extra: Cost,
     released: f64,
-    /// What of it was booked after the last step, in which it does not count.
+    /// Part of `released` that was booked after the last step, and belongs to the next one.
     booked: f64,
     snaps: u64,
-    /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for it. Several fold at one instant where
-    /// an assembly is symmetric; the bodies stand while rods snap, so that it does not matter which does so first.
+    /// Rods at their folds that have not snapped yet, each with its det J where time began to be slowed for
+    /// it. In a symmetric assembly several fold at one instant. The bodies stand while rods snap, so the
+    /// order does not matter.
     folded: Vec<(usize, f64)>,
-    /// Rods that come to a branch point, to which nothing pushes them: they ask for no slow time.
+    /// Rods on their way to a branch point without a push: time is not slowed for them.
     unpushed: Vec<usize>,
-    /// What the last step has led to.
+    /// Event that the last step has led to.
     pending: Option<Pending>,
-    /// Rods whose mass begins to be felt at the end of the last step, or ceases to be, where that was asked.
+    /// Rods whose mass begins or ceases to be felt at the end of the last step, if known.
     due: Option<Vec<(usize, bool)>>,
-    /// How much room there is for masses of rods to stay felt, or not, as they are now, where that was asked at the end of the last step.
+    /// Margin of the criteria for felt masses at the end of the last step, if known.
     room: Option<f64>,
-    /// Rods whose mass could not be followed to where they are; until they land.
+    /// True for rods whose mass could not be followed to the present state; reset at a landing.
     unfit: Vec<bool>,
-    /// For how long the mass of such rods was not felt.
+    /// Total time in which the mass of a rod was not felt.
     unfelt: f64,
-    /// How near rods are to each other.
+    /// Distances between rods.
     near: Nearness,
     first: AssemblySample,
-    /// The end of the last step, where a rod is taut.
+    /// Sample at the end of the last step, kept if a rod is taut.
     seen: Option<AssemblySample>,
-    /// Of every rod, while one is taut: whether its ends move apart against its pull. Empty while none is.
+    /// For every rod, while any is taut: whether its ends move apart against the pull. Empty otherwise.
     parting: Vec<Option<bool>>,
-    /// Bounces that are still to be told.
+    /// Bounces still to be reported.
     bounces: VecDeque<Bounce>,
     before_snap: Option<AssemblySample>,
-    /// The rod that snapped last, as it was at its fold.
+    /// The rod of the last snap, in its state at the fold.
     folding: Option<Link>,
     stopped: bool,
     interrupted: bool,
@@ -172,7 +174,7 @@ impl AssemblyRun {
     /// A run from `start` at time 0. Poses and charts must agree.
     ///
     /// # Errors
-    /// Rods whose ends are not where their attachments are, or that stand at a fold; a landing on a sheet of the plane.
+    /// Rods whose ends are off their attachments, or that stand at a fold; a landing on a sheet of the plane.
     pub fn new(assembly: Assembly, start: &Configuration, options: Options) -> Result<Self> {
         if let LandingRule::Named(_) = options.landing {
             return Err(Error::domain(
@@ -193,7 +195,7 @@ impl AssemblyRun {
             })
         };
         let mut at = followed(&assembly, &state)?;
-        // From here on a chart changes between steps alone.
+        // From here on charts change only between steps.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
             let better = assembly.links()[k].better_seen(q, point);
             let felt = assembly.should_feel(k, &at, along);
@@ -240,7 +242,7 @@ impl AssemblyRun {
             return Err(contact.at_start(|rod| assembly.rod_name(rod)));
         }
         let h = first_step(&numbers, &slope, options.tolerance);
-        // Implicit steps begin with what the bodies do: charts may be fast.
+        // The first implicit step follows the rate of the bodies: charts may be fast.
         let bodies = assembly.chart_slots(0).start;
         let rate = slope.0.rows(0, bodies).norm() / (bodies as f64).sqrt();
         let slow = FIRST * local.powf(0.125) / rate.max(0.1);
@@ -301,7 +303,7 @@ impl AssemblyRun {
         (ALONG * self.local()).max(FINEST)
     }
 
-    /// None where a rod cannot be followed under its wrench.
+    /// The sample of a state; None if a rod cannot be integrated under its wrench.
     fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
         let assembly = assembly.aside();
         let at = assembly.evaluated(state, self.along())?;
@@ -322,7 +324,7 @@ impl AssemblyRun {
         let assembly = &self.taken_by.0;
         let mut sample = self.describe(assembly, &state)?;
         sample.ledger.dissipated -= self.booked;
-        // What is interpolated is off by the tolerance: charts and poses no longer say the same, and the ledger would open.
+        // Interpolation errors of the order of the tolerance separate charts from poses, and the ledger would open.
         if sample.drift() <= self.drifted() {
             return Some(sample);
         }
@@ -334,16 +336,16 @@ impl AssemblyRun {
         }))
     }
 
-    /// The state now. The chart of a tight rod near its fold is found from a neighbour alone, and no more once steps have failed: then the state is
-    /// told that the last step was seen to end in.
+    /// The present state. The chart of a tight rod near its fold can be found only from a neighbouring state,
+    /// and not at all once steps have failed: then the sample at the end of the last step stands for it.
     pub fn sample_now(&self) -> AssemblySample {
         self.describe(&self.assembly, &self.solver.state().0)
             .or_else(|| self.seen.clone())
             .unwrap_or_else(|| self.first.clone())
     }
 
-    /// Goes on from `state` with the clock `slowed`, steps of the length `h` to begin with. Symmetric steps, which have a clock
-    /// of their own, are always slowed for a rod: what slows them is smooth, and they notice nothing.
+    /// Continues from `state` with the clock `slowed` and a first step of the length `h`. Symmetric steps have a
+    /// clock of their own and are always slowed for a rod: the slowing is smooth, and harmless away from folds.
     fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let is_slowed = slowed.is_some();
         self.go_on(state.clone(), slowed, h)?;
@@ -375,8 +377,8 @@ impl AssemblyRun {
         self.solver.restart(state, slope, h)
     }
 
-    /// Slows time for rod `link`, from a state with these det J, and for all rods that are about as near their folds: by the clock of one the slopes
-    /// of another that folds with it would be 0/0.
+    /// Slows time for rod `link`, from a state with determinants `dets`, and for all rods about as near their
+    /// folds. By the clock of one rod, the slopes of another that folds with it would be 0/0.
     fn slow(&mut self, state: Numbers, link: usize, dets: &[f64]) -> Option<()> {
         let near = |k: usize| (dets[k] / self.largest[k]).abs();
         let others = (0..dets.len()).filter(|k| {
@@ -405,7 +407,8 @@ impl AssemblyRun {
         self.stop(outcome)
     }
 
-    /// At the fold of a rod, or a branch point: finds its landings and, unless the run branches, goes on from there.
+    /// At the fold of a rod, or a branch point: finds its landings and, unless the run branches, goes on from
+    /// the chosen one.
     fn snap(&mut self, time_error: f64, crossing: Option<Crossing>) -> Result<Event> {
         let link = self.folded[0].0;
         if self.snaps >= self.options.max_snaps {
@@ -476,7 +479,7 @@ impl AssemblyRun {
         Ok(Event::Snap(snap))
     }
 
-    /// Goes on from where a snap lands.
+    /// Continues from the landing of a snap.
     fn land(&mut self, snap: &Snap) -> Result<()> {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
@@ -515,7 +518,7 @@ impl AssemblyRun {
     }
 }
 
-/// The length of a step to begin with.
+/// Length of the first step.
 fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
     let rate = slope.mean_square(state, state).sqrt();
     FIRST * tolerance.powf(0.125) / rate.max(0.1)

@@ -1,25 +1,26 @@
-//! A body in the plane together with its rod, whose mass is followed to first order (theory 2.9).
+//! Motion of a body in the plane together with its rod, the rod's mass followed to first order (theory 2.9).
 
 use super::sheet::Phase;
 use nalgebra::{SMatrix, SVector};
 use snaprod_systems::body::{Body, EndMotion};
 use snaprod_systems::manifold::{ManifoldPoint, RodMass};
 
-/// A rod whose mass is followed, and by how much that may be off.
+/// A rod with a followed mass, and the tolerance of that mass.
 #[derive(Clone, Copy)]
 pub(super) struct Carried<'a, const N: usize> {
     /// The rod.
     pub rod: &'a dyn RodMass<N>,
-    /// Bound of the error of its mass, in that of the body.
+    /// Bound of the error of the rod's mass, in units of the body's.
     pub error: f64,
 }
 
-/// How well the mass of a rod has to be known: the body feels an error by the part of its own mass that it is.
+/// Tolerance of the mass of a rod: an error acts on the body in proportion to its share of the body's mass.
 pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
     body.mass() * tolerance
 }
 
-/// The force on the body of the inertia of its rod, and of what of its weight the equilibria do not bear; None where it cannot be followed.
+/// Force on the body by the inertia of its rod, and by the part of the rod's weight that the equilibria do
+/// not bear. None where the mass cannot be followed.
 pub(super) fn force_of_mass<const N: usize>(
     rod: &dyn RodMass<N>,
     body: &Body<N>,
@@ -32,8 +33,8 @@ pub(super) fn force_of_mass<const N: usize>(
     Some((action.acceleration - alone) * body.mass())
 }
 
-/// The motion of a body together with its rod: (mu I + A) v' = mu a + b, a the acceleration without it. A clamp that moves bears the rod's
-/// inertia at its end and along it.
+/// Adds the rod to the motion of the body: (mu I + A) v' = mu a + b, a the acceleration without the rod. On a
+/// moving clamp the clamp bears the rod's inertia at its end and along it.
 pub(super) fn with_rod<const N: usize>(
     Carried { rod, error }: Carried<N>,
     body: &Body<N>,

@@ -1,4 +1,4 @@
-//! A motion seen from outside, whatever model is integrated, and the loop that samples it at even times.
+//! The interface of a motion of any model, and the loop that takes samples at even times.
 
 use super::event::{Event, Outcome};
 use super::snap::Snap;
@@ -7,24 +7,24 @@ use snaprod_systems::error::{Error, Result};
 use snaprod_systems::rod::Fallen;
 use snaprod_systems::solve::cost::Cost;
 
-/// A motion step by step, in the units of the rod: what every model offers to those who drive and record it.
+/// A motion step by step, in the units of the rod: the interface of every model for driving and recording.
 pub trait Motion<'a> {
-    /// Goes on to the next event; None after [`Event::Stop`].
+    /// Advances to the next event; None after [`Event::Stop`].
     fn advance(&mut self) -> Option<Event>;
 
-    /// The state that the motion was given; it may lie a first small step before what is integrated, as at a fold.
+    /// The initial state as given. It may lie a first small step before the integration, as for starts on a fold.
     fn given(&self) -> Seen<'_>;
 
     /// The state now.
     fn now(&self) -> Seen<'_>;
 
-    /// The state just before the last snap, which left pose and velocity as they were.
+    /// The state just before the last snap, with the same pose and velocity.
     fn before_snap(&self) -> Option<Seen<'_>> {
         None
     }
 
-    /// The shapes through which the rod fell in the last snap, which was this one, from its base on: sections in the directors there, in the units of the
-    /// motion. They are those of the fast viscous layer. None where another rule chose the landing.
+    /// Shapes of the rod during `snap`, the last one, by the fast viscous layer: sections from the base on,
+    /// in the directors of the base and the units of the motion. None if another rule chose the landing.
     fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
         snap.fall()
     }
@@ -38,18 +38,18 @@ pub trait Motion<'a> {
     /// Ends the motion at its next step, with [`Outcome::Interrupted`].
     fn interrupt(&mut self);
 
-    /// What it cost so far.
+    /// Cost so far.
     fn cost(&self) -> Cost;
 
-    /// What it carries from step to step now, in no order.
+    /// State variables of the integration at present, in no order.
     fn carries(&self) -> Vec<Carried>;
 
-    /// How the strains along the rod are resolved; None for a model that has no strains of its own to follow.
+    /// Resolution of the strains along the rod; None for models without strain fields.
     fn resolution(&self) -> Option<Resolution> {
         None
     }
 
-    /// For how long it has not felt the mass of a rod that it feels elsewhere, to first order, as between a fold and the landing.
+    /// Total time in which the first-order mass of a rod was not followed, as between a fold and the landing.
     fn unfelt(&self) -> f64 {
         0.0
     }
@@ -57,23 +57,23 @@ pub trait Motion<'a> {
     /// The motion that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors
-    /// A snap that is not of this motion; a model that does not branch.
+    /// A snap of another motion; a model that does not branch.
     fn branch(&self, _snap: &Snap) -> Result<Box<dyn Motion<'a> + 'a>> {
         Err(Error::domain("this motion does not branch"))
     }
 }
 
-/// Numbers that a motion carries from step to step.
+/// A group of the numbers that make up the state of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Carried {
-    /// What they are.
+    /// Name of the group.
     pub what: &'static str,
-    /// How many.
+    /// Size of the group.
     pub numbers: usize,
 }
 
 impl Carried {
-    /// These of them that there are any of.
+    /// The groups of `parts` that are not empty.
     pub(super) fn some<const K: usize>(parts: [(&'static str, usize); K]) -> Vec<Self> {
         let parts = parts.into_iter().filter(|(_, numbers)| *numbers > 0);
         parts
@@ -82,48 +82,49 @@ impl Carried {
     }
 }
 
-/// How the strains along the rod were resolved so far.
+/// Resolution of the strains along the rod so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
     /// Most nodes.
     pub most_nodes: usize,
-    /// Largest relative size of the last coefficients of a field.
+    /// Largest relative size of the last coefficients of a strain field.
     pub tail: f64,
-    /// Of the strain rates, where the rod has mass and they are a field of their own.
+    /// Largest relative size of the last coefficients of the strain rates; None for rods without mass, whose
+    /// rates are no field of their own.
     pub rate_tail: Option<f64>,
 }
 
-/// Who watches a motion.
+/// An observer of a motion.
 pub trait Observer {
     /// One of the evenly spaced samples.
     ///
     /// # Errors
-    /// Whatever keeps the observer from taking it; the run then ends with that error.
+    /// Any error of the observer; the run ends with it.
     fn sample(&mut self, state: &dyn State) -> Result<()>;
 
-    /// Every event but the stop, steps included, with the motion as it stands after it.
+    /// Every event but the stop, steps included, with the motion after the event.
     ///
     /// # Errors
-    /// As above.
+    /// Any error of the observer; the run ends with it.
     fn event(&mut self, _event: &Event, _motion: &mut dyn Motion<'_>) -> Result<()> {
         Ok(())
     }
 
-    /// Of how many moments of every step, its end among them, [`Observer::look`] is told at least; 0: of none. They are the samples where these
-    /// are as many, else even in time.
+    /// Least number of moments per step, its end included, that [`Observer::look`] receives; 0: none. The
+    /// moments are the samples if these are as many, else even in time.
     fn moments(&self) -> usize {
         0
     }
 
-    /// One of these moments, in the order of time.
+    /// Receives one of the moments of [`Observer::moments`], in the order of time.
     fn look(&mut self, _state: &dyn State) {}
 
-    /// Asked after every step; false interrupts the run.
+    /// Called after every step; false interrupts the run.
     fn go_on(&mut self, time: f64) -> bool;
 }
 
-/// Drives `motion` to its end: `samples` >= 2 samples at even times over [0, duration], first and last included; one that
-/// ends early adds its last state. A branch that starts in the middle has no samples before its start.
+/// Drives `motion` to its end: `samples` >= 2 samples at even times over [0, duration], first and last included; a
+/// motion that ends early adds its last state. A branch that starts in the middle has no samples before its start.
 ///
 /// # Errors
 /// Those of the observer.

@@ -1,4 +1,4 @@
-//! What happens in a run, and why it ends.
+//! Events of a run, and the reasons for its end.
 
 use super::snap::Snap;
 use super::viscoelastic::Layer;
@@ -6,60 +6,60 @@ use nalgebra::DVector;
 use snaprod_systems::assembly::Contact;
 use snaprod_systems::error::{Cause, Stuck};
 
-/// What one advance of a run was.
+/// The result of one advance of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
-    /// A step; states between these times can be asked for now.
+    /// A step; states between these times can be sampled now.
     Step {
-        /// Time at its start.
+        /// Time at the start.
         from: f64,
-        /// Time at its end.
+        /// Time at the end.
         to: f64,
     },
     /// An elastic rod jumped at a fold.
     Snap(Snap),
     /// A viscoelastic rod passed from one equilibrium to the neighbourhood of another, or came to rest near one.
     Layer(Layer),
-    /// A body was thrown back by an elastic rod that had become taut, within the last step.
+    /// A taut elastic rod reversed the outward motion of a body within the last step.
     Bounce(Bounce),
-    /// The end; nothing follows.
+    /// The end; no event follows.
     Stop(Outcome),
 }
 
-/// What a rod holds is thrown back at the end of its tether: the taut rod turned its outward motion round.
+/// Bounce of a body at the end of its tether: the taut rod reverses its outward motion.
 ///
-/// The rod is bent over a length 1/lambda next to its welded ends alone, and there fast: friction that the elastic rod leaves out
-/// matters more than anywhere else. See [`Bounce::loss`]; what the mass of the rod does, [`Bounce::inertia`].
+/// The rod is bent only over a length 1/lambda next to its welded ends, and fast: friction, which the elastic rod
+/// leaves out, matters more than anywhere else. See [`Bounce::loss`]; for the mass of the rod, [`Bounce::inertia`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounce {
     /// The rod, by its number in an assembly.
     pub rod: usize,
-    /// When its end was farthest out.
+    /// Time at which the end is farthest out.
     pub t: f64,
-    /// Place of its end there: in a plane x, y, in space x, y, z along the directors of its base.
+    /// Position of the end at `t`: in a plane x, y, in space x, y, z along the directors of its base.
     pub pose: DVector<f64>,
-    /// Velocity there, across the pull.
+    /// Velocity of the end at `t`, across the pull.
     pub velocity: DVector<f64>,
-    /// The pull there, its largest value.
+    /// The pull at `t`, its largest value.
     pub tension: f64,
     /// sqrt(tension L^2/B).
     pub lambda: f64,
-    /// Stored energy there, in space that of the bent ends, tension times what they take of the rod's reach: the kinetic energy of the radial
-    /// motion, m v^2/2.
+    /// Stored energy at `t`, the kinetic energy m v^2/2 of the radial motion. In space it is that of the bent
+    /// ends: tension times their share of the rod's reach.
     pub elastic: f64,
-    /// The mass m that the pull has to turn round: the body's, in an assembly all that resists it at both ends.
+    /// The mass m that the pull has to turn round: the body's, in an assembly the effective mass at both ends.
     pub mass: f64,
 }
 
 impl Bounce {
-    /// Radial speed v with which the ends parted: m v^2/2 is all stored where they are turned round.
+    /// Radial speed v with which the ends parted: m v^2/2 is all stored at the turning point.
     pub fn speed(&self) -> f64 {
         (2.0 * self.elastic / self.mass).sqrt()
     }
 
-    /// What a Kelvin-Voigt rod, whose viscosities are its stiffnesses times `eta`, loses in this bounce, relative to the energy m v^2/2 of the
-    /// radial motion: (16/15) eta tension/(m v), to leading order where it is small, and up to a factor of 1.2 for pulls across
-    /// the clamp (theory 2.8). The elastic bounce is physical only if this is far below 1.
+    /// Relative energy loss of this bounce for a Kelvin-Voigt rod whose viscosities are its stiffnesses times `eta`,
+    /// in units of m v^2/2: (16/15) eta tension/(m v). This is the leading order for small losses, up to a factor of
+    /// 1.2 for pulls across the clamp (theory 2.8). The elastic bounce is physical only if the loss is far below 1.
     pub fn loss(&self, eta: f64) -> f64 {
         eta / self.viscosity()
     }
@@ -69,14 +69,15 @@ impl Bounce {
         self.mass * self.speed() / (16.0 / 15.0 * self.tension)
     }
 
-    /// The number of a rod of this mass and length: the time in which a wave runs along it under the tension over that of the bounce,
-    /// (L/c)/(d/v), d the reach that its ends take, c^2 = tension L/mass (theory 2.8). The rod's mass takes no part where it is small.
+    /// Dimensionless number of a rod of this mass and length: the travel time of a wave along it under the
+    /// tension over the duration of the bounce. This is (L/c)/(d/v), d the reach taken by the bent ends, c^2
+    /// = tension L/mass (theory 2.8). The rod's mass takes no part where the number is small.
     pub fn inertia(&self, mass: f64, length: f64) -> f64 {
         (mass * length * self.tension).sqrt() * self.speed() / self.elastic
     }
 }
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcome {
     /// The end of time was reached.
@@ -85,9 +86,9 @@ pub enum Outcome {
     NoStableEquilibrium,
     /// At a fold under the rule `All`: each snap continues in a run of its own.
     Branched(Vec<Snap>),
-    /// The body of this number has come to the end of its groove.
+    /// The body of this number reached an end of the groove.
     GrooveEnd(usize),
-    /// A rod has come to touch itself, or another.
+    /// A rod touches itself or another rod.
     SelfContact(Contact),
     /// The bound on steps was reached.
     StepLimit,
@@ -95,17 +96,18 @@ pub enum Outcome {
     SnapLimit,
     /// The run cannot go on.
     Stuck(Stuck),
-    /// Told to stop from outside.
+    /// Interrupted by the caller.
     Interrupted,
 }
 
 impl Outcome {
-    /// A run that cannot go on after the time `at`.
+    /// The end of a run that cannot go on after the time `at`.
     pub(super) fn stuck(at: f64, cause: Cause, remedy: impl Into<String>) -> Self {
         Self::Stuck(Stuck::new(at, cause, remedy))
     }
 
-    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit, snap_limit, stuck, interrupted.
+    /// A stable key: end_of_time, no_stable_equilibrium, branched, groove_end, self_contact, step_limit,
+    /// snap_limit, stuck, interrupted.
     pub fn key(&self) -> &'static str {
         match self {
             Self::EndOfTime => "end_of_time",
@@ -120,7 +122,7 @@ impl Outcome {
         }
     }
 
-    /// True if nothing is missing of what was asked: the end of time, or branches that go on by themselves.
+    /// True at the end of time, and for a run that goes on in branches: nothing is missing.
     pub fn is_complete(&self) -> bool {
         matches!(self, Self::EndOfTime | Self::Branched(_))
     }

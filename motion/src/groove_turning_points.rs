@@ -1,14 +1,16 @@
-//! Bodies that slide over an end of their groove and back within a step, which its ends do not tell.
+//! Bodies that slide over an end of their groove and back within one step: the states at its ends do not show
+//! the crossing.
 
 use snaprod_systems::solve::roots::chandrupatla;
 
-/// How well the moment is found at which a body turns back, relative to the step: where it is then is off by the square.
+/// Tolerance, relative to the step, of the moment at which a body turns back; its position then is off by the square.
 const FOUND: f64 = 1e-6;
-/// A body this near to an end of its groove, relative to its length, is on it.
+/// Largest distance to an end of the groove, relative to the length, of a body on the end.
 pub(super) const ON_END: f64 = 1e-12;
 
-/// The part of a step that takes the time `span` after which a body turns back beyond the end of its groove towards which it sets out, if it does. The
-/// parameter along the groove, which lies between `ends`, and its rate are given where the step begins and ends, and `at` a part of it.
+/// The fraction of a step at which a body turns back beyond the end of its groove; None if it does not.
+/// `from`, `to`: parameter along the groove and its rate at the start and end of the step, which takes the
+/// time `span`. `first`, `last`: the ends of the groove. `at` gives parameter and rate at a fraction.
 pub(super) fn turned(
     [from, to]: [[f64; 2]; 2],
     span: f64,
@@ -20,7 +22,7 @@ pub(super) fn turned(
         return None;
     }
     let end = if rate > 0.0 { last } else { first };
-    // A body that slows down evenly comes half as far as at the rate at which it sets out, at most.
+    // A body under even deceleration goes half as far as at the initial rate, at most.
     if !((end - phi) / rate < span) {
         return None;
     }

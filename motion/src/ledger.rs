@@ -8,22 +8,22 @@ use snaprod_systems::manifold::ManifoldPoint;
 /// The terms of the ledger at one moment.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ledger {
-    /// Of the body.
+    /// Kinetic energy of the body.
     pub kinetic: f64,
-    /// Of the rod; 0 for one without mass.
+    /// Kinetic energy of the rod; 0 without mass.
     pub rod_kinetic: f64,
-    /// Stored in the rod.
+    /// Energy stored in the rod.
     pub elastic: f64,
-    /// Of gravity and dead loads, zero at the clamp.
+    /// Potential of gravity and dead loads, zero at the clamp.
     pub potential: f64,
-    /// Lost in snaps and to drag, so far.
+    /// Energy lost in snaps, to friction in the rod and to drag, so far.
     pub dissipated: f64,
-    /// Done by the forces in time and by the clamp, so far.
+    /// Work of the time-dependent forces and of the clamp, so far.
     pub work: f64,
 }
 
 impl Ledger {
-    /// The ledger of a state on the manifold; `snapped` is what the snaps so far released.
+    /// The ledger of a state on the manifold; `snapped` is the energy released in the snaps so far.
     pub fn new<const N: usize>(
         body: &Body<N>,
         at: &ManifoldPoint<N>,
@@ -40,7 +40,7 @@ impl Ledger {
         }
     }
 
-    /// On the way to `next`, in proportion to `x` in [0, 1].
+    /// Linear interpolation to `next`, at `x` in [0, 1].
     pub fn between(&self, next: &Self, x: f64) -> Self {
         let mix = |a: f64, b: f64| a + (b - a) * x;
         Self {
@@ -53,7 +53,7 @@ impl Ledger {
         }
     }
 
-    /// The ledger in other units, of which one of the present makes `energy`.
+    /// The ledger in other units: one unit of energy becomes `energy`.
     pub fn scaled(&self, energy: f64) -> Self {
         Self {
             kinetic: self.kinetic * energy,
@@ -65,7 +65,7 @@ impl Ledger {
         }
     }
 
-    /// How the terms have changed since `before`.
+    /// Change of each term since `before`.
     pub fn less(&self, before: &Self) -> Self {
         Self {
             kinetic: self.kinetic - before.kinetic,
@@ -77,7 +77,7 @@ impl Ledger {
         }
     }
 
-    /// What should not change.
+    /// The conserved sum.
     pub fn total(&self) -> f64 {
         self.kinetic + self.rod_kinetic + self.elastic + self.potential + self.dissipated
             - self.work
@@ -98,32 +98,33 @@ impl Ledger {
     }
 }
 
-/// How well a ledger closes over all states that were looked at.
+/// Closure of the energy ledger over all states that were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closing {
-    /// What the total should stay.
+    /// The initial total.
     total: f64,
     /// Largest term so far.
     pub largest: f64,
     /// Largest change of the total so far.
     pub error: f64,
-    /// How far ends of rods were from their attachments, at worst: in radians and lengths of the rod; 0 where the place of the end is no state.
+    /// Largest distance of rod ends from their attachments, in radians and lengths of the rod; 0 if the pose
+    /// of the end is no state variable.
     pub drift: f64,
 }
 
-/// Tolerances of the run by which its ledger may be open.
+/// Number of tolerances by which the ledger of a sound run may be open.
 const ALLOWED: f64 = 1e3;
-/// Whatever the tolerance, a motion whose ledger is open by this part of its energies is another one.
+/// Largest relative error of a ledger, whatever the tolerance: beyond it the motion is another one.
 const MOST: f64 = 0.1;
-/// Tolerances below this drown in rounding.
+/// Smallest tolerance of the ledger: smaller errors drown in rounding.
 const FINEST: f64 = 1e-13;
-/// Errors beyond this part of the largest term leave no energy of a motion to be trusted.
+/// Error relative to the largest term beyond which no energy of the motion can be trusted.
 const OPEN: f64 = 1e-3;
-/// Energies below this, in the units of the rod, are the rounding of a rod at rest.
+/// Energy, in the units of the rod, up to which a rod at rest has rounding.
 const REST: f64 = 1e-29;
 
 impl Closing {
-    /// Nothing looked at yet; the total should stay `total`.
+    /// A ledger with the initial total `total` and no measurements yet.
     pub fn new(total: f64) -> Self {
         Self {
             total,
@@ -133,17 +134,17 @@ impl Closing {
         }
     }
 
-    /// Looks at one state and at what holds its rods.
+    /// Adds the ledger of one state, and the drift of rod ends from their attachments.
     pub fn measure(&mut self, state: &dyn State) {
         self.look(&state.ledger());
         self.drift = self.drift.max(state.drift());
     }
 
-    /// Looks at one ledger.
+    /// Adds one ledger.
     pub fn look(&mut self, ledger: &Ledger) {
         self.largest = self.largest.max(ledger.largest());
         let error = (ledger.total() - self.total).abs();
-        // NaN is an error, too.
+        // NaN counts as an infinite error.
         self.error = if error >= 0.0 {
             self.error.max(error)
         } else {
@@ -156,7 +157,7 @@ impl Closing {
         self.error / self.largest.max(f64::MIN_POSITIVE)
     }
 
-    /// The same in other units, of which one of the present makes `energy`.
+    /// The closure in other units: one unit of energy becomes `energy`.
     pub fn scaled(&self, energy: f64) -> Self {
         Self {
             total: self.total * energy,
@@ -166,23 +167,24 @@ impl Closing {
         }
     }
 
-    /// True if no energy of the motion can be trusted: as where it is so small that errors within the tolerance, which is relative to
-    /// 1 + size, are of the size of its energies. The unit of energy is `energy` here.
+    /// True if no energy of the motion can be trusted: the error is not small against the energies. An
+    /// example is a motion so small that errors within the tolerance, which is relative to 1 + size, are of
+    /// the size of its energies. `energy`: the unit of energy.
     pub fn is_open(&self, energy: f64) -> bool {
         self.error > OPEN * self.largest && self.largest > REST * energy
     }
 
-    /// False if the run cannot be trusted: with E the largest term, in the units of the rod, EI/L, the error is beyond 1000
-    /// tolerances of E + sqrt(E), or beyond a tenth of that.
+    /// False if the run cannot be trusted. With E the largest term, in the units of the rod, EI/L, the error
+    /// is then beyond 1000 tolerances of E + sqrt(E), or beyond a tenth of that.
     ///
-    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and strains is one
-    /// of sqrt(2 E) tolerances in the energy where E is small (x dx with x^2/2 = E), and of E where it is large: that is what a
-    /// sound run may gather step by step, whatever the size of its energies.
+    /// Steps are controlled relative to 1 + size, in rod units. So an error of one tolerance in velocities and
+    /// strains becomes an error in the energy: sqrt(2 E) tolerances for small E (x dx with x^2/2 = E), E tolerances
+    /// for large E. A sound run may gather such errors step by step, whatever the size of its energies.
     pub fn is_closed(&self, tolerance: f64) -> bool {
         self.within((ALLOWED * tolerance.max(FINEST)).min(MOST))
     }
 
-    /// True if the motion is another one than that which began: no snap of it is one.
+    /// True if the energy error is so large that the motion is no longer the one that began: its snaps mean nothing.
     pub fn is_lost(&self) -> bool {
         !self.within(MOST)
     }

@@ -1,13 +1,13 @@
 //! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of energies.
 //!
-//! All models of rods share one vocabulary and one way to drive a motion. The crate stands on `snaprod-systems`, whose equations it runs.
-//! Use `snaprod`, which re-exports both.
+//! All models of rods share one vocabulary and one interface to drive a motion. The crate stands on
+//! `snaprod-systems`, whose equations it runs. Use `snaprod`, which re-exports both.
 //!
-//! * [`Options`]: what a run is asked to do; [`Event`]: what happens in it; [`Outcome`]: why it ends; [`Ledger`]: the energies
-//!   at one moment; [`State`]: what any state shows.
-//! * [`Motion`]: a motion seen from outside, whichever model is integrated; [`drive`] samples it and tells an [`Observer`].
-//! * [`Run`]: an elastic rod, whose state is a point of the equilibrium manifold: motion on a sheet ([`OnSheet`]), through its
-//!   fold, by a [`Snap`] onto the next.
+//! * [`Options`]: the options of a run; [`Event`]: its events; [`Outcome`]: the reason for its end;
+//!   [`Ledger`]: the energies at one moment; [`State`]: the quantities of any state.
+//! * [`Motion`]: the interface of a motion of any model; [`drive`] samples it and reports to an [`Observer`].
+//! * [`Run`]: an elastic rod, whose state is a point of the equilibrium manifold: motion on a sheet
+//!   ([`OnSheet`]), through its fold, by a [`Snap`] onto the next.
 //! * [`viscoelastic`]: a viscoelastic rod, whose state is the field of its strains.
 //! * [`full_mass`]: a rod with mass, whose state is the field of its strains and of their rates.
 //! * [`reduction`]: motions of viscoelastic rods that are exactly those of springs and dashpots.

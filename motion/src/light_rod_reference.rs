@@ -1,8 +1,8 @@
-//! The light rod beside one with friction or mass: which folds of the equilibria the motion of the end passes.
+//! The massless, frictionless reference rod beside a rod with friction or mass, and the folds that it passes.
 //!
-//! A rod with friction or mass does not jump. The rod without either, whose end is moved as this one's is, does: it follows its sheet, falls
-//! at the fold and lands where the viscous layer takes it. That is what is followed here, from step to step, in the plane and in space
-//! ([`Light`]).
+//! A rod with friction or mass does not jump. A light rod, with neither, whose end is moved along the same
+//! path does: it follows its sheet, falls at the fold and lands where the viscous layer takes it. This light
+//! rod is followed from step to step, in the plane and in space ([`Light`]).
 
 mod plane;
 mod space;
@@ -16,34 +16,35 @@ use snaprod_systems::assembly::{Configuration, Place};
 use snaprod_systems::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
 use std::fmt;
 
-/// Tolerance of the light rod while it is followed, and of its folds.
+/// Tolerances of the light rod along the path, and of the folds.
 const FOLLOWED: f64 = 1e-9;
 const FINE: f64 = 1e-12;
-/// The light rod is followed over pieces of the way no longer than this.
+/// Longest piece of the path of the end over which the light rod is continued at once.
 const PIECE: f64 = 0.01;
 /// Most pieces of a step.
 const PIECES: f64 = 200.0;
-/// Change of the chart point over a piece beyond which another sheet was met.
+/// Change of the chart point over a piece, relative to 1 + its norm, beyond which the solution lies on another sheet.
 const JUMP: f64 = 0.5;
-/// Steps after which a rod that was lost is looked for again.
+/// Number of steps after which a lost light rod is searched for again.
 const PATIENCE: usize = 50;
-/// A fold so far outside a piece, in its lengths, may be that of the piece.
+/// Overshoot, in lengths of a piece, up to which a fold beyond a piece belongs to the piece.
 const SLACK: f64 = 0.05;
-/// Halvings of the piece in which a fold is sought.
+/// Most halvings of a piece in the search for its fold.
 const HALVINGS: usize = 16;
-/// Newton steps to a fold.
+/// Most Newton steps to a fold.
 const NEWTON: usize = 40;
-/// Change of the chart, relative to 1 + its size, by which the fold function is differentiated: the gradient leads the search and is not in
-/// its result.
+/// Chart increment, relative to 1 + its size, of the differences of the fold function. The gradient guides
+/// the search; the result does not contain it.
 const ASIDE: f64 = 1e-7;
-/// A search for a fold ends with a step below the first, relative to 1 + the chart, or below the second where rounding keeps it from getting shorter.
+/// Convergence of the search for a fold: a Newton step below the first, relative to 1 + the chart, or below
+/// the second if rounding stalls it.
 const FOUND: [f64; 2] = [1e-12, 1e-8];
-/// A shape is like another that differs by less than this part of its deviation from the unloaded one.
+/// Two shapes are alike if they differ by less than this part of the deviation from the unloaded shape.
 const ALIKE: f64 = 0.5;
-/// Places at which shapes are compared.
+/// Number of sections at which shapes are compared.
 const PLACES: usize = 17;
 
-/// Where shapes are compared.
+/// Arc lengths of the sections at which shapes are compared, in (0, 1).
 fn places() -> Vec<f64> {
     let middle = |k: usize| (k as f64 + 0.5) / PLACES as f64;
     (0..PLACES).map(middle).collect()
@@ -52,34 +53,34 @@ fn places() -> Vec<f64> {
 /// A fold that the light rod has passed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Crossed {
-    /// What the light rod does there.
+    /// The snap of the light rod.
     pub snap: Snap,
-    /// The energies of the rod that is not light, at that time; on a straight line between those at the ends of the step until the motion is asked for
-    /// them.
+    /// Energies of the rod with friction or mass at that time. They are interpolated linearly over the step
+    /// until the motion is asked for them.
     pub ledger: Ledger,
 }
 
-/// A time in which the light rod is not known, so that the folds that it passes are not told.
+/// A time interval in which the light rod is unknown; folds in the interval are not reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lost {
-    /// The number of its rod in an assembly.
+    /// Number of the rod in an assembly.
     pub rod: usize,
-    /// Since when.
+    /// Start of the interval.
     pub from: f64,
-    /// When it was found again; None: it was not.
+    /// Time at which the light rod was found again; None if never.
     pub until: Option<f64>,
-    /// Why.
+    /// Reason of the loss.
     pub why: Loss,
 }
 
-/// Why a light rod is not known.
+/// Reason why a light rod is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loss {
-    /// No equilibrium is like the rod at the start.
+    /// No equilibrium resembles the rod at the start.
     Unlike,
     /// Neither the next equilibrium nor a fold was found.
     Unfollowed,
-    /// Where it lands from its fold was not found.
+    /// The landing from the fold was not found.
     NoLanding,
 }
 
@@ -95,14 +96,14 @@ impl fmt::Display for Loss {
     }
 }
 
-/// A rod without mass and friction, whose end is held at a place seen from its clamp, by its equilibria.
+/// A rod without mass and friction, given by its equilibria with the end held at a pose seen from the clamp.
 pub trait Light {
-    /// Its number in an assembly.
+    /// Number of the rod in an assembly.
     fn number(&self) -> usize {
         0
     }
 
-    /// Its end seen from its clamp.
+    /// Pose and twist of the end seen from the clamp.
     fn end(&self, state: &dyn State) -> Place {
         Place {
             pose: state.pose(),
@@ -110,25 +111,25 @@ pub trait Light {
         }
     }
 
-    /// Its end under the chart point `q`, to this tolerance; None outside the chart.
+    /// Residual of the end under the chart point `q` at the site, to this tolerance; None outside the chart.
     fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held>;
 
-    /// The equilibrium at `site` that Newton's method leads to from `guess`.
+    /// The equilibrium at `site` by Newton's method from `guess`.
     fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
 
-    /// The stable equilibrium that is like the rod in this state.
+    /// The stable equilibrium with a shape like that of the rod in `state`.
     fn like(&self, state: &dyn State) -> Option<DVector<f64>>;
 
-    /// Where it lands that leaves its fold.
+    /// The landing after `fold`.
     fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>>;
 
-    /// One end of a snap, and the energy that counts in what it releases.
+    /// One end of a snap, and the energy from which the released energy is computed.
     fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)>;
 
-    /// How far two places are from each other, as far as they are held.
+    /// Distance between two poses, over the degrees of freedom that are held.
     fn apart(&self, a: &Place, b: &Place) -> f64;
 
-    /// Place and velocity of the end as a snap has them, and the configuration.
+    /// Pose and velocity of the end in the form a snap reports, and the configuration.
     fn told(
         &self,
         q: &DVector<f64>,
@@ -136,36 +137,36 @@ pub trait Light {
     ) -> (DVector<f64>, DVector<f64>, Option<Configuration>);
 }
 
-/// The end of a light rod against the place where it is held.
+/// Residual of a light rod whose end is to be at a given site.
 pub struct Held {
-    /// From the end to its place.
+    /// Difference: site minus end.
     pub gap: DVector<f64>,
-    /// How the end moves with the chart.
+    /// Derivative of the end by the chart point.
     pub jacobian: DMatrix<f64>,
-    /// How its place moves.
+    /// Velocity of the site.
     pub drive: DVector<f64>,
-    /// Vanishes at folds.
+    /// Fold function; zero at folds.
     pub fold: f64,
-    /// True where the chart stands for something else: the fold functions of the two are none.
+    /// True for the alternative chart: fold functions of different charts cannot be compared.
     pub other: bool,
 }
 
-/// The light rod beside another, seen from its clamp.
+/// The light rod beside a rod with friction or mass, seen from the clamp.
 pub struct Beside {
     rod: Box<dyn Light>,
-    /// None while it is lost, as next to a straight rod in the plane.
+    /// None while the light rod is lost, as next to a straight rod in the plane.
     at: Option<At>,
     lost: Vec<Lost>,
     last: Seen,
     patience: usize,
 }
 
-/// Where the light rod is.
+/// An equilibrium of the light rod.
 #[derive(Debug, Clone)]
 struct At {
-    /// Its chart point.
+    /// Chart point.
     q: DVector<f64>,
-    /// On which side of folds, and of which chart.
+    /// Sign of the fold function (true: positive), and whether the chart is the alternative one.
     side: (bool, bool),
 }
 
@@ -178,13 +179,13 @@ impl At {
         })
     }
 
-    /// The equilibrium that is like the rod in this state.
+    /// The equilibrium with a shape like that of the rod in `state`.
     fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
         Self::new(rod, rod.like(state)?, &rod.end(state))
     }
 }
 
-/// The end at one moment.
+/// Motion of the end at one moment.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     t: f64,
@@ -201,8 +202,8 @@ impl Seen {
         }
     }
 
-    /// The end by the fraction of the way to `next`, its twist per fraction: cubic in place and rotation vector, by what they and their rates are at
-    /// both ends.
+    /// Pose of the end at the fraction `x` of the path to `next`, with the twist per unit of `x`. Position
+    /// and rotation vector are cubic in `x`, by their values and rates at both ends.
     fn towards(&self, next: &Self, x: f64) -> Place {
         let h = next.t - self.t;
         let cubic = |d: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>| {
@@ -228,7 +229,7 @@ impl Seen {
 }
 
 impl Beside {
-    /// The light `rod` beside one in this state.
+    /// The light `rod` that starts from the equilibrium resembling `state`.
     pub fn new(rod: Box<dyn Light>, state: &dyn State) -> Self {
         let mut beside = Self {
             at: At::like(&*rod, state),
@@ -243,7 +244,7 @@ impl Beside {
         beside
     }
 
-    /// When it was not known.
+    /// Intervals in which the light rod was unknown.
     pub fn lost(&self) -> &[Lost] {
         &self.lost
     }
@@ -258,7 +259,7 @@ impl Beside {
         });
     }
 
-    /// The equilibrium that the rod has come to be in, where that is known.
+    /// Restarts the light rod at the equilibrium resembling `state`, if one is found.
     pub fn land(&mut self, state: &dyn State) {
         let Some(like) = At::like(&*self.rod, state) else {
             return;
@@ -271,7 +272,7 @@ impl Beside {
         self.at = Some(like);
     }
 
-    /// Follows the end through a step to `state`; the folds that were passed in it.
+    /// Follows the end through a step to `state`; returns the folds passed in the step.
     pub fn step(&mut self, state: &dyn State) -> Vec<Crossed> {
         let next = Seen::new(&*self.rod, state);
         let last = std::mem::replace(&mut self.last, next);
@@ -305,15 +306,15 @@ impl Beside {
     }
 }
 
-/// What comes of a light rod on a piece of its way.
+/// Outcome of a piece that Newton's method does not bridge.
 enum Passed {
-    /// Its fold is still ahead.
+    /// The fold is still ahead; the equilibrium at the end of the piece.
     Before(At),
-    /// It has passed this fold, at this fraction of the way.
+    /// The fold was passed: its chart point, and the fraction of the path.
     Fold(DVector<f64>, f64),
 }
 
-/// The light rod on the way of its end through a step.
+/// The path of the end of the light rod through one step.
 struct Way<'a> {
     rod: &'a dyn Light,
     ends: (Seen, Seen),
@@ -324,7 +325,8 @@ impl Way<'_> {
         self.ends.0.towards(&self.ends.1, x)
     }
 
-    /// The equilibrium at the end of a piece of the way, and the folds that are passed on it; else where it was lost, and why.
+    /// The equilibrium at the end of a piece of the path; its folds are added to `passed`. On failure the
+    /// fraction at which the rod was lost, and why.
     fn over(
         &self,
         at: At,
@@ -345,12 +347,12 @@ impl Way<'_> {
         }
     }
 
-    /// The equilibrium at the fraction `to` of the way on the same sheet as one before it.
+    /// The equilibrium at the fraction `to` of the path, on the same sheet as `at`.
     fn followed(&self, at: &At, to: f64) -> Option<At> {
         self.found(at, &at.q, to)
     }
 
-    /// The same, sought from `guess`.
+    /// The equilibrium at the fraction `to` on the sheet of `at`, sought from `guess`.
     fn found(&self, at: &At, guess: &DVector<f64>, to: f64) -> Option<At> {
         let site = self.place(to);
         let found = self.rod.inverted(guess, &site, FOLLOWED)?;
@@ -360,15 +362,16 @@ impl Way<'_> {
         (near && same).then_some(found)
     }
 
-    /// What comes of a rod that Newton's method does not lead from the fraction `from` to the fraction `end`. Where that does not lead to its fold
-    /// either, the rod is followed closer to it.
+    /// Treats a piece over which Newton's method fails between the fractions `from` and `end`. If the fold is
+    /// not found either, the rod is followed closer to it by bisection.
     fn passed(&self, mut at: At, mut from: f64, end: f64) -> Option<Passed> {
         let mut to = end;
         for _ in 0..HALVINGS {
             let slack = SLACK * (to - from);
             let fold = self.fold_near(&at.q, from, to);
             if let Some((fold, x)) = fold.filter(|fold| fold.1 >= from - slack) {
-                // A rod nears its fold as the root of the way that is left, and Newton's method from the last place is thrown over it.
+                // Near the fold the chart varies as the root of the path that is left; Newton's method from
+                // the last point would overshoot.
                 let left = (x - to) / (x - from);
                 let guess = &fold + (&at.q - &fold) * left.max(0.0).sqrt();
                 if x > to
@@ -393,12 +396,13 @@ impl Way<'_> {
         None
     }
 
-    /// Newton's method on place and fold together, which is regular at a fold that is crossed: from `q` at the fraction `from`.
+    /// The fold near `q`, by Newton's method on end pose and fold function together, regular at a fold that
+    /// is crossed. Returns the chart point and the fraction of the path.
     fn fold_near(&self, q: &DVector<f64>, from: f64, to: f64) -> Option<(DVector<f64>, f64)> {
         let n = q.len();
         let unit = self.rod.held(q, &self.place(from), FINE)?;
         let span = to - from;
-        // Of the chart and the part of the piece.
+        // Residual as a function of chart point and fraction of the piece.
         let system = |q: &DVector<f64>, part: f64| -> Option<(Held, DVector<f64>)> {
             let mut held = self.rod.held(q, &self.place(from + part * span), FINE)?;
             if held.other != unit.other {
@@ -427,14 +431,14 @@ impl Way<'_> {
             let step = matrix.full_piv_lu().solve(&residual)?;
             let [along, on] = [step.rows(0, n).norm(), step[n].abs()];
             let scale = 1.0 + q.norm();
-            // Of a short way the place of the end knows few digits of the fraction.
+            // On a short path the pose of the end determines few digits of the fraction.
             let moved = on * (held.drive.norm() * span.abs()).min(1.0);
             let length = (along / scale).max(moved);
             if length <= FOUND[0] || length <= FOUND[1] && length > 0.3 * before {
                 return Some((&q + step.rows(0, n), from + (part + step[n]) * span));
             }
             before = length;
-            // Not farther at once than the chart's own curvature lets it see.
+            // Trust region: the step is bounded by the curvature of the chart.
             let mut share = (JUMP * scale / along).min(4.0 / on).min(1.0);
             let size = residual.norm();
             loop {
@@ -455,7 +459,7 @@ impl Way<'_> {
         None
     }
 
-    /// What the light rod does at its fold, and where it lands.
+    /// The snap of the light rod at `fold`, and the equilibrium of the landing.
     fn crossed(&self, fold: &DVector<f64>, x: f64) -> Option<(Crossed, At)> {
         let (last, next) = &self.ends;
         let h = next.t - last.t;

@@ -1,4 +1,4 @@
-//! Events inside a step, found to the accuracy of the integration: the step is taken again with other lengths.
+//! Location of events inside a step, to the accuracy of the integration: the step is taken again with other lengths.
 
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::gauss::Reversible;
@@ -8,49 +8,49 @@ use snaprod_systems::solve::stepper::{Inside, Taken};
 
 /// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
 const CORRECTIONS: usize = 40;
-/// A correction below this part of the step that brings nothing is rounding.
+/// Relative size of a correction, as a part of the step, below which one without progress is rounding.
 const ROUNDING: f64 = 1e-8;
-/// Look inside a step when t' at a stage falls below this fraction of its values at the ends.
+/// Fraction of the end values of t': if t' at a stage falls below it, the inside of the step is searched.
 const SUSPICIOUS: f64 = 0.1;
-/// Halvings by which a moment is found at which something changes at once: to 1e-11 of a step.
+/// Halvings that locate a sudden change: to 1e-11 of a step.
 const HALVINGS: usize = 36;
-/// So far within an end of a step it is looked whether there is a low next to it.
+/// Distance from an end of a step, as a fraction, at which the slope towards an adjacent minimum is tested.
 const EDGE: f64 = 1.0 / 4096.0;
-/// Golden sections on the way to a low.
+/// Golden sections in the search for a minimum.
 const SECTIONS: usize = 24;
 /// Samples of a suspicious step.
 const SAMPLES: usize = 12;
 
-/// A state that has time among its variables.
+/// A state with time among its variables.
 pub trait Timed: Reversible {
-    /// Time; of a slope, t'.
+    /// Time t of a state, or t' of a slope.
     fn time(&self) -> f64;
 }
 
-/// Where in a step an event is thought to be, and how fast its function changes with h there.
+/// Approximate location of an event in a step, with the rate of its event function by h.
 #[derive(Clone, Copy)]
 pub struct Guess {
-    /// The length of the step that ends there.
+    /// Length of the step that ends at the event.
     pub h: f64,
-    /// Change of the event function by h.
+    /// Derivative of the event function by h.
     pub rate: f64,
-    /// The time there.
+    /// Time of the event.
     pub t: f64,
 }
 
 /// An event found.
 pub struct Located<S> {
-    /// The step that ends there.
+    /// The step that ends at the event.
     pub step: Taken<S>,
-    /// Change of its time in the last correction.
+    /// Change of the event's time in the last correction.
     pub time_error: f64,
 }
 
-/// A state found in a symmetric step at a time that is farther off than this part of the step is sought again from there.
+/// Largest time error in a symmetric step, as a part of the step, that a linear correction may remove.
 const OFF: f64 = 1e-6;
 
-/// The state at a time within a step: from the interpolant of any but a symmetric one, which is kept in `dense`; from a symmetric one
-/// by a step of its own, whose few last digits of time its slope makes good.
+/// The state at the time `t` within a step. Explicit and collocation steps are interpolated; the interpolant is kept
+/// in `dense`. A symmetric step is taken again to `t`, and its slope corrects the last digits of time.
 pub fn at_time<S: Timed>(
     step: &mut Taken<S>,
     dense: &mut Option<Inside<S>>,
@@ -99,7 +99,7 @@ pub fn at_time<S: Timed>(
     }
 }
 
-/// The first zero of t' inside a step, if there is one: seen at the stages, confirmed on the interpolant.
+/// The first zero of t' inside a step: detected at the stages, confirmed on the interpolant. None if there is none.
 pub fn first_fold<S: Timed>(
     step: &mut Taken<S>,
     f: &mut impl Slopes<S>,
@@ -122,7 +122,7 @@ pub fn first_fold<S: Timed>(
     for i in 1..=SAMPLES {
         let x = i as f64 / SAMPLES as f64;
         let after = (x, if i == SAMPLES { end } else { rate_at(x) });
-        // A start at a fold has t' = 0 there: only a change from positive counts.
+        // A start at a fold has t' = 0: only a change from positive counts.
         if before.1 > 0.0 && after.1 <= 0.0 {
             let rate = (after.1 - before.1) / ((after.0 - before.0) * h);
             let x = chandrupatla(rate_at, before, after, 1e-9)?;
@@ -137,8 +137,8 @@ pub fn first_fold<S: Timed>(
     None
 }
 
-/// The first fraction of a step at which `room` of the states inside is gone, to rounding: it is looked for at so many places as far apart, and at the
-/// lows between them. None if there is none at the start, or all along.
+/// The first fraction of a step at which `room` is not positive, to rounding. The search samples at `places` equal
+/// intervals and at the minima between them. None if `room` is not positive at the start, or positive all along.
 pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f64) -> Option<f64> {
     let place = |k: usize| k as f64 / f64::from(places);
     let gone = |room: f64| !(room > 0.0);
@@ -147,7 +147,7 @@ pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f
     if gone(rooms[0]) {
         return None;
     }
-    // Where it falls inwards at either end, or from both sides, there is a low between.
+    // A minimum lies between two samples if `room` falls inwards at an end, or from both sides.
     let last = rooms.len() - 1;
     let falls = |k: usize| match k {
         0 => at(EDGE) < rooms[0],
@@ -172,7 +172,8 @@ pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f
     Some(high)
 }
 
-/// A place between two at which `room` is gone, on the way to its low there by golden sections.
+/// A fraction between two at which `room` is not positive, found by golden sections towards its minimum; None
+/// if the minimum is positive.
 fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f64> {
     for _ in 0..SECTIONS {
         let part = 0.5 * (3.0 - 5f64.sqrt()) * (to - from);
@@ -191,7 +192,7 @@ fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f
     None
 }
 
-/// The part of a step of so long a fraction; None if it cannot be taken, or is no part at all.
+/// The step shortened to `fraction` of its length; None if the shorter step fails or takes no time.
 pub fn part<S: Timed>(
     step: &Taken<S>,
     f: &mut impl Slopes<S>,
@@ -202,9 +203,9 @@ pub fn part<S: Timed>(
     (part.to().time() > step.from().time()).then_some(part)
 }
 
-/// Redoes the step with other lengths until the event function, of state and slope, vanishes at its end: the event then has
-/// the accuracy of the integration, not of an interpolant. Secants, and halving where they fail: t may grow like h^2 from a
-/// fold.
+/// Redoes the step with other lengths until the event function, of state and slope, vanishes at its end. The
+/// event then has the accuracy of the integration, not of an interpolant. Secants, and halving where they
+/// fail: t may grow like h^2 from a fold.
 pub fn locate<S: Timed>(
     step: &Taken<S>,
     f: &mut impl Slopes<S>,
@@ -222,8 +223,9 @@ pub fn locate<S: Timed>(
     let mut best: Option<(f64, Located<S>)> = None;
     for _ in 0..CORRECTIONS {
         let Some(redone) = step.redo(f, h, cost) else {
-            // What lies behind the event, as a pulse that begins there, may be no way to follow: back half of the way that led
-            // there from before it, or on as far again where the last step ended behind it, too.
+            // Behind the event the right-hand side may not be defined or smooth, as at a pulse that begins
+            // there. Step back by half from the last length before the event; if the last step also ended
+            // behind it, go back as far again.
             let middle = 0.5 * (low + h);
             high = h;
             h = match previous {

@@ -1,4 +1,4 @@
-//! What a run is asked to do.
+//! Options of a run.
 
 use super::LandingRule;
 use snaprod_systems::error::{Error, Result};
@@ -6,19 +6,20 @@ use snaprod_systems::solve::integrator::Method;
 
 pub use snaprod_systems::viscoelastic::resolution::Nodes;
 
-/// What a run is asked to do. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps, method and nodes chosen by
-/// the program.
+/// Options of a run. Defaults: tolerance 1e-10, viscous landing, 1e7 steps, 1e5 snaps, method and nodes
+/// chosen by the program.
 ///
-/// An elastic rod has no nodes and ignores them; its steps are explicit unless symmetric ones are asked for, in space implicit where
-/// that pays or is asked for. A viscoelastic one has no landings: its snaps are passages that it lives through; and no symmetric steps.
+/// An elastic rod has no nodes and ignores them. Its steps are explicit unless symmetric ones are asked for;
+/// in space they are implicit where that pays or is asked for. A viscoelastic rod has no landings, since its
+/// snaps are passages of finite duration, and no symmetric steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// End of time.
     pub duration: f64,
-    /// Bound of the error, relative to 1 + size, of a smooth run of a few periods: in time, and along the rod if that has
-    /// strains to follow. The local error of a step is bounded by a tenth of it.
+    /// Bound of the error, relative to 1 + size, of a smooth run of a few periods: in time, and along the rod
+    /// if the rod has strains. The local error of a step is bounded by a tenth of it.
     pub tolerance: f64,
-    /// Where snaps land.
+    /// Landing rule of snaps.
     pub landing: LandingRule,
     /// Explicit, implicit or symmetric steps.
     pub method: Method,

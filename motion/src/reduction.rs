@@ -1,29 +1,30 @@
 //! Exact reductions of a viscoelastic rod with a body to ordinary differential equations: AMV Sec. 6.
 //!
-//! A uniform rod, straight without load, moves with strains e(t) that are the same at all s exactly when the local
-//! resultants are so too. With constant w = (m, n) along the directors the balances n' = 0, m' + r' x n = 0 read
+//! A uniform rod, straight without load, moves with strains e(t) that do not depend on s exactly when the local
+//! resultants do not either. With constant w = (m, n) along the directors the balances n' = 0, m' + r' x n = 0 read
 //! ```text
 //! u x n = 0,      u x m + v x n = 0.                                                                    (A)
 //! ```
-//! (AMV's (6.16), (6.19) for u = 0.) Then the material gives w from (e, e_t), V = Q^T e_t has the few components that e_t
-//! has, and the body's equation of motion is the ODE, provided that the body, too, stays in that motion: nothing accelerates
-//! it out of it (B). Three kinds of motion pass:
+//! (AMV's (6.16), (6.19) for u = 0.) Then the material gives w from (e, e_t), and V = Q^T e_t has the few
+//! components of e_t. The body's equation of motion is the ODE, provided that nothing accelerates the body
+//! out of that motion (B). Three kinds of motion pass:
 //!
 //! * longitudinal, e = (0, 0, u3, 0, 0, v3(t)): mu v3'' = -n3 + loads, AMV (6.3);
-//! * twisting, e = (0, 0, u3(t), 0, 0, v3(t)), with J3 u3'' = -m3 + couple. It suffices that the section's law is invariant
-//!   under half a turn about d3; AMV ask for isotropy, which they need for shear at the same time, (6.21);
-//! * shearing, u = 0, e = (0, 0, 0, v(t)), mu v'' = -n + loads, with (6.19), v x n = 0: the force goes through the clamp.
+//! * twisting, e = (0, 0, u3(t), 0, 0, v3(t)), with J3 u3'' = -m3 + couple. It suffices that the section's law is
+//!   invariant under half a turn about d3; AMV ask for isotropy, which they need for shear at the same time, (6.21);
+//! * shearing, u = 0, e = (0, 0, 0, v(t)), mu v'' = -n + loads, with (6.19), v x n = 0: the force goes
+//!   through the clamp.
 //!
 //! In the first two (A) holds whatever the motion, by the symmetry of the law. In shearing it is an identity only if
-//! flexure is rigid, for then m is a reaction that need not be constant along the rod. Else v x n = 0 is no identity for
-//! any law of strain-rate type: by (2.33) n covers an open set as v_t varies, and so leaves the line of v. It is two
-//! equations beside the three of motion, which only exceptional motions satisfy: shear that dies out as exp(-sigma t)
-//! while a load holds the stretch, or a motion whose loads were made for it. A perturbation leaves them, so (A) and (B)
-//! are checked at the start, with their first derivatives.
+//! flexure is rigid, for then m is a reaction that need not be constant along the rod. Else v x n = 0 is no identity
+//! for any law of strain-rate type: by (2.33) n covers an open set as v_t varies, and so leaves the line of v. It is
+//! two equations beside the three of motion, which only exceptional motions satisfy: shear that dies out as
+//! exp(-sigma t) while a load holds the stretch, or a motion whose loads were made for it. A perturbation leaves
+//! them, so (A) and (B) are checked at the start, with their first derivatives.
 //!
-//! What is recognised is not integrated in another way: the whole rod reaches the same digits on 8 nodes in fewer steps
-//! (scenes/plunge.toml: 72 steps and 1627 right-hand sides against 399 and 4790 of the body's equation). What a reduction
-//! gives is insight: the [`Equivalent`] spring and dashpot.
+//! A recognised motion is still integrated as the whole rod, which reaches the same digits on 8 nodes in
+//! fewer steps (scenes/plunge.toml: 72 steps and 1627 right-hand sides against 399 and 4790 of the body's
+//! equation). The use of a reduction is insight: the [`Equivalent`] spring and dashpot.
 //!
 //! The rod has length 1; loads, velocity and pose are those of the clamp's frame.
 
@@ -40,7 +41,7 @@ use snaprod_systems::section::Strain;
 use snaprod_systems::section::rate::Viscoelastic;
 use std::fmt;
 
-/// What the end of the rod carries.
+/// The body at the end of the rod.
 #[derive(Debug, Clone)]
 pub enum Carried {
     /// A rigid body welded to the end.
@@ -56,14 +57,14 @@ impl Carried {
     }
 }
 
-/// Which strains move.
+/// Kind of reduced motion, by the strains that move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReductionKind {
     /// v3 alone.
     Longitudinal,
     /// u3 and v3.
     Twisting,
-    /// v1, v2, v3 with directors that stay as they are.
+    /// v1, v2, v3 with constant directors.
     Shearing,
 }
 
@@ -77,12 +78,12 @@ impl fmt::Display for ReductionKind {
     }
 }
 
-/// How the motion starts.
+/// Initial state of a motion.
 #[derive(Debug, Clone)]
 pub struct ReducedStart<'a> {
     /// The time.
     pub time: f64,
-    /// The strains at some places along the rod, at least one.
+    /// The strains at one or more places along the rod.
     pub strains: &'a [Strain],
     /// The strains z of each Maxwell branch at some places along the rod; empty: all relaxed, z = e.
     pub branches: &'a [Vec<Strain>],
@@ -90,12 +91,12 @@ pub struct ReducedStart<'a> {
     pub velocity: Vector6<f64>,
 }
 
-/// Why a motion is none of the three kinds.
+/// Reason why a motion is none of the three kinds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refusal(Message);
 
 impl Refusal {
-    /// Why, its numbers in these units.
+    /// The reason, with numbers in `units`.
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
         Self(self.0.in_units(units))
     }
@@ -117,25 +118,25 @@ pub struct Reduction {
     kind: ReductionKind,
     slots: Slots,
     start: State,
-    /// (A) and (B) hold in all motions of this kind.
+    /// True if (A) and (B) hold in all motions of this kind.
     identical: bool,
 }
 
-/// Strains count as constant along the rod up to this.
+/// Largest difference of strains that count as constant along the rod.
 const SAME: f64 = 1e-10;
-/// Relative defect of (A) and (B) at the start and at nearby states.
+/// Largest relative defect of (A) and (B) at the start and at nearby states.
 const EXACT: f64 = 1e-9;
-/// The same for rates of change along the motion, which are found by differences.
+/// Largest relative defect of their rates of change along the motion, which are found by differences.
 const HELD: f64 = 1e-6;
 
 impl Reduction {
     /// Decides whether the motion from `start` is of one of the three kinds, the simplest first.
     ///
-    /// The laws are asked at the start, and at some states nearby for what must hold in all motions of the kind; so a
-    /// defect that vanishes at all of them escapes, as does a pulse in time.
+    /// The laws are evaluated at the start and, for conditions on all motions of the kind, at some states
+    /// nearby. A defect that vanishes at all of them escapes, as does a pulse in time.
     ///
     /// # Errors
-    /// [`Refusal`]: why it is of none.
+    /// [`Refusal`]: why the motion is of none.
     pub fn recognise(
         section: &Viscoelastic,
         carried: &Carried,
@@ -310,7 +311,7 @@ impl Reduction {
         }
     }
 
-    /// (A) and (B) at states and times nearby, that no motion of another kind links with the start.
+    /// Checks (A) and (B) at nearby states and times, as they must hold in all motions of the kind.
     fn probe(&self) -> Result<(), Message> {
         let speed = self.start.rate.amax().max(0.1);
         for i in 0..12_u32 {
@@ -332,7 +333,7 @@ impl Reduction {
         Ok(())
     }
 
-    /// d/dt of the defects along the motion.
+    /// Checks that the time derivatives of the defects vanish along the motion.
     fn first_order(&self, balance: &Balance) -> Result<(), Message> {
         let slope = self.slope(&self.start, balance);
         let step = 1e-4 / (1.0 + slope.size());
@@ -352,23 +353,23 @@ impl Reduction {
         .words(", relative to its terms"))
     }
 
-    /// Which kind it is.
+    /// The kind of the motion.
     pub fn kind(&self) -> ReductionKind {
         self.kind
     }
 
-    /// True if every motion that starts in this way is exact, by symmetry; false if this one is by exception.
+    /// True if every motion with such a start is exact, by symmetry; false if only this one is, by exception.
     pub fn is_identical(&self) -> bool {
         self.identical
     }
 
-    /// The strains that move, as places in (u1, .. v3).
+    /// Indices in (u1, .. v3) of the strains that move.
     pub fn moving(&self) -> Vec<usize> {
         self.slots.iter().collect()
     }
 }
 
-/// What is given.
+/// The initial state, constant along the rod.
 struct Given {
     time: f64,
     strain: Strain,
@@ -382,7 +383,7 @@ fn constant(field: &[Strain]) -> bool {
     })
 }
 
-/// True if the elastic law says that it is uniform and the rate law, asked at some places, gives the same overstress.
+/// True if the elastic law is uniform by its own account and the rate law gives the same overstress at some places.
 fn uniform(section: &Viscoelastic, e: &Strain) -> bool {
     let rigid = section.rate.rigid();
     let rates = Strain::from_fn(|i, _| if rigid[i] { 0.0 } else { 0.3 - 0.1 * i as f64 });
@@ -394,7 +395,7 @@ fn uniform(section: &Viscoelastic, e: &Strain) -> bool {
             .iter()
             .all(|s| match (at(*s), middle) {
                 (Some(a), Some(b)) => (a - b).amax() <= 1e-12 * b.amax(),
-                // What is wrong with the law is said where it is used.
+                // Errors of the law are reported where it is used.
                 (None, None) => true,
                 _ => false,
             })

@@ -1,4 +1,4 @@
-//! A run: motion on a sheet, snap at the fold, motion on the next sheet, as an iterator.
+//! Runs of an elastic rod as an iterator: motion on a sheet, snap at the fold, motion on the next sheet.
 
 mod elastica;
 mod first_order_mass;
@@ -36,13 +36,13 @@ pub struct Sample<const N: usize> {
     pub ledger: Ledger,
 }
 
-/// Steps between two looks at the pace of a run.
+/// Steps between two estimates of the remaining number of steps.
 const STRETCH: u64 = 50_000;
-/// A run that would need more than twice its most steps is ended after so many looks in a row: a mass that passes the straight rod by
-/// takes up to a million steps for it.
+/// Number of estimates in a row, each above twice the step limit, that end a run: a mass that passes the straight rod
+/// takes up to a million steps for the passage.
 const PATIENCE: u32 = 30;
 
-/// The state at a time before the motion's first, and kinetic energy and potential of the rod there.
+/// The state at a time before the start of the integration, with kinetic and potential energy of the rod.
 type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<(Phase<N>, [f64; 2])> + 'a>;
 
 /// A run in progress.
@@ -53,49 +53,49 @@ pub struct Run<'a, M, const N: usize> {
     motion: OnSheet<'a, M, N>,
     /// True while the motion feels the mass of the rod.
     followed: bool,
-    /// Whether it does from the end of the last step on, where that was asked.
+    /// Value of `followed` from the end of the last step on, if known.
     due: Option<bool>,
-    /// How much room there is for that to stay as it is, where that was asked at the end of the last step.
+    /// Margin of the criterion for `followed` at the end of the last step, if known.
     room: Option<f64>,
-    /// For how long it has not, of a rod with mass.
+    /// Total time without the rod's mass, for a rod that has one.
     unfelt: f64,
     /// True while the end shakes next to the straight rod, so hard that the mass of the rod is left out.
     shakes: bool,
-    /// True where the last step was ended because the motion comes next to the straight rod, or away from it.
+    /// True if the last step was ended at the edge of the neighbourhood of the straight rod.
     at_edge: bool,
     index: usize,
     snapped: f64,
     snaps: u64,
     past: Cost,
     pending: Option<f64>,
-    /// While the rod is taut: true if the body still moves outward.
+    /// True while the body moves outward against the pull; None if the rod is not taut.
     outward: Option<bool>,
-    /// The energy with which a motion next to the straight rod began, but for what is counted as lost in `snapped`. What it changes there, by the order of the
-    /// rod's mass times the deflection, goes to vibrations of the rod.
+    /// Energy at the start of a motion next to the straight rod, less the loss counted in `snapped`. The change over
+    /// that motion, of the order of the rod's mass times the deflection, goes to vibrations of the rod.
     straight: Option<f64>,
-    /// An event of the last step that is to be told.
+    /// An event of the last step that is still to be reported.
     found: Option<Event>,
     /// The state just before the last snap.
     before_snap: Option<Sample<N>>,
     stopped: bool,
     interrupted: bool,
-    /// The state it was asked to start from.
+    /// The initial state as given.
     given: Phase<N>,
-    /// The pose there, and energies of the rod, where the chart has them only to rounding: of the straight rod.
+    /// Initial pose and energies of the rod, if the chart has them only to rounding: those of the straight rod.
     given_pose: Option<(SVector<f64, N>, [f64; 2])>,
-    /// States before the motion's first, back to the time given: see [`Run::straight`].
+    /// States from the given time to the start of the integration: see [`Run::straight`].
     early: Option<Early<'a, N>>,
-    /// True once the step over them was told.
+    /// True once the step over the early states was reported.
     announced: bool,
-    /// Steps and time when the pace was last judged.
+    /// Steps and time at the last estimate.
     milestone: (u64, f64),
-    /// Looks in a row at which the end was out of reach.
+    /// Number of estimates in a row at which the end was out of reach.
     slow_looks: u32,
 }
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
-    /// A run from the chart point `q` with velocity `v` at time 0. A start on a fold moves off it to
-    /// the stable side if it can, and snaps at once if it cannot.
+    /// A run from the chart point `q` with velocity `v` at time 0. A start on a fold moves off to the stable
+    /// side if it can, and snaps at once otherwise.
     ///
     /// # Errors
     /// A start outside the chart, or a velocity that is not finite.
@@ -183,7 +183,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// The run that follows from `snap`, one of those of [`Outcome::Branched`].
     ///
     /// # Errors
-    /// A snap that is not of this run's manifold.
+    /// A snap whose landing is no chart point of the manifold of the run.
     pub fn branch(&self, snap: &Snap) -> Result<Self> {
         if snap.to.q.len() != N {
             return Err(Error::domain(format!(
@@ -228,8 +228,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         })
     }
 
-    /// The state that the run was given, which may lie a first small step before its motion: see
-    /// [`Run::new`] on starts at folds.
+    /// The initial state as given; it may lie a first small step before the motion. See [`Run::new`] on
+    /// starts at folds.
     pub fn given(&self) -> Sample<N> {
         let Some((pose, of_rod)) = self.given_pose else {
             return self.describe(self.given);
@@ -255,7 +255,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         self.interrupted = true;
     }
 
-    /// What it cost so far.
+    /// Cost so far.
     pub fn cost(&self) -> Cost {
         self.past + self.motion.cost()
     }
@@ -276,7 +276,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         state
     }
 
-    /// The state, with kinetic energy and potential of the rod.
+    /// The state, with kinetic and potential energy of the rod.
     fn with_energies(&self, phase: Phase<N>, [kinetic, potential]: [f64; 2]) -> Sample<N> {
         let at = self
             .manifold
@@ -295,8 +295,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         }
     }
 
-    /// Looks back over the last stretch of steps: how many more, at that rate, would the run take, if too many? A mass close to the
-    /// straight rod shakes along it ever faster, without bound; but one that only passes by gets slower again.
+    /// Number of further steps the run would take at the rate of the last stretch, if hopeless for
+    /// [`PATIENCE`] estimates in a row. A mass close to the straight rod shakes along it ever faster, without
+    /// bound; one that only passes gets slower again.
     fn hopeless(&mut self, steps: u64) -> Option<f64> {
         let (before, since) = self.milestone;
         let time = self.time();
@@ -312,8 +313,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         (self.slow_looks >= PATIENCE).then_some(needed)
     }
 
-    /// The bounce within the last step, if the body was turned round there: its stored energy went through a maximum on
-    /// a taut rod.
+    /// The bounce within the last step: the stored energy of a taut rod went through a maximum. None if there
+    /// was none.
     fn bounce(&mut self) -> Option<Bounce> {
         let now = self.motion.moves_outward();
         let turned = match (self.outward, now) {
@@ -349,7 +350,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         self.stop(outcome)
     }
 
-    /// At a fold: finds the landings and, unless the run branches, goes on from there.
+    /// At a fold: finds the landings and, unless the run branches, goes on from the chosen one.
     fn snap(&mut self, time_error: f64) -> Result<Event> {
         if self.snaps >= self.options.max_snaps {
             return Ok(self.stop(Outcome::SnapLimit));
@@ -448,7 +449,8 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
                 to: from,
             });
         }
-        // What the rod had until here goes to vibrations of its own, but for what the motion goes on with.
+        // Energy of the rod at the end of the opening goes to its own vibrations, except the part with which
+        // the motion continues.
         if let Some((phase, of_rod)) = self.early.as_ref().and_then(|early| early(from)) {
             let before = self.with_energies(phase, of_rod).ledger.total();
             self.early = None;

@@ -33,7 +33,7 @@ use snaprod_systems::solve::integrator::Method;
 use snaprod_systems::solve::roots::chandrupatla;
 use snaprod_systems::solve::stepper::{Inside, Stepper, Taken};
 
-/// State of a motion: chart point, velocity, time, and the integrals that the ledger needs.
+/// State of a motion: chart point, velocity, time, and the integrals of the energy ledger.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Phase<const N: usize> {
     /// Chart point.
@@ -72,7 +72,7 @@ impl<const N: usize> State for Phase<N> {
 }
 
 impl<const N: usize> Reversible for Phase<N> {
-    /// tau is short where the motion is fast.
+    /// Constant: steps in tau are already short in time where the motion is fast.
     fn pace_squared(&self, _at: &Self) -> f64 {
         1.0
     }
@@ -85,15 +85,14 @@ impl<const N: usize> Timed for Phase<N> {
     }
 }
 
-/// How a step of a motion ended.
+/// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress {
     /// Inside the sheet, before the end.
     Moved,
     /// At the end of time.
     Arrived,
-    /// At a fold; the time is uncertain by `time_error` (the location's own share: the integration's
-    /// error comes on top).
+    /// At a fold. `time_error` is the uncertainty of its location in time; the integration's error comes on top.
     Fold {
         /// Change of the fold's time in the last correction.
         time_error: f64,
@@ -104,38 +103,39 @@ pub enum Progress {
 pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
-    /// The mass of the rod, where it is followed.
+    /// The mass of the rod; None if it is not followed.
     rod: Option<Carried<'a, N>>,
     /// The chart of the solver's states.
     patch: Patch,
     orientation: f64,
     tolerance: f64,
-    /// Loads and clamp are seen up to here, just before the next break.
+    /// Latest time at which loads and clamp are evaluated, just before the next break.
     until: f64,
     solver: Stepper<Phase<N>>,
-    /// Steps at eight places at once, where the chart serves that.
+    /// Steps with slopes at eight places at once; None if the chart has none.
     eight: Option<Eight<'a, N>>,
     last: Option<Taken<Phase<N>>>,
     dense: Option<Inside<Phase<N>>>,
-    /// What is known of a fast shaking.
+    /// State of the search for strides and glides next to the straight rod.
     shaking: Shaking<N>,
 }
 
 /// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
 /// error is to be of the order of the tolerance, not a multiple of it.
 const LOCAL: f64 = 0.1;
-/// Steps by collocation are so many times as long as those of DOP853.
+/// Ratio of the lengths of collocation steps and DOP853 steps.
 const LONGER: f64 = 3.0;
-/// A state this near to the end of time, relative to 1 + its size, is at it.
+/// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
-/// A fold that is not found in a step shortened so many times is none: time stands still.
+/// Most halvings of a step in which time turns back without a fold; after these time stands still.
 const HALVINGS: u32 = 60;
-/// Local errors below this drown in rounding.
+/// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-14;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
-    /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1, with the tolerance and the method of
-    /// `options`: steps are explicit unless it asks for symmetric ones. `rod`: its mass, if the motion is to feel it.
+    /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1. Tolerance and method
+    /// come from `options`: steps are explicit unless symmetric ones are asked for. `rod`: its mass, if the
+    /// motion is to feel it.
     ///
     /// # Errors
     /// A start outside the chart.
@@ -196,7 +196,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.global(*self.solver.state())
     }
 
-    /// The sign of det on its sheet.
+    /// The sign s of det on the sheet.
     pub fn orientation(&self) -> f64 {
         self.orientation
     }
@@ -214,10 +214,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Asks whether double precision holds the motion where it is.
+    /// Checks that double precision resolves the motion at the current state.
     ///
     /// # Errors
-    /// Why not.
+    /// The chart point is not resolved; the error says why.
     pub fn resolved(&self) -> Result<()> {
         match self.patch {
             Patch::Global => self.manifold.resolved(&self.solver.state().q),
@@ -225,7 +225,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// While the rod is taut: does the body move against its pull?
+    /// True if the body moves against the pull of a taut rod; None if the rod is not taut.
     pub fn moves_outward(&self) -> Option<bool> {
         let now = self.solver.state();
         self.manifold.tautness(self.patch, &now.q)?;
@@ -233,7 +233,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(at.force.dot(&now.v) < 0.0)
     }
 
-    /// Goes on in another chart where that is better.
+    /// Changes to a better chart, if there is one.
     fn change_patch(&mut self) {
         if self.rod.is_some() {
             return;
@@ -268,23 +268,23 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.shaking.forget();
     }
 
-    /// What it cost.
+    /// Cost so far.
     pub fn cost(&self) -> Cost {
         self.solver.cost()
     }
 
-    /// The time that the next step would take at the present pace.
+    /// Duration of the next step at the present rate t' of time.
     pub fn next_step(&self) -> f64 {
         let eight = self.eight.as_ref().filter(|_| self.patch == Patch::Global);
         let h = eight.and_then(|eight| eight.steps.next_step());
         h.unwrap_or_else(|| self.solver.next_step()) * self.solver.slope().t.abs()
     }
 
-    /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first. None: the step
-    /// size has collapsed; the state stays where it was.
+    /// One step, at most to time `end`, to the next break of the loads, or to the fold if that comes first.
+    /// None: the step size has collapsed; the state is unchanged.
     pub fn step(&mut self, end: f64) -> Option<Progress> {
         self.change_patch();
-        // Symmetric steps follow every shaking: what passes over many turns looks back.
+        // Symmetric steps integrate every turn: the strides over many turns are not reversible.
         let strides = !self.solver.is_symmetric();
         if strides && let Some(progress) = self.glide(end) {
             return Some(progress);
@@ -304,8 +304,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(progress)
     }
 
-    /// Time is one of the integrated variables, so that what a step tries may lie behind the break at which it is to end. It sees loads and clamp as they
-    /// are just before; behind the break they are others at once.
+    /// Sets the latest time at which loads and clamp are evaluated. Time is an integrated variable, so the
+    /// stages of a step may lie behind the break at which the step is to end, where loads jump. They take the
+    /// values just before the break.
     fn look_until(&mut self, until: f64) -> Option<()> {
         if until == self.until {
             return Some(());
@@ -324,7 +325,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     fn step_to(&mut self, end: f64) -> Option<Progress> {
         let f = self.right_hand_side();
         self.dense = None;
-        // No use in running far past the end: t' only changes smoothly.
+        // Stages far past the end would be wasted, and t' only changes smoothly.
         let remaining = end - self.time();
         // The floor is for starts on a fold, where t' = 0; next to the straight rod t' goes like 1 - x.
         let mut h_max = 4.0 * remaining / self.solver.slope().t.max(f64::MIN_POSITIVE);
@@ -347,7 +348,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             h_max = 0.5 * step.h();
         };
         let progress = match fold {
-            // At the end of time, too: there is no step from a fold.
+            // A fold at the end of time counts too: no step can start from a fold.
             Some(mut fold) if fold.step.to().t <= end + ON_TIME * (1.0 + end) => {
                 let to = fold.step.to_mut();
                 to.t = to.t.min(end);
@@ -368,7 +369,6 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(progress)
     }
 
-    /// One step of at most `h_max`.
     fn one_step(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
         match self.step_at_eight(h_max) {
             Some(step) => Some(step),
@@ -376,7 +376,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// A step with slopes at eight places at once, where it is served.
+    /// A step with slopes at eight places at once; None if the chart has none.
     fn step_at_eight(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
         if self.patch != Patch::Global {
             return None;
@@ -391,7 +391,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(Taken::Collocated(step))
     }
 
-    /// A step with slopes one by one; the two kinds go on from each other's lengths.
+    /// A step with slopes one by one. Its length follows from that of a preceding collocation step, and vice versa.
     fn step_at_one(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
         if let (Some(Taken::Collocated(step)), Stepper::Explicit(solver)) =
             (&self.last, &mut self.solver)
@@ -407,14 +407,14 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(step)
     }
 
-    /// The right-hand side, also at eight places at once.
+    /// The right-hand side, with the eightfold version if the chart has one.
     fn both<F>(&mut self, one: F) -> Both<'_, 'a, F, N> {
         let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
         Both { one, eight }
     }
 
-    /// Ends `step`, which reaches or passes `end`, exactly there; None, with the state back at its start, if
-    /// that moment cannot be hit.
+    /// Ends `step`, which reaches or passes `end`, exactly at `end`. None, with the state back at its start,
+    /// if that moment cannot be hit.
     fn finish(
         &mut self,
         mut step: Taken<Phase<N>>,
@@ -434,7 +434,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let both = &mut self.both(f);
         let mut ended = locate(&step, both, guess, missing, cost).filter(hit);
         if ended.is_none() {
-            // Next to a fold time all but stands: the polynomial of the step tells where, and how fast it goes there.
+            // Next to a fold time nearly stands still: the interpolant of the step gives the fraction and the
+            // rate of time at `end`.
             let guess = step.inside(both, cost).and_then(|dense| {
                 let left = |x: f64| dense.at(x).t - end;
                 let x = chandrupatla(left, (0.0, from - end), (1.0, to - end), 0.0)?;
@@ -476,7 +477,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 }
 
-/// A right-hand side that returns its slope, as one that writes it.
+/// Adapts a right-hand side from returning the slope to writing the slope.
 fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> {
     move |at, slope| {
         *slope = f(at)?;

@@ -1,4 +1,5 @@
-//! The jump at a fold: r and v stay, the rod falls to another equilibrium (theory 2.6).
+//! Snaps: jumps at a fold, at which pose and velocity of the end stay while the rod falls to another
+//! equilibrium (theory 2.6).
 
 use super::state::planar;
 use nalgebra::{DVector, SVector, UnitQuaternion};
@@ -8,7 +9,7 @@ use snaprod_systems::error::Result;
 use snaprod_systems::manifold::{Multivalued, Sheet, adjugate_times, fold_kernel};
 use snaprod_systems::rod::Fallen;
 
-/// Where a rod lands that has run out of its sheet.
+/// Rule for the landing of a rod at a fold.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -16,29 +17,28 @@ use snaprod_systems::rod::Fallen;
     serde(rename_all = "lowercase")
 )]
 pub enum LandingRule {
-    /// Where the fast viscous layer takes it: unique at a regular fold.
+    /// The landing of the fast viscous layer: unique at a regular fold.
     #[default]
     Viscous,
-    /// On the stable equilibrium of lowest energy.
+    /// The stable equilibrium of lowest energy.
     Lowest,
-    /// On every stable equilibrium with no more energy than the fold: the run branches.
+    /// Every stable equilibrium with no more energy than the fold: the run branches.
     All,
-    /// On the stable equilibrium of this sheet, if it has no more energy than the fold; of several, on the one of
-    /// lowest energy.
+    /// The stable equilibrium of this sheet with no more energy than the fold; of several, the one of lowest energy.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Named(Sheet),
-    /// On the stable equilibrium that comes in this place by energy, among those with no more energy than the fold; 1
-    /// is the lowest. It tells landings apart where equilibria have no names.
+    /// The stable equilibrium of this rank by energy, among those with no more energy than the fold; 1 is the
+    /// lowest. Ranks tell landings apart where equilibria have no names.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Ordered {
-        /// The place, from 1.
+        /// The rank, from 1.
         order: usize,
     },
 }
 
 impl LandingRule {
-    /// The possible landings, sorted by energy, on which a rod lands: one, unless the rule is `All`; `sheet` names them.
-    /// `Viscous` does not choose, and the lowest stands for its landing.
+    /// Selects from the possible landings, sorted by energy: one, unless the rule is `All`. `sheet` names
+    /// them. `Viscous` makes no choice; the lowest stands for its landing.
     pub(super) fn chosen<T>(
         self,
         mut stable: Vec<T>,
@@ -62,9 +62,9 @@ impl LandingRule {
 pub struct SnapEnd {
     /// Chart point, for the elastica (p, w).
     pub q: DVector<f64>,
-    /// Its sheet; None in models that do not name theirs.
+    /// Sheet; None in models that do not name sheets.
     pub sheet: Option<Sheet>,
-    /// Its Morse index (for the fold itself: on the side it was reached from).
+    /// Morse index; at the fold, on the side of the approach.
     pub index: usize,
     /// Stored energy.
     pub elastic: f64,
@@ -77,9 +77,10 @@ pub struct Snap {
     pub t: f64,
     /// Uncertainty of the time from locating the fold, without the integration's own error.
     pub time_error: f64,
-    /// Pose, the same before and after; of elastic rods in space the place of the end of the rod along the directors of its base.
+    /// Pose at the snap, continuous across it. For elastic rods in space, the position of the end along the
+    /// directors of the base.
     pub pose: DVector<f64>,
-    /// Velocity, the same before and after.
+    /// Velocity at the snap, continuous across it.
     pub velocity: DVector<f64>,
     /// The fold.
     pub from: SnapEnd,
@@ -87,26 +88,25 @@ pub struct Snap {
     pub to: SnapEnd,
     /// Energy dissipated in the layer: elastic before minus after.
     pub released: f64,
-    /// The number of the rod that jumps, of those of an assembly; 0 of one rod.
+    /// Number of the rod that jumps, in an assembly; 0 for one rod.
     pub rod: usize,
-    /// How the base of that rod is turned in the frame of the motion.
+    /// Rotation of the base of the rod in the frame of the motion.
     pub base: UnitQuaternion<f64>,
-    /// The number of stable equilibria with no more energy than the fold; None under the rule `Viscous`, which does
-    /// not choose. In the plane all are counted, in space those that were found.
+    /// Number of stable equilibria with no more energy than the fold; None under the rule `Viscous`, which
+    /// does not choose. In the plane all are counted, in space those that were found.
     pub choices: Option<usize>,
-    /// True if the fast viscous layer leads to this landing, false if it leads to another; None if the layer did not
-    /// settle.
+    /// True if the fast viscous layer leads to this landing, false if to another; None if the layer did not settle.
     pub reached: Option<bool>,
     /// The bodies and charts of an assembly at the fold; None in a plane.
     pub moving: Option<Box<Configuration>>,
 }
 
-/// A layer belongs to a snap if it lands as near as this to where the snap did, in the chart.
+/// Largest chart distance, relative to 1 + norm, between the landing of a layer and of the snap.
 const SAME: f64 = 1e-6;
 
 impl Snap {
-    /// The shapes through which a planar elastica falls in this snap, in the frame of its clamp and its own units; None of other rods, and where
-    /// another rule than the layer chose the landing.
+    /// Shapes of a planar elastica during this snap, in the frame and the units of its clamp. None for other
+    /// rods, and if another rule than the layer chose the landing.
     pub(super) fn fall(&self) -> Option<Vec<Fallen>> {
         self.from.sheet?;
         let [p, w] = *self.from.q.as_slice() else {
@@ -124,19 +124,19 @@ impl Snap {
             .then(|| shapes.into_iter().map(placed).collect())
     }
 
-    /// Whether a layer that ends in this chart point is that of the snap.
+    /// True if the chart point `landed` of a layer is the landing of this snap.
     pub(super) fn lands(&self, landed: &[f64]) -> bool {
         let (to, landed) = (&self.to.q, DVector::from_column_slice(landed));
         to.len() == landed.len() && (&landed - to).norm() < SAME * (1.0 + to.norm())
     }
 }
 
-/// Change of the force, relative to it, at which the two sides of a fold are told apart.
+/// Relative change of the force over the distance at which the two sides of a fold are told apart.
 const ASIDE: f64 = 1e-4;
 
-/// A vector along `kernel` that leads far enough from the fold `q` to tell its sides apart, and no
-/// farther than the force follows: chart lengths mean nothing where the chart is stretched, but at a
-/// fold the force must change along the kernel, for (pose, force) is an immersion.
+/// A vector along `kernel` that leads far enough from the fold `q` to tell its sides apart, and no farther
+/// than the force follows. Chart lengths mean nothing where the chart is stretched, but at a fold the force
+/// must change along the kernel, for (pose, force) is an immersion.
 pub fn aside<const N: usize>(
     manifold: &impl Multivalued<N>,
     q: &SVector<f64, N>,
@@ -183,10 +183,9 @@ pub fn fold_sides<const N: usize>(
 /// The landings that a rule allows.
 #[derive(Debug, Clone)]
 pub struct Landings<T> {
-    /// One, unless the rule is `All`, each with what [`Snap::reached`] says of it; none if no stable equilibrium is
-    /// left.
+    /// Landings with their [`Snap::reached`]: one, unless the rule is `All`; empty if no stable equilibrium is left.
     pub at: Vec<(T, Option<bool>)>,
-    /// See [`Snap::choices`].
+    /// Number of possible landings, as [`Snap::choices`].
     pub choices: Option<usize>,
 }
 
@@ -199,7 +198,7 @@ impl<T> Landings<T> {
         }
     }
 
-    /// Landings among the candidates `all`, sorted by energy, that the rule allows; `sheet` gives the sheet of a candidate.
+    /// The candidates in `all`, sorted by energy, that the rule allows; `sheet` gives the sheet of a candidate.
     pub fn chosen(
         rule: LandingRule,
         all: Vec<(T, Option<bool>)>,

@@ -1,4 +1,4 @@
-//! Starts, and the special care of those that lie on a fold.
+//! Starts of a motion, with the special care of starts on a fold.
 
 use super::sheet::Phase;
 use super::snap::{aside, fold_sides};
@@ -8,7 +8,7 @@ use snaprod_systems::error::{Error, Result};
 use snaprod_systems::manifold::{ManifoldPoint, Multivalued, adjugate_times, invert_near};
 use snaprod_systems::math::small_sort::sort_few;
 
-/// How a motion gets under way.
+/// Classification of a start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Departure<const N: usize> {
     /// Off all folds.
@@ -18,11 +18,11 @@ pub enum Departure<const N: usize> {
     },
     /// From a fold onto the sheet of lower index.
     FromFold {
-        /// The state to go on from.
+        /// The first state of the motion.
         phase: Phase<N>,
-        /// Sign of det on that sheet.
+        /// Sign of det on the lower sheet.
         orientation: f64,
-        /// Index on that sheet.
+        /// Index on the lower sheet.
         index: usize,
     },
     /// On a fold, pressed out of both sheets: the rod snaps at once.
@@ -32,18 +32,18 @@ pub enum Departure<const N: usize> {
     },
 }
 
-/// |det| below this multiple of the product of the columns' lengths may be a fold: a first sieve.
+/// First sieve for folds: |det| below this multiple of the product of the columns' lengths.
 const NEAR_FOLD: f64 = 1e-9;
-/// |det| below this multiple of what it is a little aside is a fold to rounding. A chart that is merely
-/// stretched (the elastica near the straight rod) has as small a det on both sides.
+/// Fold to rounding: |det| below this multiple of its value a little aside. A chart that is merely stretched
+/// (the elastica near the straight rod) has as small a det on both sides.
 const ON_FOLD: f64 = 1e-6;
-/// Velocity across the fold, relative to all of it, below which the acceleration decides.
+/// Velocity across the fold, relative to the whole velocity, below which the acceleration decides.
 const GRAZING: f64 = 1e-9;
-/// First step of a body that leaves a fold from rest, as a fraction of the step [`aside`]: short enough
-/// that its error, of third order in time, is near rounding.
+/// First step of a body that leaves a fold from rest, as a fraction of the step of [`aside`]. It is short
+/// enough that its error, of third order in time, is near rounding.
 const FIRST_STEP: f64 = 0.1;
 
-/// Decides how `phase` departs.
+/// Classifies the start `phase`.
 ///
 /// # Errors
 /// A state outside the chart, or a degenerate point from which no sheet can be followed.
@@ -65,7 +65,7 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
     };
     let mut columns: [f64; N] = std::array::from_fn(|j| at.jacobian.column(j).norm());
     sort_few(&mut columns, |length| -length);
-    // For N = 1 the product of the columns is |det| itself and tells nothing.
+    // For N = 1 the product of the columns is |det| itself, so the comparison would be empty.
     let scale = if N == 1 {
         at.pace
     } else {
@@ -96,7 +96,7 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
     let unit: f64 = columns.iter().skip(1).product();
     let grazing = drift.abs() <= GRAZING * unit * phase.v.norm() || phase.v.norm() == 0.0;
     let leads_down = if grazing { push < 0.0 } else { drift < 0.0 };
-    // At a cusp both sides have the same index and det keeps its sign: a stable one can be left.
+    // At a cusp both sides have the same index and det keeps its sign: a stable cusp can be left.
     let stable_cusp = above.signum() == orientation && index == 0;
     if !(leads_down || stable_cusp) {
         return Ok(Departure::Snap { index });
@@ -119,10 +119,11 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
         .map_or(Departure::Snap { index }, departure))
 }
 
-/// The first step from rest on a fold, by hand: t' = 0 there, for ever. `step` leads to the upper side.
+/// The first step from rest on a fold. It is taken in t, since t' = 0 keeps the integration in tau at the
+/// fold for ever. `step` leads to the upper side.
 ///
-/// Off the fold q moves in proportion to t, and the force with it: the acceleration is taken as linear in
-/// t, from the fold to where q arrives.
+/// Off the fold q moves in proportion to t, and the force with it: the acceleration is taken as linear in t,
+/// from the fold to the point reached.
 fn from_rest<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     body: &Body<N>,

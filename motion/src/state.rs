@@ -1,4 +1,4 @@
-//! What a state of a motion shows, whatever model is integrated.
+//! Quantities of one state of a motion, for every model.
 
 use super::Ledger;
 use super::run::Sample;
@@ -17,8 +17,8 @@ use snaprod_systems::viscoelastic::space::{Curve, Space};
 
 /// A state of a motion, in the frame of the clamp and in the units of the rod (length 1).
 ///
-/// Rods in a plane lie in the plane of x and y and start along x; their sections have d3 along the tangent and d1 along z,
-/// so that u1 is the curvature.
+/// Rods in a plane lie in the plane of x and y and start along x. Their sections have d3 along the tangent
+/// and d1 along z, so that u1 is the curvature.
 pub trait State {
     /// Time.
     fn time(&self) -> f64;
@@ -26,8 +26,8 @@ pub trait State {
     /// Pose of the end.
     fn pose(&self) -> Isometry3<f64>;
 
-    /// (angular velocity of the end's directors, velocity of the end); an elastic rod's sections turn as its chart point
-    /// moves, which is not told: 0.
+    /// (angular velocity of the end's directors, velocity of the end). For elastic rods the angular velocity
+    /// is not computed: 0.
     fn twist(&self) -> Vector6<f64>;
 
     /// (couple, force) of the rod on the body: minus the end wrench w1.
@@ -36,10 +36,10 @@ pub trait State {
     /// Energies.
     fn ledger(&self) -> Ledger;
 
-    /// Energy that friction in the rod has dissipated so far, without drag and snaps.
+    /// Energy dissipated by friction in the rod up to now, without drag and snaps.
     fn friction(&self) -> f64;
 
-    /// How far the rod is from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a sheet.
+    /// Relative distance of the rod from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a sheet.
     fn distance(&self) -> f64;
 
     /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names none.
@@ -50,71 +50,73 @@ pub trait State {
         self.equilibrium().map(|labels| labels.index)
     }
 
-    /// Where bodies and rods of an assembly are and how they move, in the world; None in models of one rod whose body is at its
-    /// end.
+    /// Poses and velocities of bodies and rods of an assembly, in the world; None in models of one rod whose
+    /// body is at its end.
     fn configuration(&self) -> Option<&Configuration> {
         None
     }
 
-    /// The bodies of an assembly, in the world; none of one rod whose body is at its end.
+    /// Poses and twists of the bodies of an assembly, in the world; empty for one rod with a body at its end.
     fn bodies(&self) -> &[Place] {
         self.configuration().map_or(&[], |now| &now.bodies)
     }
 
-    /// The rods of an assembly that have strains of their own, each as [`State::sections`], in the world; none where the configuration
-    /// tells them.
+    /// Sections of the rods of an assembly that have strains of their own, each as [`State::sections`], in
+    /// the world. Empty if the configuration contains the curves.
     fn curves(&self, _points: usize) -> Vec<RodCurve> {
         Vec::new()
     }
 
-    /// The forces of grooves on the bodies that slide in them, in the world of [`State::configuration`].
+    /// Forces of grooves on the bodies in them, in the world frame of [`State::configuration`].
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
         Vec::new()
     }
 
-    /// How far ends of rods are from their attachments, at worst, where poses and charts are both in the state: in radians and lengths of
-    /// the rod.
+    /// Largest distance of rod ends from their attachments, in radians and lengths of the rod. It is nonzero
+    /// only if poses and charts are both in the state.
     fn drift(&self) -> f64 {
         0.0
     }
 
-    /// The six strains of a rod of an assembly at places in [0, 1], in growing order; those of the one rod there is, whatever the number.
+    /// The six strains of rod number `rod` at arc lengths in [0, 1], in growing order. Models of one rod
+    /// ignore the number.
     fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain>;
 
-    /// The same of the first rod.
+    /// The six strains of the first rod at arc lengths in [0, 1].
     fn strains_at(&self, places: &[f64]) -> Vec<Strain> {
         self.strains_of(0, places)
     }
 
-    /// Dissipation per length and time at places in [0, 1], in growing order.
+    /// Dissipation per length and time at arc lengths in [0, 1], in growing order.
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64>;
 
-    /// Sections from the clamp to the end, `points` of them for a rod on a sheet, `points` on every element beside the two
-    /// ends for one with strains; empty if the strains give no shape.
+    /// Sections from the clamp to the end: `points` of them for a rod on a sheet, `points` per element and
+    /// the two ends for a rod with strains. Empty if the strains give no shape.
     fn sections(&self, points: usize) -> RodCurve;
 }
 
 /// Sections of a rod from its base to its end, each by its arclength in the unstrained rod and its pose.
 pub type RodCurve = Vec<(f64, Isometry3<f64>)>;
 
-/// A pose seen from a `clamp` that stands so in the world, in units of a rod of this `length`, as the world sees it.
+/// A pose in the clamp's frame and in units of the rod's length, converted to the world: `clamp` is the pose
+/// of the clamp in the world, `length` the length of the rod.
 pub fn outward(clamp: &Isometry3<f64>, length: f64, pose: &Isometry3<f64>) -> Isometry3<f64> {
     let pose = clamp * pose;
     Isometry3::from_parts((pose.translation.vector * length).into(), pose.rotation)
 }
 
-/// The same of all sections of a curve, and their arclengths.
+/// Converts all sections of a curve, and their arc lengths, as [`outward`].
 pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) {
     for (s, pose) in curve {
         (*s, *pose) = (*s * length, outward(clamp, length, pose));
     }
 }
 
-/// A state that a motion keeps, or has made to be seen.
+/// A state, borrowed from the motion or made on demand.
 pub enum Seen<'a> {
-    /// Kept by the motion.
+    /// Stored in the motion.
     Kept(&'a dyn State),
-    /// Made for the purpose.
+    /// Made on demand.
     Made(Box<dyn State + 'a>),
 }
 
@@ -129,16 +131,16 @@ impl<'a> std::ops::Deref for Seen<'a> {
     }
 }
 
-/// What names an equilibrium of the elastica.
+/// Chart point, sheet and index of an equilibrium of the elastica.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Labels {
     /// Chart: p.
     pub p: f64,
     /// Chart: w.
     pub w: f64,
-    /// Its sheet.
+    /// Sheet.
     pub sheet: Sheet,
-    /// Its Morse index.
+    /// Morse index.
     pub index: usize,
 }
 
@@ -369,7 +371,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
     }
 }
 
-/// The sections of a curve, with those at its ends.
+/// Sections at the nodes of a curve and at its ends.
 fn framed(grid: &Grid, curve: Option<Curve>) -> RodCurve {
     let Some(curve) = curve else {
         return Vec::new();

@@ -1,20 +1,21 @@
-//! A straight elastic rod that is let go: how its motion begins (theory 2.3).
+//! Opening of the motion of a straight elastic rod that is let go (theory 2.3).
 //!
-//! At the straight rod the position of the mass does not tell the force: 1 - x = c(N) y^2, and the pull N comes from the
-//! motion along the rod, which the motion across enslaves (`x'' = (f_x - N)/m`). Close to it the mass also can shake along
-//! the rod, at a frequency of order 1/y; but of all motions from rest at (1, 0) only one keeps the pull bounded as t -> 0,
-//! and that one is smooth: with `y = O(t^k)`, k = 1 for a velocity across and 2 for a load across,
+//! At the straight rod the position of the mass does not determine the force: 1 - x = c(N) y^2, and the pull N comes
+//! from the motion along the rod, which is slaved to the motion across (`x'' = (f_x - N)/m`). Close to it the mass
+//! also can shake along the rod, at a frequency of order 1/y. But of all motions from rest at (1, 0) only one keeps
+//! the pull bounded as t -> 0, and that one is smooth. With `y = O(t^k)`, k = 1 for a velocity across and 2 for a
+//! load across,
 //! ```text
 //! 1 - x = t^2k Z(t),   y = t^k Y(t),   N = f_x + m (1 - x)'' = f_x + t^(2k-2) m M(t)
 //! ```
-//! with Z, Y, M analytic: from rest N = f_x + 3 (3/5) m a^2 t^2 + .. under the acceleration a; with a velocity v across
-//! N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until] by collocation, Newton's method
-//! with the derivative c'(N) of the law of shortening. From `until` on the chart takes over, where the shaking is slow
-//! enough to be followed, and absent.
+//! with Z, Y, M analytic: from rest N = f_x + 3 (3/5) m a^2 t^2 + .. under the acceleration a; with a velocity v
+//! across N(0) = f_x + 2 c(N(0)) m v^2. (1 - x)'' and y'' are found at Gauss points of [0, until] by collocation,
+//! with Newton's method and the derivative c'(N) of the law of shortening. From `until` on the chart takes over:
+//! there a shaking would be slow enough to be followed, and there is none.
 //!
-//! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds) y'' = .. + m int w (g - e) ds
-//! (theory 2.9 of a straight rod; e is the acceleration of the clamp). What of its inertia is along the rod is of the order y^2 of that, and left to the
-//! chart, so that such an opening ends where y is small.
+//! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds)
+//! y'' = .. + m int w (g - e) ds (theory 2.9 of a straight rod; e is the acceleration of the clamp). The part of its
+//! inertia along the rod is smaller by y^2. It is left to the chart, so such an opening ends where y is small.
 
 use super::sheet::Phase;
 use nalgebra::{DMatrix, DVector, Vector2};
@@ -27,25 +28,25 @@ use snaprod_systems::math::gauss::{Rule, legendre};
 
 /// Collocation points.
 const POINTS: usize = 16;
-/// A part of a velocity that is rounding.
+/// Relative size of a velocity component that counts as rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 /// Longest opening, in units of sqrt(m L^3/EI): a fraction of the period of the rod's vibration across, 3.6.
 const LONGEST: f64 = 0.5;
-/// The last two Legendre coefficients of M and of y'' may be this large, relative to the largest.
+/// Largest of the last two Legendre coefficients of M and of y'', relative to the largest of all.
 const TAIL: f64 = 1e-13;
-/// Newton's method is at its end when nothing changes by more than this, relative to the largest value.
+/// Convergence of Newton's method: the change of all values, relative to the largest.
 const SETTLED: f64 = 1e-13;
-/// Height of the end at which the motion next to the straight rod takes over a rod of known mass at the latest.
+/// Largest deflection of the end for a handover to the motion next to the straight rod, for a rod of known mass.
 const HANDED_OVER: f64 = 1e-4;
-/// Rounds of Newton's method after which the derivatives c'(N) are good enough.
+/// Newton rounds after which the derivatives c'(N) are kept.
 const SLOPES: usize = 3;
-/// The state shown at t = 0, where the chart has none, is that of the first of these parts of the opening in which the rod has
-/// bent enough to be told from the straight one.
+/// Parts of the opening whose state may stand for t = 0, where the chart has none: the first in which the rod
+/// has bent enough to differ from the straight one.
 const INITIAL: [f64; 4] = [1e-40, 1e-20, 1e-10, 1e-5];
 
 /// The motion of a straight rod from t = 0 to `until`.
 pub struct Opening {
-    /// Where it ends: the motion goes on in the chart.
+    /// End of the opening: the motion goes on in the chart.
     pub until: f64,
     body: Body<2>,
     velocity: f64,
@@ -57,22 +58,22 @@ pub struct Opening {
     modes: DMatrix<f64>,
     /// M at the Gauss points of [0, until].
     inward: DVector<f64>,
-    /// y'' there.
+    /// y'' at the Gauss points.
     across: DVector<f64>,
-    /// Powers of the forces in time and of drag there.
+    /// Powers of the time-dependent forces and of drag at the Gauss points.
     power: DVector<f64>,
     loss: DVector<f64>,
 }
 
 impl Opening {
-    /// The opening of the motion that begins straight, with a velocity across, and is to last until `duration`.
+    /// The opening of a motion from the straight rod with a velocity across, which is to last until `duration`.
     ///
     /// # Errors
-    /// A velocity along the rod; nothing that drives the mass across; a push beyond Euler's load; a pull beyond what is
-    /// served; loads or speeds for which no opening of sensible length is found.
+    /// A velocity along the rod; nothing that drives the mass across; a push beyond Euler's load; a pull
+    /// beyond the bound; loads or speeds for which no opening of sensible length is found.
     pub fn new(body: &Body<2>, velocity: Vector2<f64>, duration: f64) -> Result<Self> {
         let v = velocity[1];
-        // Seen from a clamp that is turned, one across has rounding along the rod.
+        // A velocity across, seen from a turned clamp, has rounding along the rod.
         let along = velocity[0].abs() > ROUNDING * v.abs();
         if along || !velocity.iter().all(|v| v.is_finite()) {
             let given =
@@ -106,7 +107,7 @@ impl Opening {
                  [loads]), a velocity across, or a rod that is bent a little (lambda and kappa in [start])",
             ));
         }
-        // A load that only grows from 0 makes y of third order in time, which is served as well.
+        // A load that only grows from 0 makes y of third order in time, which this form represents as well.
         let order = if v == 0.0 { 2 } else { 1 };
         let pull = initial_pull(body, at_once[0], v)?;
         for _ in 0..60 {
@@ -180,7 +181,7 @@ impl Opening {
                 .map(|&part| self.moment(part, |x| weight(x, exponent)).transpose());
             DMatrix::from_rows(&rows.collect::<Vec<_>>())
         };
-        // Twice and once integrated, over the powers of t that come out.
+        // Integrated twice and once, divided by the resulting powers of t.
         let twice = rows(|x, n| (1.0 - x) * x.powi(n), n);
         let once = rows(|x, n| x.powi(n), n);
         let rise = rows(|x, n| (1.0 - x) * x.powi(n), 0);
@@ -224,7 +225,7 @@ impl Opening {
             if change <= SETTLED {
                 return Some(());
             }
-            // Rounding, if it does not get better any more.
+            // A change that no longer decreases is rounding.
             if !(change < 1e3) || round > 8 && change >= before {
                 return (change <= 100.0 * SETTLED).then_some(());
             }
@@ -233,15 +234,17 @@ impl Opening {
         None
     }
 
-    /// The pull on the rod at the time t, its end at `pose` and moving at v, where M = `inward`; None beyond what is served.
+    /// The pull on the rod at the time t for an end at `pose` with velocity v, where M = `inward`; None
+    /// outside the range of validity.
     fn pull(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>, inward: f64) -> Option<f64> {
         let loads = self.body.action(t, pose, v, &Vector2::zeros()).acceleration;
         let pull = self.body.mass() * (loads[0] + inward * t.powi(self.power_of_pull()));
         (-EULER < pull && pull < MOST_PULL).then_some(pull)
     }
 
-    /// The rod's part in the motion at the time t, its end moving across from y at the speed v; None of a rod without mass, or beyond what is served. The rate of
-    /// the pull counts by the deflection, which is small.
+    /// The rod's part in the motion at the time t, for an end that moves across at `height` with `speed`.
+    /// None for a rod without mass or outside the range of validity. The rate of the pull counts in
+    /// proportion to the deflection, which is small.
     fn of_mass(&self, t: f64, pull: f64, height: f64, speed: f64) -> Option<Across> {
         let frame = self.body.support().map(|support| support.at(t));
         let at = Deflected {
@@ -253,7 +256,8 @@ impl Opening {
         self.body.rod()?.beside(frame.as_ref(), &at)
     }
 
-    /// The motion across of the body together with its rod, and the power of a clamp that moves on both; None beyond what is served.
+    /// The motion across of body and rod together, and the power of a moving clamp on both; None outside the
+    /// range of validity.
     fn with_rod(
         &self,
         t: f64,
@@ -275,7 +279,8 @@ impl Opening {
         Some(())
     }
 
-    /// Kinetic energy of the rod at the time t, and its potential; 0 of a rod without mass, or beyond what is served.
+    /// Kinetic and potential energy of the rod at the time t; 0 for a rod without mass or outside the range
+    /// of validity.
     pub fn of_rod(&self, t: f64) -> [f64; 2] {
         let found = self
             .state(t)
@@ -283,7 +288,7 @@ impl Opening {
         found.map_or([0.0; 2], |felt| felt.energies)
     }
 
-    /// How many times higher the end of a rod of known mass is than where the chart should take over, if it is.
+    /// Ratio of the final deflection to the largest one for a handover, if above 1; for a rod of known mass.
     fn too_high(&self) -> Option<f64> {
         self.body.rod()?;
         let (pose, ..) = self.state(self.until)?;
@@ -299,18 +304,18 @@ impl Opening {
         })
     }
 
-    /// The state at the time t in [0, until]; None never, but by a fault.
+    /// The state at the time t in [0, until]. None would be a fault of the program.
     pub fn at(&self, t: f64) -> Option<Phase<2>> {
         let shown = INITIAL.map(|part| t.max(part * self.until));
         shown.into_iter().find_map(|shown| self.shown(t, shown))
     }
 
-    /// The values at the points, weighted by what they are integrated with up to the time t.
+    /// Integral up to the time t of the values at the Gauss points, times `weight`.
     fn integral(&self, t: f64, values: &DVector<f64>, weight: impl Fn(f64) -> f64) -> f64 {
         self.moment(t / self.until, weight).dot(values)
     }
 
-    /// Place and velocity of the end at the time t, and the pull; None beyond what is served.
+    /// Position and velocity of the end at the time t, and the pull; None outside the range of validity.
     fn state(&self, t: f64) -> Option<(Vector2<f64>, Vector2<f64>, f64)> {
         let n = self.power_of_pull();
         let y = t * (self.velocity + t * self.integral(t, &self.across, |x| 1.0 - x));
@@ -324,7 +329,7 @@ impl Opening {
         Some((pose, v, self.pull(t, &pose, &v, inward)?))
     }
 
-    /// The state at the time t, its place in the chart that of the time `shown`; None where the chart has none.
+    /// The state at the time t, with the chart point of the time `shown`; None if that has no chart point.
     fn shown(&self, t: f64, shown: f64) -> Option<Phase<2>> {
         let (pose, _, pull) = self.state(shown)?;
         let [p, w] = self.rods.at(pull, pose[1])?.chart();

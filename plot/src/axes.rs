@@ -12,25 +12,25 @@ pub(crate) const TITLE: f64 = 14.0;
 pub(crate) const LABEL: f64 = 13.0;
 pub(crate) const SMALL: f64 = 11.5;
 
-/// Length of a tick mark.
+/// Length of a tick mark in the plane.
 const MARK: f64 = 5.0;
-/// The same in space.
+/// Length of a tick mark in space.
 pub(crate) const MARK_3D: f64 = 4.0;
 
-/// How numbers are laid along an axis, or become colours.
+/// Mapping of numbers to an axis or to colours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
-    /// In proportion.
+    /// Linear.
     Linear,
-    /// By their square roots: small values are told apart better.
+    /// Square roots: small values are separated better.
     #[default]
     Sqrt,
-    /// By their logarithms; the range must be positive.
+    /// Logarithms; the range must be positive.
     Log,
 }
 
 impl Scale {
-    /// What is laid out in equal steps; NaN where a logarithm has no value.
+    /// The mapped value, laid out in equal steps; NaN if a logarithm has no value.
     pub(crate) fn apply(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
@@ -50,15 +50,15 @@ pub(crate) struct Axis {
     pub hi: f64,
     pub scale: Scale,
     pub label: String,
-    /// Numbers stand at the marks.
+    /// True if the marks carry numbers.
     pub numbered: bool,
     pub ticks: Vec<Tick>,
-    /// About how many of them are marked; 0 if they are particular ones.
+    /// Approximate number of marks; 0 if the marks are particular ones.
     pub wanted: usize,
 }
 
 impl Axis {
-    /// Equal steps of the scale from lo to hi, about `wanted` of them marked.
+    /// An axis in equal steps of the scale from lo to hi, with about `wanted` marks.
     pub(crate) fn scaled(scale: Scale, lo: f64, hi: f64, label: &str, wanted: usize) -> Self {
         Self {
             lo,
@@ -75,7 +75,7 @@ impl Axis {
         }
     }
 
-    /// Marks for an axis that is so many times as long as was thought.
+    /// Renews the marks of an axis whose length changes by the factor `times`.
     pub(crate) fn stretch(&mut self, times: f64) {
         if self.wanted > 0 {
             let wanted = (self.wanted as f64 * times).round().max(3.0) as usize;
@@ -85,17 +85,17 @@ impl Axis {
         }
     }
 
-    /// Equal steps from lo to hi.
+    /// A linear axis from lo to hi.
     pub(crate) fn linear(lo: f64, hi: f64, label: &str, wanted: usize) -> Self {
         Self::scaled(Scale::Linear, lo, hi, label, wanted)
     }
 
-    /// Equal ratios from lo > 0 to hi.
+    /// A logarithmic axis from lo > 0 to hi.
     pub(crate) fn log(lo: f64, hi: f64, label: &str, wanted: usize) -> Self {
         Self::scaled(Scale::Log, lo, hi, label, wanted)
     }
 
-    /// Widens a linear axis about its middle to this span, if it is less.
+    /// Widens a linear axis about the middle to at least this span.
     pub(crate) fn widen(&mut self, span: f64) {
         let extra = 0.5 * (span - (self.hi - self.lo));
         if extra > 1e-9 * span {
@@ -108,7 +108,7 @@ impl Axis {
         }
     }
 
-    /// Holds all finite values, with a margin of a twentieth; `None` if there are none.
+    /// An axis for all finite values, with a margin of a twentieth; `None` without values.
     pub(crate) fn fit<'a>(
         values: impl IntoIterator<Item = &'a f64>,
         log: bool,
@@ -130,8 +130,7 @@ impl Axis {
         Some(Self::linear(lo - margin, hi + margin, label, wanted))
     }
 
-    /// The range given, or else one that holds the values. A spread that is mere roundoff is not
-    /// magnified.
+    /// An axis over the given range, or else one that holds the values. A spread of mere roundoff is not magnified.
     pub(crate) fn over(
         values: &[f64],
         range: Option<[f64; 2]>,
@@ -148,7 +147,7 @@ impl Axis {
         Self::fit(values, false, label, wanted)
     }
 
-    /// The same without numbers and name, for a panel that shares the axis of the one below.
+    /// The axis without numbers and name, for a panel that shares the axis of the one below.
     pub(crate) fn bare(&self) -> Self {
         Self {
             label: String::new(),
@@ -157,13 +156,13 @@ impl Axis {
         }
     }
 
-    /// Where `value` lies: 0 at lo, 1 at hi; NaN where a logarithm has no value.
+    /// Position of `value` on the axis: 0 at lo, 1 at hi; NaN if a logarithm has no value.
     pub(crate) fn place(&self, value: f64) -> f64 {
         let [value, lo, hi] = [value, self.lo, self.hi].map(|v| self.scale.apply(v));
         (value - lo) / (hi - lo)
     }
 
-    /// The room its tick labels need beside a vertical axis.
+    /// Width of the tick labels of a vertical axis.
     pub(crate) fn label_width(&self) -> f64 {
         self.ticks
             .iter()
@@ -213,36 +212,36 @@ impl Panel {
         x.iter().zip(y).map(|(&x, &y)| self.at(x, y)).collect()
     }
 
-    /// A curve, cut at the frame.
+    /// Draws a curve, cut at the frame.
     pub(crate) fn line(&self, canvas: &mut Canvas, x: &[f64], y: &[f64], pen: Pen) {
         self.pixel_line(canvas, &self.pixels(x, y), pen);
     }
 
-    /// A line given in pixels, cut at the frame and thinned to what can be seen.
+    /// Draws a line given in pixels, cut at the frame and thinned to what can be seen.
     pub(crate) fn pixel_line(&self, canvas: &mut Canvas, points: &[Pixel], pen: Pen) {
         for run in clip(points, self.edges()) {
             canvas.line(&thin(&run, 0.06), pen);
         }
     }
 
-    /// A line from the lower to the upper edge.
+    /// Draws a line from the lower to the upper edge.
     pub(crate) fn upright(&self, canvas: &mut Canvas, x: f64, pen: Pen) {
         self.line(canvas, &[x; 2], &[self.y.lo, self.y.hi], pen);
     }
 
-    /// A line from the left to the right edge.
+    /// Draws a line from the left to the right edge.
     pub(crate) fn level(&self, canvas: &mut Canvas, y: f64, pen: Pen) {
         self.line(canvas, &[self.x.lo, self.x.hi], &[y; 2], pen);
     }
 
-    /// A mark at a pixel, if that lies in the frame.
+    /// Draws a mark at a pixel in the frame; nothing outside.
     pub(crate) fn mark(&self, canvas: &mut Canvas, at: Pixel, mark: Mark, r: f64, colour: Colour) {
         if self.holds(at) {
             draw_mark(canvas, at, mark, r, colour);
         }
     }
 
-    /// left, top, right, bottom.
+    /// The edges [left, top, right, bottom].
     pub(crate) fn edges(&self) -> [f64; 4] {
         [self.left, self.top, self.right(), self.bottom()]
     }
@@ -259,7 +258,7 @@ impl Panel {
         (l - 0.5..=r + 0.5).contains(&p.0) && (t - 0.5..=b + 0.5).contains(&p.1)
     }
 
-    /// Faint lines at the labelled ticks: under the data.
+    /// Draws faint lines at the labelled ticks, under the data.
     pub(crate) fn grid(&self, canvas: &mut Canvas) {
         let pen = Pen::new(FAINT, 0.7);
         let [l, t, r, b] = self.edges();
@@ -273,7 +272,7 @@ impl Panel {
         }
     }
 
-    /// Frame, tick marks, numbers and names: over the data.
+    /// Draws frame, tick marks, numbers and names, over the data.
     pub(crate) fn frame(&self, canvas: &mut Canvas) {
         let pen = Pen::new(INK, 0.9);
         let [l, t, r, b] = self.edges();
@@ -310,10 +309,10 @@ impl Panel {
     }
 }
 
-/// The room left of a panel for its y axis.
+/// Width left of a panel for its y axis.
 pub(crate) fn room_left(y: &Axis) -> f64 {
     MARK + 3.0 + y.label_width() + 5.0 + LABEL + 12.0
 }
 
-/// The room under a panel for its x axis.
+/// Height under a panel for its x axis.
 pub(crate) const ROOM_BELOW: f64 = MARK + 3.0 + SMALL + 6.0 + LABEL + 9.0;

@@ -10,10 +10,10 @@ use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
-/// One branch of equilibria; points that are not finite break it.
+/// One branch of equilibria; points that are not finite break the branch.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BranchLine {
-    /// Its name in the legend; without one it is left out there.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// The parameter at each point.
     pub x: Vec<f64>,
@@ -21,11 +21,11 @@ pub struct BranchLine {
     pub y: Vec<f64>,
     /// The Morse index at each point, `None` where unknown (also past the end of this list).
     pub index: Vec<Option<usize>>,
-    /// Which colour of the palette; by default its place in the list.
+    /// Index of the palette's colour; by default the index in the list.
     pub colour: Option<usize>,
 }
 
-/// What is special about a point of a branch: its mark.
+/// Kind of a special point of a branch; it selects the mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SpecialKind {
     /// A fold (limit point): a disc.
@@ -33,11 +33,11 @@ pub enum SpecialKind {
     Fold,
     /// Branches cross: a square.
     BranchPoint,
-    /// The index changes, for whatever reason: a diamond.
+    /// A change of the index for any reason: a diamond.
     StabilityChange,
     /// A cusp: a triangle.
     Cusp,
-    /// The branch was left here: a ring.
+    /// The end of the computed branch: a ring.
     End,
 }
 
@@ -65,9 +65,9 @@ pub struct Special {
     pub x: f64,
     /// The measure.
     pub y: f64,
-    /// What it is.
+    /// Kind of the point.
     pub kind: SpecialKind,
-    /// Written beside it, such as "LP1"; may be empty.
+    /// Text beside the point, such as "LP1"; may be empty.
     pub label: String,
 }
 
@@ -76,7 +76,7 @@ pub struct Special {
 pub struct BranchPanel {
     /// The name of the measure, with its unit.
     pub y_label: String,
-    /// The range of the measure; by default what holds all points.
+    /// Range of the measure; by default it holds all points.
     pub y_range: Option<[f64; 2]>,
     /// The branches.
     pub branches: Vec<BranchLine>,
@@ -87,28 +87,29 @@ pub struct BranchPanel {
 /// A bifurcation diagram of one or more panels over a common parameter.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BranchDiagram {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The name of the parameter, with its unit.
     pub x_label: String,
-    /// The range of the parameter; by default what holds all points.
+    /// Range of the parameter; by default it holds all points.
     pub x_range: Option<[f64; 2]>,
     /// From top to bottom. The same branch has the same name, place and colour in each.
     pub panels: Vec<BranchPanel>,
-    /// The lines are curves of folds: each point stands for two equilibria that meet, of its index and the next.
+    /// True if the lines are curves of folds: each point stands for two equilibria that meet, of its index
+    /// and the next.
     pub folds: bool,
-    /// The loads have no potential: the index does not decide stability, and nothing is called stable.
+    /// True if the loads have no potential: the index then does not decide stability, and nothing is called stable.
     pub without_potential: bool,
 }
 
 /// Draws branches over a parameter as SVG: stable ones (index 0) thick and solid, index 1 dashed, index 2 in
-/// shorter dashes, higher ones dotted, unknown ones thin and grey. Colours tell branches apart, marks the kinds of special
-/// points.
+/// shorter dashes, higher ones dotted, unknown ones thin and grey. Colours tell branches apart, marks the
+/// kinds of special points.
 ///
-/// Where the index changes from one point to the next, the line passes through the special point between
-/// them (or at one of them) and changes its style exactly there; without a special point, half-way.
+/// Where the index changes from one point to the next, the line passes through the special point between them
+/// (or at one of them) and changes its style exactly there; without a special point, half-way.
 ///
-/// Errs if there is no panel, or one without a finite point.
+/// Fails if there is no panel, or one without a finite point.
 pub fn branch_diagram(data: &BranchDiagram, paper: &Paper) -> Result<String> {
     let nothing = |i: usize| {
         let panel = i + 1;
@@ -150,7 +151,7 @@ fn points(panel: &BranchPanel) -> impl Iterator<Item = (f64, f64)> {
     curves.chain(specials).filter(finite)
 }
 
-/// How a piece of a branch is drawn.
+/// Line style of a piece of a branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Style {
     Stable,
@@ -161,7 +162,8 @@ enum Style {
 }
 
 impl Style {
-    /// Each with its words, and those where lines are curves of folds; where the index decides stability, one that is 0 is called stable.
+    /// All styles with their words, and their words for curves of folds. Index 0 is called stable where the
+    /// index decides stability.
     const ALL: [(Self, [&'static str; 2]); 5] = [
         (Self::Stable, ["index 0", "indices 0 and 1"]),
         (Self::One, ["index 1", "indices 1 and 2"]),
@@ -206,7 +208,7 @@ fn styles(branch: &BranchLine) -> impl Iterator<Item = Style> {
     index.map(Style::new)
 }
 
-/// Names of branches, styles of lines and kinds of marks, as far as they occur: rows of each.
+/// Legend rows of the names of branches, styles of lines and kinds of marks that occur.
 fn legends(data: &BranchDiagram) -> Vec<Vec<Entry>> {
     let mut named: Vec<(usize, &str)> = Vec::new();
     let mut seen = Vec::new();
@@ -264,14 +266,14 @@ fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {
             runs.push((style, run, colour));
         }
     }
-    // What can be observed lies on top.
+    // Stable branches can be observed: they lie on top.
     runs.sort_by_key(|(style, ..)| *style == Style::Stable);
     for (style, run, colour) in &runs {
         frame.pixel_line(canvas, run, style.pen(*colour));
     }
     let mut shown: Vec<(Pixel, &Special)> = Vec::new();
     for &(at, special) in marks.iter().filter(|(at, _)| frame.holds(*at)) {
-        // A point that two branches share is given twice.
+        // A point on two branches is given twice.
         let again = |&(other, s): &(Pixel, &Special)| {
             apart(other, at) < 0.5 && (s.kind, &s.label) == (special.kind, &special.label)
         };
@@ -286,7 +288,7 @@ fn paint(canvas: &mut Canvas, frame: &Panel, panel: &BranchPanel) {
     labels::write(canvas, frame, lines, &spots, &words.collect::<Vec<_>>());
 }
 
-/// Cuts a branch where its style changes: at the special point there, if there is one.
+/// Cuts a branch at changes of style: at a special point if one is near, else half-way.
 fn cut(pixels: &[Pixel], styles: &[Style], spots: &[Pixel]) -> Vec<(Style, Vec<Pixel>)> {
     const SAME: f64 = 0.01;
     let mut runs: Vec<(Style, Vec<Pixel>)> = Vec::new();
@@ -328,7 +330,7 @@ fn cut(pixels: &[Pixel], styles: &[Style], spots: &[Pixel]) -> Vec<(Style, Vec<P
 mod tests {
     use super::*;
 
-    /// Catches index 0 that is called stable where it does not decide that.
+    /// Catches index 0 called stable in a problem without a potential.
     #[test]
     fn without_a_potential_nothing_is_called_stable() {
         let branches = vec![BranchLine {

@@ -1,16 +1,16 @@
-//! The camera: where a point of space is seen.
+//! Camera: the projection of points of space to the page.
 
 use super::data::View;
 use super::geometry::{Pixel, Point, dot, hull};
 
-/// Looks at the origin of a box about 1 in size.
+/// A camera that looks at the origin of a box of size about 1.
 #[derive(Debug, Clone)]
 pub(crate) struct Camera {
     /// Directions of the page, and towards the eye.
     pub right: Point,
     pub up: Point,
     pub back: Point,
-    /// From the origin to the eye; infinite for parallel projection.
+    /// Distance from the origin to the eye; infinite for parallel projection.
     pub distance: f64,
     /// Pixels of a unit length at the origin.
     pub scale: f64,
@@ -38,12 +38,12 @@ impl Camera {
         self.distance.is_infinite()
     }
 
-    /// How much larger than at the origin things look there.
+    /// Magnification at the point `q`, relative to the origin.
     pub(crate) fn nearness(&self, q: Point) -> f64 {
         1.0 / (1.0 - dot(q, self.back) / self.distance).max(0.03)
     }
 
-    /// Where a point is seen; not finite if the point is not.
+    /// The pixel of a point; not finite if the point is not.
     pub(crate) fn pixel(&self, q: Point) -> Pixel {
         let f = self.scale * self.nearness(q);
         (
@@ -52,8 +52,8 @@ impl Camera {
         )
     }
 
-    /// Shows the points as large as they fit into the pixels [left, top, width, height] less the room at the left, above, at the
-    /// right and below.
+    /// Scales and shifts the view so that the points fill the rectangle [left, top, width, height] of pixels,
+    /// less a margin at the left, above, at the right and below.
     pub(crate) fn fit(
         &mut self,
         points: impl Iterator<Item = Point>,

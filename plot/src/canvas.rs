@@ -11,16 +11,16 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 const OVERSAMPLING: f64 = 10.0;
 const FAMILY: &str = "DejaVu Sans, sans-serif";
-/// plotters divides font sizes by this on their way into SVG.
+/// Factor by which plotters divides font sizes in SVG.
 const FONT_FACTOR: f64 = 1.24;
 
-/// How a line is drawn; widths and dashes in pixels.
+/// Style of a line; widths and dashes in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pen {
     pub colour: Colour,
     pub width: f64,
     pub alpha: f64,
-    /// (drawn, left out).
+    /// Dash pattern: length drawn, length left out.
     pub dash: Option<(f64, f64)>,
 }
 
@@ -46,18 +46,18 @@ impl Pen {
     }
 }
 
-/// Where a text lies about its point.
+/// Alignment of a text at its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// The text begins (or hangs below) there.
+    /// The text begins at (or hangs below) the point.
     Start,
-    /// The text is centred there.
+    /// The text is centred at the point.
     Middle,
-    /// The text ends (or stands above) there.
+    /// The text ends at (or stands above) the point.
     End,
 }
 
-/// How a text is drawn; size in pixels.
+/// Style of a text; size in pixels.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Type {
     pub size: f64,
@@ -91,13 +91,13 @@ impl Type {
     }
 }
 
-/// What is drawn on; coordinates in pixels, y downwards.
+/// The drawing area; coordinates in pixels, y downwards.
 pub(crate) struct Canvas<'a> {
     backend: SVGBackend<'a>,
 }
 
-/// A figure of `width` by `height` pixels as SVG with a title and a description, painted by `paint` on white; each pixel is shown with so many
-/// millimetres, or else as one of the screen.
+/// A figure of `width` by `height` pixels as SVG with a title and a description, painted by `paint` on white.
+/// `millimetres`: the printed size of a pixel; by default a pixel of the screen.
 pub(crate) fn draw(
     [width, height]: [f64; 2],
     millimetres: Option<f64>,
@@ -122,7 +122,7 @@ pub(crate) fn draw(
     tidy(&svg, size, &shown, words)
 }
 
-/// Shows the tenfold drawing at its true size and drops what every SVG reader assumes anyway.
+/// Shows the tenfold drawing at its true size and drops attributes that equal the defaults of SVG.
 fn tidy(svg: &str, size: (u32, u32), shown: &[String; 2], [title, said]: &[String; 2]) -> String {
     let drawn = format!("<svg width=\"{}\" height=\"{}\"", size.0, size.1);
     let meant = format!(
@@ -147,7 +147,7 @@ fn tidy(svg: &str, size: (u32, u32), shown: &[String; 2], [title, said]: &[Strin
     }
 }
 
-/// Text between tags.
+/// Escapes text for use between tags.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -167,7 +167,7 @@ fn style(colour: Colour, alpha: f64, width: f64) -> ShapeStyle {
 }
 
 impl Canvas<'_> {
-    /// A line through the points; those that are not finite break it.
+    /// Draws a line through the points; points that are not finite break the line.
     pub(crate) fn line(&mut self, points: &[Pixel], pen: Pen) {
         let style = style(pen.colour, pen.alpha, pen.width);
         for run in points.split(|p| !finite(p)).filter(|run| run.len() > 1) {
@@ -188,7 +188,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// A filled polygon; nothing if a corner is not finite.
+    /// Fills a polygon; nothing is drawn if a corner is not finite.
     pub(crate) fn polygon(&mut self, corners: &[Pixel], fill: Colour, alpha: f64) {
         if corners.len() > 2 && corners.iter().all(finite) {
             let path: Vec<_> = corners.iter().map(|p| (whole(p.0), whole(p.1))).collect();
@@ -197,7 +197,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// One area bounded by several rings, holes running the other way round. The rings are strung on
+    /// Fills one area bounded by several rings, holes running the other way round. The rings are strung on
     /// there-and-back bridges to the first point, which enclose nothing.
     pub(crate) fn region(&mut self, rings: &[Vec<Pixel>], fill: Colour, alpha: f64) {
         let Some(&home) = rings.iter().find_map(|ring| ring.first()) else {
@@ -212,12 +212,12 @@ impl Canvas<'_> {
         self.polygon(&path, fill, alpha);
     }
 
-    /// A filled circle.
+    /// Fills a circle.
     pub(crate) fn disc(&mut self, centre: Pixel, radius: f64, fill: Colour, alpha: f64) {
         self.round(centre, radius, style(fill, alpha, 0.1), true);
     }
 
-    /// A circle's line.
+    /// Draws a circle's line.
     pub(crate) fn circle(&mut self, centre: Pixel, radius: f64, pen: Pen) {
         self.round(
             centre,
@@ -235,7 +235,7 @@ impl Canvas<'_> {
         }
     }
 
-    /// A line of text.
+    /// Draws a line of text.
     pub(crate) fn text(&mut self, at: Pixel, text: &str, font: Type) {
         if text.is_empty() || !finite(&at) {
             return;
@@ -269,7 +269,7 @@ impl Canvas<'_> {
         self.backend.draw_text(text, &style, place).ok();
     }
 
-    /// Text on a white halo, for labels that lie on a drawing.
+    /// Draws text on a white halo, for labels that lie on a drawing.
     pub(crate) fn halo_text(&mut self, at: Pixel, text: &str, font: Type) {
         for (dx, dy) in [(-1.2, 0.0), (1.2, 0.0), (0.0, -1.2), (0.0, 1.2)] {
             self.text((at.0 + dx, at.1 + dy), text, font.colour(WHITE));

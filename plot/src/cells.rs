@@ -1,8 +1,8 @@
-//! A grid of coloured cells, drawn without seams.
+//! Grids of coloured cells, drawn without seams.
 //!
-//! Cells that merely touch show hairlines of the paper between them wherever a viewer smooths edges. Here
-//! the colours are stacked instead: the area of all cells of band k and above is painted as one, then
-//! that of band k + 1 over it. Paper is never seen, and a smooth field costs its level lines, not its cells.
+//! Cells that merely touch show hairlines of the paper between them if a viewer smooths edges. So the colours
+//! are stacked: the area of all cells of band k and above is painted as one, then that of band k + 1 over it.
+//! The paper is never seen, and a smooth field costs its level lines, not its cells.
 
 use super::axes::Panel;
 use super::canvas::Canvas;
@@ -11,11 +11,11 @@ use super::geometry::Pixel;
 use super::palette::Colour;
 use std::collections::BTreeSet;
 
-/// Numbers of bands that are tried; the first that is small enough as SVG is taken.
+/// Numbers of colour bands to try; the first that is small enough as SVG is taken.
 const BANDS: [usize; 4] = [65, 33, 17, 9];
-/// Corners a map may have, each about 11 bytes.
+/// Most corners of a map; each takes about 11 bytes.
 const CORNERS: usize = 40_000;
-/// Columns of a panel that can be told apart: a tenth of a pixel.
+/// Number of columns of a panel that can be resolved: a tenth of a pixel each.
 const FINEST: f64 = 5000.0;
 
 type Ring = Vec<Pixel>;
@@ -24,23 +24,23 @@ type Ring = Vec<Pixel>;
 pub(crate) struct Cells {
     /// Number of colours, odd.
     pub bands: usize,
-    /// Bands that occur, rising, each with the outline of its cells and those above.
+    /// Occurring bands, rising, each with the outline of its cells and of all higher ones.
     areas: Vec<(usize, Vec<Ring>)>,
     /// True if a cell has no value.
     pub gaps: bool,
 }
 
 impl Cells {
-    /// From `levels` in [0, 1] (NaN for a gap), column by column: the cell between `x[i]`, `x[i + 1]` and `y[j]`,
+    /// Traces `levels` in [0, 1] (NaN for a gap), column by column. The cell between `x[i]`, `x[i + 1]` and `y[j]`,
     /// `y[j + 1]` (as parts of the panel from its lower left corner) has the level `levels[i * (y.len() - 1) + j]`.
     pub(crate) fn new(x: &[f64], y: &[f64], levels: &[f64]) -> Self {
         Self::banded(x, y, levels, &BANDS)
     }
 
-    /// The same with the first of these numbers of bands that is small enough as SVG, or the last.
+    /// As `new`, with the first of `bands_tried` that is small enough as SVG, or the last.
     pub(crate) fn banded(x: &[f64], y: &[f64], levels: &[f64], bands_tried: &[usize]) -> Self {
         let rows = y.len().saturating_sub(1);
-        // Columns below the drawing's resolution take no room; their neighbours meet there.
+        // Columns below the drawing's resolution are dropped, and their neighbours extended to meet.
         let seen = |i: &usize| (FINEST * x[*i]).round() != (FINEST * x[i + 1]).round();
         let columns: Vec<usize> = (0..x.len().saturating_sub(1)).filter(seen).collect();
         let mut edges: Vec<f64> = columns.iter().map(|&i| x[i]).collect();
@@ -88,7 +88,7 @@ impl Cells {
     }
 }
 
-/// Points that the areas take, with those of the bridges to their rings.
+/// Number of points of the areas, with the bridges to their rings.
 fn corners(areas: &[(usize, Vec<Ring>)]) -> usize {
     let rings = areas.iter().flat_map(|area| &area.1);
     rings.map(|ring| ring.len() + 2).sum()
@@ -102,8 +102,8 @@ fn height_of(level: f64, bands: usize) -> usize {
     }
 }
 
-/// For every k from 0 the rings that bound the grid cells higher than k, as corners (column edge, row edge); the cells lie always on the
-/// same side, so holes run the other way round.
+/// For every k from 0 the rings around the grid cells higher than k, as corners (column edge, row edge). The
+/// cells lie always on the same side, so holes run the other way round.
 fn outlines(columns: usize, rows: usize, heights: &[usize]) -> Vec<Vec<Vec<(usize, usize)>>> {
     let highest = heights.iter().copied().max().unwrap_or(0);
     let mut edges = vec![BTreeSet::new(); highest];
@@ -132,7 +132,7 @@ fn outlines(columns: usize, rows: usize, heights: &[usize]) -> Vec<Vec<Vec<(usiz
         .collect()
 }
 
-/// The corners of a ring at which it turns.
+/// The corners of a ring, without its collinear points.
 fn bends(ring: &[(usize, usize)]) -> Vec<(usize, usize)> {
     let n = ring.len();
     (0..n)
@@ -149,7 +149,7 @@ mod tests {
     use super::super::geometry::area;
     use super::*;
 
-    /// Catches a hole lost, or one that runs the same way as its rim: then the fill would cover it.
+    /// Catches a lost hole, or a hole in the same sense as its rim, which would be filled.
     #[test]
     fn a_hole_runs_the_other_way() {
         let rings = outlines(3, 3, &[1, 1, 1, 1, 0, 1, 1, 1, 1]).remove(0);
@@ -167,7 +167,7 @@ mod tests {
         assert!(rings.iter().all(|r| r.len() == 4));
     }
 
-    /// Catches cells lost where two of them touch at a corner, and noise that makes a huge file.
+    /// Catches lost cells at touching corners, and huge files from noise.
     #[test]
     fn noise_keeps_to_the_budget() {
         let x: Vec<f64> = (0..=400).map(|i| f64::from(i) / 400.0).collect();

@@ -1,11 +1,11 @@
-//! Areas where a gridded function is at least some level, as rings.
+//! Areas in which a gridded function is at least some level, as rings.
 
 use super::data::Field;
 use super::geometry::{Pixel, apart, middle};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A point of the level line or the grid: three to each grid point, itself and the crossings on the grid
-/// edges to its right and above.
+/// A point of the level line or the grid. Each grid point has three keys: itself and the crossings on the
+/// grid edges to its right and above.
 type Key = usize;
 
 /// The rings around {values >= level}, in data coordinates, the area on their left. Cells with a value that
@@ -115,8 +115,9 @@ fn place(field: &Field, values: &[f64], level: f64, key: Key) -> Pixel {
     }
 }
 
-/// Gives the grid points beyond the disc (and within three steps of its edge, where rods are too taut for most
-/// samplings) the mean of their neighbours, `layers` deep, so that areas reach the edge and can be cut there.
+/// Fills the grid points beyond the disc with the mean of their neighbours, `layers` deep, so that areas
+/// reach the edge and can be cut there. Points within three steps of the edge are filled too: rods are too
+/// taut there for most samplings.
 pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usize) {
     let (nx, ny) = (field.columns as isize, field.rows as isize);
     let step = (field.x[1] - field.x[0]) / (field.columns - 1) as f64;
@@ -147,9 +148,9 @@ pub(crate) fn extend(field: &Field, values: &mut [f64], radius: f64, layers: usi
     }
 }
 
-/// For each connected area of one value, its value and its point farthest from other values and from the
-/// grid's edge, with that distance in grid steps. Of several such points, the one nearest to their mean: mirror
-/// images have theirs at mirror images.
+/// For each connected area of one value: the value, the point farthest from other values and from the grid's
+/// edge, and that distance in grid steps. Of several such points, the one nearest to their mean is taken:
+/// mirror images then have mirrored points.
 pub(crate) fn areas(field: &Field, values: &[f64]) -> Vec<(f64, Pixel, usize)> {
     let (nx, ny) = (field.columns, field.rows);
     let same =

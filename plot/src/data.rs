@@ -1,11 +1,11 @@
-//! What figures are made from: plain numbers, whoever computed them.
+//! Input data of the figures: plain numbers.
 
 use super::canvas::Pen;
 use super::legend::{Drawn, Key, Mark, mark};
 use super::palette::category;
 use snaprod_core::error::{Error, Result};
 
-/// The units written on the axes, each empty for labels without one, and the rod's length in them.
+/// Units written on the axes, empty for none, and the rod's length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AxisUnits {
     /// The unit of length.
@@ -18,7 +18,7 @@ pub struct AxisUnits {
     pub force: String,
     /// The unit of couple.
     pub couple: String,
-    /// The rod's length in that unit: the radius of the disc that bounds its free end.
+    /// The rod's length in the unit of length: the radius of the disc of its free end.
     pub rod: f64,
 }
 
@@ -92,7 +92,7 @@ impl AxisUnits {
         )
     }
 
-    /// A unit made of these, in short where it has a short form.
+    /// A unit derived from the others, in a short form if there is one.
     fn derived(&self, scaled: &str, si: &str, other: String) -> String {
         let own = [&self.length, &self.time, &self.energy];
         let same = |u: &Self| own == [&u.length, &u.time, &u.energy];
@@ -112,7 +112,7 @@ impl AxisUnits {
         }
     }
 
-    /// The rod's length, or 1 if it is not a length.
+    /// The rod's length; 1 if it is not positive and finite.
     pub(crate) fn radius(&self) -> f64 {
         if self.rod > 0.0 && self.rod < 1e100 {
             self.rod
@@ -130,8 +130,8 @@ pub(crate) fn with_unit(name: &str, unit: &str) -> String {
     }
 }
 
-/// A curve in the plane; a point that is not finite breaks it. About 500 points make it smooth; more
-/// are thinned to what a tenth of a pixel shows.
+/// A curve in the plane; a point that is not finite breaks it. About 500 points are smooth; more are thinned
+/// to a tenth of a pixel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Curve {
     /// Abscissae.
@@ -141,13 +141,13 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// From points.
+    /// A curve through points.
     pub fn new(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let (x, y) = points.into_iter().map(|[x, y]| (x, y)).unzip();
         Self { x, y }
     }
 
-    /// Its finite points.
+    /// The finite points of the curve.
     pub(crate) fn points(&self) -> impl DoubleEndedIterator<Item = (f64, f64)> {
         let count = self.x.len().min(self.y.len());
         let points = (0..count).map(|i| (self.x[i], self.y[i]));
@@ -159,7 +159,7 @@ impl Curve {
     }
 }
 
-/// How a series is drawn.
+/// Line style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Trace {
     /// A line.
@@ -171,27 +171,27 @@ pub enum Trace {
     LineMarks,
     /// A dashed line with marks.
     DashedMarks,
-    /// Small dots: thousands of points.
+    /// Small dots, for thousands of points.
     Dots,
 }
 
-/// One named curve; points that are not finite break it.
+/// One named curve; points that are not finite break the curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Series {
-    /// Its name in the legend; without one it is left out there.
+    /// Name in the legend; empty for none.
     pub name: String,
     /// Abscissae.
     pub x: Vec<f64>,
     /// Ordinates, as many.
     pub y: Vec<f64>,
-    /// How it is drawn.
+    /// Line style.
     pub trace: Trace,
-    /// Which colour (and mark) of the palette; by default its place in the list.
+    /// Index of the palette's colour (and mark); by default the index in the list.
     pub colour: Option<usize>,
 }
 
 impl Series {
-    /// As drawn, the i-th of a list.
+    /// The drawn form of the i-th series of a list.
     pub(crate) fn drawn(&self, i: usize, width: f64) -> Drawn {
         let look = self.colour.unwrap_or(i);
         let pen = Pen::new(category(look), width);
@@ -208,8 +208,8 @@ impl Series {
 
 /// A function sampled on a rectangular grid of equal steps; NaN where it has no value.
 ///
-/// 241 x 241 points over the disc are enough: level lines are interpolated, but edges of the set where
-/// the function has a value follow the grid, so they show its steps on coarser ones.
+/// 241 x 241 points over the disc are enough: level lines are interpolated, but edges of the function's
+/// domain follow the grid, and show its steps if it is coarser.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Field {
     /// The x range, first and last grid point.
@@ -260,21 +260,21 @@ impl Field {
 
 /// A piece of a surface: a grid of points in space.
 ///
-/// **Resolution.** 48 x 32 points for each of four sheets give a figure of 0.5 to 0.8 MB; more make the file
-/// larger and nothing clearer. Spend the points where the outline bends: a rim is drawn through them. Grade
-/// the parameters so that the quadrilaterals are of about equal size in the figure (a sheet of the elastica
-/// is stretched towards kap = +-1 and lam = 0). A point that is not finite is a hole. What leaves the
-/// figure's box is cut there exactly, so sample past it rather than up to it.
+/// **Resolution.** 48 x 32 points for each of four sheets give a figure of 0.5 to 0.8 MB; more make the file larger
+/// and nothing clearer. Spend the points where the outline bends: a rim is drawn through them. Grade the parameters
+/// so that the quadrilaterals are of about equal size in the figure (a sheet of the elastica is stretched towards kap
+/// = +-1 and lam = 0). A point that is not finite is a hole. The surface is cut exactly at the figure's box, so
+/// sample past it rather than up to it.
 ///
 /// **Orientation.** The front is where the first parameter, the second and the eye are right-handed; the back is
 /// drawn paler. Give all patches their parameters in the same order and sense.
 ///
-/// **Order.** Where two patches all but coincide (by less than 0.6 % of the box), the first given is seen.
+/// **Order.** Of two patches closer than 0.6 % of the box, the first in the list is visible.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Patch {
-    /// Its name in the legend; patches of the same name share one entry.
+    /// Name in the legend; patches of the same name share one entry.
     pub name: String,
-    /// Which colour of the palette.
+    /// Index of the palette's colour.
     pub colour: usize,
     /// Number of points along the first parameter.
     pub rows: usize,
@@ -282,7 +282,7 @@ pub struct Patch {
     pub columns: usize,
     /// The points, row by row: point (i, j) is `points[i * columns + j]`.
     pub points: Vec<[f64; 3]>,
-    /// For each point true if the equilibrium there is unstable; a face with such a corner is nearly grey. Empty: nothing is said of it.
+    /// For each point true if its equilibrium is unstable; a face with such a corner is nearly grey. Empty: unknown.
     pub unstable: Vec<bool>,
 }
 
@@ -314,7 +314,7 @@ impl Patch {
             && self.rows.checked_mul(self.columns) == Some(self.points.len())
     }
 
-    /// The places in the lists of the corners of a face, whose first one is in this row and column.
+    /// Indices of the corners of a face with its first corner in this row and column.
     fn corners(&self, row: usize, column: usize) -> [usize; 4] {
         [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(i, j)| (row + i) * self.columns + column + j)
     }
@@ -325,7 +325,7 @@ impl Patch {
         corners.any(|at| self.unstable.get(at) == Some(&true))
     }
 
-    /// True if some face is drawn in the colour of what is stable, or else of what is not.
+    /// True if some face has the colour of stable (or else of unstable) equilibria.
     pub(crate) fn shows(&self, stable: bool) -> bool {
         let faces = |row| (0..self.columns - 1).map(move |column| (row, column));
         let drawn = |(row, column)| {
@@ -339,7 +339,7 @@ impl Patch {
     }
 }
 
-/// Where a surface is seen from, in degrees; parallel projection.
+/// Viewpoint of a surface, in degrees; parallel projection.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
     /// Direction of the eye in the horizontal plane, from the first axis towards the second.
@@ -351,7 +351,7 @@ pub struct View {
 /// A box [[x0, x1], [y0, y1], [z0, z1]].
 pub type Bounds = [[f64; 2]; 3];
 
-/// Errs unless a list has as many entries as there are `of` something.
+/// Fails unless a list has as many entries as there are `of` something.
 pub(crate) fn as_many(
     figure: &str,
     field: &str,

@@ -1,14 +1,14 @@
-//! The order in which faces are painted.
+//! Painting order of faces.
 //!
-//! Sorting by the depth of their middles is wrong for long faces and for sheets that lie close together.
-//! So every two faces that overlap on the canvas are compared where they overlap, and the order obeys
-//! these comparisons; the depth of the middle decides only what they leave open.
+//! Sorting by the depth of their middles is wrong for long faces and for sheets that lie close together. So
+//! every two faces that overlap on the canvas are compared at the overlap, and the order obeys these
+//! comparisons. The depth of the middle decides only between the rest.
 
 use super::geometry::{Pixel, area, cut, hull, middle};
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;
 
-/// What the order depends on.
+/// Properties of a face that determine the order.
 pub(crate) trait Layer {
     /// Corners on the canvas.
     fn outline(&self) -> &[Pixel];
@@ -16,15 +16,15 @@ pub(crate) trait Layer {
     fn depth(&self) -> f64;
     /// Depth at a pixel inside the outline; `None` if the face is seen edge-on.
     fn depth_at(&self, pixel: Pixel) -> Option<f64>;
-    /// Which sheet it belongs to.
+    /// Number of the sheet of the face.
     fn sheet(&self) -> usize;
 }
 
-/// Overlaps of less than so many square pixels are not compared.
+/// Smallest overlap, in square pixels, at which faces are compared.
 const LEAST_OVERLAP: f64 = 0.02;
 
-/// Indices of the faces from back to front. Where two sheets are closer than `tie`, the one with the lower
-/// number is in front: their true order would be lost in the faces' flatness.
+/// Indices of the faces from back to front. Of two sheets closer than `tie`, the one with the lower number is
+/// in front: the true order is lost in the flatness of the faces.
 pub(crate) fn order<F: Layer>(faces: &[F], tie: f64) -> Vec<usize> {
     let n = faces.len();
     let mut in_front_of: Vec<Vec<u32>> = vec![Vec::new(); n];
@@ -85,7 +85,7 @@ fn overlapping<F: Layer>(faces: &[F]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// True if a is behind b where they overlap; `None` if that cannot or need not be told.
+/// True if a is behind b at their overlap; `None` without an overlap or a certain answer.
 fn compare<F: Layer>(a: &F, b: &F, tie: f64) -> Option<bool> {
     let pixel = middle_of_overlap(a.outline(), b.outline())?;
     let (da, db) = (a.depth_at(pixel)?, b.depth_at(pixel)?);
@@ -98,7 +98,7 @@ fn compare<F: Layer>(a: &F, b: &F, tie: f64) -> Option<bool> {
     Some(da < db)
 }
 
-/// The middle of what two convex polygons have in common.
+/// The middle of the intersection of two convex polygons.
 fn middle_of_overlap(a: &[Pixel], b: &[Pixel]) -> Option<Pixel> {
     let sense = area(b).signum();
     let mut common: Vec<[f64; 2]> = a.iter().map(|p| [p.0, p.1]).collect();
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn order_is_that_of_the_overlap_not_of_the_middles() {
-        // The long face is nearer on average, but behind the short one where both are.
+        // The long face is nearer on average, but behind the short one where the two overlap.
         let faces = [
             ramp([0.0, 100.0], [0.0, 1.0], 0),
             ramp([0.0, 10.0], [20.0, 0.0], 0),

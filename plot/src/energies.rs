@@ -1,4 +1,4 @@
-//! The energies of a motion and the error of their ledger.
+//! Energies of a motion and the error of their ledger.
 
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
@@ -30,21 +30,21 @@ pub struct Energies {
     pub work: Vec<f64>,
     /// Kinetic, of mass and rod, + elastic + potential.
     pub total: Vec<f64>,
-    /// Error of the ledger: what kinetic + elastic + potential + dissipated - work has changed by.
+    /// Error of the ledger: the change of kinetic + elastic + potential + dissipated - work.
     pub error: Vec<f64>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
-    /// What the legend calls them; if empty "snap".
+    /// Name of the snaps in the legend; if empty "snap".
     pub snaps_name: String,
     /// Units.
     pub units: AxisUnits,
 }
 
-/// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale,
-/// as SVG; snaps are vertical lines. Where what the elastic or the potential energy is at the start would hide
-/// the motion, it is subtracted from that energy and from the total, as their names say.
+/// Draws the energies against time and, below, the size of the ledger's error on a logarithmic scale, as SVG;
+/// snaps are vertical lines. An initial elastic or potential energy that would hide the motion is subtracted
+/// from that energy and from the total, as their names say.
 ///
-/// Errs if there are not two finite times or no energies.
+/// Fails without two different finite times or without energies.
 pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let (start, end) = extent(&data.time)
         .filter(|(start, end)| end > start)
@@ -120,8 +120,8 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
         .draw(paper)
 }
 
-/// What a term is at the start if that would hide the motion: if nothing changes by more than a small part of it. A motion at rest has nothing to
-/// hide.
+/// Initial value of a term if it would hide the motion, that is if nothing changes by more than a small part
+/// of it; else 0. A motion at rest has nothing to hide.
 fn base(term: &[f64], change: f64) -> f64 {
     let start = term.first().copied().unwrap_or(0.0).abs();
     let hides = change < HIDES * start && change > REST * start;
@@ -153,7 +153,7 @@ fn without(name: &str, less: f64, unit: &str) -> String {
     told.trim_end().to_owned()
 }
 
-/// What the legend calls a snap.
+/// Name of a snap in the legend.
 pub(crate) fn snap_name(given: &str) -> &str {
     match given {
         "" => "snap",
@@ -161,16 +161,17 @@ pub(crate) fn snap_name(given: &str) -> &str {
     }
 }
 
-/// The largest change is this part of what hides it, or less, and that of a motion at rest, by rounding, less than the other.
+/// Largest change, as a part of a term, at which the term hides the change; smallest change that is more than
+/// the rounding of a motion at rest.
 const HIDES: f64 = 0.25;
 const REST: f64 = 1e-6;
 pub(crate) const SNAP: Pen = Pen::new(ALARM, 0.9).dashed(4.0, 3.0);
-/// So many snaps have a line each; of more only the ends are drawn, which leave the curves to be seen.
+/// Most snaps with a full line each; of more only the ends of the lines are drawn, which leaves the curves visible.
 const LINES: usize = 40;
-/// Errors below this part of the largest energy are the rounding of its sums.
+/// Rounding of the sums, relative to the largest energy.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// That no error is larger, in words: a bound of one digit, rounded up.
+/// A sentence with the bound of the error, one digit, rounded up.
 fn closed_to(rounding: f64, unit: &str) -> String {
     let digit = 10f64.powf(rounding.log10().floor());
     let bound = match rounding > 0.0 {
@@ -183,7 +184,7 @@ fn closed_to(rounding: f64, unit: &str) -> String {
         + ", its rounding"
 }
 
-/// A line at each snap, or a short one at the upper edge if there are many.
+/// Draws a line at each snap, or a short one at the upper edge if there are many.
 pub(crate) fn snap_lines(canvas: &mut Canvas, panel: &Panel, snaps: &[f64]) {
     const SHORT: f64 = 7.0;
     if snaps.len() <= LINES {
@@ -194,7 +195,7 @@ pub(crate) fn snap_lines(canvas: &mut Canvas, panel: &Panel, snaps: &[f64]) {
     let mut last = f64::NEG_INFINITY;
     for snap in snaps {
         let at = panel.at(*snap, panel.y.hi);
-        // Closer ones cover each other.
+        // Closer lines would cover each other.
         if panel.holds(at) && (at.0 - last).abs() > 0.3 {
             last = at.0;
             canvas.line(&[at, (at.0, at.1 + SHORT)], Pen { dash: None, ..SNAP });
@@ -202,7 +203,8 @@ pub(crate) fn snap_lines(canvas: &mut Canvas, panel: &Panel, snaps: &[f64]) {
     }
 }
 
-/// The axis of |error|: from its rounding, or ten decades below the largest, for the rare step that happens to be exact says nothing.
+/// The axis of |error|: from rounding, or from ten decades below the largest error, since an accidentally
+/// exact step says nothing.
 fn error_scale(error: &[f64], rounding: f64, units: &AxisUnits) -> Axis {
     let sizes: Vec<f64> = error.iter().map(|e| e.abs()).filter(|e| *e > 0.0).collect();
     let (lo, hi) = extent(&sizes).unwrap_or((1e-17, 1e-15));

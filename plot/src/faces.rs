@@ -11,24 +11,24 @@ use super::palette::{Colour, category};
 use super::stage::Stage;
 use std::collections::HashMap;
 
-/// How far a back face's colour is towards white.
+/// Whiteness added to the back of faces.
 const BACK_TINT: f64 = 0.3;
-/// How far behind a face a line may lie and still count as lying on it (the box has size 1).
+/// Depth behind a face up to which a line lies on the face (the box has size 1).
 const ON_FACE: f64 = 0.02;
-/// Sheets closer than this are painted in the order they were given.
+/// Distance of sheets below which the order of input is the painting order.
 const TIE: f64 = 0.006;
-/// About so many rulings are drawn on a patch each way.
+/// Approximate number of rulings on a patch each way.
 const RULINGS: usize = 14;
-/// A line hidden for fewer pixels than this between two seen parts is drawn as seen.
+/// Length in pixels below which a hidden stretch between two visible ones is drawn as visible.
 const SHORT_DIVE: f64 = 14.0;
-/// Faces are grown by so many pixels, which hides the seams between them.
+/// Outward growth of faces in pixels, to hide the seams.
 const OVERLAP: f64 = 0.35;
 
-/// Surfaces in a box that is seen in parallel projection.
+/// Surfaces in a box in parallel projection.
 pub(crate) struct Faces {
     stage: Stage,
     faces: Vec<Face>,
-    /// How far all colours are towards white, 0 to 1.
+    /// Whiteness added to all colours, 0 to 1.
     pale: f64,
     /// Number of patches so far.
     patches: usize,
@@ -42,25 +42,25 @@ struct Face {
     depth: f64,
     /// Corners on the canvas.
     shown: Vec<Pixel>,
-    /// The least and the greatest of their coordinates.
+    /// Bounding box of the corners.
     within: [Pixel; 2],
-    /// Depth as a function of the pixel: at a pixel (x, y), slope . (x, y, 1), kept within the range.
+    /// Depth as a function of the pixel: slope . (x, y, 1), kept within the range.
     slope: Option<Point>,
     range: [f64; 2],
 }
 
-/// A side of a face that is drawn.
+/// A drawn side of a face.
 struct Edge {
-    /// Patch, row, column, direction: the same for the two faces that share it.
+    /// Patch, row, column, direction: equal for both faces at the edge.
     name: [usize; 4],
     ends: [Pixel; 2],
     pen: Pen,
 }
 
-/// A stretch of a curve that is seen, or hidden, as a whole.
+/// A stretch of a curve that is visible, or hidden, as a whole.
 struct Run {
     seen: bool,
-    /// Begins where the one before ends.
+    /// True if the stretch begins at the end of the one before.
     joined: bool,
     line: Vec<Pixel>,
 }
@@ -99,13 +99,13 @@ impl Faces {
         self.stage.camera().pixel(boxed)
     }
 
-    /// Makes patches added from now on paler, so that lines on them stand out.
+    /// Whitens patches added from now on by `t`, so that lines on them stand out.
     pub(crate) fn pale(&mut self, t: f64) {
         self.pale = t;
     }
 
-    /// Adds a patch; its faces are cut at the box, its edges drawn dark, its rulings thin. Where two
-    /// patches all but coincide, the one added first is seen.
+    /// Adds a patch; its faces are cut at the box, its edges drawn dark, its rulings thin. Of two nearly
+    /// coincident patches the one added first is visible.
     pub(crate) fn add(&mut self, patch: &Patch) {
         self.patches += 1;
         if !patch.is_sound() {
@@ -127,7 +127,7 @@ impl Faces {
                     false => base,
                 };
                 let colour = self.shaded(corners, own);
-                // Sides in the order of the corners, each with the grid line it belongs to.
+                // Sides in the order of the corners, each with its grid line.
                 let sides = [(i, j, 1), (i + 1, j, 0), (i, j + 1, 1), (i, j, 0)];
                 let mut edges = Vec::new();
                 for (side, &(row, column, way)) in sides.iter().enumerate() {
@@ -237,7 +237,7 @@ impl Faces {
         })
     }
 
-    /// Draws the faces from back to front; an edge with the later of the two faces that share it.
+    /// Draws the faces from back to front, each edge with the later of its two faces.
     pub(crate) fn paint(&self, canvas: &mut Canvas) {
         let order = order(&self.faces, TIE);
         let mut last: HashMap<[usize; 4], usize> = HashMap::new();
@@ -255,9 +255,9 @@ impl Faces {
         }
     }
 
-    /// Draws a curve: with `seen` where nothing stands before it, with `hidden` elsewhere.
+    /// Draws a curve with the pen `seen` on visible parts, `hidden` on the others.
     pub(crate) fn curve(&self, canvas: &mut Canvas, points: &[Point], seen: Pen, hidden: Pen) {
-        // In parts short enough that each is hidden as a whole or not at all.
+        // Short parts, each hidden as a whole or not at all.
         let mut runs: Vec<Run> = Vec::new();
         let mut end = None;
         for pair in points.windows(2) {
@@ -284,7 +284,7 @@ impl Faces {
                 }
             }
         }
-        // A line on a sheet dives into its flat faces here and there; it is not hidden for that.
+        // A line on a sheet dips into the flat faces in places, and still counts as visible.
         for i in 1..runs.len().saturating_sub(1) {
             let between_seen = runs[i - 1].seen && runs[i + 1].seen;
             let whole = runs[i].joined && runs[i + 1].joined;
@@ -306,7 +306,7 @@ impl Faces {
         }
     }
 
-    /// The pixel of a data point, and whether it is seen.
+    /// The pixel of a data point, and whether the point is visible.
     pub(crate) fn spot(&self, p: Point) -> (Pixel, bool) {
         let boxed = self.stage.boxed(p);
         (self.project(boxed), self.sees(boxed))

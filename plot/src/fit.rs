@@ -1,4 +1,4 @@
-//! Measured data against the model that was fitted to them.
+//! Measured data against the model fitted to them.
 
 use super::axes::Axis;
 use super::canvas::Pen;
@@ -9,39 +9,39 @@ use super::palette::{GREY, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
-/// One quantity: what was measured, and what the model says.
+/// One quantity: measured and modelled values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FittedCurve {
-    /// Its name.
+    /// Name of the quantity.
     pub name: String,
-    /// Its unit; may be empty.
+    /// Unit; may be empty.
     pub unit: String,
-    /// Measured numbers, one for each place of the figure; NaN where none was.
+    /// Measured values, one for each place of the figure; NaN for none.
     pub data: Vec<f64>,
-    /// Those of the model, as many.
+    /// Values of the model, as many.
     pub model: Vec<f64>,
-    /// The model at the places `between` of the figure, as many.
+    /// Values of the model at the places `between` of the figure, as many.
     pub curve: Vec<f64>,
 }
 
-/// Data and model over time, or over what was set.
+/// Data and model over time, or over a varied parameter.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FitFigure {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
-    /// What the horizontal axis says.
+    /// Label of the horizontal axis.
     pub x_label: String,
     /// The places, in any order.
     pub x: Vec<f64>,
-    /// Places at which the model is drawn as a line, in order; without them it is drawn by marks at `x`.
+    /// Places at which the model is drawn as a line, in order; empty: the model is drawn by marks at `x`.
     pub between: Vec<f64>,
     /// The quantities, a panel each.
     pub curves: Vec<FittedCurve>,
 }
 
-/// Draws every quantity with its data as dots and the model as a line or as marks, and below what is left between them, as SVG.
+/// Draws every quantity with its data as dots and the model as a line or as marks, and the residuals below, as SVG.
 ///
-/// Errs if the lists differ in length, or if there is nothing to show.
+/// Fails if the lists differ in length, or if there is nothing to show.
 pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
     const FIGURE: &str = "figure of a fit";
     let nothing = || Error::domain(format!("{FIGURE}: nothing to show"));

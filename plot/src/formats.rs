@@ -1,11 +1,11 @@
-//! Figures in other formats than SVG.
+//! Figures in formats other than SVG.
 
 use snaprod_core::error::{Error, Result};
 use std::sync::Arc;
 
-/// DejaVu Sans, the part of it that figures use (see `assets/README.md`).
+/// The subset of DejaVu Sans that figures use (see `assets/README.md`).
 const FONT: &[u8] = include_bytes!("../assets/DejaVuSans-subset.ttf");
-/// No picture is wider or higher than this, in pixels.
+/// Largest width and height of a picture, in pixels.
 #[cfg(feature = "png")]
 const LARGEST: f32 = 16_384.0;
 /// Pixels of SVG in an inch.
@@ -26,10 +26,10 @@ fn drawing(svg: &str) -> Result<usvg::Tree> {
         .map_err(|e| Error::domain(format!("a figure that is no drawing: {e}")))
 }
 
-/// Turns an SVG figure of this crate into PNG, `scale` pixels to each of its own (2 gives about 200 dots
-/// per inch at the intended size), lettered in the bundled font.
+/// Turns an SVG figure of this crate into PNG, lettered in the bundled font. Each pixel of the figure becomes
+/// `scale` pixels; 2 gives about 200 dots per inch at the intended size.
 ///
-/// Errs if `svg` is not SVG, or if the picture would be empty or more than 16384 pixels wide or high.
+/// Fails if `svg` is not SVG, or if the picture would be empty or more than 16384 pixels wide or high.
 #[cfg(feature = "png")]
 pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
     use resvg::tiny_skia;
@@ -50,10 +50,10 @@ pub fn png(svg: &str, scale: f32) -> Result<Vec<u8>> {
         .ok_or_else(|| Error::domain("PNG: the picture could not be encoded"))
 }
 
-/// Turns an SVG figure of this crate into PDF: one page of the size of the figure, with lines as lines and letters as letters of the bundled
-/// font, which the file holds. A figure for a screen has 96 of its pixels in an inch.
+/// Turns an SVG figure of this crate into PDF. The page has the size of the figure, with lines as lines and letters
+/// as letters of the bundled font, which is embedded. A figure for a screen has 96 of its pixels in an inch.
 ///
-/// Errs if `svg` is not SVG.
+/// Fails if `svg` is not SVG.
 #[cfg(feature = "pdf")]
 pub fn pdf(svg: &str) -> Result<Vec<u8>> {
     let page = svg2pdf::PageOptions { dpi: PIXELS };

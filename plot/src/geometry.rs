@@ -5,7 +5,7 @@ use super::data::Bounds;
 pub(crate) type Point = [f64; 3];
 pub(crate) type Pixel = (f64, f64);
 
-/// Coordinates beyond this count as not finite: their squares would not be.
+/// Size of coordinates that counts as not finite: the squares would not be finite.
 const FAR: f64 = 1e100;
 
 /// True if the point can be drawn.
@@ -63,7 +63,7 @@ pub(crate) fn box_of<'a>(points: impl IntoIterator<Item = &'a Point>) -> Option<
     })
 }
 
-/// left, top, right, bottom of some pixels.
+/// Bounding box [left, top, right, bottom] of some pixels.
 pub(crate) fn hull(pixels: impl IntoIterator<Item = Pixel>) -> [f64; 4] {
     let start = [f64::MAX, f64::MAX, f64::MIN, f64::MIN];
     pixels.into_iter().fold(start, |b, p| {
@@ -84,7 +84,7 @@ pub(crate) fn midway(a: Pixel, b: Pixel, t: f64) -> Pixel {
     (a.0 + t * (b.0 - a.0), a.1 + t * (b.1 - a.1))
 }
 
-/// The direction from one pixel to another; none if they are the same.
+/// Unit vector from one pixel to another; none if they are the same.
 pub(crate) fn heading(a: Pixel, b: Pixel) -> Option<Pixel> {
     unit([b.0 - a.0, b.1 - a.1, 0.0]).map(|d| (d[0], d[1]))
 }
@@ -228,7 +228,7 @@ pub(crate) fn thin(points: &[Pixel], tolerance: f64) -> Vec<Pixel> {
     kept.map(|(p, _)| *p).collect()
 }
 
-/// From p to the segment a b.
+/// Distance of p from the segment a b.
 fn distance(p: Pixel, a: Pixel, b: Pixel) -> f64 {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let square = dx * dx + dy * dy;

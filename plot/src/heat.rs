@@ -1,4 +1,4 @@
-//! The strain of a rod over time and arclength, and where its energy is dissipated.
+//! Strain of a rod over time and arclength, and the density of its dissipation.
 
 use super::axes::Axis;
 use super::canvas::Pen;
@@ -17,42 +17,43 @@ use snaprod_core::error::{Error, Result};
 /// rod's ends; so times and arclengths need not be evenly spaced.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StrainMap {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// Times of the columns, in `units.time`; they must not fall (two equal ones at a snap).
     pub time: Vec<f64>,
     /// Arclengths of the rows, in `units.length`, rising.
     pub s: Vec<f64>,
-    /// `strain[i][j]` is the strain at `time[i]` and `s[j]`. What is not finite leaves a gap.
+    /// `strain[i][j]` is the strain at `time[i]` and `s[j]`. Values that are not finite leave a gap.
     pub strain: Vec<Vec<f64>>,
     /// The strain's name with its unit; if empty "curvature (1/ℓ)" with the unit of length.
     pub strain_label: String,
-    /// The strain at the ends of the colour scale, which is symmetric about zero; by default the largest |strain| shown.
+    /// The strain at the ends of the colour scale, which is symmetric about zero. By default the largest
+    /// |strain| shown.
     pub strain_range: Option<f64>,
-    /// `dissipation[i][j]` is the power dissipated per length at `time[i]` and `s[j]`, energy / (length x time);
-    /// empty to leave the panel out. What is not finite leaves a gap.
+    /// `dissipation[i][j]` is the power dissipated per length at `time[i]` and `s[j]`, energy / (length x
+    /// time); empty to leave the panel out. Values that are not finite leave a gap.
     pub dissipation: Vec<Vec<f64>>,
-    /// Decades below the largest dissipation shown that are told apart, at least 1 and at most 40; by
-    /// default 8. What is smaller (or zero, or negative by roundoff) has the last colour.
+    /// Number of decades of dissipation with different colours, from 1 to 40, below the largest shown; by
+    /// default 8. Smaller values (or zero, or negative roundoff) have the last colour.
     pub decades: Option<f64>,
     /// Times of snaps, in `units.time`: vertical lines.
     pub snaps: Vec<f64>,
-    /// What the legend calls them; if empty "snap".
+    /// Name of the snaps in the legend; if empty "snap".
     pub snaps_name: String,
     /// Characteristics, each a curve of (time, arclength): thin lines.
     pub rays: Vec<Curve>,
-    /// Shocks, likewise: thick lines.
+    /// Shocks, each a curve of (time, arclength): thick lines.
     pub fronts: Vec<Curve>,
-    /// What the vertical axis says, without its unit; if empty "arclength s".
+    /// Label of the vertical axis, without its unit; if empty "arclength s".
     pub s_label: String,
-    /// The times shown; by default all. The colour scales are those of the columns within.
+    /// The times shown; by default all. Colour scales are fitted to the columns within.
     pub window: Option<[f64; 2]>,
     /// Units and the rod's length.
     pub units: AxisUnits,
 }
 
 const FIGURE: &str = "strain map";
-/// The fill where there is no value.
+/// Fill of cells without a value.
 pub(crate) const GAP: Colour = Colour(188, 188, 188);
 const SNAP: Pen = Pen::new(INK, 0.9).dashed(4.0, 4.0);
 const SNAP_RIM: Pen = Pen::new(WHITE, 1.9).alpha(0.7);
@@ -60,7 +61,7 @@ const SNAP_RIM: Pen = Pen::new(WHITE, 1.9).alpha(0.7);
 const RAY: Pen = Pen::new(INK, 0.5).alpha(0.55);
 const FRONT: Pen = Pen::new(INK, 2.2);
 
-/// One panel: what is shown, between 0 and 1, and its scale.
+/// One panel: levels between 0 and 1, and their scale.
 struct Layer {
     levels: Vec<f64>,
     scale: Axis,
@@ -69,11 +70,12 @@ struct Layer {
 }
 
 /// Draws the strain over time (across) and arclength (up) in a diverging scale of colours and, if given, the
-/// dissipation density below it in a logarithmic one, as SVG. Colours come in 65 steps, in fewer where
-/// the field is so rough that the file would exceed about half a megabyte a panel.
+/// dissipation density below it in a logarithmic one, as SVG. Colours come in 65 steps, in fewer where the
+/// field is so rough that the file would exceed about half a megabyte a panel.
 ///
-/// Errs if times or arclengths fall, are not finite or fewer than two, if the lists do not have their lengths, if no value is finite, if
-/// `strain_range`, `decades` or `window` is not a range, or if no dissipation shown is positive.
+/// Fails if times or arclengths fall, are not finite or fewer than two, or if the lists do not have their
+/// lengths. Fails also if no value is finite, if `strain_range`, `decades` or `window` is not a range, or if
+/// no dissipation shown is positive.
 pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
     let (first, last) = rising(FIGURE, "time", &data.time)?;
     let (low, high) = rising(FIGURE, "s", &data.s)?;
@@ -157,7 +159,7 @@ pub fn strain_map(data: &StrainMap, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(700.0), blocks).draw(paper)
 }
 
-/// The finite values of the columns shown; errs if the list does not have its lengths.
+/// The finite values of the columns shown; fails if the list does not have its lengths.
 fn values(data: &StrainMap, field: &str, list: &[Vec<f64>], shown: &[usize]) -> Result<Vec<f64>> {
     as_many(FIGURE, field, list.len(), data.time.len(), "times")?;
     for (i, column) in list.iter().enumerate() {
@@ -228,7 +230,7 @@ fn dissipation_layer(data: &StrainMap, shown: &[usize]) -> Result<Layer> {
     })
 }
 
-/// Half way between neighbours, closed by the ends.
+/// Cell edges: half way between neighbours, closed by the ends.
 pub(crate) fn edges(values: &[f64], first: f64, last: f64) -> Vec<f64> {
     let mut edges = vec![first];
     edges.extend(values.windows(2).map(|p| 0.5 * p[0] + 0.5 * p[1]));

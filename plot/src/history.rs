@@ -1,32 +1,33 @@
-//! Curves over time: thinned to what a drawing shows, and where they swing more often than can be drawn, the band they fill.
+//! Curves over time, thinned to the resolution of a drawing; fast oscillations become bands.
 
 use super::axes::{Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::legend::{Drawn, Key};
 use super::page::WIDTH;
 
-/// Curves with more turns than this in their panel are bands: they are less than five pixels apart.
+/// Number of turns in a panel above which a curve becomes a band: they are less than five pixels apart.
 const TURNS: f64 = WIDTH / 5.0;
-/// Turns in a step of a band, at least: its edges and its mean are those of several swings.
+/// Least number of turns per step of a band: its edges and its mean come from several swings.
 const IN_STEP: f64 = 6.0;
-/// Steps of a band at most.
+/// Most steps of a band.
 const STEPS: f64 = WIDTH / 4.0;
-/// Swings below this part of the range are no turns.
+/// Smallest swing, as a part of the range, that counts as a turn.
 const SMALL: f64 = 0.02;
-/// How much of the paper shows through a band.
+/// Transparency of a band.
 const BAND: f64 = 0.25;
 
-/// A curve over time as it is drawn.
+/// The drawn form of a curve over time.
 pub(crate) struct History {
     /// The curve itself, or the mean of a band.
     pub line: Drawn,
     pen: Pen,
-    /// The outline of the band: times and values, the upper edge and then the lower one backwards.
+    /// Outline of the band: times and values, the upper edge and then the lower one backwards.
     band: [Vec<f64>; 2],
 }
 
 impl History {
-    /// Of values over rising times; those that are not finite break it, and a broken curve is no band.
+    /// A history of values over rising times. Values that are not finite break the curve, and a broken curve
+    /// is no band.
     pub(crate) fn new(name: &str, pen: Pen, time: &[f64], values: &[f64]) -> Self {
         let key = Key::Line(pen);
         let turns = turns(values);
@@ -42,7 +43,7 @@ impl History {
         let steps = columns(time, values, (turns / IN_STEP).min(STEPS).floor());
         let middle = |of: &Column| 0.5 * (of.points[0].0 + of.points[of.points.len() - 1].0);
         let mut at: Vec<f64> = steps.iter().map(middle).collect();
-        // From the start to the end.
+        // The band spans the whole time.
         if let ([first, .., last], Some((start, end))) = (at.as_mut_slice(), extent(time)) {
             (*first, *last) = (start, end);
         }
@@ -57,7 +58,7 @@ impl History {
         }
     }
 
-    /// The band, to be painted under all lines.
+    /// Paints the band, under all lines.
     pub(crate) fn band(&self, canvas: &mut Canvas, panel: &Panel) {
         let [time, values] = &self.band;
         let outline = panel.pixels(time, values);
@@ -65,7 +66,7 @@ impl History {
     }
 }
 
-/// How often a curve turns back by more than a small part of its range.
+/// Number of turns of a curve by more than a small part of its range.
 fn turns(values: &[f64]) -> f64 {
     let Some((low, high)) = extent(values) else {
         return 0.0;
@@ -75,7 +76,7 @@ fn turns(values: &[f64]) -> f64 {
     for &value in values.iter().filter(|value| value.is_finite()) {
         let way = value - last;
         match rising {
-            // As far as it went one way.
+            // The turning point moves on while the curve goes the same way.
             Some(up) if (way > 0.0) == up => last = value,
             _ if way.abs() > least => {
                 count += f64::from(u8::from(rising.is_some()));
@@ -109,7 +110,7 @@ impl Column {
     }
 }
 
-/// A curve cut into so many equal pieces of time; those in which it has no point are left out.
+/// A curve cut into `count` equal pieces of time; pieces without a point are left out.
 fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<Column> {
     let (start, end) = extent(time).unwrap_or_default();
     let column = |t: f64| {
@@ -132,8 +133,9 @@ fn columns(time: &[f64], values: &[f64], count: f64) -> Vec<Column> {
     pieces.filter_map(piece).collect()
 }
 
-/// A curve over rising times of which a drawing shows the same: where more than four points share half a pixel, the first, the least, the
-/// largest and the last of them. Values that are not finite break it before and after.
+/// A curve over rising times with fewer points and the same drawing. Where more than four points share half a
+/// pixel, the first, the least, the largest and the last of them stay. Values that are not finite break the
+/// curve before and after.
 pub(crate) fn thinned(time: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     const COLUMNS: f64 = 2.0 * WIDTH;
     if time.len() as f64 <= 4.0 * COLUMNS {
@@ -179,7 +181,8 @@ mod tests {
         History::new("", Pen::new(INK, 1.0), &time, &values.collect::<Vec<_>>())
     }
 
-    /// Catches a fast oscillation drawn as a block, a band that leaves what it swings between, and slow or noisy curves drawn as bands.
+    /// Catches a fast oscillation drawn as a block, a band off the extremes of its swings, and slow or noisy
+    /// curves drawn as bands.
     #[test]
     fn fast_oscillations_are_bands_about_their_mean() {
         assert!(swinging(20.0, 10_000).band[0].is_empty());

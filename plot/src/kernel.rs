@@ -12,22 +12,22 @@ use snaprod_core::error::{Error, Result};
 /// One component of a matrix of functions of time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KernelCurve {
-    /// Its name with its unit, as "m₁–φ₁ (EI/ℓ)". Curves of one name have one colour in both panels and
-    /// one entry in the legend.
+    /// Name with unit, as "m₁–φ₁ (EI/ℓ)". Curves of one name have one colour in both panels and one entry in
+    /// the legend.
     pub name: String,
-    /// Its value at each of the times; what is not finite breaks the curve.
+    /// Value at each of the times; values that are not finite break the curve.
     pub values: Vec<f64>,
-    /// Its value at time 0+: a dashed line at the left.
+    /// Value at time 0+: a dashed line at the left.
     pub instantaneous: Option<f64>,
-    /// Its value as time goes to infinity: a dashed line at the right.
+    /// Value as time goes to infinity: a dashed line at the right.
     pub relaxed: Option<f64>,
 }
 
-/// Components of a relaxation function (or memory kernel) and of the creep function, up to 6 x 6 of each; eight
-/// can be told apart by colour, as many more by dashes.
+/// Components of a relaxation function (or memory kernel) and of the creep function, up to 6 x 6 of each.
+/// Eight differ by colour, as many more by dashes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct KernelFigure {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// Times, in `units.time`, in any order that the curves follow; those that are not positive are left out.
     pub time: Vec<f64>,
@@ -46,14 +46,14 @@ pub struct KernelFigure {
 }
 
 const FIGURE: &str = "figure of a kernel";
-/// The part of the panel's width that lines of limits take.
+/// Length of the lines of limits, as a part of the panel's width.
 const LIMIT: f64 = 0.5;
 
 /// Draws components of the relaxation and the creep function against the logarithm of time as SVG; lines of
 /// limits are dashed in the colour of their curves, at the left for time 0, at the right for infinity.
 ///
-/// Errs if no time is positive (two different ones), if a curve has not as many values as there are times, or
-/// if a panel has curves but no value to show.
+/// Fails without two different positive times, if a curve has not as many values as there are times, or if a
+/// panel has curves but no value to show.
 pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
     let count = data.time.len();
     for (field, curves) in [("relaxation", &data.relaxation), ("creep", &data.creep)] {
@@ -133,7 +133,7 @@ pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
-/// The i-th curve: dashes where the colours begin again.
+/// The pen of the i-th curve: dashes where the colours begin again.
 fn pen(i: usize) -> Pen {
     let pen = Pen::new(category(i), 1.7);
     match i / 8 {
@@ -148,7 +148,7 @@ fn limit(pen: Pen) -> Pen {
     Pen { width: 1.0, ..pen }.dashed(4.5, 3.5)
 }
 
-/// The limits of a curve at the ends of the panel.
+/// Draws the limits of a curve at the ends of the panel.
 fn limits(canvas: &mut Canvas, panel: &Panel, curve: &KernelCurve, pen: Pen) {
     let (l, r) = (panel.left, panel.right());
     let reach = LIMIT * panel.width;

@@ -1,4 +1,4 @@
-//! Words beside points: where they cover the least ink, no mark and no other word.
+//! Placement of words beside points: on the least ink, on no mark and no other word.
 
 use super::axes::{LABEL, Panel, SMALL};
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -6,7 +6,7 @@ use super::geometry::{Pixel, clip, dotted, meet};
 use super::palette::INK;
 use super::text;
 
-/// Directions in which a word may stand from its spot, the best first: on both sides, below and above.
+/// Directions of a word from its spot, in order of preference: both sides, below and above.
 const WAYS: [(f64, f64); 8] = {
     const D: f64 = std::f64::consts::FRAC_1_SQRT_2;
     [
@@ -20,10 +20,10 @@ const WAYS: [(f64, f64); 8] = {
         (0.0, 1.0),
     ]
 };
-/// Distances from the spot, with what they cost beside a dot of ink.
+/// Distances of a word from its spot in pixels, each with a cost relative to a dot of ink.
 const DISTANCES: [(f64, f64); 3] = [(7.0, 0.0), (13.0, 0.7), (24.0, 1.6)];
 
-/// Writes each word near its spot on a panel with these lines and marks; a line leads from a word far off to its spot.
+/// Writes each word near its spot on a panel with these lines and marks; a distant word gets a line to its spot.
 pub(crate) fn write<'w>(
     canvas: &mut Canvas,
     panel: &Panel,

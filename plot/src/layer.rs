@@ -16,28 +16,29 @@ use snaprod_core::error::{Error, Result};
 pub struct LayerRun {
     /// The run's viscosity eta, for the legend.
     pub eta: f64,
-    /// Stretched times T = (t - t_peak) / eta, t_peak the time of the largest rate of dissipation (the fold itself is passed
-    /// earlier, by a time of order eta^(2/3)), finite, not falling.
+    /// Stretched times T = (t - t_peak) / eta, finite, not falling. t_peak is the time of the largest rate of
+    /// dissipation; the fold itself is passed earlier, by a time of order eta^(2/3).
     pub stretched: Vec<f64>,
-    /// Elastic energy at each of them, in `units.energy`; empty to leave it out. What is not finite breaks the curve.
+    /// Elastic energy at each time, in `units.energy`; empty to leave it out. Values that are not finite
+    /// break the curve.
     pub elastic: Vec<f64>,
-    /// Energy dissipated since the fold, likewise.
+    /// Energy dissipated since the fold, as `elastic`.
     pub dissipated: Vec<f64>,
 }
 
 /// A snap in stretched time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LayerFigure {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The shape at the fold, from the clamp to the body, in `units.length`; empty to leave it out.
     pub fold: Curve,
     /// The shape on which the rod lands.
     pub landing: Curve,
-    /// Shapes between; their times are stretched times T. Six to twelve can be told apart.
+    /// Shapes between; their times are stretched times T. Six to twelve are distinct.
     pub shapes: Vec<Shape>,
-    /// The runs whose energies are drawn; if they fall on one curve, T is the layer's time. Empty to
-    /// leave out the lower panel.
+    /// Runs whose energies are drawn; if they fall on one curve, T is the layer's time. Empty to leave out
+    /// the lower panel.
     pub runs: Vec<LayerRun>,
     /// The elastic energy released by the snap in the elastic limit: a dashed line.
     pub released: Option<f64>,
@@ -50,13 +51,13 @@ const FOLD: Pen = Pen::new(INK, 3.0);
 const LANDING: Pen = Pen::new(ALARM, 3.0);
 const RELEASED: Pen = Pen::new(INK, 1.1).dashed(9.0, 5.0);
 
-/// Draws the layer of a snap as SVG: above, the shapes from the fold to the landing, coloured by T, at
-/// equal scales, with the clamp at the first point and the body at the last; below, elastic and dissipated
-/// energy against T. Runs are drawn from thick to thin, so that those which coincide are all seen. Marks on
-/// the axis of T show the moments drawn above.
+/// Draws the layer of a snap as SVG. Above: the shapes from the fold to the landing, coloured by T, at equal
+/// scales, with the clamp at the first point and the body at the last. Below: elastic and dissipated energy
+/// against T. Runs are drawn from thick to thin, so that coincident ones are all visible. Marks on the axis
+/// of T show the moments drawn above.
 ///
-/// Errs if no shape has a finite point and time, if a list of a run has not as many entries as its `stretched`,
-/// or if the times of a run are not finite, fall or span nothing.
+/// Fails if no shape has a finite point and time, or if a list of a run has not as many entries as its
+/// `stretched`. Fails also if the times of a run are not finite, fall or span nothing.
 pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     for (i, run) in data.runs.iter().enumerate() {
         rising(FIGURE, &format!("runs[{i}].stretched"), &run.stretched)?;
@@ -137,14 +138,14 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(WIDTH), blocks).draw(paper)
 }
 
-/// Elastic and dissipated energy of the i-th of n runs.
+/// Pens of the elastic and the dissipated energy of the i-th of n runs.
 fn pens(i: usize, n: usize) -> [Pen; 2] {
     let width = (1.6 + 1.3 * (n - 1 - i) as f64).min(5.0);
     let pen = Pen::new(category(i), width);
     [pen, pen.dashed(5.0 + width, 3.0)]
 }
 
-/// The kinds of lines, and below them the runs.
+/// Legend rows: the kinds of lines, and below them the runs.
 fn lower_entries(data: &LayerFigure) -> Vec<Vec<Entry>> {
     let has = |list: fn(&LayerRun) -> &Vec<f64>| data.runs.iter().any(|r| !list(r).is_empty());
     let ink = Pen::new(INK, 1.6);
@@ -170,7 +171,7 @@ fn lower_entries(data: &LayerFigure) -> Vec<Vec<Entry>> {
     vec![kinds.collect(), runs.collect()]
 }
 
-/// Holds all energies; `None` if there are none.
+/// An axis for all energies; `None` without energies.
 fn energy_axis(data: &LayerFigure) -> Option<Axis> {
     let curves = data.runs.iter().flat_map(|r| [&r.elastic, &r.dissipated]);
     let values: Vec<f64> = curves.flatten().copied().collect();
@@ -179,7 +180,7 @@ fn energy_axis(data: &LayerFigure) -> Option<Axis> {
     Axis::fit(all, false, &data.units.energy_of("energy"), 6)
 }
 
-/// Axes that hold the curves with a margin.
+/// Axes that hold the curves with a margin, at equal scales.
 fn equal_axes(curves: &[&Curve], units: &AxisUnits) -> Option<(Axis, Axis)> {
     let points = curves.iter().flat_map(|c| c.points());
     let (xs, ys): (Vec<f64>, Vec<f64>) = points.unzip();

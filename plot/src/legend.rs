@@ -1,5 +1,5 @@
-//! How curves and marks look, and the legends and colour bars that say what they mean. Legends stand outside the
-//! panels, so they never cover data.
+//! Appearance of curves and marks, legends and colour bars. Legends stand outside the panels, so they never
+//! cover data.
 
 use super::axes::{Axis, LABEL, Panel, SMALL, extent};
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -16,7 +16,7 @@ pub(crate) enum Mark {
     Diamond,
     Ring,
     Cross,
-    /// Small and without a rim: thousands lie close together.
+    /// A small disc without a rim, for thousands close together.
     Dot,
 }
 
@@ -57,7 +57,7 @@ pub(crate) fn draw_mark(canvas: &mut Canvas, at: Pixel, mark: Mark, r: f64, colo
     }
 }
 
-/// How something looks: the sample drawn before a legend's word.
+/// Sample of a curve or mark, drawn before its name in a legend.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Key {
     Line(Pen),
@@ -66,7 +66,7 @@ pub(crate) enum Key {
     Fill(Colour),
 }
 
-/// A curve of a panel: its look, its name in the legend and its points, those not finite breaking it.
+/// A curve of a panel: sample, name and points; points that are not finite break the curve.
 #[derive(Debug, Clone)]
 pub(crate) struct Drawn {
     pub entry: Entry,
@@ -88,14 +88,14 @@ impl Drawn {
         Self::new(Key::Line(pen), "", x, y)
     }
 
-    /// Its line, cut at the frame.
+    /// Draws the line of the curve, cut at the frame.
     pub(crate) fn line(&self, canvas: &mut Canvas, panel: &Panel) {
         if let Key::Line(pen) | Key::LineMark(pen, _) = self.entry.key {
             panel.line(canvas, &self.x, &self.y, pen);
         }
     }
 
-    /// Its marks in the frame.
+    /// Draws the marks of the curve inside the frame.
     pub(crate) fn marks(&self, canvas: &mut Canvas, panel: &Panel) {
         let (mark, colour) = match self.entry.key {
             Key::Mark(mark, colour) => (mark, colour),
@@ -108,13 +108,13 @@ impl Drawn {
     }
 }
 
-/// The entries of those curves that have a name.
+/// Legend entries of the named curves.
 pub(crate) fn named(curves: &[Drawn]) -> Vec<Entry> {
     let named = curves.iter().filter(|c| !c.entry.text.is_empty());
     named.map(|c| c.entry.clone()).collect()
 }
 
-/// One word of a legend with its sample.
+/// One name of a legend with its sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Entry {
     key: Key,
@@ -122,7 +122,7 @@ pub(crate) struct Entry {
 }
 
 impl Entry {
-    /// What it names; nothing for what stands in no legend.
+    /// The name; empty if not in a legend.
     pub(crate) fn text(&self) -> &str {
         &self.text
     }
@@ -173,7 +173,7 @@ impl Legend {
         Self { rows }
     }
 
-    /// The height it takes, with a small gap below.
+    /// Height of the legend, with a small gap below.
     pub(crate) fn height(&self) -> f64 {
         match self.rows.len() {
             0 => 0.0,
@@ -181,7 +181,7 @@ impl Legend {
         }
     }
 
-    /// Draws it with its upper left corner at (left, top).
+    /// Draws the legend with its upper left corner at (left, top).
     pub(crate) fn draw(&self, canvas: &mut Canvas, left: f64, top: f64) {
         for (i, row) in self.rows.iter().enumerate() {
             let y = top + (i as f64 + 0.5) * ROW;
@@ -218,11 +218,11 @@ pub(crate) struct ColourBar {
     axis: Axis,
     /// Colours from bottom to top in equal steps.
     pub colours: Vec<Colour>,
-    /// Points below and on top: values under and over the scale have the first and the last colour.
+    /// Pointed ends below and on top: values beyond the scale have the first and the last colour.
     open: [bool; 2],
 }
 
-/// Colours of lines for a range of numbers.
+/// Colours of lines over a range of numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tones {
     lo: f64,
@@ -230,7 +230,7 @@ pub(crate) struct Tones {
 }
 
 impl Tones {
-    /// From the least to the largest of the finite values; `None` if there are none or they span too much.
+    /// The range of the finite values; `None` without values or for too wide a span.
     pub(crate) fn over<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<Self> {
         let (lo, hi) = extent(values)?;
         let span = if hi > lo { hi - lo } else { 1.0 };
@@ -241,7 +241,7 @@ impl Tones {
         sequential_line((value - self.lo) / self.span)
     }
 
-    /// The bar that says what they mean.
+    /// The colour bar of the range.
     pub(crate) fn bar(&self, label: &str) -> ColourBar {
         let axis = Axis::linear(self.lo, self.lo + self.span, label, 6);
         let colours = (0..64).map(|i| sequential_line(f64::from(i) / 63.0));
@@ -249,18 +249,18 @@ impl Tones {
     }
 }
 
-/// The strip's width.
+/// Width of the strip.
 const STRIP: f64 = 14.0;
-/// The height of its points.
+/// Height of the points of a strip.
 const TIP: f64 = 10.0;
 
 impl ColourBar {
-    /// What its colours say.
+    /// Name of the quantity shown by the colours.
     pub(crate) fn label(&self) -> &str {
         &self.axis.label
     }
 
-    /// A strip whose ends are the ends of the scale, open below and on top if there are values beyond.
+    /// A strip from end to end of the scale; `open`: pointed below and on top, for values beyond the scale.
     pub(crate) fn new(axis: Axis, colours: Vec<Colour>, open: [bool; 2]) -> Self {
         Self {
             axis,
@@ -269,12 +269,12 @@ impl ColourBar {
         }
     }
 
-    /// The room it takes to the right of its left edge, less the margin of the page.
+    /// Width of the bar with its scale, without the margin of the page.
     pub(crate) fn width(&self) -> f64 {
         STRIP + 8.0 + self.axis.label_width() + 8.0 + LABEL + 8.0
     }
 
-    /// Draws it between top and bottom, from `left` on.
+    /// Draws the bar between `top` and `bottom`, from `left` on.
     pub(crate) fn draw(&self, canvas: &mut Canvas, left: f64, top: f64, bottom: f64) {
         let tip = |open: bool| if open { TIP + 2.0 } else { 0.0 };
         let (top, bottom) = (top + tip(self.open[1]), bottom - tip(self.open[0]));
@@ -282,7 +282,7 @@ impl ColourBar {
         let step = (bottom - top) / self.colours.len().max(1) as f64;
         for (i, &colour) in self.colours.iter().enumerate() {
             let low = bottom - i as f64 * step;
-            // Reaches a little under the next one, so that no seam shows.
+            // Each colour overlaps the next a little to hide the seam.
             let high = (low - step - 0.5).max(top);
             let strip = [(left, low), (right, low), (right, high), (left, high)];
             canvas.polygon(&strip, colour, 1.0);

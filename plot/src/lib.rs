@@ -1,8 +1,9 @@
-//! Figures of [snaprod](https://docs.rs/snaprod) from data: each function takes plain numbers and returns an SVG document.
+//! Figures of [snaprod](https://docs.rs/snaprod) from data: each function takes plain numbers and returns an
+//! SVG document.
 //!
-//! Nothing is computed here but where ink goes. The same data give the same bytes. Each function is told on what [`Paper`] its figure is
-//! printed; the default is a screen. SVG text asks for DejaVu Sans; with the features `png` and `pdf`, `plot::png` and `plot::pdf`
-//! turn a figure into those formats with that font bundled.
+//! Only the layout is computed here, and equal data give equal bytes. Each function takes the [`Paper`] of
+//! its figure; the default is a screen. SVG text asks for DejaVu Sans. With the features `png` and `pdf`,
+//! `plot::png` and `plot::pdf` turn a figure into those formats with that font bundled.
 //!
 //! | figure | shows |
 //! | --- | --- |
@@ -16,7 +17,7 @@
 //! | [`fold_map`] | fold curves, cusps, numbers of stable equilibria |
 //! | [`energy_landscape`] | the elastic energy over the disc |
 //! | [`lines`] | any curves, linear or logarithmic; orders of convergence with reference slopes |
-//! | [`small_multiples`] | the same in panels beside each other, over the same axes |
+//! | [`small_multiples`] | curves in panels beside each other, over common axes |
 //! | [`branch_diagram`] | branches of equilibria over a parameter, their stability, special points |
 //! | [`rod_shapes`] | rods in space, in perspective |
 //! | [`strain_map`] | strain and dissipation of a viscous rod over time and arclength |
@@ -24,13 +25,13 @@
 //! | [`dissipated_against_released`], [`losses_over_time`] | losses of a viscous run against the elastic limit |
 //! | [`kernel`] | memory: relaxation and creep functions of the end |
 //! | [`mode_shapes`] | small vibrations about an equilibrium, both ways |
-//! | [`outcome_map`] | what comes of a sweep over two fields of a scene |
-//! | [`swept_curves`] | what comes of a sweep over one field |
-//! | [`fit`](fit()) | measured data, the model fitted to them, and what is left |
+//! | [`outcome_map`] | the outcome of a sweep over two fields of a scene |
+//! | [`swept_curves`] | the outcome of a sweep over one field |
+//! | [`fit`](fit()) | measured data, the model fitted to them, and the residuals |
 //! | [`rod_state`] | one rod in space with its loads, couples, forces and strains |
 //!
-//! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an
-//! error ([`Error::is_domain`](snaprod_core::error::Error::is_domain)).
+//! Numbers that are not finite break a curve or leave a hole; a figure without anything to show is an error
+//! ([`Error::is_domain`](snaprod_core::error::Error::is_domain)).
 #![warn(missing_docs)]
 
 mod axes;

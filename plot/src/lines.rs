@@ -12,7 +12,7 @@ use snaprod_core::error::{Error, Result};
 /// A figure of curves.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Lines {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The name of the x axis, with its unit.
     pub x_label: String,
@@ -24,20 +24,20 @@ pub struct Lines {
     pub y_log: bool,
     /// The curves.
     pub series: Vec<Series>,
-    /// One unit of x as long as one of y (both axes linear): for positions.
+    /// True for equal scales of x and y (both axes linear), as for positions.
     pub equal: bool,
-    /// Reference slopes, thin triangles put where they cover no data (both axes logarithmic).
+    /// Reference slopes: thin triangles placed off the data (both axes logarithmic).
     pub slopes: Vec<Slope>,
 }
 
 const FIGURE: &str = "figure of lines";
-/// Small multiples beside each other.
+/// Number of small multiples beside each other.
 const ACROSS: usize = 3;
 
 /// Draws curves over linear or logarithmic axes as SVG.
 ///
-/// Errs if a series has not as many ordinates as abscissae, if a slope is not finite, names no series or stands over an
-/// axis that is not logarithmic, or if no point can be shown.
+/// Fails if a series has not as many ordinates as abscissae, or if no point can be shown. Fails also if a
+/// slope is not finite, names no series or stands over an axis that is not logarithmic.
 pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
     data.check()?;
     let [x, y] = axes(std::slice::from_ref(data), 6)?;
@@ -59,10 +59,11 @@ pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(600.0), vec![block]).draw(paper)
 }
 
-/// Draws small multiples as SVG: panels in rows of three, each under its title, over the axes of the first, which hold the points of all. Curves of the same
-/// name have one entry in the legend. Slopes and `equal` are not looked at.
+/// Draws small multiples as SVG: panels in rows of three, each under its title, over common axes that hold
+/// the points of all. Labels and scales are those of the first panel. Curves of the same name have one entry
+/// in the legend. Slopes and `equal` are ignored.
 ///
-/// Errs as [`lines`] does, and if there is no panel.
+/// Fails as [`lines`] does, and if there is no panel.
 pub fn small_multiples(title: &str, panels: &[Lines], paper: &Paper) -> Result<String> {
     panels.iter().try_for_each(Lines::check)?;
     let [x, y] = axes(panels, 4)?;
@@ -112,11 +113,12 @@ impl Lines {
     }
 }
 
-/// The axes of the first panel, which hold what all of them show, with about so many numbers where they are linear.
+/// Axes with the labels and scales of the first panel that hold the points of all, with about so many
+/// `numbers` if linear.
 fn axes(panels: &[Lines], numbers: usize) -> Result<[Axis; 2]> {
     let nothing = || Error::domain(format!("{FIGURE}: no point to show"));
     let first = panels.first().ok_or_else(nothing)?;
-    // Logarithms of what lies outside these have no margin left.
+    // Logarithms of values outside these bounds have no margin left.
     let shown = |log: bool, v: f64| v.is_finite() && (!log || (1e-290..1e290).contains(&v));
     let series = panels.iter().flat_map(|panel| &panel.series);
     let points = series.flat_map(|s| s.x.iter().zip(&s.y));

@@ -1,4 +1,4 @@
-//! What a viscous run dissipates against what the elastic limit releases in its snaps.
+//! Energy dissipated in viscous runs against the energy released by snaps in the elastic limit.
 
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
@@ -11,28 +11,28 @@ use super::palette::{Colour, GREY, category};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
-/// Snaps that share a name, as those of one viscosity.
+/// Snaps of one group, as those of one viscosity.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LossGroup {
-    /// Its name in the legend, as "η = 10⁻³".
+    /// Name in the legend, as "η = 10⁻³".
     pub name: String,
     /// Elastic energy released by each snap in the elastic limit, in `units.energy`.
     pub released: Vec<f64>,
-    /// Energy dissipated in the layer of each.
+    /// Energy dissipated in the layer of each snap.
     pub dissipated: Vec<f64>,
-    /// What is written at each point, as the snap's number; empty for none. A label that several points
-    /// have, of this group or others, is written once.
+    /// Text at each point, as the snap's number; empty for none. A label of several points, of any group, is
+    /// written once.
     pub labels: Vec<String>,
 }
 
 /// Dissipated against released energy, a point for each snap.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnapLosses {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The points.
     pub groups: Vec<LossGroup>,
-    /// What the horizontal axis says, without its unit; if empty "released in the elastic limit".
+    /// Label of the horizontal axis, without its unit; if empty "released in the elastic limit".
     pub released_label: String,
     /// Units.
     pub units: AxisUnits,
@@ -42,11 +42,11 @@ const FIGURE: &str = "figure of losses";
 /// The staircase and the diagonal, under the data.
 const LIMIT: Pen = Pen::new(Colour(190, 190, 190), 5.0);
 
-/// Draws the energy dissipated in the layer of each snap against the energy that the snap releases in the elastic
-/// limit, with the diagonal, as SVG; below, by how much they differ relative to what is released, on a
+/// Draws the energy dissipated in the layer of each snap against the energy that the snap releases in the
+/// elastic limit, with the diagonal, as SVG; below, their difference relative to the released energy, on a
 /// logarithmic scale (none where they are equal).
 ///
-/// Errs if the lists of a group differ in length, or if no point is finite.
+/// Fails if the lists of a group differ in length, or if no point is finite.
 pub fn dissipated_against_released(data: &SnapLosses, paper: &Paper) -> Result<String> {
     const SIDE: f64 = 400.0;
     for (i, group) in data.groups.iter().enumerate() {
@@ -134,11 +134,11 @@ fn labels(canvas: &mut Canvas, panel: &Panel, data: &SnapLosses) {
 /// Cumulative losses over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LossesOverTime {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// Times of the snaps of the elastic limit run, not falling.
     pub snaps: Vec<f64>,
-    /// Elastic energy released in snaps up to and with each of them (so it rises), in `units.energy`.
+    /// Cumulative elastic energy released up to and with each snap (rising), in `units.energy`.
     pub released: Vec<f64>,
     /// The viscous runs: the energy dissipated (y) up to each time (x, finite, not falling).
     pub runs: Vec<Series>,
@@ -146,11 +146,11 @@ pub struct LossesOverTime {
     pub units: AxisUnits,
 }
 
-/// Draws the energies that viscous runs have dissipated against time, over the staircase of the energy that the
-/// elastic limit run has released (zero before its first snap), as SVG.
+/// Draws the energies that viscous runs have dissipated against time, over the staircase of the energy that
+/// the elastic limit run has released (zero before its first snap), as SVG.
 ///
-/// Errs if there is no run, if lists differ in length, if times are not finite, fall or (of a run) span nothing, or
-/// if no energy is finite.
+/// Fails if there is no run, if lists differ in length, if times are not finite, fall or (of a run) span
+/// nothing, or if no energy is finite.
 pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> {
     let count = data.snaps.len();
     as_many(FIGURE, "released", data.released.len(), count, "snaps")?;
@@ -170,7 +170,7 @@ pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> 
     let (start, end) = extent(&times)
         .filter(|(start, end)| (end - start).is_finite())
         .ok_or_else(|| Error::domain(format!("{FIGURE}: no run to show")))?;
-    // Its thick ends stay inside the frame.
+    // The thick ends of the staircase stay inside the frame.
     let inside = |t: f64| t.clamp(start + 0.004 * (end - start), end - 0.004 * (end - start));
     let (mut step_times, mut step_levels) = (vec![inside(start)], vec![0.0]);
     let snaps = data.snaps.iter().zip(&data.released);

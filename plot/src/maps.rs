@@ -1,4 +1,4 @@
-//! Maps of the disc: how many stable equilibria there are, and how much energy they hold.
+//! Maps of the disc: the number of stable equilibria, and their energies.
 
 use super::axes::{Axis, Panel, Scale, TITLE, extent};
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -12,7 +12,7 @@ use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
 use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 
-/// Folds over the disc and what they bound.
+/// Folds over the disc and the regions between them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FoldMap {
     /// The number of stable equilibria at each grid point, NaN off the disc.
@@ -28,7 +28,7 @@ pub struct FoldMap {
 /// Draws the fold curves over the disc, cusps marked and regions filled and labelled by the number of stable
 /// equilibria, as SVG.
 ///
-/// Errs if the counts are no grid or have no value.
+/// Fails if the counts are no grid or have no value.
 pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
     const NAMES: [&str; 6] = [
         "1st fold", "2nd fold", "3rd fold", "4th fold", "5th fold", "6th fold",
@@ -65,7 +65,7 @@ pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
         }
     }
     entries.extend(named(&curves));
-    // The first fold lies on top: it is the one that matters.
+    // The first fold matters most: it lies on top.
     curves.reverse();
     if !data.cusps.is_empty() {
         entries.push(Entry::new(Key::Mark(Mark::Diamond, INK), "cusp"));
@@ -116,7 +116,7 @@ fn ground(count: f64) -> Colour {
 }
 
 fn fold_pen(i: usize) -> Pen {
-    // Vermilion first: it is the one that matters.
+    // Vermilion for the first fold, which matters most.
     const ORDER: [usize; 6] = [1, 2, 3, 4, 0, 6];
     let width = if i == 0 { 1.6 } else { 1.1 };
     Pen::new(category(ORDER[i % ORDER.len()]), width)
@@ -137,7 +137,7 @@ fn fill(
     canvas.region(&rings.collect::<Vec<_>>(), colour, 1.0);
 }
 
-/// Whitens what lies in the panel off the disc, and draws the disc's edge.
+/// Whitens the panel outside the disc, and draws the disc's edge.
 fn cut_at_disc(canvas: &mut Canvas, panel: &Panel, radius: f64) {
     let rim = circle(radius);
     let mut hole = panel.pixels(&rim.x, &rim.y);
@@ -151,15 +151,15 @@ fn cut_at_disc(canvas: &mut Canvas, panel: &Panel, radius: f64) {
 /// Elastic energies over the disc.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct EnergyLandscape {
-    /// Each panel's title and field: the lowest stable equilibrium's energy, the second's if wanted. NaN where
-    /// there is none.
+    /// Title and field of each panel: energy of the lowest stable equilibrium, and of the second if wanted.
+    /// NaN for none.
     pub panels: Vec<(String, Field)>,
     /// Fold curves drawn over every panel.
     pub folds: Vec<Curve>,
-    /// How energies become colours.
+    /// Scale from energies to colours.
     pub scale: Scale,
-    /// The range of the colours; by default what holds all values. Energies are unbounded at the disc's edge, so
-    /// give an upper end: what lies above it has the last colour.
+    /// Range of the colours; by default it holds all values. Energies are unbounded at the disc's edge, so
+    /// give an upper end: larger values have the last colour.
     pub range: Option<[f64; 2]>,
     /// Units and the rod's length.
     pub units: AxisUnits,
@@ -167,7 +167,7 @@ pub struct EnergyLandscape {
 
 /// Draws the energy of equilibria over the disc as filled contours with a common colour bar, as SVG.
 ///
-/// Errs if there is no grid with a value, or the range is empty (or not positive on a logarithmic scale).
+/// Fails if there is no grid with a value, or the range is empty (or not positive on a logarithmic scale).
 pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String> {
     const BANDS: usize = 16;
     let fields: Vec<&(String, Field)> = data.panels.iter().filter(|p| p.1.is_sound()).collect();

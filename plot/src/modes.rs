@@ -14,14 +14,14 @@ use super::scenery::{Scenery, SpaceRod, pen};
 use super::spread::Spread;
 use snaprod_core::error::{Error, Result};
 
-/// The largest displacement drawn, as a part of the whole, and the largest turn, in radians.
+/// Largest displacement drawn, as a part of the size of the whole, and largest turn, in radians.
 const REACH: f64 = 0.125;
 const TURN: f64 = 0.35;
 
 /// Modes of vibration.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModeShapes {
-    /// The rods in equilibrium, each with what of the ground it is on.
+    /// The rods in equilibrium, each with its supports on the ground.
     pub rods: Vec<SpaceRod>,
     /// The modes.
     pub modes: Vec<ModeShape>,
@@ -34,17 +34,17 @@ pub struct ModeShapes {
 /// One mode.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct ModeShape {
-    /// Written over its panel.
+    /// Title over its panel.
     pub title: String,
-    /// How points and directors of the rods move, of any size: the largest displacement is drawn as an eighth of the whole, unless a turn
-    /// would exceed a third of a radian.
+    /// Displacements of points and directors of the rods, in any scale. The largest displacement is drawn as
+    /// an eighth of the whole, unless a turn would exceed a third of a radian.
     pub rods: Vec<SpaceRod>,
 }
 
-/// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed. The directors at the end are drawn of a single rod, and of
-/// several where a mode only turns them.
+/// Draws every mode as SVG: equilibrium as a line, displaced both ways dashed. The directors at the end are
+/// drawn for a single rod, and for several if a mode only turns them.
 ///
-/// Errs if there is no mode, or no finite point.
+/// Fails if there is no mode, or no finite point.
 pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     const PANEL: f64 = 300.0;
     let none = || Error::domain("figure of modes: no mode with a finite point to show");
@@ -74,11 +74,12 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     let drawn: Vec<Vec<SpaceRod>> = (data.modes.iter().zip(&extents))
         .map(|(mode, extent)| both_ways(data, mode, extent.amplitude()))
         .collect();
-    // All from one side.
+    // One view for all modes.
     let points = drawn.iter().flatten().flat_map(|rod| &rod.points);
     let view = Spread::new(points).ok_or_else(none)?.view();
     let scenery = |(rods, extent): (&Vec<SpaceRod>, &Extent)| {
-        // Three triads for each of several rods would cover the rods, so they stand only where nothing else shows the motion.
+        // Three triads for each of several rods would cover the rods, so they are drawn only where nothing
+        // else shows the motion.
         let triads = data.rods.len() == 1 || extent.turns();
         let mut scenery = Scenery::new(rods, 0.0, false, triads)?;
         scenery.dashed_unnamed = true;
@@ -132,7 +133,7 @@ fn colour(rod: &SpaceRod) -> Colour {
     category(usize::from(rod.unstable))
 }
 
-/// How far a mode moves points and directors, in parts of the largest displacement and the largest turn that are drawn.
+/// Extent of a mode: largest displacement and turn, in units of the largest ones drawn.
 struct Extent {
     far: f64,
     turned: f64,
@@ -162,7 +163,7 @@ impl Extent {
     }
 }
 
-/// The rods, and displaced along the mode and against it, thin and dashed.
+/// The rods, then displaced along the mode and against it, thin and dashed.
 fn both_ways(data: &ModeShapes, mode: &ModeShape, amplitude: f64) -> Vec<SpaceRod> {
     let displaced = |by: f64| {
         data.rods

@@ -14,13 +14,13 @@ use snaprod_core::error::{Error, Result};
 /// The rod at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shape {
-    /// When.
+    /// Time of the shape.
     pub time: f64,
-    /// Its axis from the clamp to the mass; about 100 points.
+    /// Centreline from the clamp to the mass; about 100 points.
     pub axis: Curve,
 }
 
-/// Those that can be drawn.
+/// The shapes that can be drawn.
 pub(crate) fn seen(shapes: &[Shape]) -> Vec<&Shape> {
     let seen = |s: &&Shape| s.time.is_finite() && s.axis.has_points();
     shapes.iter().filter(seen).collect()
@@ -29,17 +29,17 @@ pub(crate) fn seen(shapes: &[Shape]) -> Vec<&Shape> {
 /// A motion in the plane.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Snapshots {
-    /// The rod at some times; six to twelve can be told apart. Draw the two shapes of a snap as two of them.
+    /// The rod at some times; six to twelve are distinct. Give the two shapes of a snap as two of them.
     pub shapes: Vec<Shape>,
     /// The path of the mass.
     pub path: Curve,
-    /// Fold curves of the region that is visited.
+    /// Fold curves of the region of the motion.
     pub folds: Vec<Curve>,
-    /// Where the rod snaps.
+    /// Positions of the end at snaps.
     pub snaps: Vec<[f64; 2]>,
-    /// What the legend calls them; if empty "snap".
+    /// Name of the snaps in the legend; if empty "snap".
     pub snaps_name: String,
-    /// The clamps: where each is, and a point ahead of it; by default the origin and along x.
+    /// Clamps: the position of each, and a point ahead of it; by default the origin and along x.
     pub walls: Vec<[[f64; 2]; 2]>,
     /// Units and the rod's length.
     pub units: AxisUnits,
@@ -47,7 +47,7 @@ pub struct Snapshots {
 
 /// Draws the rod's shapes, coloured by time, with the path of the mass, folds and snaps as SVG.
 ///
-/// Errs if there is no shape with a finite point and a finite time.
+/// Fails if there is no shape with a finite point and a finite time.
 pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let shapes = seen(&data.shapes);
     let tones = Tones::over(shapes.iter().map(|s| &s.time))
@@ -56,7 +56,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let folds = data.folds.iter().enumerate();
     let name = |i: usize| if i == 0 { "fold" } else { "" };
     let folds = folds.map(|(i, fold)| Drawn::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
-    // Where a long path covers itself, its shades tell how often.
+    // A long path covers itself; transparency then shows how often.
     let pen = match way(&data.path) < LONG * data.units.radius() {
         true => PATH,
         false => Pen { width: 0.6, ..PATH }.alpha(0.4),
@@ -72,7 +72,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let mut before = "before a snap";
     let rods = shapes.iter().enumerate().map(|(i, shape)| {
         let pen = Pen::new(tones.colour(shape.time), 1.8);
-        // Of the two at one time the first is that before the snap.
+        // Of two shapes at one time the first is that before the snap.
         let snaps = shapes
             .get(i + 1)
             .is_some_and(|next| next.time == shape.time);
@@ -141,7 +141,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         block.bar = bar;
         return page.column(Width::Panels(430.0), vec![block]).draw(paper);
     };
-    // Rods and masses would hide the path, which is what this panel is for.
+    // This panel shows the path; rods and masses would hide it.
     let rim = circle(data.units.radius());
     let rim = Drawn::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
     let still = lines.into_iter().chain([rim]).collect();
@@ -159,13 +159,13 @@ fn way(path: &Curve) -> f64 {
     steps.filter(|step| step.is_finite()).sum()
 }
 
-/// Axes of a square that the path fills, where it fills less than this part of the disc's.
+/// Axes of a square around the path, if it is small beside the disc.
 fn close_axes(path: &Curve, units: &AxisUnits) -> Option<(Axis, Axis)> {
     const SMALL: f64 = 0.45;
     let ([left, right], [low, high]) = (extent(&path.x)?.into(), extent(&path.y)?.into());
     let reach = 0.55 * f64::max(right - left, high - low);
     let full = 1.08 * units.radius();
-    // Below this, rounding of the numbers on the axes would show, and no motion.
+    // For smaller paths the axes would show rounding of their numbers.
     if !(1e-9 * full..SMALL * full).contains(&reach) {
         return None;
     }
@@ -176,7 +176,7 @@ fn close_axes(path: &Curve, units: &AxisUnits) -> Option<(Axis, Axis)> {
     Some((axis(left, right, "x"), axis(low, high, "y")))
 }
 
-/// A path of so many lengths of the rod covers itself.
+/// Length of a path, in lengths of the rod, above which the path covers itself.
 const LONG: f64 = 60.0;
 const PATH: Pen = Pen::new(Colour(60, 60, 60), 0.9);
 const FOLD: Pen = Pen::new(ALARM, 1.0).dashed(5.0, 3.5);
@@ -204,7 +204,8 @@ pub(crate) fn disc_ground(canvas: &mut Canvas, panel: &Panel, radius: f64) {
     canvas.line(&pixels, Pen::new(GREY, 0.9));
 }
 
-/// The wall that holds a rod at a pixel, across its direction there, of half a height in pixels.
+/// Draws the wall that holds a rod at a pixel, across the direction `towards` another; `half` is its half
+/// height in pixels.
 pub(crate) fn wall(canvas: &mut Canvas, at: Pixel, towards: Pixel, half: f64) {
     let Some(d) = heading(at, towards).filter(|_| finite(&at)) else {
         return;

@@ -1,4 +1,4 @@
-//! What comes of a sweep over two fields of a scene: a word or a number in each cell of a grid.
+//! Outcomes of a sweep over two fields of a scene: a word or a number in each cell of a grid.
 
 use super::axes::{Axis, Scale};
 use super::cells::Cells;
@@ -11,45 +11,45 @@ use super::paper::Paper;
 use snaprod_core::error::{Error, Result};
 use std::cmp::Ordering;
 
-/// A field that was varied.
+/// A varied field.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweptAxis {
-    /// Its name with its unit.
+    /// Name with unit.
     pub label: String,
-    /// Its values, rising or falling.
+    /// Values, rising or falling.
     pub values: Vec<f64>,
-    /// True if their logarithms are drawn.
+    /// True for a logarithmic axis.
     pub log: bool,
 }
 
-/// What came of the points, `y.values.len()` of them for each value of x.
+/// Outcomes of the points, `y.values.len()` for each value of x.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Outcomes {
-    /// Words; empty where nothing came. The seven that occur most often have colours of their own.
+    /// Words; empty for none. The seven most frequent have colours of their own.
     Words(Vec<String>),
-    /// Numbers, NaN where there is none, with the name of their scale.
+    /// Numbers, NaN for none, with the name of their scale.
     Numbers(Vec<f64>, String),
 }
 
 /// A sweep over two fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutcomeMap {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The field drawn across.
     pub x: SweptAxis,
     /// The field drawn up.
     pub y: SweptAxis,
-    /// What came of the points: that of `x.values[i]` and `y.values[j]` has the place `i * y.values.len() + j`.
+    /// Outcomes: the point `x.values[i]`, `y.values[j]` has the index `i * y.values.len() + j`.
     pub outcomes: Outcomes,
 }
 
 const FIGURE: &str = "outcome map";
-/// Words with colours of their own; the others share the next.
+/// Number of words with colours of their own; the others share the next.
 pub(crate) const NAMED: usize = 7;
 
 impl SweptAxis {
-    /// The axis, and the edges of the cells as parts of it.
+    /// The axis, and the edges of the cells as fractions of the axis.
     fn placed(&self, name: &str) -> Result<(Axis, Vec<f64>)> {
         let (Some(&first), Some(&last)) = (self.values.first(), self.values.last()) else {
             return Err(Error::domain(format!("{FIGURE}: {name} has no values")));
@@ -73,7 +73,7 @@ impl SweptAxis {
             true => Scale::Log,
             false => Scale::Linear,
         };
-        // The cells at the border go as far beyond their values as the others do.
+        // Cells at the border extend as far beyond their values as the others do.
         let beyond = |at: f64, before: f64| match self.log {
             true => at * (at / before).sqrt(),
             false => at + 0.5 * (at - before),
@@ -91,10 +91,10 @@ impl SweptAxis {
     }
 }
 
-/// Draws the outcomes of a sweep as coloured cells, as SVG: words with a legend, from the one that occurs most often (those that are
-/// numbers from the smallest), numbers with a scale.
+/// Draws the outcomes of a sweep as coloured cells, as SVG. Words have a legend, sorted by frequency (numbers
+/// as words: rising), numbers have a scale.
 ///
-/// Errs if an axis does not rise or fall, if there are not as many outcomes as points, or nothing came of any.
+/// Fails if an axis does not rise or fall, if there are not as many outcomes as points, or if all are empty.
 pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
     let (x, across) = data.x.placed("x")?;
     let (y, up) = data.y.placed("y")?;
@@ -168,7 +168,8 @@ pub fn outcome_map(data: &OutcomeMap, paper: &Paper) -> Result<String> {
     page.column(Width::Panels(470.0), vec![block]).draw(paper)
 }
 
-/// The words from the one that occurs most often; of equals the first in the alphabet first. Where all are numbers, those that have colours of their own rise.
+/// The words sorted by falling frequency, equals alphabetically. If all words are numbers, those with colours
+/// of their own are sorted by value.
 pub(crate) fn named(words: &[String]) -> Vec<&str> {
     let mut counts = std::collections::BTreeMap::<&str, usize>::new();
     for word in words.iter().filter(|word| !word.is_empty()) {

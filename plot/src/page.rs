@@ -1,5 +1,5 @@
-//! The scaffold of every figure: a title, a legend, and under them columns of blocks. A block is a panel in the plane or
-//! a box of space, with a title, a legend and a colour bar of its own if it needs them.
+//! Layout of every figure: a title, a legend, and columns of blocks. A block is a panel in the plane or a box
+//! of space, with an optional title, legend and colour bar.
 
 use super::axes::{Axis, Panel, ROOM_BELOW, TITLE, room_left};
 use super::canvas::{Canvas, Side, Type, draw};
@@ -10,20 +10,20 @@ use snaprod_core::error::Result;
 
 /// The usual width of a figure, in pixels.
 pub(crate) const WIDTH: f64 = 640.0;
-/// From a panel to the right edge of its column, and to its colour bar.
+/// Distance from a panel to the right edge of the column, and to the colour bar.
 const ROOM_RIGHT: f64 = 18.0;
-/// From the left edge to the words over a box of space.
+/// Distance from the left edge to the words over a box of space.
 const INSET: f64 = 30.0;
-/// From the upper edge of the figure, or from its title, to the legend and to a panel without one.
+/// Distance from the upper edge of the figure, or from its title, to the legend, and to a panel without one.
 const ABOVE_LEGEND: f64 = 6.0;
 const ABOVE: f64 = 10.0;
-/// Between panels that share an axis.
+/// Gap between panels that share an axis.
 const GAP: f64 = 14.0;
-/// What a title takes.
+/// Height of a title.
 const TITLE_HEIGHT: f64 = 24.0;
-/// Columns narrower than this do not stand side by side.
+/// Least width of columns side by side.
 const NARROW: f64 = 230.0;
-/// Panels lose no more than this of their height where figures are narrow.
+/// Least height of panels in narrow figures, relative to the usual.
 const LOW: f64 = 0.75;
 
 type Paint<'a, T> = Box<dyn Fn(&mut Canvas, &T) + 'a>;
@@ -33,7 +33,7 @@ type Place<'a> = Box<dyn Fn([f64; 4]) -> Stage + 'a>;
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Height {
     Pixels(f64),
-    /// One unit of y as long as one of x; axes are widened where the height would leave these bounds.
+    /// Equal scales of x and y; the axes are widened to keep the height within these bounds.
     Equal(f64, f64),
 }
 
@@ -59,7 +59,7 @@ enum Body<'a> {
 /// A panel or a box of space.
 pub(crate) struct Block<'a> {
     pub title: &'a str,
-    /// Its own legend; what the whole figure has in common stands in that of the page.
+    /// Legend of the block; common entries stand in that of the page.
     pub legend: Vec<Vec<Entry>>,
     pub bar: Option<ColourBar>,
     body: Body<'a>,
@@ -102,7 +102,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// What is painted under the curves of a panel.
+    /// Sets the painting under the curves of a panel.
     pub(crate) fn under(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
         if let Body::Plane(plane) = &mut self.body {
             plane.under = Box::new(paint);
@@ -110,7 +110,7 @@ impl<'a> Block<'a> {
         self
     }
 
-    /// What is painted over them.
+    /// Sets the painting over the curves of a panel.
     pub(crate) fn over(mut self, paint: impl Fn(&mut Canvas, &Panel) + 'a) -> Self {
         if let Body::Plane(plane) = &mut self.body {
             plane.over = Box::new(paint);
@@ -118,7 +118,7 @@ impl<'a> Block<'a> {
         self
     }
 
-    /// Leaves the grid out, for panels that are filled.
+    /// Leaves the grid out, for filled panels.
     pub(crate) fn without_grid(mut self) -> Self {
         if let Body::Plane(plane) = &mut self.body {
             plane.grid = false;
@@ -126,7 +126,7 @@ impl<'a> Block<'a> {
         self
     }
 
-    /// The room at its left.
+    /// Room left of the block.
     fn room(&self) -> f64 {
         match &self.body {
             Body::Plane(plane) => room_left(&plane.y),
@@ -134,7 +134,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// From its lower edge to the next block, or the end of the figure.
+    /// Distance from the lower edge to the next block, or the end of the figure.
     fn gap(&self, shared: bool) -> f64 {
         match &self.body {
             Body::Plane(_) if shared => GAP,
@@ -143,7 +143,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Widens the axes of a panel of this width where its height would leave its bounds.
+    /// Widens the axes of a panel of this width to keep the height within the bounds.
     fn even(&mut self, width: f64) {
         if let Body::Plane(plane) = &mut self.body
             && let Plane {
@@ -162,7 +162,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Makes a panel that is so many times as wide as was thought as high in proportion, with marks that have room.
+    /// Adapts a panel whose width changes by the factor `times`: height in proportion, number of marks to the room.
     fn stretch(&mut self, times: f64) {
         match &mut self.body {
             Body::Plane(plane) => {
@@ -201,18 +201,18 @@ impl<'a> Block<'a> {
     }
 }
 
-/// How wide a column is.
+/// Width of a column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Width {
-    /// With all that stands beside its panels.
+    /// Width including everything beside the panels.
     Whole(f64),
-    /// The panels themselves.
+    /// Width of the panels alone.
     Panels(f64),
 }
 
 /// A figure.
 pub(crate) struct Page<'a> {
-    /// What it shows, for those who hear it, where it has no title.
+    /// Description for screen readers if the figure has no title.
     about: &'static str,
     title: &'a str,
     /// Each group of entries begins a row.
@@ -239,13 +239,13 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// With one more column, at the right of the others.
+    /// Adds a column at the right.
     pub(crate) fn column(mut self, width: Width, blocks: Vec<Block<'a>>) -> Self {
         self.columns.push((width, blocks));
         self
     }
 
-    /// A title and a description for those who hear a figure: what is over what, and the names in the legends.
+    /// Title and description for screen readers: the quantities on the axes, and the names in the legends.
     fn words(&self) -> [String; 2] {
         let blocks = || self.columns.iter().flat_map(|(_, blocks)| blocks);
         let axes = blocks().filter_map(|block| match &block.body {
@@ -278,7 +278,7 @@ impl<'a> Page<'a> {
         [title, said.join("; ")]
     }
 
-    /// Draws everything; errs if the paper has no room for it.
+    /// Draws the figure; fails if the paper has no room for it.
     pub(crate) fn draw(mut self, paper: &Paper) -> Result<String> {
         let print = paper.print()?;
         let mut measures = self.measure();
@@ -332,7 +332,7 @@ impl<'a> Page<'a> {
             }
         }
         let words = self.words();
-        // A whole number of pixels is as wide as was asked.
+        // The pixel size compensates for the rounding of the width to whole pixels.
         let pixel = print.map(|print| match print.width {
             Some(width) => print.pixel * width / total.round(),
             None => print.pixel,
@@ -353,7 +353,8 @@ impl<'a> Page<'a> {
             .collect()
     }
 
-    /// Gives the whole figure this width, in proportion to what its columns have; columns that would be too narrow stand one under the other.
+    /// Sets the width of the whole figure, shared in proportion by its columns; columns that would be too
+    /// narrow are stacked.
     fn fit(&mut self, width: f64, measures: &[[f64; 3]]) {
         let total: f64 = measures.iter().map(|m| m[2]).sum();
         let widest =
@@ -384,13 +385,13 @@ impl<'a> Page<'a> {
     }
 }
 
-/// The room at the left of a column's panels, their width, and its own.
+/// Room left of a column's panels, width of the panels, width of the column.
 fn measure(width: Width, blocks: &mut [Block]) -> [f64; 3] {
     let bars = blocks.iter().filter_map(|b| b.bar.as_ref());
     let right = ROOM_RIGHT + bars.map(ColourBar::width).fold(0.0, f64::max);
     let mut room: f64 = 0.0;
     let mut inner = 0.0;
-    // Axes that are widened have other numbers, which may be longer.
+    // Widened axes have other numbers, which may be longer.
     for _ in 0..2 {
         room = blocks.iter().map(Block::room).fold(room, f64::max);
         inner = match width {
@@ -411,7 +412,7 @@ impl Laid<'_> {
         self.legend.draw(canvas, left, words);
         match &self.block.body {
             Body::Plane(plane) => {
-                // Only the lowest of the panels that share an axis has its numbers and its name.
+                // Only the lowest of the panels that share an axis has numbers and a name.
                 let x = &plane.x;
                 let panel = Panel {
                     left,
@@ -432,7 +433,7 @@ impl Laid<'_> {
                 panel.frame(canvas);
             }
             Body::Space { place, paint, .. } => {
-                // Its words reach to the edges of the column.
+                // The words of the box reach to the edges of the column.
                 let stage = place([left - INSET, top, width + INSET + ROOM_RIGHT, height]);
                 stage.walls(canvas);
                 paint(canvas, &stage);

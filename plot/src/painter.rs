@@ -1,4 +1,4 @@
-//! Paints rods, plates and arrows from back to front; what is nearer cuts a white rim into what it crosses.
+//! Painting of rods, plates and arrows from back to front; nearer things cut a white rim into things behind.
 
 use super::axes::SMALL;
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -9,10 +9,10 @@ use super::palette::{Colour, GREY, INK, WHITE, category};
 use super::scenery::{Ground, Scenery, SpaceBody, SpaceRod, pen};
 use super::stage::Stage;
 
-/// What passes behind at less than this part of the box counts as touching: no rim is cut into it.
+/// Depth difference, as a part of the box, below which crossing things count as touching: no rim is cut.
 const TOUCHING: f64 = 0.025;
 
-/// As the components along it.
+/// Colour of the k-th director and of the components along it.
 fn director(k: usize) -> Colour {
     category(k)
 }
@@ -29,7 +29,7 @@ pub(crate) struct Painter<'a> {
 
 enum Ink {
     Area(Vec<Pixel>, Colour),
-    /// What lies behind it is seen through it.
+    /// A transparent area.
     Glass(Vec<Pixel>, Colour),
     Line(Vec<Pixel>, Pen),
     Disc(Pixel, f64, Colour),
@@ -39,7 +39,7 @@ enum Ink {
 #[derive(Clone, Copy)]
 struct Station {
     at: Point,
-    /// d1.
+    /// Director d1.
     side: Option<Point>,
     pixel: Pixel,
 }
@@ -59,8 +59,7 @@ impl<'a> Painter<'a> {
         self.things.push((self.stage.depth(at), inks));
     }
 
-    /// A white rim along a line, cut into what lies well behind it.
-    /// `thick` is how deep the thing itself may reach.
+    /// A white rim along a line, cut into things well behind. `thick`: the depth of the thing itself.
     fn rim(&mut self, at: Point, line: &[Pixel], half: f64, thick: f64) {
         if self.halo {
             let behind = TOUCHING + thick / self.stage.size();
@@ -89,7 +88,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// A rod with its shadow, plate, ribbon and what stands at its end.
+    /// Adds a rod with shadow, plate, ribbon and the mark at the end.
     pub(crate) fn rod(&mut self, rod: &SpaceRod, colour: Colour, with: &Scenery) {
         let Some((first, last)) = rod.ends() else {
             return;
@@ -138,7 +137,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// The rod in pieces of some eight pixels, or its dashes.
+    /// The rod cut into pieces of some eight pixels, or into its dashes.
     fn pieces(&self, rod: &SpaceRod, pen: Pen) -> Vec<Vec<Station>> {
         let step = if pen.dash.is_some() { 1.5 } else { 7.0 };
         let station = |at: Point, side: Option<Point>| Station {
@@ -222,13 +221,13 @@ impl<'a> Painter<'a> {
             let normal = unit(cross(run, sides[piece.len() / 2])).unwrap_or_default();
             let eye = unit(self.stage.towards_eye(middle)).unwrap_or_default();
             let facing = dot(normal, eye);
-            // Paler behind than in front, both darker where they are seen askew.
+            // The back is paler than the front, and both are darker at an oblique view.
             let tint = if facing > 0.0 { 0.45 } else { 0.75 };
             let fill = pen.colour.tint(tint).shade(0.22 * (1.0 - facing.abs()));
             self.rim(middle, &left, 2.0, ribbon);
             self.rim(middle, &right, 2.0, ribbon);
             let band: Vec<Pixel> = left.iter().chain(right.iter().rev()).copied().collect();
-            // A line in its own colour hides the seams between bands.
+            // A line in the band's own colour hides the seams between bands.
             inks.push(Ink::Area(band.clone(), fill));
             inks.push(Ink::Line(
                 vec![band[0], band[band.len() - 1]],
@@ -249,7 +248,7 @@ impl<'a> Painter<'a> {
         self.add(middle, inks);
     }
 
-    /// The plate of a clamp, once even if several rods share it.
+    /// Adds the plate of a clamp, once even if several rods share it.
     fn plate(&mut self, corners: [Point; 8]) {
         let close = |a: Point, b: Point| norm(minus(a, b)) < 1e-6 * self.stage.size();
         let drawn = |other: &[Point; 8]| (0..8).all(|i| close(other[i], corners[i]));
@@ -260,7 +259,7 @@ impl<'a> Painter<'a> {
         self.solid(corners, GREY, Ink::Area);
     }
 
-    /// A ball joint on the ground.
+    /// Adds a ball joint on the ground.
     fn ring(&mut self, at: Point) {
         let (pixel, radius) = (self.stage.pixel(at), 4.2 * self.stage.nearness(at));
         let ring = [(radius, INK), (0.5 * radius, WHITE)];
@@ -268,7 +267,7 @@ impl<'a> Painter<'a> {
         self.add(at, ring.into());
     }
 
-    /// A body: its box, or a ball where it is a point.
+    /// Adds a body: its box, or a ball for a point mass.
     pub(crate) fn body(&mut self, body: &SpaceBody, colour: Colour) {
         match body.corners() {
             Some(corners) => self.solid(corners, colour, Ink::Glass),
@@ -281,7 +280,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// A line, as the path of a point. It is hidden by what is before it.
+    /// Adds a line, as the path of a point, hidden by nearer things.
     pub(crate) fn path(&mut self, points: &[Point], pen: Pen) {
         for pair in points.windows(2).filter(|pair| pair.iter().all(drawable)) {
             let line = pair.iter().map(|p| self.stage.pixel(*p)).collect();
@@ -290,7 +289,7 @@ impl<'a> Painter<'a> {
         }
     }
 
-    /// A convex solid of six faces: four corners in front, the same four behind.
+    /// Adds a convex solid of six faces: four corners in front, the same four behind.
     fn solid(
         &mut self,
         corners: [Point; 8],
@@ -313,7 +312,7 @@ impl<'a> Painter<'a> {
         let mut inks = Vec::new();
         for (face, tint) in faces {
             let at = middle(&face);
-            // Convex: what faces the eye does not hide each other.
+            // The solid is convex, so faces towards the eye do not hide each other.
             if dot(minus(at, centre), self.stage.towards_eye(at)) > 0.0 {
                 let ring: Vec<Pixel> = face.map(|i| self.stage.pixel(corners[i])).to_vec();
                 let mut outline = ring.clone();
@@ -325,7 +324,7 @@ impl<'a> Painter<'a> {
         self.add(centre, inks);
     }
 
-    /// A word beyond the point of an arrow.
+    /// Adds a word beyond the point of an arrow.
     pub(crate) fn word(&mut self, from: Point, to: Point, word: &'static str, colour: Colour) {
         let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
         let way = heading(a, b).unwrap_or((0.7, -0.7));
@@ -333,12 +332,12 @@ impl<'a> Painter<'a> {
         self.words.push((at, word, colour));
     }
 
-    /// An arrow with a number of heads, in pieces that hide and are hidden.
+    /// Adds an arrow with a number of heads, in pieces for the order of painting.
     pub(crate) fn arrow(&mut self, from: Point, to: Point, pen: Pen, heads: usize) {
         let (a, b) = (self.stage.pixel(from), self.stage.pixel(to));
         let length = apart(a, b);
         let way = heading(a, b).unwrap_or_default();
-        // Seen along itself an arrow is all head.
+        // An arrow seen along itself is all head.
         let head = (3.4 + 2.6 * pen.width).min(0.45 * length);
         let neck = (heads as f64 * 0.8 * head).min(0.95 * length);
         let stop = if length > 0.0 {

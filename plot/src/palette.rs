@@ -6,16 +6,17 @@ pub(crate) struct Colour(pub u8, pub u8, pub u8);
 
 pub(crate) const BLACK: Colour = Colour(0, 0, 0);
 pub(crate) const WHITE: Colour = Colour(255, 255, 255);
-/// Text and frames.
+/// Colour of text and frames.
 pub(crate) const INK: Colour = Colour(38, 38, 38);
-/// Lines that only help the eye.
+/// Colour of auxiliary lines.
 pub(crate) const GREY: Colour = Colour(150, 150, 150);
 /// Grid lines.
 pub(crate) const FAINT: Colour = Colour(225, 225, 225);
-/// What must be seen first: snaps, the motion's path on a surface.
+/// Colour of the most important things: snaps, the motion's path on a surface.
 pub(crate) const ALARM: Colour = Colour(200, 30, 60);
 
-/// Okabe and Ito's palette without its yellow, which is lost on white paper; after it dark and dull colours that differ from these in lightness.
+/// Okabe and Ito's palette without its yellow, which is lost on white paper, followed by dark and dull
+/// colours of different lightness.
 const CATEGORIES: [Colour; 10] = [
     Colour(0, 114, 178),
     Colour(213, 94, 0),
@@ -52,7 +53,7 @@ pub(crate) fn sequential(t: f64) -> Colour {
     along(&VIRIDIS, t)
 }
 
-/// The same for thin lines on white: stops before the yellow.
+/// As `sequential`, for thin lines on white: stops before the yellow.
 pub(crate) fn sequential_line(t: f64) -> Colour {
     sequential(0.86 * t.clamp(0.0, 1.0))
 }
@@ -80,7 +81,7 @@ fn along(steps: &[Colour], t: f64) -> Colour {
 }
 
 impl Colour {
-    /// This colour and `t` in [0, 1] of the other.
+    /// Mixes this colour with the part `t` in [0, 1] of another.
     pub(crate) fn mix(self, other: Colour, t: f64) -> Colour {
         let part = |a: u8, b: u8| (f64::from(a) + t * (f64::from(b) - f64::from(a))).round() as u8;
         Colour(
@@ -90,7 +91,7 @@ impl Colour {
         )
     }
 
-    /// The colour of what is not stable, of a thing whose colour this is: nearly grey, and duller than the pale back of what is stable.
+    /// Variant of this colour for unstable equilibria: nearly grey, duller than the pale back of stable sheets.
     pub(crate) fn unstable(self) -> Colour {
         self.mix(Colour(125, 125, 125), 0.66)
     }

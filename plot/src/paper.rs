@@ -3,7 +3,7 @@
 use super::axes::LABEL;
 use snaprod_core::error::{Error, Result};
 
-/// What a figure is drawn for. By default a screen: its panels have the size that suits them, in pixels.
+/// Size and lettering of a printed figure. The default is a screen: the panels have their natural size, in pixels.
 ///
 /// ```
 /// use snaprod_plot::Paper;
@@ -14,25 +14,26 @@ use snaprod_core::error::{Error, Result};
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Paper {
-    /// The width of the whole figure in millimetres; by default what its panels need at the size of its letters.
+    /// Width of the whole figure in millimetres; by default the natural width of its panels at the size of
+    /// its letters.
     pub width: Option<f64>,
-    /// The size of the letters that name the axes, in points (1/72 inch); numbers at the axes are an eighth smaller. By default 8 if a width is
-    /// given.
+    /// Size of the letters of axis names, in points (1/72 inch); numbers at the axes are an eighth smaller.
+    /// By default 8 if a width is given.
     pub font: Option<f64>,
 }
 
-/// The size of letters where only a width is given, in points.
+/// Size of letters if only a width is given, in points.
 const FONT: f64 = 8.0;
-/// A figure narrower than this, measured in letters of its axes' names, has no room for axes.
+/// Least width of a figure with axes, in letters of its axes' names.
 const NARROWEST: f64 = 17.0;
 const MILLIMETRES_IN_POINT: f64 = 25.4 / 72.0;
 
-/// How the pixels of a figure become millimetres.
+/// Conversion of the pixels of a figure to millimetres.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Print {
     /// Millimetres in a pixel.
     pub pixel: f64,
-    /// The width of the figure in pixels, if it is given.
+    /// Width of the figure in pixels, if given.
     pub width: Option<f64>,
 }
 
@@ -43,12 +44,13 @@ impl Paper {
         font: None,
     };
 
-    /// Refuses sizes that cannot be printed: letters not of 2 to 100 pt, and figures with no room for axes with such letters, or more than ten metres wide.
+    /// Refuses sizes that cannot be printed: letters not of 2 to 100 pt, figures without room for axes in
+    /// such letters, figures more than ten metres wide.
     pub fn check(&self) -> Result<()> {
         self.print().map(drop)
     }
 
-    /// None on a screen.
+    /// The conversion to millimetres; None on a screen.
     pub(crate) fn print(&self) -> Result<Option<Print>> {
         if *self == Self::SCREEN {
             return Ok(None);

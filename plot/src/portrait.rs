@@ -1,4 +1,4 @@
-//! The phase portrait of the elastica's equation.
+//! Phase portrait of the elastica's equation.
 
 use super::axes::{Axis, Panel, SMALL, TITLE};
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -12,21 +12,21 @@ use super::ticks::Tick;
 use snaprod_core::error::{Error, Result};
 use std::f64::consts::PI;
 
-/// A piece of an orbit that is a solution, in the sense in which it is run through.
+/// A piece of an orbit that is a solution, in the sense of growing s.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Arc {
-    /// Its name in the legend, such as "ABCD: S₁⁺".
+    /// Name in the legend, such as "ABCD: S₁⁺".
     pub name: String,
-    /// Its points, from the clamp to the free end.
+    /// Points from the clamp to the free end.
     pub curve: Curve,
 }
 
 /// A named point.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Named {
-    /// Its name.
+    /// Name of the point.
     pub name: String,
-    /// Where it is.
+    /// Position in the phase plane.
     pub at: [f64; 2],
 }
 
@@ -39,7 +39,7 @@ pub struct Portrait {
     pub separatrix: Vec<Curve>,
     /// Abscissae of vertical lines: the states at the clamp, psi = -alpha.
     pub verticals: Vec<f64>,
-    /// Solutions; each is drawn a little outside its orbit so that all of one orbit are seen.
+    /// Solutions; arcs of one orbit are drawn side by side, a little outside the orbit.
     pub arcs: Vec<Arc>,
     /// Named points.
     pub points: Vec<Named>,
@@ -47,7 +47,7 @@ pub struct Portrait {
 
 /// Draws the phase portrait with the arcs that are solutions as SVG. AMV's Fig. 3.12.
 ///
-/// Errs if there is no orbit, separatrix or arc with a finite point.
+/// Fails if there is no orbit, separatrix or arc with a finite point.
 pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
     let arcs = data.arcs.iter().map(|arc| &arc.curve);
     let curves = data.orbits.iter().chain(&data.separatrix).chain(arcs);
@@ -116,8 +116,8 @@ pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
     page.column(Width::Panels(520.0), vec![block]).draw(paper)
 }
 
-/// Draws an arc `off` pixels outside its curve, drifting outwards so that later turns are seen, with
-/// a dot where it starts and an arrowhead where it ends.
+/// Draws an arc `off` pixels outside its curve, drifting outwards to keep later turns visible, with a dot at
+/// its start and an arrowhead at its end.
 fn draw_arc(canvas: &mut Canvas, panel: &Panel, arc: &Arc, off: f64, pen: Pen) {
     let mut points = panel.pixels(&arc.curve.x, &arc.curve.y);
     points.retain(finite);
@@ -138,7 +138,7 @@ fn draw_arc(canvas: &mut Canvas, panel: &Panel, arc: &Arc, off: f64, pen: Pen) {
             1.0
         };
         let (nx, ny) = (-out * ty, out * tx);
-        // Straight up or down at the start, so that it stays on the vertical line of the clamp.
+        // Shift straight up or down at the start, to stay on the vertical line of the clamp.
         let turn = (run / 60.0).min(1.0);
         let steep = off / ny.abs().max(0.35) * ny.signum();
         (

@@ -14,7 +14,7 @@ use snaprod_core::error::Result;
 /// Rods in space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RodShapes {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
     /// The rods.
     pub rods: Vec<SpaceRod>,
@@ -24,15 +24,15 @@ pub struct RodShapes {
     pub paths: Vec<Vec<[f64; 3]>>,
     /// Curves that bodies slide in.
     pub grooves: Vec<Vec<[f64; 3]>>,
-    /// What [`SpaceRod::value`] is, with its unit.
+    /// Name of [`SpaceRod::value`], with its unit.
     pub value_label: String,
-    /// The width of the strip along d1 that shows the twist, as a length; 0 for a line alone.
+    /// Width of the strip along d1 that shows the twist, as a length; 0 for a line alone.
     pub ribbon: f64,
     /// Draws the plate that holds the first point.
     pub clamp: bool,
     /// Draws the directors at the last point, if given.
     pub triads: bool,
-    /// Where from; by default the side from which the shapes are seen best.
+    /// Viewpoint; by default the side from which the shapes are seen best.
     pub view: Option<View>,
     /// Units.
     pub units: AxisUnits,
@@ -57,11 +57,11 @@ impl Default for RodShapes {
     }
 }
 
-/// Draws rods in true perspective, at equal scales in x, y and z, as SVG. What is nearer is thicker and cuts a
-/// white rim into what it crosses. A rod without a triad at its end has a disc there, unless it is on the ground. A single rod, if
-/// not plane, throws a shadow on the floor.
+/// Draws rods in true perspective, at equal scales in x, y and z, as SVG. Nearer things are thicker and cut a
+/// white rim into things behind. A rod end without a triad has a disc, unless it is on the ground. A single
+/// rod, if not plane, throws a shadow on the floor.
 ///
-/// Errs if there is no rod with a finite point.
+/// Fails if there is no rod with a finite point.
 pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
     const HEIGHT: f64 = 500.0;
     let tones = Tones::over(data.rods.iter().filter_map(|rod| rod.value.as_ref()));
@@ -75,7 +75,7 @@ pub fn rod_shapes(data: &RodShapes, paper: &Paper) -> Result<String> {
         scenery.hold(line);
     }
     let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
-    // A flat box does not need all of it.
+    // A flat box does not need the full height.
     let least = if tones.is_some() { 260.0 } else { 120.0 };
     let needed = stage([0.0, 0.0, WIDTH, HEIGHT]).height();
     let mut block = Block::space(needed.clamp(least, HEIGHT), stage, |canvas, stage| {
@@ -107,7 +107,7 @@ fn toned(value: Option<f64>, category_of: usize, tones: Option<Tones>) -> Colour
     }
 }
 
-/// Names, and what thin lines mean.
+/// Legend entries: names, and the meaning of thin lines.
 fn entries(data: &RodShapes, colour: &impl Fn(usize) -> Colour) -> Vec<Entry> {
     let seen = data
         .rods

@@ -1,4 +1,4 @@
-//! Rods in space, and what is drawn along with them: units, plates that hold them, the room they need.
+//! Rods in space with their accessories: supports, bodies, ribbons, and the box that holds them.
 
 use super::canvas::Pen;
 use super::data::{AxisUnits, Bounds, View};
@@ -11,24 +11,23 @@ use snaprod_core::error::{Error, Result};
 /// One rod in space.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceRod {
-    /// Its name in the legend; without one it is left out there.
+    /// Name in the legend; empty for none.
     pub name: String,
-    /// Its centreline from the clamp on; 100 to 200 points are smooth. A point that is not finite breaks it.
+    /// Centreline from the clamp on; 100 to 200 points are smooth. A point that is not finite breaks it.
     pub points: Vec<[f64; 3]>,
-    /// The directors [d1, d2, d3] at each point; empty if there are none to draw.
+    /// Directors [d1, d2, d3] at each point; empty if none are drawn.
     pub directors: Vec<[[f64; 3]; 3]>,
-    /// What its colour shows, as the parameter of its branch. Without one (or not finite) the colour is the
-    /// palette's.
+    /// Number shown by the colour, as the parameter of a branch. None, or not finite: a colour of the palette.
     pub value: Option<f64>,
-    /// Unstable rods are thin and dashed.
+    /// True for unstable rods, drawn thin and dashed.
     pub unstable: bool,
-    /// Which colour of the palette; by default its place in the list.
+    /// Index of the palette's colour; by default the index in the list.
     pub colour: Option<usize>,
-    /// What of the ground its base and its end are on.
+    /// Supports of the base and of the end on the ground.
     pub ground: [Option<Ground>; 2],
 }
 
-/// What holds the end of a rod on the ground.
+/// Support of the end of a rod on the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ground {
     /// A clamp, drawn as a plate.
@@ -44,13 +43,13 @@ impl SpaceRod {
         Some((first, self.points.iter().rposition(drawable)?))
     }
 
-    /// The directors at a point, if they are there and finite.
+    /// Unit directors at a point; None if missing or not finite.
     pub(crate) fn triad(&self, i: usize) -> Option<[Point; 3]> {
         let [a, b, c] = *self.directors.get(i)?;
         Some([unit(a)?, unit(b)?, unit(c)?])
     }
 
-    /// Where the rod points to at its i-th point: by its directors or else its neighbours.
+    /// Direction of the rod at the i-th point: by the director d3, or else by the neighbours.
     pub(crate) fn heading(&self, i: usize) -> Option<Point> {
         if let Some([_, _, d3]) = self.triad(i) {
             return Some(d3);
@@ -68,18 +67,19 @@ impl SpaceRod {
 /// A body in space, drawn as a box.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceBody {
-    /// Its centre of mass.
+    /// Centre of mass.
     pub centre: [f64; 3],
-    /// From the centre to the middles of three faces, at right angles; all zero for a point mass, which is a ball.
+    /// Vectors from the centre to the middles of three faces, at right angles; all zero for a point mass,
+    /// drawn as a ball.
     pub half_edges: [[f64; 3]; 3],
-    /// What its colour shows, as [`SpaceRod::value`].
+    /// Number shown by the colour, as [`SpaceRod::value`].
     pub value: Option<f64>,
-    /// Which colour of the palette; by default its place in the list.
+    /// Index of the palette's colour; by default the index in the list.
     pub colour: Option<usize>,
 }
 
 impl SpaceBody {
-    /// The corners of the box: four below, the same four above; None for a point, and where something is not finite.
+    /// Corners of the box: four below, the same four above; None for a point mass, or if not finite.
     pub(crate) fn corners(&self) -> Option<[Point; 8]> {
         let [a, b, c] = self.half_edges;
         let corner = |i: usize| {
@@ -93,11 +93,11 @@ impl SpaceBody {
     }
 }
 
-/// A curve that a body slides in: a broad pale line, on which the path of the body is seen.
+/// Pen of a groove, broad and pale, so that the path of a body in the groove is visible.
 pub(crate) const GROOVE: Pen = Pen::new(Colour(190, 190, 190), 3.6);
 pub(crate) const GROOVE_NAME: &str = "groove";
 
-/// Drawn at the middle of the box.
+/// Pen of a rod at the middle of the box.
 pub(crate) fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
     if rod.unstable {
         Pen::new(colour, 1.3).dashed(6.0, 3.6)
@@ -106,15 +106,15 @@ pub(crate) fn pen(rod: &SpaceRod, colour: Colour) -> Pen {
     }
 }
 
-/// What is drawn along with the lines.
+/// Accessories of the rods.
 pub(crate) struct Scenery {
-    /// The width of ribbons.
+    /// Width of ribbons.
     pub ribbon: f64,
     pub clamp: bool,
     pub triads: bool,
-    /// The directors of dashed rods have no names: these would cover those of the others.
+    /// True to leave out the names of the directors of dashed rods, which would cover the others.
     pub dashed_unnamed: bool,
-    /// All rods lie in one plane: what meets there does not pass behind.
+    /// True if all rods lie in one plane: crossing rods do not pass behind each other.
     pub plane: bool,
     /// Length of directors.
     pub arm: f64,
@@ -170,7 +170,7 @@ impl Scenery {
         Ok(scenery)
     }
 
-    /// Makes room for more points.
+    /// Extends the content by more points.
     pub(crate) fn hold(&mut self, points: &[Point]) {
         let corners: [Point; 2] = [0, 1].map(|k| self.content.map(|b| b[k]));
         if let Some(bounds) = box_of(corners.iter().chain(points)) {
@@ -184,12 +184,12 @@ impl Scenery {
         Stage::new(self.content, &labels, self.view.unwrap_or(self.best), place)
     }
 
-    /// What of the ground the base (0) or the end (1) of a rod is on.
+    /// Support of the base (0) or the end (1) of a rod on the ground.
     pub(crate) fn ground(&self, rod: &SpaceRod, end: usize) -> Option<Ground> {
         rod.ground[end].or((self.clamp && end == 0).then_some(Ground::Clamp))
     }
 
-    /// The corners of the plate that clamps the base (0) or the end (1) of a rod: four in front, four behind.
+    /// Corners of the plate that clamps the base (0) or the end (1) of a rod: four in front, four behind.
     pub(crate) fn plate(&self, rod: &SpaceRod, end: usize) -> Option<[Point; 8]> {
         self.ground(rod, end).filter(|on| *on == Ground::Clamp)?;
         let (first, last) = rod.ends()?;

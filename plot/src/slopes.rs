@@ -1,4 +1,4 @@
-//! Reference slopes: triangles that stand near a series of a figure with two logarithmic axes.
+//! Reference slopes: triangles near a series of a figure with two logarithmic axes.
 
 use super::axes::{Panel, SMALL};
 use super::canvas::{Canvas, Pen, Side, Type};
@@ -11,17 +11,17 @@ use super::text;
 pub struct Slope {
     /// The order p of y ~ x^p.
     pub order: f64,
-    /// What is written at it, as "2/3"; if empty the number.
+    /// Text at the triangle, as "2/3"; if empty the number.
     pub name: String,
-    /// The index of the series it stands by; by default where there is room.
+    /// Index of the adjacent series; by default any with room.
     pub series: Option<usize>,
 }
 
 const GUIDE: Colour = Colour(105, 105, 105);
-/// What a guide keeps away from curves and from other guides, pixels.
+/// Clearance of a guide from curves and from other guides, in pixels.
 const CLEAR: f64 = 9.0;
 
-/// Draws the guides where they cover no curve.
+/// Draws the guides off the curves.
 pub(crate) fn draw(canvas: &mut Canvas, panel: &Panel, slopes: &[Slope], curves: &[Vec<Pixel>]) {
     for guide in guides(slopes, panel, curves) {
         guide.draw(canvas);
@@ -30,15 +30,15 @@ pub(crate) fn draw(canvas: &mut Canvas, panel: &Panel, slopes: &[Slope], curves:
 
 /// A right triangle whose long side has the slope.
 struct Guide {
-    /// The corners; the right angle is the second.
+    /// Corners; the right angle is the second.
     corners: [Pixel; 3],
-    /// The words "1" and the slope, with where they are centred.
+    /// The words "1" and the slope, each with its centre.
     words: [(Pixel, String); 2],
 }
 
 impl Guide {
-    /// `run` and `rise` in pixels (rise positive upwards) from the left end of the long side; the right angle is
-    /// on the right, or on the left.
+    /// A triangle with the legs `run` and `rise` in pixels (rise positive upwards) from the left end of the
+    /// long side; the right angle is on the right, or on the left.
     fn new(at: Pixel, run: f64, rise: f64, on_right: bool, name: &str) -> Self {
         let end = (at.0 + run, at.1 - rise);
         let corner = if on_right {
@@ -59,7 +59,7 @@ impl Guide {
         }
     }
 
-    /// Points of its outline and about its words.
+    /// Points of the outline and about the words.
     fn outline(&self) -> Vec<Pixel> {
         let [a, b, c] = self.corners;
         let mut points = Vec::new();
@@ -96,7 +96,7 @@ fn distance(points: &[Pixel], others: &[Pixel]) -> f64 {
     squares.fold(f64::INFINITY, f64::min).sqrt()
 }
 
-/// Places for the guides: with the long side nearest to their series, among those that keep clear of everything.
+/// Places for the guides: clear of everything, with the long side nearest to their series.
 fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> {
     let decade = panel.width / (panel.x.hi / panel.x.lo).log10();
     let up = panel.height / (panel.y.hi / panel.y.lo).log10();
@@ -135,7 +135,7 @@ fn guides(slopes: &[Slope], panel: &Panel, curves: &[Vec<Pixel>]) -> Vec<Guide> 
                         continue;
                     }
                     let clear = distance(&outline, &taken);
-                    // What is not clear comes after all that is, the clearest first.
+                    // Places without enough clearance rank after all others, the clearest first.
                     let middle = midway(guide.corners[0], guide.corners[2], 0.5);
                     let off = (middle.0 - panel.left - 0.5 * panel.width).abs();
                     let cost = if clear >= CLEAR {

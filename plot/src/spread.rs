@@ -1,16 +1,16 @@
-//! How points lie in space, and from where they are seen best.
+//! Spread of points in space along principal axes, and the view of their principal plane.
 
 use super::data::View;
 use super::geometry::{Point, along, box_of, cross, drawable, unit};
 use super::stage::size_of;
 use nalgebra::{Matrix3, SymmetricEigen};
 
-/// How points lie in space.
+/// Spread of points in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spread {
     /// Principal directions, widest first.
     pub axes: [Point; 3],
-    /// Root mean squares along them, the box's longest edge being 1.
+    /// Root mean squares along the axes, the box's longest edge being 1.
     pub size: [f64; 3],
 }
 
@@ -44,8 +44,8 @@ impl Spread {
         self.size[2] < 1e-4 * self.size[0].max(1e-3)
     }
 
-    /// The side from which the shape is seen best: its principal plane all but faces the eye, z stands up
-    /// where that plane does, and x or y runs to the right.
+    /// The best view of the shape: the principal plane nearly faces the eye, z points up where that plane
+    /// stands, and x or y runs to the right.
     pub(crate) fn view(&self) -> View {
         let [long, wide, deep] = self.size;
         let slender = wide < 1e-3 * long.max(1e-3) || (deep > 0.6 * wide && wide < 0.75 * long);
@@ -57,7 +57,7 @@ impl Spread {
             };
         }
         let normal = if slender {
-            // From the side.
+            // A view from the side.
             unit(cross(self.axes[0], [0.0, 0.0, 1.0]))
                 .filter(|_| self.axes[0][2].abs() < 0.95)
                 .unwrap_or([0.0, -1.0, 0.0])
@@ -71,7 +71,7 @@ impl Spread {
         };
         let upright = normal[2].abs();
         if upright > 0.8 {
-            // Turned as well it would seem to lean.
+            // A second rotation would make the shape seem to lean.
             return View {
                 azimuth: if self.is_plane() {
                     -90.0

@@ -9,16 +9,16 @@ use super::palette::{Colour, FAINT, INK};
 use super::text;
 use super::ticks::{self, Tick};
 
-/// From the middle of the box to the eye where rods are seen; the box's longest edge is 1.
+/// Distance of the eye from the middle of the box for rods; the box's longest edge is 1.
 const DISTANCE: f64 = 3.0;
-/// No edge of the box is shorter than this part of the longest one: a plane shape gets a shallow box.
+/// Least edge of the box relative to the longest: a plane shape gets a shallow box.
 const SHALLOW: f64 = 0.16;
-/// Round the words of the axes, in pixels.
+/// Margin round the words of the axes, in pixels.
 const MARGIN: f64 = 8.0;
-/// Rounds in which a box and its words find their places.
+/// Most rounds of the placement of box and words.
 const ROUNDS: usize = 8;
 
-/// The longest edge of a box; 1, or what can be told from roundoff, if it is a point.
+/// Longest edge of a box; for a point, 1 or a size well above roundoff.
 pub(crate) fn size_of(bounds: &Bounds) -> f64 {
     let longest = bounds.iter().fold(0.0, |m: f64, b| m.max(b[1] - b[0]));
     let largest = bounds
@@ -38,11 +38,11 @@ pub(crate) fn size_of(bounds: &Bounds) -> f64 {
 #[derive(Clone)]
 pub(crate) struct Stage {
     bounds: Bounds,
-    /// The lengths of the edges before the camera, the longest about 1.
+    /// Lengths of the edges before the camera, the longest about 1.
     aspect: Point,
     camera: Camera,
     edges: [Edge; 3],
-    /// left, top, right, bottom of the box with its words.
+    /// Bounding box [left, top, right, bottom] of the box with its words.
     used: [f64; 4],
 }
 
@@ -53,7 +53,7 @@ struct Edge {
     ticks: Vec<Tick>,
     marks: Vec<[Pixel; 2]>,
     words: Vec<Word>,
-    /// Smaller is better.
+    /// Cost of the choice; smaller is better.
     cost: f64,
 }
 
@@ -65,13 +65,13 @@ struct Word {
 }
 
 impl Word {
-    /// left, top, right, bottom.
+    /// Bounding box [left, top, right, bottom].
     fn area(&self) -> [f64; 4] {
         let (mut w, mut h) = (text::width(&self.text, self.font.size), self.font.size);
         let (mut across, mut down) = (self.font.across, self.font.down);
         if self.font.upright {
             std::mem::swap(&mut w, &mut h);
-            // Reading upwards, "across" runs up the page and "down" to the right.
+            // For text that reads upwards, "across" runs up the page and "down" to the right.
             (across, down) = (self.font.down, self.font.across);
         }
         let from = |side: Side, at: f64, length: f64| match side {
@@ -85,8 +85,8 @@ impl Word {
 }
 
 impl Edge {
-    /// Moves numbers that stand so close to a word of another axis, as they do where both end in one corner, that they read as one, a little towards the
-    /// middle of the edge; where that does not part them, the number goes with its mark.
+    /// Moves numbers that run into a word of another axis a little towards the middle of the edge, as where
+    /// both axes end in one corner. A number that cannot be parted goes with its mark.
     fn yield_to(&mut self, others: &[Word]) {
         let areas: Vec<[f64; 4]> = others.iter().map(Word::area).collect();
         let close = |word: &Word| {
@@ -117,12 +117,12 @@ impl Edge {
     }
 }
 
-/// How far the number of a tick may be moved along its edge.
+/// Shifts of the number of a tick along its edge, in pixels.
 const NUDGES: [f64; 4] = [0.0, 3.0, 6.0, 9.0];
 
 impl Stage {
-    /// A box around `content` (with some room) seen from `view`, as large as it fits into the pixels
-    /// [left, top, width, height] with its numbers and names.
+    /// A box around `content` (with some room) seen from `view`, with its numbers and names as large as the
+    /// pixels [left, top, width, height] allow.
     pub(crate) fn new(
         content: Bounds,
         labels: &[String; 3],
@@ -146,7 +146,7 @@ impl Stage {
         )
     }
 
-    /// Just this box, its edges drawn in the ratios of `aspect`, seen by a camera of any distance.
+    /// Exactly the box `bounds`, its edges drawn in the ratios of `aspect`, seen by any camera.
     pub(crate) fn seen(
         bounds: Bounds,
         labels: &[String; 3],
@@ -161,8 +161,8 @@ impl Stage {
             edges: Default::default(),
             used: [0.0; 4],
         };
-        // The words' room depends on the scale, hence a few rounds. From the third on it only grows, for where words go over to other edges it
-        // might go to and fro, and be too small in the end.
+        // The words' room depends on the scale, hence a few rounds. From the third on the room only grows:
+        // otherwise words that change edges might alternate for ever, and end with too little room.
         let mut room = [60.0, 14.0, 60.0, 50.0];
         for round in 0..ROUNDS {
             let corners: [Point; 8] = std::array::from_fn(|c| stage.boxed(stage.corner(c)));
@@ -192,22 +192,22 @@ impl Stage {
         &self.camera
     }
 
-    /// The lengths of the edges in those coordinates.
+    /// Lengths of the edges in coordinates of [`Stage::boxed`].
     pub(crate) fn aspect(&self) -> Point {
         self.aspect
     }
 
-    /// The height that it takes with a margin all round.
+    /// Height of the box with its words and a margin all round.
     pub(crate) fn height(&self) -> f64 {
         self.used[3] - self.used[1] + 2.0 * MARGIN
     }
 
-    /// What is 1 before the camera along the first axis: the longest edge, where all axes have one scale.
+    /// Data length of 1 before the camera, along the first axis: the longest edge if all axes have one scale.
     pub(crate) fn size(&self) -> f64 {
         (self.bounds[0][1] - self.bounds[0][0]) / self.aspect[0]
     }
 
-    /// Towards the eye from a point.
+    /// Vector from a point to the eye.
     pub(crate) fn towards_eye(&self, p: Point) -> Point {
         minus(self.camera.back.map(|c| DISTANCE * c), self.boxed(p))
     }
@@ -224,22 +224,22 @@ impl Stage {
         std::array::from_fn(|i| self.bounds[i][c >> i & 1])
     }
 
-    /// How far before the eye; `DISTANCE` at the middle of the box.
+    /// Depth before the eye; `DISTANCE` at the middle of the box.
     pub(crate) fn depth(&self, p: Point) -> f64 {
         DISTANCE - dot(self.boxed(p), self.camera.back)
     }
 
-    /// How much larger than at the middle of the box things look there.
+    /// Magnification at a point, relative to the middle of the box.
     pub(crate) fn nearness(&self, p: Point) -> f64 {
         self.camera.nearness(self.boxed(p))
     }
 
-    /// Where a point is seen; not finite if the point is not.
+    /// The pixel of a point; not finite if the point is not.
     pub(crate) fn pixel(&self, p: Point) -> Pixel {
         self.camera.pixel(self.boxed(p))
     }
 
-    /// The floor under a point, or the ceiling if it is seen from below.
+    /// Projection of a point to the floor, or to the ceiling if seen from below.
     pub(crate) fn on_floor(&self, p: Point) -> Point {
         [p[0], p[1], self.bounds[2][self.far_side(2)]]
     }
@@ -253,7 +253,7 @@ impl Stage {
         usize::from(self.camera.back[axis] <= 0.0)
     }
 
-    /// The three far walls with grid lines at the ticks: under everything.
+    /// Draws the three far walls with grid lines at the ticks, under everything.
     pub(crate) fn walls(&self, canvas: &mut Canvas) {
         for axis in 0..3 {
             let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -276,7 +276,7 @@ impl Stage {
         }
     }
 
-    /// Axes with marks, numbers and names.
+    /// Draws the axes with marks, numbers and names.
     pub(crate) fn axes(&self, canvas: &mut Canvas) {
         let pen = Pen::new(INK, 0.9);
         for edge in &self.edges {
@@ -290,8 +290,8 @@ impl Stage {
         }
     }
 
-    /// Chooses for each axis one of the edges of the outline, so that no words meet. In parallel projection the numbers of axes that
-    /// end in one corner are close wherever they stand: there each has its best edge.
+    /// Chooses for each axis one of the edges of the outline, with a minimum of overlapping words. In parallel
+    /// projection the numbers of axes that end in one corner are close on any edge; then each axis has its best edge.
     fn lay_out_axes(&mut self, labels: &[String; 3]) {
         let options: Vec<Vec<Edge>> = (0..3)
             .map(|axis| {
@@ -348,7 +348,7 @@ impl Stage {
         let ticks = if label.ends_with("(rad)") {
             ticks::angles(lo, hi)
         } else if length > 26.0 {
-            // One number tells no scale: two may stand closer than more do.
+            // One number defines no scale: two may stand closer than more do.
             let close = (60.0 * dx.abs() + 28.0 * dy.abs()) / length;
             let least = if length > close { 2.0 } else { 1.0 };
             ticks::linear(lo, hi, (length / needed).clamp(least, 6.0) as usize)
@@ -395,13 +395,13 @@ impl Stage {
                 font,
             });
         }
-        // Only edges of the outline: one of the two faces that meet there is seen, the other is not.
+        // Only edges of the outline: of the two faces at the edge one is visible and one is not.
         let seen = |i: usize| {
             let out = if corner >> i & 1 == 1 { 1.0 } else { -1.0 };
             out * self.camera.back[i] > 0.5 * self.aspect[i] / self.camera.distance
         };
         let outline = seen((axis + 1) % 3) != seen((axis + 2) % 3);
-        // Rather at the left if it stands, and below if it lies.
+        // Vertical edges preferably at the left, horizontal ones below.
         let frame = hull((0..8).map(|c| self.pixel(self.corner(c))));
         let place = if upright {
             2.0 * (mid.0 - frame[0]) / (frame[2] - frame[0])
@@ -413,7 +413,7 @@ impl Stage {
     }
 }
 
-/// A large number for every two words of different edges that meet.
+/// Number of overlapping pairs of words of different edges, times a large cost.
 fn clashes(edges: [&Edge; 3]) -> f64 {
     let areas: Vec<(usize, [f64; 4])> = edges
         .iter()

@@ -1,4 +1,4 @@
-//! One equilibrium of a rod in space: its shape, and couples, forces and strains along it.
+//! Figure of one equilibrium of a rod in space: shape, and couples, forces and strains along the rod.
 
 use super::axes::{Axis, extent};
 use super::canvas::Pen;
@@ -16,11 +16,11 @@ use snaprod_core::error::{Error, Result};
 /// One equilibrium. The lists over s are as long as `s`, or empty to leave their panel out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RodState {
-    /// Written over the figure; may be empty.
+    /// Title over the figure; may be empty.
     pub title: String,
-    /// The shape; its colour is grey by default, as its directors have the colours of their components.
+    /// The shape; grey by default, since the directors have the colours of their components.
     pub rod: SpaceRod,
-    /// The width of the strip along d1, as a length; 0 for a line alone.
+    /// Width of the strip along d1, as a length; 0 for a line alone.
     pub ribbon: f64,
     /// The load on the end, in the frame of space: the force n at the last point.
     pub end_force: Option<[f64; 3]>,
@@ -36,9 +36,9 @@ pub struct RodState {
     pub curvatures: Vec<[f64; 3]>,
     /// Shears v1, v2 and stretch v3 (drawn is v3 - 1).
     pub stretches: Vec<[f64; 3]>,
-    /// Bending stiffness of the rod, beside which forces and couples are told from roundoff; 0 if it is not known.
+    /// Bending stiffness of the rod, the scale for roundoff of forces and couples; 0 if unknown.
     pub stiffness: f64,
-    /// Where from; by default the side from which the shape is seen best.
+    /// Viewpoint; by default the side from which the shape is seen best.
     pub view: Option<View>,
     /// Units.
     pub units: AxisUnits,
@@ -46,16 +46,15 @@ pub struct RodState {
 
 const FORCE: Colour = ALARM;
 const COUPLE: Colour = Colour(110, 40, 140);
-/// Components below this part of the loads' size are roundoff.
+/// Size, relative to the loads, below which components are roundoff.
 const ROUNDOFF: f64 = 1e-9;
 
-/// Draws one equilibrium as SVG: at the left its shape in perspective with the force (one head) and the
-/// couple (two heads) on its end, at the right its couples, forces and strains along s. A component that vanishes
-/// is a thin grey line. An arrow that presses on the rod has its tip at the rod's end; arrows are of one length, the legend
-/// gives their sizes.
+/// Draws one equilibrium as SVG. At the left: its shape in perspective with the force (one head) and the
+/// couple (two heads) on its end. At the right: its couples, forces and strains along s. A component that
+/// vanishes is a thin grey line. An arrow that presses on the rod has its tip at the rod's end; arrows are of
+/// one length, and the legend gives their sizes.
 ///
-/// Errs if the rod has no finite point, if a list is not as long as `s`, or if `s` has no finite
-/// number while there is something to draw over it.
+/// Fails if the rod has no finite point, if a list is not as long as `s`, or if `s` has no finite number for a list.
 pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     const LEFT: f64 = 440.0;
     const RIGHT: f64 = 420.0;
@@ -119,7 +118,8 @@ pub fn rod_state(data: &RodState, paper: &Paper) -> Result<String> {
     }
 }
 
-/// The sizes of force and couple: a couple with no force is measured against the rod's length, and both against what bends the rod.
+/// Scales of force and couple. A couple without a force is compared with the rod's length, and both with the
+/// load that bends the rod.
 fn scales(data: &RodState) -> [f64; 2] {
     let largest = |list: &[[f64; 3]], end: Option<Point>| {
         let all = list.iter().flatten().chain(end.iter().flatten());
@@ -149,7 +149,7 @@ fn blocks(data: &RodState) -> Result<Vec<Block<'static>>> {
         with_unit("couple", &units.couple),
         with_unit("force", &units.force),
     );
-    // Each with the size that a component must exceed not to vanish.
+    // Each group with the size below which a component vanishes.
     let all = [
         (
             "couples",
@@ -222,7 +222,7 @@ fn group(
         let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();
         entries.push(Entry::new(Key::Line(zero), names.join(" = ") + " = 0"));
     }
-    // What vanishes is drawn at 0 however large its roundoff on the panel's scale.
+    // Vanishing components are drawn at 0, whatever the roundoff on the panel's scale.
     let shown = some.iter().flat_map(|&k| values[k].iter().copied());
     let shown: Vec<f64> = shown.chain((!none.is_empty()).then_some(0.0)).collect();
     let (y, height) = if some.is_empty() {

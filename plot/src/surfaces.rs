@@ -15,17 +15,17 @@ use super::stage::Stage;
 use snaprod_core::error::{Error, Result};
 
 const HEIGHT: f64 = 520.0;
-/// Width of a panel beside another.
+/// Width of panels side by side.
 const BESIDE: f64 = 480.0;
 
-/// A named curve in space; a point that is not finite breaks it.
+/// A named curve in space; points that are not finite break the curve.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceCurve {
-    /// Its name in the legend; may be empty.
+    /// Name in the legend; may be empty.
     pub name: String,
-    /// Its points.
+    /// Points of the curve.
     pub points: Vec<[f64; 3]>,
-    /// It holds straight rods, and is black; else it is a fold.
+    /// True for a curve of straight rods, drawn black; false for a fold.
     pub straight: bool,
 }
 
@@ -38,18 +38,17 @@ impl SpaceCurve {
 /// Sheets of solutions as surfaces: one panel of a figure.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Sheets {
-    /// What stands above the panel; may be empty.
+    /// Title above the panel; may be empty.
     pub title: String,
     /// The sheets; see [`Patch`] for the resolution to use.
     pub patches: Vec<Patch>,
-    /// Curves drawn in dark red on them: folds.
+    /// Folds and other curves on the sheets, drawn in dark red.
     pub curves: Vec<SpaceCurve>,
-    /// Where from; by default a side that shows the folds.
+    /// Viewpoint; by default a side that shows the folds.
     pub view: Option<View>,
-    /// The box shown, at which everything is cut; by default what holds all points (over the disc, the
-    /// disc's square).
+    /// The box shown, which cuts everything; by default it holds all points (over the disc, the disc's square).
     pub bounds: Option<Bounds>,
-    /// True if places over the disc are told along the clamp and across it, for it is turned, or moves.
+    /// True if positions over the disc are measured along the clamp and across it, as for a turned or moving clamp.
     pub from_clamp: bool,
     /// Units; only figures over the disc use them.
     pub units: AxisUnits,
@@ -58,7 +57,7 @@ pub struct Sheets {
 /// Draws sheets in (lam, alpha, theta(1)), panel beside panel with a common legend: points of the patches are
 /// such triples. AMV's Fig. 3.22.
 ///
-/// Errs if there is no panel, or one without a patch with finite points.
+/// Fails if there is no panel, or one without a patch with finite points.
 pub fn sheets_lambda_alpha(panels: &[Sheets], paper: &Paper) -> Result<String> {
     draw_panels(panels, paper, |sheets| {
         Ok(Frame {
@@ -78,12 +77,12 @@ pub fn sheets_lambda_alpha(panels: &[Sheets], paper: &Paper) -> Result<String> {
 /// Draws sheets over the disc of the free end, panel beside panel with a common legend: points of the patches
 /// are (x, y, theta(1)). AMV's Fig. 3.24.
 ///
-/// Errs if there is no panel, or one without a patch with finite points.
+/// Fails if there is no panel, or one without a patch with finite points.
 pub fn sheets_over_disc(panels: &[Sheets], paper: &Paper) -> Result<String> {
     draw_panels(panels, paper, Frame::over_disc)
 }
 
-/// Panels in rows of two.
+/// Draws panels in rows of two.
 fn draw_panels<'a>(
     panels: &'a [Sheets],
     paper: &Paper,
@@ -109,16 +108,16 @@ fn draw_panels<'a>(
 pub struct PathOnSurface {
     /// The sheets, points (x, y, theta(1)).
     pub sheets: Sheets,
-    /// The motion; a point that is not finite (as between the two ends of a jump) breaks it.
+    /// The motion; points that are not finite (as between the ends of a jump) break the path.
     pub path: Vec<[f64; 3]>,
     /// Jumps, each from the fold to the landing.
     pub jumps: Vec<[[f64; 3]; 2]>,
 }
 
-/// Draws a motion on the sheets over the disc: parts of the path that lie behind a sheet are thin and
-/// dotted, jumps are dashed, the start is a ring and the end a disc.
+/// Draws a motion on the sheets over the disc: parts of the path that lie behind a sheet are thin and dotted,
+/// jumps are dashed, the start is a ring and the end a disc.
 ///
-/// Errs if there is no patch or no path with finite points.
+/// Fails if there is no patch or no path with finite points.
 pub fn path_on_surface(data: &PathOnSurface, paper: &Paper) -> Result<String> {
     if !data.path.iter().any(|p| p.iter().all(|c| c.is_finite())) {
         return Err(Error::domain("figure of a path on sheets: no path to show"));
@@ -130,13 +129,13 @@ pub fn path_on_surface(data: &PathOnSurface, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(WIDTH), vec![block]).draw(paper)
 }
 
-/// Red for folds and snaps as in the plane figures; darker, to be seen on every sheet.
+/// Red for folds and snaps as in the plane figures; darker, for contrast on every sheet.
 const FOLD: Pen = Pen::new(Colour(150, 10, 40), 1.4);
 const STRAIGHT: Pen = Pen::new(BLACK, 1.4);
 const PATH: Pen = Pen::new(BLACK, 1.8);
 const JUMP: Pen = Pen::new(ALARM, 1.5).dashed(5.0, 3.5);
 
-/// The same line where it is hidden.
+/// The pen of a line on its hidden parts.
 fn behind(pen: Pen) -> Pen {
     Pen {
         width: 0.6 * pen.width,
@@ -149,15 +148,15 @@ fn behind(pen: Pen) -> Pen {
 /// The edges of a box before the camera.
 const ASPECT: Point = [1.0, 1.0, 0.85];
 
-/// What the figures of sheets have in common.
+/// Common parts of the figures of sheets.
 struct Frame<'a> {
     sheets: &'a Sheets,
     labels: [String; 3],
-    /// Where from, unless the sheets say.
+    /// Default viewpoint.
     view: View,
     bounds: Bounds,
     aspect: Point,
-    /// Draw the disc of this radius on the floor.
+    /// Radius of a disc to draw on the floor.
     disc: Option<f64>,
 }
 
@@ -173,7 +172,7 @@ impl<'a> Frame<'a> {
             false => ["x", "y"],
         };
         let end = if radius == 1.0 { "1" } else { "L" };
-        // Equal scales for two positions, whatever box was asked for.
+        // Equal scales for both positions, whatever the requested box.
         let [w, h] = [0, 1].map(|i| bounds[i][1] - bounds[i][0]);
         Ok(Self {
             sheets,
@@ -293,7 +292,7 @@ fn entries(panels: &[Sheets], motion: Option<&PathOnSurface>) -> Vec<Entry> {
     entries
 }
 
-/// The box asked for, or the one that holds all finite points.
+/// The requested box, or the bounding box of all finite points.
 fn bounds_or(asked: Option<Bounds>, patches: &[Patch]) -> Result<Bounds> {
     let sound = patches.iter().filter(|patch| patch.is_sound());
     let points = sound

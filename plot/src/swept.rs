@@ -1,4 +1,4 @@
-//! What comes of a sweep over one field of a scene: numbers over that field.
+//! Outcomes of a sweep over one field of a scene: numbers over that field.
 
 use super::axes::Axis;
 use super::canvas::{Canvas, Pen};
@@ -14,24 +14,24 @@ use snaprod_core::error::{Error, Result};
 /// A sweep over one field.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SweptCurves {
-    /// Written over the figure, as what the words are; may be empty.
+    /// Title over the figure, as the meaning of the words; may be empty.
     pub title: String,
-    /// The field.
+    /// The varied field.
     pub x: SweptAxis,
-    /// Numbers for each of its values, NaN where there is none, with their name and unit: a panel each.
+    /// Numbers for each value of the field, NaN for none, with their name and unit: a panel each.
     pub curves: Vec<(String, Vec<f64>)>,
-    /// What came of each of its values, in a word, which has its colour; empty where all are alike.
+    /// Outcome of each value of the field as a word, which selects the colour; empty if all are alike.
     pub words: Vec<String>,
 }
 
 const FIGURE: &str = "figure of a sweep";
-/// More points than this are small dots.
+/// Number of points above which marks are small dots.
 const MARKS: usize = 120;
 
-/// Draws numbers that came of a sweep over its field as marks, as SVG, in the colours of an outcome map. A thin line joins neighbours of
-/// which the same word is told: between others something happens.
+/// Draws numbers of a sweep over its field as marks, as SVG, in the colours of an outcome map. A thin line
+/// joins neighbours with the same word; between others the outcome changes.
 ///
-/// Errs if a list has not as many entries as the field has values, or if nothing is finite.
+/// Fails if a list has not as many entries as the field has values, or if nothing is finite.
 pub fn swept_curves(data: &SweptCurves, paper: &Paper) -> Result<String> {
     let nothing = || Error::domain(format!("{FIGURE}: nothing to show"));
     let (points, axis) = (data.x.values.len(), &data.x);

@@ -1,4 +1,4 @@
-//! Numbers as printed, and how wide they are.
+//! Formatting of numbers, and the width of text.
 
 /// Advance widths of U+0020..U+007E in DejaVu Sans, thousandths of the font size.
 #[rustfmt::skip]
@@ -43,7 +43,7 @@ pub(crate) fn superscript(n: i32) -> String {
             '1' => '¹',
             '2' => '²',
             '3' => '³',
-            // U+2070 is the superscript nought; 4..9 follow it at their own distance.
+            // U+2070 is the superscript nought; 4..9 follow at their offsets.
             digit => char::from_u32(0x2070 + (digit as u32 - '0' as u32)).unwrap_or(digit),
         })
         .collect()
@@ -73,7 +73,7 @@ pub(crate) fn scientific(value: f64) -> String {
     }
 }
 
-/// A number with so many significant digits at most, without a needless fraction: 0.05, but 10⁻⁴.
+/// A number with at most `digits` significant digits, without a needless fraction: 0.05, but 10⁻⁴.
 pub(crate) fn short(value: f64, digits: usize) -> String {
     let rounded: f64 = format!("{value:.*e}", digits - 1).parse().unwrap_or(value);
     if rounded == 0.0 || (0.01..1e4).contains(&rounded.abs()) {

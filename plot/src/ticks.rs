@@ -1,4 +1,4 @@
-//! Where an axis carries marks, and what is written at them.
+//! Positions and labels of the marks of an axis.
 
 use super::text;
 use std::f64::consts::PI;
@@ -10,8 +10,8 @@ pub(crate) struct Tick {
     pub label: Option<String>,
 }
 
-/// Round numbers (1, 2, 2.5 or 5 times a power of ten) in [lo, hi], about `wanted` of them, and not a single one where there is room for more: that tells no
-/// scale.
+/// Round numbers (1, 2, 2.5 or 5 times a power of ten) in [lo, hi], about `wanted` of them. A single one,
+/// which defines no scale, is avoided if there is room for more.
 pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let span = hi - lo;
     if !(span > 0.0 && span.is_finite()) {
@@ -38,7 +38,7 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
         let value = (first + i as f64) * step;
         let label = match written_out {
             true => text::fixed(value, decimals),
-            // The nearest short decimal, so that 3 * 0.1 is not 0.30000000000000004.
+            // The nearest short decimal: 3 * 0.1 is printed as 0.3, not as 0.30000000000000004.
             false => text::scientific(format!("{value:.5e}").parse().unwrap_or(value)),
         };
         let label = Some(label);
@@ -47,16 +47,16 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     (0..=count.min(100)).map(tick).collect()
 }
 
-/// The first multiple of a step in [lo, hi], and how many follow it; -1: there is none.
+/// The first multiple of a step in [lo, hi], and the number of further ones; -1: there is none.
 fn within(lo: f64, hi: f64, step: f64) -> (f64, i64) {
     let first = (lo / step - 1e-9).ceil();
     let count = ((hi / step + 1e-9).floor() - first).max(-1.0) as i64;
     (first, count)
 }
 
-/// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where
-/// every power is labelled; under two decades 2 and 5 are labelled too, and under half a
-/// decade all, for there may be none of those.
+/// Powers of ten in [lo, hi], at most `wanted` of them labelled, with minor marks at 2..9 where every power
+/// is labelled. Under two decades 2 and 5 are labelled too, and under half a decade all, since the range may
+/// hold no power.
 pub(crate) fn log(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     if !(lo > 0.0 && hi > lo && hi.is_finite()) {
         return Vec::new();
@@ -119,7 +119,7 @@ pub(crate) fn angles(lo: f64, hi: f64) -> Vec<Tick> {
         (lo / PI - 1e-9).ceil() as i64,
         (hi / PI + 1e-9).floor() as i64,
     );
-    // Not for a small part of a turn, nor for very many (or a range without bounds).
+    // Linear marks for a small part of a turn, and for very many turns (or a range without bounds).
     if first >= last || hi - lo > 100.0 * PI || !(hi - lo).is_finite() {
         return linear(lo, hi, 5);
     }

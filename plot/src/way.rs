@@ -1,4 +1,4 @@
-//! The way of a point in space: where it goes, and when.
+//! Path of a point in space, and the coordinates over time.
 
 use super::axes::{Axis, extent};
 use super::canvas::{Canvas, Pen};
@@ -15,20 +15,20 @@ use super::spread::Spread;
 use super::stage::{Stage, size_of};
 use snaprod_core::error::{Error, Result};
 
-/// The way of a point in space over time.
+/// Path of a point in space over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceWay {
-    /// Written over the figure, as whose way it is; may be empty.
+    /// Title over the figure, as the name of the point; may be empty.
     pub title: String,
     /// Times, rising; two equal ones at a snap.
     pub time: Vec<f64>,
-    /// The point at each of them; one that is not finite breaks the way.
+    /// Position at each time; one that is not finite breaks the path.
     pub points: Vec<[f64; 3]>,
-    /// The curve that the point slides in, if it does; what lies outside the box of the way is cut off.
+    /// The groove of the point, cut off at the box of the path; empty without a groove.
     pub groove: Vec<[f64; 3]>,
     /// Times of snaps.
     pub snaps: Vec<f64>,
-    /// What the legend calls them; if empty "snap".
+    /// Name of the snaps in the legend; if empty "snap".
     pub snaps_name: String,
     /// Units.
     pub units: AxisUnits,
@@ -40,21 +40,21 @@ const BOX: f64 = 400.0;
 const PANELS: f64 = 440.0;
 /// The height of the three panels together.
 const BESIDE: f64 = 364.0;
-/// A way in a coordinate plane that is so many times as long as wide has axes of different scales.
+/// Ratio of length and width of a path in a coordinate plane above which the axes have different scales.
 const UNEQUAL: f64 = 4.0;
-/// A way that spreads less than this part of its length across itself is a line, which needs no box.
+/// Relative width below which a path is a line, drawn without a box.
 const LINE: f64 = 1e-3;
-/// A coordinate that moves by less than this part of the longest one is still, but for errors of the motion.
+/// Movement of a coordinate, relative to the largest, below which it is an error of the motion.
 const STILL: f64 = 1e-6;
-/// Colours of the way in the box.
+/// Number of colours of the path in the box.
 const TONES: f64 = 64.0;
 
-/// Draws the way in a box of its own size, coloured by time, with start, end and snaps, and beside it the three coordinates over time, each on
-/// a scale of its own, as SVG. A way along a line has no box; one in a coordinate plane is drawn in that plane, over axes of different scales where it is long
-/// and narrow. A coordinate that moves by less than a millionth of what another does
-/// is a level line.
+/// Draws the path in a box of its own size, coloured by time, with start, end and snaps, and beside it the
+/// three coordinates over time, as SVG. Each coordinate has a scale of its own. A path along a line has no
+/// box. A path in a coordinate plane is drawn in that plane, with different scales if it is long and narrow.
+/// A coordinate that moves by less than a millionth of another is a level line.
 ///
-/// Errs if no point is finite, if there are not as many points as times, or if the times have no span.
+/// Fails if no point is finite, if there are not as many points as times, or if the times have no span.
 pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     as_many(
         FIGURE,
@@ -115,7 +115,7 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     let labels = ["x", "y", "z"].map(|name| data.units.length_of(name));
     let moving: Vec<usize> = (0..3).filter(|i| !still(i)).collect();
     let mut way = match moving[..] {
-        // Seen along the coordinate that is still.
+        // A view along the coordinate at rest.
         [i, j] => {
             let axis = |i: usize| {
                 let values: Vec<f64> = data.points.iter().map(|p| p[i]).collect();
@@ -145,12 +145,13 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     page.column(Width::Whole(PANELS), panels).draw(paper)
 }
 
-/// The way coloured by time, on its groove, with its start, its end and snaps; `at` tells where a point is seen.
+/// Paints the path coloured by time, on its groove, with its start, its end and snaps; `at` gives the pixel
+/// of a point.
 fn paint(canvas: &mut Canvas, data: &SpaceWay, tones: Tones, at: impl Fn(&Point) -> Pixel) {
     let groove: Vec<Pixel> = data.groove.iter().map(&at).collect();
     canvas.line(&thin(&groove, 0.06), GROOVE);
     let (start, end) = extent(&data.time).unwrap_or_default();
-    // Every point counts: of a fast motion few of them would make another way.
+    // Every point counts: fewer points of a fast motion would make another path.
     let tone = |t: f64| {
         ((t - start) / (end - start) * TONES)
             .floor()

@@ -1,4 +1,4 @@
-//! Bodies thrown back by rods that they have pulled straight (theory 2.8).
+//! Bounces: the reversal of bodies by rods that they have pulled straight (theory 2.8).
 
 use super::{AssemblyRun, AssemblySample, Chart};
 use crate::event::Bounce;
@@ -9,13 +9,14 @@ use snaprod_systems::manifold::TAUT;
 use snaprod_systems::math::se3::halves;
 use snaprod_systems::solve::roots::chandrupatla;
 
-/// A turning point is a bounce if this part of the pull, or more, turns the bodies round; the rest bears loads, or holds a swing.
+/// Least part of the pull that must decelerate the bodies at a turning point for a bounce; the rest bears
+/// loads, or holds a swing.
 const THROWN: f64 = 0.5;
-/// Part of a step over which it is told how the rates change at a turning point.
+/// Half-width of the difference that gives the deceleration at a turning point, as a part of the step.
 const BESIDE: f64 = 1e-3;
 
 impl AssemblyRun {
-    /// After a step: keeps the state at its end if a rod is taut, and finds the bounces within it.
+    /// After a step: keeps the state at its end if a rod is taut, and finds the bounces within the step.
     pub(super) fn look_back(&mut self, from: f64) {
         let mut links = self.assembly.links().iter();
         let taut = links.any(|link| link.seen() == Chart::Taut);
@@ -48,7 +49,7 @@ impl AssemblyRun {
         self.bounces.extend(found);
     }
 
-    /// The bounce of rod `k` within the last step, which began at `from`.
+    /// The bounce of rod `k` within the last step, which began at `from`; None without one.
     fn bounce(&mut self, k: usize, from: f64) -> Option<Bounce> {
         let to = self.solver.state().time();
         let tolerance = self.options.tolerance * (to - from);
@@ -61,7 +62,8 @@ impl AssemblyRun {
         let t = chandrupatla(rate, ends[0], ends[1], tolerance)?;
         let (at, tether) = self.tether_at(k, t)?;
         let mass = at.resistance(k, &tether)?;
-        // n.r' changes by the tension times the acceleration of the distance: the pull turns as the place does.
+        // n.r' changes by the tension times the acceleration of the distance: the pull turns with the
+        // direction of the chord.
         let beside = BESIDE * (to - from);
         let (a, b) = ((t - beside).max(from), (t + beside).min(to));
         let rates = [a, b].map(|t| Some(self.tether_at(k, t)?.1.parting));

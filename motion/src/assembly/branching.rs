@@ -1,9 +1,9 @@
-//! Branch points: where a rod that is straight, or symmetric, buckles to either side alike (theory 3.3).
+//! Branch points: a straight or symmetric rod buckles to either side alike (theory 3.3).
 //!
-//! A fold is where the motion of its ends pushes a rod that is neutral. To a branch point nothing pushes it: u . xi = 0 for the left null vector u of J, so
-//! that q' = J^-1 xi stays finite, and the motion is smooth through det J = 0, where t' = det J/d and the slopes by it would both die away. Steps
-//! go there in plain time; where the rod is neutral all round, det J touches 0 without a change of its sign, so it is the resistance in the direction
-//! concerned that is watched.
+//! At a fold the motion of the ends pushes a neutral rod. At a branch point nothing pushes it: u . xi = 0 for the
+//! left null vector u of J. So q' = J^-1 xi stays finite, and the motion is smooth through det J = 0, where t' = det
+//! J/d and the slopes by it would both vanish. Steps go there in plain time. Where the rod is neutral all round, det
+//! J touches 0 without a change of sign, so the resistance in the neutral direction is watched instead.
 
 use super::step::Progress;
 use super::{AssemblyRun, Numbers};
@@ -14,25 +14,26 @@ use snaprod_systems::error::{Cause, Error, Message, Quantity};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::Taken;
 
-/// A push that is rounding. Those of small imperfections, such as an offset of the body of 1e-6, are larger, and followed.
+/// Largest push that counts as rounding. Pushes of small imperfections, such as an offset of the body of
+/// 1e-6, are larger, and followed.
 const ROUNDING: f64 = 1e-14;
-/// Resistance, relative to that at the start of the step, that counts as none.
+/// Resistance that counts as zero, relative to the value at the start of the step.
 const NONE: f64 = 1e-6;
-/// Singular values of J in radians and lengths of the rod that count as 0 beside that which is.
+/// Singular values of J, in radians and lengths of the rod, that count as 0 beside the vanishing one.
 const ALL_ROUND: f64 = 1e-6;
 
-/// In how many directions a rod is neutral at a branch point.
+/// Directions in which a rod is neutral at a branch point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Crossing {
-    /// One: to either side of it.
+    /// One direction: the rod may buckle to either side.
     Sides,
-    /// Two, as where a round column buckles.
+    /// Two directions, as for a round column.
     AllRound,
 }
 
 impl AssemblyRun {
-    /// The rods whose det J would vanish within so many steps, at the rates of the last, which led here from `before`; takes note of those that nothing
-    /// pushes.
+    /// The rods whose det J would vanish within `near` steps, at the rates of the last step from `before`.
+    /// Rods without a push are added to `unpushed`.
     pub(super) fn falling(&mut self, before: &[Sight], near: f64) -> Vec<usize> {
         let falling = |k: &usize| {
             let left = self.watch[*k].det / (before[*k].det - self.watch[*k].det);
@@ -46,13 +47,13 @@ impl AssemblyRun {
         falling
     }
 
-    /// The direction in which rod `k` is neutral next, at the rates of the last step, if nothing pushes it there.
+    /// The next neutral direction of rod `k`, at the rates of the last step; None if the motion pushes the rod.
     fn unpushed(&self, k: usize, before: &[Sight]) -> Option<Neutral> {
         let next = self.watch[k].neutral_next(&before[k]);
         next.filter(|next| next.push <= ROUNDING)
     }
 
-    /// Slows time no more for rods that nothing pushes.
+    /// Stops slowing time for rods without a push.
     pub(super) fn leave_to_branch_points(&mut self) -> Option<()> {
         let Some(slowed) = &self.slowed else {
             return Some(());
@@ -70,7 +71,8 @@ impl AssemblyRun {
         }
     }
 
-    /// Ends the step that was taken, from where rods were seen `before`, at the branch point of a rod that nothing pushes, if one came to that.
+    /// Ends the step at the branch point of a rod without a push, if the step passed one. `before`: the rods
+    /// at the start of the step.
     pub(super) fn branch_point(
         &mut self,
         step: &mut Taken<Numbers>,
@@ -132,7 +134,7 @@ impl AssemblyRun {
         })
     }
 
-    /// The end at the branch point of a rod that does not fall there.
+    /// End of the run at the branch point of a rod that keeps to the unstable branch.
     pub(super) fn stay(&mut self, link: usize, point: &LinkPoint, crossing: Crossing) -> Event {
         let way = match crossing {
             Crossing::Sides => "to either side",

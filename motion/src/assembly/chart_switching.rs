@@ -1,4 +1,4 @@
-//! What the charts of rods stand for, as they are pulled taut and let go, and which rods give way along themselves.
+//! Changes of the rods' charts as they are pulled taut and let go, and of their axial compliance.
 
 use super::step::LOOSE;
 use super::{AssemblyRun, Chart, Numbers};
@@ -8,8 +8,8 @@ use snaprod_systems::error::Result;
 use std::sync::Arc;
 
 impl AssemblyRun {
-    /// Changes what charts stand for as their rods are pulled taut or let go; true if one did. A rod whose other chart does not say the
-    /// same keeps its own.
+    /// Changes the kind of charts whose rods are pulled taut or let go; true if one changed. A rod whose
+    /// other chart disagrees with the present state keeps its own.
     pub(super) fn look(&mut self) -> bool {
         let links = self.assembly.links().iter().zip(&self.watch).enumerate();
         let changed: Vec<_> = links
@@ -31,7 +31,7 @@ impl AssemblyRun {
             other.brace(*k, rod.spring);
             other.let_give(*k, rod.give);
         }
-        // The couples of rods that were taut are those that their forces make.
+        // For rods that were taut the couples follow from the forces.
         let told = (self.assembly).with_charts(self.solver.state().0.clone(), &at.now.charts);
         let agrees = other
             .evaluated(&told, along)
@@ -41,7 +41,8 @@ impl AssemblyRun {
         let Some(state) = agrees.map(Numbers) else {
             return false;
         };
-        // The same motion of the bodies sways a rod with mass otherwise where its end gives way by more or less: that is lost, or got back.
+        // A rod with mass sways differently under the same motion of the bodies if the compliance of its end
+        // changes. The difference in kinetic energy is booked as lost or regained.
         let compliance =
             |rod: &Assembly, k: usize| rod.links()[k].give().map(|give| give.compliance);
         let slides = |(k, _): &(usize, _)| compliance(&self.assembly, *k) != compliance(&other, *k);
@@ -59,14 +60,14 @@ impl AssemblyRun {
         }
         self.released += lost;
         self.booked += lost;
-        // det J is another.
+        // The new chart has another det J.
         for (k, _) in changed {
             self.largest[k] = 0.0;
         }
         true
     }
 
-    /// Lets the chart of a rod that has landed stand for what is better there.
+    /// Changes the chart of a rod after a landing to the kind best suited to the new state.
     pub(super) fn see_anew(&mut self, state: &Numbers, link: usize) -> Result<()> {
         let (t, now) = (state.time(), self.assembly.configuration(&state.0));
         let rod = &self.assembly.links()[link];

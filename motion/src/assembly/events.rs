@@ -1,4 +1,4 @@
-//! From event to event: the motion of an assembly as those see it who drive and record it.
+//! Motion of an assembly from event to event: the implementation of [`Motion`].
 
 use super::step::Progress;
 use super::{AssemblyRun, Pending};
@@ -103,7 +103,7 @@ impl<'a> Motion<'a> for AssemblyRun {
     fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
         let held = self.before_snap.as_ref()?.at.points.get(snap.rod)?.held();
         let fold = Wrench::from_column_slice(snap.from.q.as_slice());
-        // A taut rod is looked for from what was found last, which is to be the fold.
+        // The search on a taut rod starts from the last solution, which is to be the fold.
         let rod = self.folding.clone()?;
         let (shapes, landed) = rod.fall(&fold, &held, self.along()).ok()?;
         snap.lands(landed.as_slice()).then_some(shapes)

@@ -1,4 +1,5 @@
-//! Where a motion feels the mass of its rods to first order, and where it does not (theory 3.9).
+//! First-order mass of the rods of an assembly: the times at which a motion feels it, and the energy booked
+//! at each change (theory 3.9).
 
 use super::step::Progress;
 use super::{AssemblyRun, Numbers};
@@ -10,16 +11,16 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::Method;
 use std::sync::Arc;
 
-/// Places within a step at which it is looked whether the mass of a rod is begun to be felt, or given up.
+/// Samples per step in the search for the moment at which the mass of a rod is first felt, or given up.
 const PLACES: u32 = 8;
-/// Room at both ends of a step with which masses that are felt stay so.
+/// Margin at both ends of a step with which felt masses are taken to stay felt throughout.
 const AMPLE: f64 = 0.25;
-/// Room with which a mass ceases to be felt, or begins to be, where that was found: it is 0 there up to rounding.
+/// Margin at a change that was located: 0 up to rounding.
 const FOUND: f64 = 1e-6;
-/// Where the energy of a rod cannot be told at the tolerance along it, it is told at one that is so much looser.
+/// Factor by which the tolerance along a rod is loosened if its energy cannot be computed at the first.
 const LOOSER: f64 = 100.0;
 
-/// Refuses symmetric steps where rods have mass, which they do not follow.
+/// Refuses symmetric steps for rods with mass: they do not follow the mass.
 pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
     match assembly.light_rods().next() {
         Some((k, _)) if options.method == Method::Symmetric => Err(Error::domain(format!(
@@ -32,8 +33,8 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
 }
 
 impl AssemblyRun {
-    /// Feels, from here on, the mass of every rod where it can be followed. What energy a rod has is counted as lost, to vibrations of its own,
-    /// where the motion ceases to feel it, and as got back where it does again.
+    /// Feels the mass of every rod that can be followed, from now on. The kinetic energy of a rod is booked
+    /// as lost to its vibrations where its mass ceases to be felt, and as regained where it is felt again.
     pub(super) fn weigh(&mut self) -> Option<()> {
         let due = self.due.take();
         if due.as_ref().is_some_and(Vec::is_empty) {
@@ -45,7 +46,7 @@ impl AssemblyRun {
         self.change(&at, &changed)
     }
 
-    /// How much room there is for the mass of each rod to stay felt, or not, as it is now.
+    /// Margins of the rods: number, whether the mass is felt, and the room until this changes.
     fn rooms(&self, assembly: &Assembly, at: &Evaluated) -> Vec<(usize, bool, f64)> {
         let rods = assembly.light_rods();
         let each = rods.map(|(k, light)| {
@@ -59,16 +60,16 @@ impl AssemblyRun {
         each.collect()
     }
 
-    /// The rods whose mass is to be felt from a state on, and is not, or is, and is to be felt no more: those with no more than so much room.
+    /// Rods with no more than the margin `room`, each with the new value of its flag for a felt mass.
     fn changing(&self, assembly: &Assembly, at: &Evaluated, room: f64) -> Vec<(usize, bool)> {
         let rooms = self.rooms(assembly, at).into_iter();
         let ended = rooms.filter(|(.., left)| !(*left > room));
         ended.map(|(k, followed, _)| (k, !followed)).collect()
     }
 
-    /// Looks whether the mass of a rod ceases to be felt in the step that was just taken, or begins to be, and ends the step at that moment: the motion depends on
-    /// it, so that it must not be where a step happens to end, nor missed where it lasts for less than one. The next step goes on the other way. False where the step stays as it is; None
-    /// where the motion cannot go on from there.
+    /// Ends the last step at the moment at which the mass of a rod ceases or begins to be felt; the next step
+    /// switches. The motion depends on this moment, so it must not depend on where steps end, nor be missed
+    /// within a step. False if the step is unchanged; None if the motion cannot continue from the moment.
     fn ends_where_it_changes(&mut self, room: Option<f64>) -> Option<bool> {
         let Some(taken) = &self.step else {
             return Some(false);
@@ -110,8 +111,8 @@ impl AssemblyRun {
         Some(true)
     }
 
-    /// Feels the mass of rods from here on, or no more. A rod whose energy cannot be told here is not begun to be followed; where one that is
-    /// followed cannot be let go for that reason, None, so that no energy is lost unseen.
+    /// Switches the mass of rods on or off. A rod whose energy cannot be computed here is not switched on.
+    /// None if a rod cannot be switched off for that reason: no energy may be lost unseen.
     fn change(&mut self, at: &Evaluated, changed: &[(usize, bool)]) -> Option<()> {
         let along = self.along();
         let weighed = |k: usize| {
@@ -138,7 +139,7 @@ impl AssemblyRun {
         self.resume(state, self.slowed.clone(), h)
     }
 
-    /// A step, as [`AssemblyRun::advance_to`], that feels the mass of rods where it can be followed.
+    /// A step, as [`AssemblyRun::advance_to`], with the mass of the rods that can be followed.
     pub(super) fn advance_with_rods(&mut self, end: f64) -> Option<Progress> {
         let from = self.solver.state().time();
         let progress = self.advance_weighed(end);
@@ -160,7 +161,7 @@ impl AssemblyRun {
             self.near = near;
             return Some(Progress::Moved);
         }
-        // A step came upon a fold of which its normal form did not tell, or none could be taken.
+        // A fold that the normal form had not predicted, or no step at all.
         let lost = match &progress {
             Some(Progress::Fold { rods, .. }) => self.felt(Some(rods)),
             Some(_) => Vec::new(),
@@ -174,7 +175,7 @@ impl AssemblyRun {
         self.advance_to(end)
     }
 
-    /// Goes back to `state` and on from there without the mass of these rods, until they have landed.
+    /// Goes back to `state` and continues without the mass of `rods`, until they have landed.
     pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
         let h = self.solver.next_step();
         self.resume(state, None, h)?;
@@ -185,7 +186,7 @@ impl AssemblyRun {
         self.weigh()
     }
 
-    /// The rods whose mass is felt, among these if they are told.
+    /// Rods whose mass is felt; only those in `among`, if given.
     pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
         let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
         let felt = self

@@ -1,11 +1,12 @@
-//! Implicit steps of an assembly: Radau IIA with seven stages, where rods are stiff and their fast modes are not asked for.
+//! Implicit steps of an assembly by Radau IIA with seven stages, for stiff rods whose fast modes are not of interest.
 //!
 //! ```text
 //! place' = V,   M V' = wrenches of the rods + loads,   gap of every rod = 0
 //! ```
-//! in the places and velocities of the bodies; the charts are unknowns of every stage that have no past. So the error of a step is
-//! measured in poses and velocities, and a force by what it does to these. The unknowns of Newton's iteration are the accelerations at
-//! the stages; its matrix is known at each of them and is used as it is, since it costs nothing beside the rods.
+//! The variables are the poses and velocities of the bodies; the charts are unknowns of every stage without a
+//! past. So the error of a step is measured in poses and velocities, and that of a force by its effect on
+//! these. The unknowns of Newton's iteration are the accelerations at the stages. Its matrix is known at each
+//! stage and is used as it is, since it costs nothing beside the rods.
 
 use super::{AssemblyRun, Numbers};
 use nalgebra::{DMatrix, DVector};
@@ -17,60 +18,60 @@ use snaprod_systems::solve::integrator::Method;
 use snaprod_systems::solve::radau7::{GAMMA, NODES, RadauStep, S, tableau, through_stages};
 use snaprod_systems::solve::stepper::Taken;
 
-/// Most iterations of Newton's method, and the size of an increment that gives it up.
+/// Most iterations of Newton's method, and the size of an increment that ends them as diverging.
 const ITERATIONS: usize = 10;
 const WILD: f64 = 1e2;
-/// The part of a step's error that may be left to the iteration, and increments that are rounding.
+/// Part of a step's error left to the iteration, and the size of increments that are rounding.
 const NEWTON: f64 = 0.1;
 const ROUNDING: f64 = 1e-13;
 /// Most attempts at one step.
 const TRIES: usize = 12;
-/// Bounds of a change of length, and what the error is kept below.
+/// Bounds of a change of step length, and the safety factor on the error.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 3.0;
 const SAFETY: f64 = 0.8;
-/// Stages are extrapolated to steps so many times as long as the last.
+/// Largest ratio of step lengths for which stages are extrapolated from the last step.
 const BEYOND: f64 = 2.0;
-/// Every explicit step speaks for implicit ones, since what is fast may ring so faintly that it is followed and bounds the steps all the same; one that is longer
-/// than STIFF over the fastest rate as much as OTHERS others. Implicit steps are tried when PATIENCE have spoken, of which disappointments
-/// make up to PATIENCE_LIMIT.
+/// Votes for implicit steps. Every explicit step has one vote, since a fast mode may ring so faintly that it
+/// is resolved and still bounds the steps. A step longer than STIFF over the fastest rate has OTHERS votes.
+/// Implicit steps are tried after PATIENCE votes; failures double this number up to PATIENCE_LIMIT.
 const STIFF: f64 = 3.0;
 const OTHERS: u32 = 6;
 const PATIENCE: u32 = 100;
 const PATIENCE_LIMIT: u32 = 3000;
-/// So many implicit steps in a row were worth the change.
+/// Number of implicit steps in a row after which the change has paid.
 const SETTLED: u32 = 20;
-/// An explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
+/// Cost of an explicit step in evaluations of implicit ones, which are finer, have tangents and take twice as long.
 const EXPLICIT: f64 = 6.0;
-/// An implicit step is tried with so many times the length of explicit ones, is begun with if these would be so many times the
-/// work, and given up when they would be less.
+/// An implicit step is tried with TRIAL times the length of explicit ones. Implicit steps begin if the
+/// explicit work would be GAIN times theirs, and end when it would be less.
 const TRIAL: f64 = 8.0;
 const GAIN: f64 = 1.5;
-/// Error of the integration along a rod, as a part of that for explicit steps: accelerations at the stages follow from differences of
-/// poses, twice over a step.
+/// Error of the integration along a rod, as a part of that for explicit steps: accelerations at the stages
+/// follow from differences of poses, twice over a step.
 const FINER: f64 = 1e-2;
-/// The error of a step is less than the estimate, which is of a lower order, by so much.
+/// Ratio of the error of a step to the estimate, which is of a lower order.
 const SLACK: f64 = 0.03;
 
 /// Accelerations and charts at the stages.
 type Stages = [(DVector<f64>, Vec<Wrench>); S];
 
-/// The implicit steps of a run.
+/// State of the implicit steps of a run.
 #[derive(Debug, Clone)]
 pub(super) struct Implicit {
-    /// The run is to take them wherever it can, without asking what rings.
+    /// Implicit steps were asked for: they are taken wherever possible, without a test for stiffness.
     asked: bool,
-    /// The run may take them.
+    /// Implicit steps are allowed.
     allowed: bool,
-    /// They are being taken.
+    /// The run takes implicit steps now.
     on: bool,
     h: f64,
     last: Option<(f64, Stages)>,
-    /// The length of the explicit steps that were left, and evaluations of an implicit one.
+    /// Length of the last explicit steps.
     explicit: f64,
     votes: u32,
     patience: u32,
-    /// Implicit steps in a row.
+    /// Number of implicit steps in a row.
     stay: u32,
 }
 
@@ -90,12 +91,12 @@ impl Implicit {
         }
     }
 
-    /// The charts are others.
+    /// Drops the extrapolation of stages after a change of charts.
     pub(super) fn forget(&mut self) {
         self.last = None;
     }
 
-    /// Explicit steps from here on.
+    /// Switches to explicit steps.
     pub(super) fn leave(&mut self) {
         self.on = false;
         self.votes = 0;
@@ -109,13 +110,13 @@ impl Implicit {
 struct Solved {
     stages: Vec<DVector<f64>>,
     unknowns: Stages,
-    /// At the last stage.
+    /// Linearisation at the last stage.
     last: Linearised,
     iterations: usize,
     dets: Vec<Vec<f64>>,
 }
 
-/// Solves the stages of a step of length `h` from a guess; None where that fails.
+/// Solves the stages of a step of length `h` from a guess; None if the iteration fails.
 fn solve(
     assembly: &Assembly,
     from: &DVector<f64>,
@@ -186,7 +187,7 @@ fn solve(
         if !(size < WILD) {
             return None;
         }
-        // The gap is gone to first order: what is left of it is of its square.
+        // A Newton step removes the gap to first order; the rest is of its square.
         let size = size.max(gap * gap.min(1.0));
         let ratio = (size / last).min(1.0);
         if size * ratio.max(0.01) <= goal || size <= ROUNDING.max(goal) {
@@ -222,8 +223,9 @@ fn solve(
     None
 }
 
-/// True if det J of a rod, `before` the step and at its stages, changes its sign or comes near zero in between, as where a column that bends alike about
-/// all axes buckles: straight it stays an equilibrium, and det J has a double root.
+/// True if det J of a rod, `before` the step and at its stages, changes its sign or comes near zero in
+/// between. The latter is the buckling of a column that bends alike about all axes: straight it stays an
+/// equilibrium, and det J has a double root.
 fn passes_fold(before: &[f64], stages: &[Vec<f64>]) -> bool {
     const BETWEEN: usize = 32;
     const NEAR: f64 = 1e-2;
@@ -240,15 +242,15 @@ fn passes_fold(before: &[f64], stages: &[Vec<f64>]) -> bool {
     })
 }
 
-/// The largest of changes of velocities, relative to 1 + their sizes.
+/// Largest change of the velocities, relative to 1 + their sizes.
 fn scaled(change: &DVector<f64>, state: &DVector<f64>, slots: &[usize]) -> f64 {
     let parts = change.iter().zip(slots);
     let parts = parts.map(|(x, slot)| x.abs() / (1.0 + state[*slot].abs()));
     parts.fold(0.0, f64::max)
 }
 
-/// Velocities, places, charts and time at the stages that the accelerations make. Places follow from velocities by collocation too:
-/// rotations by iteration, which needs no rods.
+/// Velocities, poses, charts and time at the stages, from the accelerations. Poses follow from velocities by
+/// collocation too: rotations by an iteration that needs no rods.
 fn place(
     assembly: &Assembly,
     from: &DVector<f64>,
@@ -290,8 +292,9 @@ fn place(
     }
 }
 
-/// The error of a step in places and velocities: h GAMMA times what the polynomials through the stages miss the rates at the start by.
-/// `quiet`: as often as that, what is fast against the step is taken to be slaved to the rest (the filter of Hairer and Wanner).
+/// Error of a step in poses and velocities: h GAMMA times the defect of the stage polynomials from the rates
+/// at the start. `quiet`: number of applications of the filter of Hairer and Wanner, which takes fast modes
+/// as slaved to the rest.
 fn error(
     (from, slope): (&DVector<f64>, &DVector<f64>),
     h: f64,
@@ -338,13 +341,14 @@ fn error(
 }
 
 impl AssemblyRun {
-    /// True if the next step is to be an implicit one, or to be tried as one.
+    /// True if the next step is to be implicit, also as a trial.
     pub(super) fn is_implicit(&self) -> bool {
         let state = &self.implicit;
         state.allowed && (state.on || state.votes >= state.patience)
     }
 
-    /// Counts what an explicit step that was taken, with time at the `rate`, says for implicit ones: more if it is stability that bounds it.
+    /// Counts the votes of an explicit step for implicit ones, with time at the `rate`: more if stability
+    /// bounds the step.
     pub(super) fn judge(&mut self, step: &Taken<Numbers>, rate: f64) {
         let Taken::Explicit(step) = step else { return };
         let state = &mut self.implicit;
@@ -354,8 +358,8 @@ impl AssemblyRun {
         state.explicit = rate * self.solver.next_step();
     }
 
-    /// Accelerations and charts at the stages of a step of length `h`: those of the last step carried on, or `blind` of it those of the
-    /// start.
+    /// Guess of accelerations and charts at the stages of a step of length `h`: extrapolated from the last
+    /// step or, if `blind`, the values at the start.
     fn guess(&self, h: f64, blind: bool) -> Stages {
         let (state, slope) = (&self.solver.state().0, &self.solver.slope().0);
         let rods = self.assembly.links().len();
@@ -392,8 +396,8 @@ impl AssemblyRun {
         })
     }
 
-    /// One implicit step of at most `h_max`; None, and explicit ones from here on, where it does not pay, does not converge, or a
-    /// rod would pass its fold.
+    /// One implicit step of at most `h_max`. None, with explicit steps from then on, if implicit steps do not
+    /// pay or converge, or a rod would pass its fold.
     pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
         let trial = !self.implicit.on;
         if trial {

@@ -1,4 +1,4 @@
-//! What a state of an assembly shows.
+//! Samples of the state of an assembly.
 
 use crate::ledger::Ledger;
 use crate::state::{Labels, RodCurve, State};
@@ -8,7 +8,7 @@ use snaprod_systems::rod::RodSection;
 use snaprod_systems::section::Strain;
 use std::sync::Arc;
 
-/// Tolerance of the sections that are shown.
+/// Tolerance of the sections of a sample.
 const SHAPE: f64 = 1e-12;
 
 /// The state of an assembly at one moment.
@@ -17,9 +17,9 @@ pub struct AssemblySample {
     assembly: Arc<Assembly>,
     /// Bodies, rods, time.
     pub at: Evaluated,
-    /// The energies.
+    /// Energies, and the work exchanged since the start.
     pub ledger: Ledger,
-    /// The index of every rod with its ends held.
+    /// Morse index of every rod with its ends held.
     pub indices: Vec<usize>,
 }
 
@@ -48,7 +48,8 @@ impl AssemblySample {
         }
     }
 
-    /// Sections of rod `link` at places in [0, 1], in growing order, seen from its base; empty where it cannot be followed.
+    /// Sections of rod `link` at arc lengths in [0, 1], in growing order, seen from its base; empty if the
+    /// rod cannot be integrated.
     pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
         let point = &self.at.points[link];
         let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
@@ -66,18 +67,18 @@ impl AssemblySample {
             .tether(self.at.points.get(link)?)
     }
 
-    /// What resists it ([`Assembly::resistance`]).
+    /// Effective mass against the pull of a tether ([`Assembly::resistance`]).
     pub(super) fn resistance(&self, link: usize, tether: &Tether) -> Option<f64> {
         self.assembly.resistance(link, &self.at, &tether.along)
     }
 
-    /// How far the ends of rods are from their attachments.
+    /// Largest distance of rod ends from their attachments.
     pub fn drift(&self) -> f64 {
         self.assembly.drift(&self.at)
     }
 }
 
-/// The first rod stands for all where one is asked for.
+/// Quantities of one rod are those of the first rod.
 impl State for AssemblySample {
     fn time(&self) -> f64 {
         self.at.integrals.time

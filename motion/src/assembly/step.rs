@@ -1,4 +1,4 @@
-//! The steps of an assembly: plain ones, slowed ones near a fold, and where they end.
+//! Steps of an assembly: plain ones, slowed ones near a fold, and their ends at events.
 
 use super::branching::Crossing;
 use super::{AssemblyRun, Numbers, first_step};
@@ -11,25 +11,26 @@ use snaprod_systems::body::Groove;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::Taken;
 
-/// Time is slowed for a rod whose det J would vanish, at its present rate, within so many steps ...
+/// Number of steps until det J of a rod would vanish, at its present rate, below which time is slowed for the rod.
 const NEAR: f64 = 8.0;
-/// ... until det J has grown to so many times what it was then.
+/// Ratio of det J to its value at the start of slowed time, above which time runs plainly again.
 const FAR: f64 = 4.0;
-/// How well a moment at which steps are to end is hit, relative to 1 + its size, where time is slowed ...
+/// Tolerance of the end of a slowed step in time, relative to 1 + the time.
 const ON_TIME: f64 = 1e-12;
-/// ... and by a plain step: a pulse can be so short that what happens in 1e-12 counts.
+/// Tolerance of the end of a plain step in time: a pulse may be short enough for 1e-12 to count.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
-/// det J, relative to where time began to be slowed, from which it tells a rod's chart by its end well.
+/// det J, relative to its value where time began to be slowed, above which the end of a rod determines its
+/// chart well.
 const CLEAR: f64 = 0.1;
-/// Charts are brought back to the poses of the bodies when their ends have drifted off by so many local tolerances ...
+/// Drift of rod ends, in local tolerances, at which charts are brought back to the poses of the bodies.
 const DRIFTED: f64 = 3.0;
-/// ... and a rod whose end cannot be held within so many tolerances is too taut for its base wrench.
+/// Gap, in tolerances, beyond which a rod is too taut for the chart of the base wrench.
 pub(super) const LOOSE: f64 = 1e3;
 
-/// Parts of a step at which a contact is looked for that may lie inside.
+/// Fractions of a step at which contacts inside the step are tested.
 const INSIDE: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.9];
 
-/// How a step ended.
+/// Outcome of a step.
 pub(super) enum Progress {
     Moved,
     Arrived,
@@ -37,7 +38,7 @@ pub(super) enum Progress {
     Fold {
         rods: Vec<(usize, f64)>,
         time_error: f64,
-        /// Where it is a branch point, to which nothing pushes the rod.
+        /// The kind of branch point, if the rod is at one, where nothing pushes it.
         crossing: Option<Crossing>,
     },
     /// At an end of the run.
@@ -45,7 +46,7 @@ pub(super) enum Progress {
 }
 
 impl AssemblyRun {
-    /// Goes one step of at most `h_max`, which is kept for those who look inside.
+    /// Takes one step of at most `h_max`; it is kept for interpolation.
     fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
         let (watch, until) = (&mut self.watch, self.until);
@@ -58,8 +59,8 @@ impl AssemblyRun {
         self.solver.step(f, h_max).ok()
     }
 
-    /// Time is one of the integrated variables where it is slowed, so that what a step tries may lie behind the break at which it is to end. It sees loads
-    /// and supports as they are just before; behind the break they are others at once.
+    /// Sets the latest time at which loads and supports are evaluated. In slowed time the stages of a step may lie
+    /// behind the break at which the step is to end, where loads jump. They take the values just before the break.
     pub(super) fn look_until(&mut self, until: f64) -> Option<()> {
         if until == self.until {
             return Some(());
@@ -68,7 +69,8 @@ impl AssemblyRun {
         self.see()
     }
 
-    /// Sees the rods where the solver stands: what was seen last was the end of a step, which may lie behind the moment to which that was cut.
+    /// Evaluates the rods at the solver's state: the last evaluation may lie behind the moment to which a
+    /// step was shortened.
     fn see(&mut self) -> Option<()> {
         let state = self.solver.state().clone();
         let mut slope = state.clone();
@@ -99,7 +101,7 @@ impl AssemblyRun {
             return self.slow_step(end);
         }
         let Some(mut step) = implicit.or_else(|| self.take_step(left)) else {
-            // As at a fold that is too near for plain steps: towards which det J fell.
+            // A fold may be too near for plain steps: slow the rod whose det J fell most.
             let nearest = (0..before.len()).max_by(|a, b| {
                 let fall = |k: &usize| (1.0 - self.watch[*k].det / before[*k]).abs();
                 fall(a).total_cmp(&fall(b))
@@ -153,12 +155,12 @@ impl AssemblyRun {
         })
     }
 
-    /// How far the ends of rods may be from the bodies.
+    /// Largest drift of rod ends that is not corrected.
     pub(super) fn drifted(&self) -> f64 {
         DRIFTED * self.local()
     }
 
-    /// Brings the charts back to the poses of the bodies where they have drifted off.
+    /// Brings the charts back to the poses of the bodies after a drift.
     fn hold(&mut self) -> Option<()> {
         if !self.watch.iter().any(|rod| rod.gap > self.drifted()) {
             return Some(());
@@ -171,7 +173,7 @@ impl AssemblyRun {
         self.resume(Numbers(held), self.slowed.clone(), h)
     }
 
-    /// The rod whose end cannot be held, if there is one: how far it is off, and sqrt(F L^2/B).
+    /// The rod whose end cannot be held, if there is one: its number, its gap, and sqrt(F L^2/B).
     pub(super) fn loose(&self) -> Option<(usize, f64, f64)> {
         let off = |rod: &Sight| rod.gap > LOOSE * self.options.tolerance;
         let link = self.watch.iter().position(off)?;
@@ -180,7 +182,7 @@ impl AssemblyRun {
         Some((link, self.watch[link].gap, force.sqrt()))
     }
 
-    /// The same with time slowed for the rod that nears its fold.
+    /// One step in time slowed for the rods near a fold.
     fn slow_step(&mut self, end: f64) -> Option<Progress> {
         self.taken_by = (self.assembly.clone(), self.slowed.clone());
         let f = &self.right_hand_side();
@@ -216,7 +218,7 @@ impl AssemblyRun {
                 .rewind(step.from().clone(), step.start_slope().clone());
             h_max = 0.5 * step.h();
         };
-        // Beyond a fold time runs backward: `end` is sought before it.
+        // Behind a fold time runs backward: `end` is sought before the fold.
         let folded = fold.map(|fold| {
             step = fold.step;
             fold.time_error
@@ -234,7 +236,7 @@ impl AssemblyRun {
             let near = ON_TIME * (1.0 + end);
             let hit = |found: &Located<Numbers>| (found.step.to().time() - end).abs() <= near;
             let Some(found) = found.filter(hit) else {
-                // The state stays where it was.
+                // The state is unchanged.
                 self.solver
                     .rewind(step.from().clone(), step.start_slope().clone());
                 self.see();
@@ -284,7 +286,7 @@ impl AssemblyRun {
         Some(progress)
     }
 
-    /// Slows time for the rod that needs it most, or for none where explicit steps need it no more.
+    /// Chooses the rods for which time is slowed; none once explicit steps do without.
     fn reconsider(&mut self, before: &[f64], rate: f64) -> Option<()> {
         let Some(slowed) = &self.slowed else {
             return Some(());
@@ -297,7 +299,7 @@ impl AssemblyRun {
                 false => Some(()),
             };
         }
-        // Steps until det J vanishes, at its present rate.
+        // Number of steps until det J vanishes, at its present rate.
         let left = |k: usize| match self.watch[k].det / (before[k] - self.watch[k].det) {
             left if left > 0.0 => left,
             _ => f64::INFINITY,
@@ -326,8 +328,9 @@ impl AssemblyRun {
         Some(dets.collect())
     }
 
-    /// The rods that are at their folds in a state, each with its det J when time was last slowed: the one that makes time stand still, if it does, and
-    /// all whose own folds are as near in time as makes no difference. On the way to a fold det J goes with the root of the time left.
+    /// The rods at their folds in a state, each with its det J when time was last slowed. If time `stands`,
+    /// the rod that makes it do so is one; others count if their folds differ in time by less than rounding.
+    /// On the way to a fold det J goes with the root of the time left.
     fn at_folds(&mut self, to: &Numbers, stands: bool) -> Option<Vec<(usize, f64)>> {
         let after = self.determinants(to)?;
         let x = |(k, scale): &(usize, f64)| (after[*k] / scale).abs();
@@ -346,7 +349,7 @@ impl AssemblyRun {
         Some(rods.map(|k| (k, before[k])).collect())
     }
 
-    /// Ends the step that was taken where that must be.
+    /// Shortens the step to its first event: a break or end of a groove, or a contact.
     fn cut(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
         let knot = self.knot(step);
         if let Some(None) = knot {
@@ -355,7 +358,7 @@ impl AssemblyRun {
         self.touch(step).or(knot)
     }
 
-    /// Ends it where rods touch.
+    /// Shortens the step to the first contact of rods.
     fn touch(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
         if !self.assembly.looks_for_contacts() {
             return None;
@@ -367,7 +370,7 @@ impl AssemblyRun {
         let before = std::mem::replace(&mut self.near, after.clone());
         let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
         let mut part = 1.0;
-        // Between its ends a step can bring rods nearer by no more than they move in it.
+        // Inside a step rods can come nearer than at its ends by no more than they move.
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();
@@ -411,7 +414,8 @@ impl AssemblyRun {
         Some(Some(Progress::End(outcome)))
     }
 
-    /// The step as far as where a body first turns back beyond the end of its groove, if one does.
+    /// The step shortened to the moment at which a body first turns back beyond the end of its groove; None
+    /// if no body does.
     fn turned(&mut self, step: &mut Taken<Numbers>) -> Option<Taken<Numbers>> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
@@ -435,8 +439,8 @@ impl AssemblyRun {
         shorter
     }
 
-    /// Where in a step a body first passes a place of its groove at which that is not smooth, or its end: the body, the place, the part of the step and
-    /// how fast it goes there.
+    /// First passage of a body over a break or an end of its groove in a step: the body, the parameter, the
+    /// fraction of the step and the rate by h.
     fn passed(&self, step: &Taken<Numbers>) -> Option<(usize, f64, f64, f64)> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
@@ -447,7 +451,7 @@ impl AssemblyRun {
                 let groove = self.assembly.carriers()[*body].groove()?;
                 let left = groove.end_left(*a, *b);
                 let knot = left.or_else(|| groove.first_break(*a, *b))?;
-                // From an end a step may first lead inward: that is where it comes back.
+                // From an end a step may first lead inward; the passage is then its return.
                 let part = match groove.way_out(*a) {
                     Some(way) if groove.way_out(knot) == Some(way) => 1.0,
                     _ => (knot - a) / (b - a),
@@ -457,7 +461,7 @@ impl AssemblyRun {
         passed.min_by(|x, y| x.2.total_cmp(&y.2))
     }
 
-    /// Ends the step that was taken where a body first passes such a place.
+    /// Shortens the step to the first passage of a break or an end of a groove.
     fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
         if self.assembly.along_grooves(&step.from().0).is_empty() {
             return None;

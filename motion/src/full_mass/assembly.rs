@@ -1,4 +1,4 @@
-//! A run of an assembly of rods with mass.
+//! Runs of an assembly of rods with mass.
 
 use super::model::{Begun, Model};
 use super::sample::HeavySample;
@@ -12,31 +12,31 @@ use snaprod_systems::section::Strain;
 use snaprod_systems::solve::system::AnySystem;
 use std::sync::Arc;
 
-/// How an assembly of rods with mass starts.
+/// Initial state of an assembly of rods with mass.
 pub struct HeavyAssemblyStart<'a> {
-    /// Places and twists of the bodies.
+    /// Poses and twists of the bodies.
     pub bodies: Vec<Place>,
     /// The rods.
     pub rods: Vec<RodStart<'a>>,
-    /// True: at the equilibrium under all loads at the time 0 that is near.
+    /// True: start at the nearby equilibrium under all loads at the time 0.
     pub settled: bool,
-    /// True: with the rates at which rods without mass would follow the bodies.
+    /// True: start with the rates at which rods without mass would follow the bodies.
     pub following: bool,
 }
 
-/// How one of its rods starts.
+/// Initial state of one rod.
 pub struct RodStart<'a> {
-    /// Turn of the base in the world, where it is on a ball joint.
+    /// Rotation of the base in the world; used for a base on a ball joint.
     pub base: UnitQuaternion<f64>,
     /// All strains at s in [0, 1].
     pub strain: Box<dyn Fn(f64) -> Strain + 'a>,
-    /// Strains to which its Maxwell branches are relaxed; None: those of the start.
+    /// Strains to which the Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<Box<dyn Fn(f64) -> Strain + 'a>>,
-    /// How fast they change; not asked for where rods follow.
+    /// Initial rates of the strains; not used with `following`.
     pub rate: Box<dyn Fn(f64) -> Strain + 'a>,
 }
 
-/// Nodes on the elements of every rod, from those of all in a row.
+/// Splits the node counts of all elements in a row by rods.
 fn split(given: &HeavyAssembly, counts: &[usize]) -> Vec<Vec<usize>> {
     let mut at = 0;
     let rods = given.links.iter().map(|link| {
@@ -48,11 +48,11 @@ fn split(given: &HeavyAssembly, counts: &[usize]) -> Vec<Vec<usize>> {
 }
 
 impl HeavyAssemblyStart<'_> {
-    /// The assembly with so many nodes on the elements of all rods in a row, and its state at the start.
+    /// The assembly with `counts` nodes on the elements of all rods in a row, and its initial state.
     ///
     /// # Errors
-    /// Strains and rates that are not finite, ends that are not at their attachments; no equilibrium, or none that follows the bodies,
-    /// where that is asked for.
+    /// Strains and rates that are not finite, ends off their attachments; with `settled` or `following` a
+    /// failed search for the equilibrium or the rates.
     pub fn at_nodes(
         &self,
         given: &HeavyAssembly,
@@ -98,7 +98,7 @@ impl HeavyAssemblyStart<'_> {
     }
 }
 
-/// The same as a run sees it.
+/// The model and initial state of a run.
 pub(super) fn begun(
     given: &HeavyAssembly,
     start: &HeavyAssemblyStart<'_>,

@@ -1,7 +1,7 @@
 //! Motion of bodies on rods with mass.
 //!
-//! A snap is a fast motion here and no event: the rod passes a fold of its equilibria, and what that sets free is found in the kinetic
-//! energy of the rod, and as friction.
+//! A snap is a fast motion here and no event: the rod passes a fold of its equilibria. The energy set free
+//! appears as kinetic energy of the rod and as friction.
 
 mod assembly;
 mod model;

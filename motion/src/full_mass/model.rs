@@ -1,4 +1,4 @@
-//! Rods with mass as a run sees them: one rod with its body, or an assembly.
+//! Common interface of the models with massive rods: one rod with its body, or an assembly.
 
 use crate::{Options, State};
 use nalgebra::DVector;
@@ -9,43 +9,44 @@ use snaprod_systems::viscoelastic::grid::more;
 use snaprod_systems::viscoelastic::kinematics::Local;
 use snaprod_systems::viscoelastic::resolution::{Demand, Nodes, ROUNDING, demand};
 
-/// Coefficients that the nodes leave out change positions and energies by their square: they are held to this times the root of the
-/// tolerance.
+/// Bound of the truncated coefficients over the root of the tolerance: they change positions and energies by
+/// their square.
 const ROOT: f64 = 0.1;
-/// Rates of waves that pass are rougher than the strains, and enter by less than 1 over this.
+/// Ratio of the bounds of strain rates and strains: rates of passing waves are rougher, and enter the motion
+/// by less than 1/LATE.
 const LATE: f64 = 10.0;
 
-/// Rods with mass at given nodes, with what they carry.
+/// Massive rods at given nodes, with their bodies.
 pub(super) trait Model {
     /// The equations.
     fn system(&self) -> &dyn AnySystem;
 
-    /// Where time stands in a state; energy dissipated, work and loss to drag follow.
+    /// Index of time in a state vector; energy dissipated, work and loss to drag follow.
     fn time(&self) -> usize;
 
-    /// What a state shows; `implicit`: it has its accelerations. None outside the domain of a law.
+    /// The sample of a state; None outside the domain of a law. `implicit`: the state vector contains accelerations.
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>>;
 
     /// The rods of a state.
     fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>>;
 
-    /// The same at so many nodes on the elements of all rods in a row, with the state.
+    /// Model and state with `counts` nodes on the elements of all rods in a row.
     fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun>;
 
-    /// The state brought back to where it must be, if it is farther from there than `bound`.
+    /// The state projected to the constraints, if farther from them than `bound`; else None.
     fn held(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
         None
     }
 
-    /// Of every body in a groove with ends: its number, the parameter with its rate, and between which it lies.
+    /// For every body in a groove with ends: its number, its parameter and rate, and the parameters of the ends.
     fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         Vec::new()
     }
 
-    /// How near rods with a contact diameter are to themselves and to each other; None where there is none.
+    /// Distances of rods with a contact diameter to themselves and to each other; None without such rods.
     fn nearness(&self, y: &DVector<f64>) -> Option<Nearness>;
 
-    /// What messages call a rod.
+    /// Name of a rod in messages.
     fn rod_name(&self, _rod: usize) -> String {
         "the rod".to_owned()
     }
@@ -60,20 +61,20 @@ pub(super) trait Model {
 /// A model with a state.
 pub(super) type Begun = (Box<dyn Model>, DVector<f64>);
 
-/// What the nodes of all rods of a state are worth.
+/// Resolution of a state by the nodes of all rods.
 pub(super) struct Judged {
-    /// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size, at worst.
+    /// Largest of the last coefficients of strains and of weighted rates, relative to 1 + their size.
     pub tails: [f64; 2],
-    /// What that asks for, elements of all rods in a row.
+    /// Demand for nodes that follows, for the elements of all rods in a row.
     pub demand: Demand,
-    /// The largest of the last coefficients over its bound.
+    /// Largest ratio of a last coefficient to its bound.
     pub excess: f64,
-    /// Most nodes of a rod.
+    /// Largest number of nodes of a rod.
     pub nodes: usize,
 }
 
 impl Judged {
-    /// Judges a state of a model; None where it has no shape.
+    /// Judges a state of a model; None if the strains give no shape.
     pub fn new(model: &dyn Model, y: &DVector<f64>, options: &Options) -> Option<Self> {
         let mut tails = [0.0_f64; 2];
         let (mut more, mut excess) = (false, 0.0_f64);
@@ -114,9 +115,9 @@ impl Judged {
     }
 }
 
-/// The strain rates, each times what it enters by into the motion, and into the energy: by no more than 1/[`LATE`] of
-/// a strain of that size, and by less where the strains that it stands for are less ([`HeavyRod::delays`]). A rod that
-/// is let go begins with waves shorter than any nodes at rates that do not vanish, which enter by next to nothing.
+/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`LATE`] of a
+/// strain of that size, and less where the corresponding strains are smaller ([`HeavyRod::delays`]). A rod that is
+/// let go begins with waves shorter than any nodes. Their rates do not vanish, but have almost no effect.
 fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
     let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {
@@ -128,8 +129,8 @@ fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
     })
 }
 
-/// The last coefficients of strains and of rates as far as they enter, relative to 1 + their size. With them the
-/// largest over its bound, and the nodes that they ask for.
+/// Last coefficients of strains and of weighted rates, relative to 1 + their size; the largest over its
+/// bound; the demand for nodes.
 fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64, Demand) {
     let grid = &rod.sections.grid;
     let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
@@ -144,7 +145,7 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64,
     let (spill, of_rates) = demand(grid, &[&moves], LATE * bound);
     let shown = match options.nodes {
         Nodes::Adaptive => spill,
-        // Given nodes were not chosen for the motion of the body.
+        // Fixed nodes were not chosen for the motion of the body.
         Nodes::Fixed(_) => demand(grid, &[&energy], LATE * bound).0,
     };
     let (_, of_strains) = demand(grid, &strains, bound);

@@ -1,4 +1,4 @@
-//! A run of one rod with mass and its body.
+//! Runs of one rod with mass and its body.
 
 use super::model::{Begun, Model};
 use super::sample::HeavySample;
@@ -14,21 +14,21 @@ use snaprod_systems::solve::system::AnySystem;
 use snaprod_systems::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
-/// How a rod with mass starts.
+/// Initial state of a rod with mass.
 pub struct HeavyStart<'a> {
     /// All strains at s in [0, 1].
     pub strain: &'a dyn Fn(f64) -> Strain,
-    /// How fast they change.
+    /// Initial rates of the strains.
     pub rate: HeavyRate<'a>,
-    /// Strains to which Maxwell branches are relaxed; None: those of the start.
+    /// Strains to which Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<&'a dyn Fn(f64) -> Strain>,
-    /// True: at the stable equilibrium under all loads at the time 0, of which `strain` is near.
+    /// True: start at the stable equilibrium under all loads at the time 0 that is near `strain`.
     pub settled: bool,
 }
 
-/// How fast the strains change at the start.
+/// Initial rates of the strains.
 pub enum HeavyRate<'a> {
-    /// At these rates of the strains at s.
+    /// Given rates of the strains at s.
     Strain(&'a dyn Fn(f64) -> Strain),
     /// Strain rates of the rod without mass, from the velocity of its end.
     End(EndVelocity),
@@ -39,7 +39,7 @@ pub enum HeavyRate<'a> {
 pub enum EndVelocity {
     /// Seen from the clamp, along the axes of the clamp.
     OnClamp(Vector6<f64>),
-    /// In the world, along the axes of the world; on a clamp that stands, along those of the rod.
+    /// In the world, along the axes of the world; on a standing clamp, along those of the rod.
     InWorld(Vector6<f64>),
 }
 
@@ -116,12 +116,12 @@ impl Model for Arc<HeavyRod> {
     }
 }
 
-/// Writes the strains of the dashpots of Maxwell branches, which follow strains and rates in a state.
+/// Writes the strains of the dashpots of Maxwell branches, stored after strains and rates in a state.
 fn write_dashpots(rod: &HeavyRod, y: &mut DVector<f64>, z: &[f64]) {
     y.as_mut_slice()[2 * rod.size()..rod.time()].copy_from_slice(z);
 }
 
-/// The rod at so many nodes at the start.
+/// The model of the rod with `counts` nodes on the elements, and the initial state.
 pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> Result<Begun> {
     let grid = Grid::new(&given.breaks(), counts);
     let places = grid.nodes().to_vec();

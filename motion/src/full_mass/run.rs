@@ -1,4 +1,4 @@
-//! A run of rods with mass, step by step.
+//! Runs of rods with mass, step by step.
 
 use super::assembly::{self, HeavyAssemblyStart};
 use super::model::{Begun, Judged, Model};
@@ -16,29 +16,30 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::{Integrator, Method};
 use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes};
 
-/// The last two coefficients of the strain rates may carry this part of them; beyond, the run says so.
+/// Largest share of the last two coefficients in the strain rates; beyond it the run reports the rates as unresolved.
 pub const SPILL: f64 = 1e-3;
-/// A step's local error, as a part of the tolerance: the errors of the steps add up.
+/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up.
 const LOCAL: f64 = 0.1;
-/// Local errors below this drown in rounding.
+/// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-13;
-/// Nodes to begin with.
+/// Initial number of nodes per element.
 const FIRST: usize = 8;
-/// A step that ends with coefficients so many times their bound is taken again with more nodes: a state that too few
-/// nodes have made stays wrong.
+/// Ratio of coefficients to their bound at which a step is taken again with more nodes: errors made by too
+/// few nodes persist in the state.
 const FAR: f64 = 10.0;
-/// Steps in a row after which nodes that are not needed are given up.
+/// Number of steps in a row after which unneeded nodes are given up.
 const PATIENCE: u32 = 40;
-/// Ends of rods that are farther from their attachments than this many tolerances are brought back.
+/// Largest drift of rod ends from their attachments, in tolerances, that is not corrected.
 const DRIFTED: f64 = 0.1;
-/// Places in a step at which contacts are looked for where its ends do not exclude them.
+/// Fractions of a step at which contacts inside the step are tested.
 const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
-/// Rounds of the search for the end of a groove or a contact, and how near in time, relative to the duration, it comes.
+/// Most rounds of the search for the end of a groove or a contact, and its tolerance in time, relative to the
+/// duration.
 const ROUNDS: usize = 60;
 const CLOSE: f64 = 1e-13;
-/// Tolerances below this leave no room for the errors along the rod.
+/// Smallest tolerance: below it no room is left for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
-/// What is zero where a run ends.
+/// Event function; zero at the end of a run.
 type Seek<'a> = &'a dyn Fn(&dyn Model, &DVector<f64>) -> Option<f64>;
 
 /// A run of rods with mass in progress.
@@ -50,9 +51,9 @@ pub struct HeavyRun {
     nodes: Following,
     first: Box<dyn State>,
     current: Box<dyn State>,
-    /// How near rods with a contact diameter are to each other.
+    /// Distances between rods with a contact diameter.
     near: Option<Nearness>,
-    /// Why the run ends with the step that was taken.
+    /// Reason for an end of the run with the last step.
     ended: Option<Outcome>,
     stopped: bool,
     interrupted: bool,
@@ -62,8 +63,9 @@ impl HeavyRun {
     /// A run of one rod with its body at time 0.
     ///
     /// # Errors
-    /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity that the rod cannot follow;
-    /// no equilibrium where one is asked for; a tolerance below 1e-13; symmetric steps.
+    /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity
+    /// that the rod cannot follow; a failed search for the equilibrium of a settled start; a tolerance below
+    /// 1e-13; symmetric steps.
     pub fn new(given: &Given, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
         let elements = given.breaks().len() + 1;
         Self::begun(
@@ -73,10 +75,10 @@ impl HeavyRun {
         )
     }
 
-    /// A run of an assembly, whatever the nodes of its rods, at time 0.
+    /// A run of an assembly at time 0; the nodes of `given` are replaced.
     ///
     /// # Errors
-    /// As [`HeavyRun::new`]; ends of rods that are not at their attachments, bodies beside their grooves.
+    /// As [`HeavyRun::new`]; ends of rods off their attachments, bodies off their grooves.
     pub fn of_assembly(
         given: &HeavyAssembly,
         start: &HeavyAssemblyStart<'_>,
@@ -147,7 +149,7 @@ impl HeavyRun {
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
-        // Factors are dense here, and every sample takes some of its own.
+        // Factors are dense, and every sample computes some of its own.
         integrator.keep_order();
         Ok(Self {
             nodes: Following::new(options.nodes, PATIENCE, nodes),
@@ -168,7 +170,7 @@ impl HeavyRun {
         self.integrator.state()[self.model.time()]
     }
 
-    /// The state of an implicit step has its second derivatives; that of an explicit one does not.
+    /// The sample of a state vector, which contains second derivatives only after an implicit step.
     fn sample_of(&self, y: &DVector<f64>) -> Option<Box<dyn State>> {
         let implicit = self.integrator.method_now() == Method::Implicit;
         self.model.sample(y, implicit)
@@ -192,14 +194,14 @@ impl HeavyRun {
         };
         let ([tail, spill], demand) = (judged.tails, judged.demand);
         self.tails[0] = self.tails[0].max(tail);
-        // Nodes that are about to be added hold the next states.
+        // Nodes about to be added resolve the next states.
         if !self.nodes.grows(&demand) {
             self.tails[1] = self.tails[1].max(spill);
         }
         self.nodes.asked(demand, tail)
     }
 
-    /// Numbers of nodes for another try of the last step; None if its nodes serve.
+    /// Node counts for another try of the last step; None if the present nodes suffice.
     fn unresolved(&self) -> Option<Vec<usize>> {
         if self.options.nodes != Nodes::Adaptive {
             return None;
@@ -213,7 +215,7 @@ impl HeavyRun {
         }
     }
 
-    /// Takes a step no longer than `left`, with as many nodes as it asks for. False if the step size collapses.
+    /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses.
     fn step(&mut self, left: f64) -> bool {
         while self.integrator.step(self.model.system(), left).is_ok() {
             let Some(counts) = self.unresolved() else {
@@ -227,7 +229,7 @@ impl HeavyRun {
         false
     }
 
-    /// Goes on from a state on a grid with so many nodes on the elements.
+    /// Continues from a state on a grid with these node counts on the elements.
     fn regrid(&mut self, from: &DVector<f64>, counts: &[usize]) -> Option<()> {
         let (model, state) = self.model.regridded(from, counts)?;
         self.integrator.restart(model.system(), state, None)?;
@@ -237,7 +239,7 @@ impl HeavyRun {
         Some(())
     }
 
-    /// Brings the ends of rods back to their attachments where the errors of the steps have moved them.
+    /// Brings the ends of rods back to their attachments after a drift by integration errors.
     fn hold(&mut self) -> Option<()> {
         let bound = DRIFTED * self.options.tolerance;
         match self.model.held(self.integrator.state(), bound) {
@@ -304,8 +306,8 @@ impl HeavyRun {
 }
 
 impl HeavyRun {
-    /// Ends the step that was taken where a body comes to the end of its groove, or a rod to touch itself or another, whichever is
-    /// first. None where that cannot be found.
+    /// Shortens the step to its first event: a body at the end of its groove, or a contact of rods. None if
+    /// an event cannot be located.
     fn look(&mut self) -> Option<()> {
         let [from, to] = [self.integrator.from(), self.integrator.state()].map(DVector::clone);
         if let Some((part, body)) = self.leaves_groove(&from, &to)? {
@@ -317,7 +319,7 @@ impl HeavyRun {
         let before = self.near.replace(after.clone()).unwrap_or_default();
         let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
         let mut found = touches(&after).map(|contact| (contact, 1.0));
-        // Between its ends a step can bring rods nearer by no more than they move in it.
+        // Inside a step rods can come nearer than at its ends by no more than they move.
         if before.gap().min(after.gap()) < before.moved(&after) {
             for part in INSIDE {
                 let y = self.integrator.at(self.model.system(), part)?;
@@ -345,8 +347,8 @@ impl HeavyRun {
         Some(())
     }
 
-    /// The body that first comes to the end of its groove in the step, if one does, and the part of the step after which it is there; None where that
-    /// cannot be found.
+    /// First body that reaches the end of its groove in the step, with the fraction of the step: `Some(None)`
+    /// if no body does, None if it cannot be located.
     fn leaves_groove(
         &mut self,
         from: &DVector<f64>,
@@ -365,7 +367,7 @@ impl HeavyRun {
                 Some(model.along_grooves(&y)[k].1)
             })
         });
-        // Whoever has come to an end before the first body turns back is still beyond it there.
+        // Bodies past an end before the first body turns back are still beyond their end at that moment.
         let part = turns.fold(1.0, f64::min);
         let there = self.integrator.at(self.model.system(), part)?;
         let mut first: Option<(f64, usize)> = None;
@@ -388,8 +390,8 @@ impl HeavyRun {
         Some(first)
     }
 
-    /// The part of the step after which a function first has the sign that it has at `part` of it. At the start it has the other, or is 0 to `rounding`:
-    /// None if not.
+    /// The fraction of the step after which `function` keeps the sign that it has at `part`. None unless it
+    /// starts with the other sign, or within `rounding` of 0.
     fn crossing(
         &mut self,
         from: &DVector<f64>,
@@ -407,7 +409,7 @@ impl HeavyRun {
             }
             at_low = 0.0;
         }
-        // The secant; halved on the side that stays (Illinois).
+        // Secant method, with the value halved on the side that stays (Illinois).
         for _ in 0..ROUNDS {
             let near = (high - low) * self.integrator.span() <= CLOSE * self.options.duration;
             if near || at_high == 0.0 {
@@ -428,9 +430,10 @@ impl HeavyRun {
         Some(high)
     }
 
-    /// Ends the step after this part of it.
+    /// Ends the step after the fraction `part`.
     fn end_at(&mut self, from: &DVector<f64>, part: f64, outcome: Outcome) -> Option<()> {
-        // The step is taken again, so that samples lie in it. If it comes out shorter the next one leads there.
+        // The step is taken again, so that samples lie inside. If it comes out shorter, the next step leads
+        // to the event.
         let h = part * self.integrator.span();
         let system = self.model.system();
         self.integrator.restart(system, from.clone(), Some(h))?;

@@ -1,4 +1,4 @@
-//! The state of a run of rods with mass at one moment.
+//! State of a run of rods with mass at one moment.
 
 use crate::{Labels, Ledger, RodCurve, State};
 use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
@@ -12,15 +12,15 @@ use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::Local;
 use std::sync::Arc;
 
-/// The state of a run of rods with mass at one moment: one rod with its body, or an assembly, whose first rod stands for all where one is
-/// asked for.
+/// State of a run of rods with mass at one moment: one rod with its body, or an assembly. Quantities of one
+/// rod are those of the first rod.
 #[derive(Debug, Clone)]
 pub struct HeavySample {
     t: f64,
     of: Of,
     /// Power lost per length, at the nodes.
     lost: Vec<f64>,
-    /// (couple, force) of the rod on what holds its end.
+    /// (couple, force) of the rod on the body or support at its end.
     action: Vector6<f64>,
     ledger: Ledger,
     friction: f64,
@@ -41,7 +41,7 @@ struct Several {
     drift: f64,
 }
 
-/// The ledger with these energies, and what is counted from `time` on in a state.
+/// The ledger from energies and from the integrals after index `time` of a state vector.
 fn ledger(
     [kinetic, rod_kinetic, elastic, potential]: [f64; 4],
     y: &DVector<f64>,
@@ -151,7 +151,7 @@ impl State for HeavySample {
         self.friction
     }
 
-    /// A rod with mass is in equilibrium nowhere but at rest: how far it is from it is not told.
+    /// Not computed: a rod with mass is in equilibrium only at rest.
     fn distance(&self) -> f64 {
         0.0
     }
@@ -204,8 +204,8 @@ impl State for HeavySample {
     }
 }
 
-/// Sections of a rod with these strains at its nodes that begins at `base`: that one, `points` on every element, the end; none if the
-/// strains are too large for a shape.
+/// Sections of a rod that begins at `base`, from its strains at the nodes: base, `points` on every element,
+/// end. Empty if the strains are too large for a shape.
 fn curve(rod: &HeavyRod, base: &Isometry3<f64>, strains: &[Strain], points: usize) -> RodCurve {
     let grid = &rod.sections.grid;
     let fine = Grid::clone(&grid.finer(points.max(8)));

@@ -22,7 +22,7 @@ fn velocity(site: &Place) -> Vector2<f64> {
     halves(&site.twist).1.xy()
 }
 
-/// Its chart is (p, w).
+/// Chart points are (p, w).
 impl Light for Elastica {
     fn held(&self, q: &DVector<f64>, site: &Place, _tolerance: f64) -> Option<Held> {
         let q = flat(q);

@@ -1,4 +1,4 @@
-//! The light rod in space.
+//! The light rod in space, in the chart of its base wrench.
 
 use super::{ALIKE, FINE, Held, Light, places};
 use crate::State;
@@ -9,26 +9,27 @@ use snaprod_systems::math::se3::halves;
 use snaprod_systems::rod::Wrench;
 use snaprod_systems::section::Strain;
 
-/// A rod from its clamp, which stands, to a body at its end. Its chart is the base wrench.
+/// A light rod from a standing clamp to a body at the end, in the chart of the base wrench.
 #[derive(Debug, Clone)]
 pub struct LightInSpace {
     link: Link,
-    /// What it is in an assembly.
+    /// Role of the rod in an assembly.
     member: Option<Member>,
 }
 
-/// A rod among others.
+/// A rod of an assembly.
 #[derive(Debug, Clone)]
 struct Member {
     number: usize,
     /// The rod between its attachments.
     between: Link,
-    /// True if it begins where the states of the assembly have its end.
+    /// True if the rod begins where the states of the assembly have its end.
     reversed: bool,
 }
 
 impl LightInSpace {
-    /// The rod of `link`, from the ground to the one body that there is, in units of its length; both ends are at their attachments.
+    /// The rod of `link`, from the ground to the only body, in units of its length; both ends are at their
+    /// attachments.
     pub fn new(link: &Link) -> Self {
         Self {
             link: link.sought(),
@@ -36,8 +37,8 @@ impl LightInSpace {
         }
     }
 
-    /// The rod of this number of an assembly, without a load along it; `reversed` if it begins where the states of the assembly have its end. Its clamp is the
-    /// attachment of its base, wherever that goes.
+    /// The rod with this number of an assembly, without a load along it. Its clamp is the attachment of its
+    /// base, wherever that goes. `reversed`: the rod begins where the states of the assembly have its end.
     pub fn in_assembly(number: usize, between: &Link, reversed: bool) -> Self {
         Self {
             link: between.alone().sought(),
@@ -54,7 +55,7 @@ impl LightInSpace {
         self.link.point(0.0, bodies, &wrench(q), tolerance).ok()
     }
 
-    /// The strains of the rod in a state, counted from where this one begins.
+    /// Strains of the rod in a state, at arc lengths counted from the base of the light rod.
     fn strains(&self, state: &dyn State, places: &[f64]) -> Vec<Strain> {
         if !self.member.as_ref().is_some_and(|rod| rod.reversed) {
             return state.strains_of(self.number(), places);

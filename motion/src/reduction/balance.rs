@@ -1,4 +1,4 @@
-//! Forces on the body in a motion with strains that are the same all along the rod.
+//! Forces on the body in a motion with strains that are constant along the rod.
 
 use super::{Carried, Reduction};
 use nalgebra::{
@@ -10,7 +10,7 @@ use snaprod_systems::math::se3::{halves, joined, turned};
 use snaprod_systems::section::rate::Viscoelastic;
 use snaprod_systems::section::{Resultant, Strain};
 
-/// The strains that move, at most three.
+/// Indices of the strains that move, at most three.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Slots {
     places: [usize; 3],
@@ -48,18 +48,18 @@ impl Slots {
     }
 }
 
-/// Strains, their rates, and what the Maxwell branches remember.
+/// State of a reduced motion: strains, their rates, and the strains of the Maxwell branches.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct State {
     pub time: f64,
     pub strain: Strain,
-    /// Also the end's velocity along its directors, since V = Q^T e_t.
+    /// Rates e_t; also the end's velocity along its directors, since V = Q^T e_t.
     pub rate: Strain,
     pub branches: Vec<Strain>,
 }
 
 impl State {
-    /// The state h later, to first order, with d/dt of the state.
+    /// The state after the time h, to first order; `slope` is d/dt of the state.
     pub fn moved(&self, slope: &Self, h: f64) -> Self {
         let branches = self.branches.iter().zip(&slope.branches);
         Self {
@@ -84,9 +84,9 @@ pub(super) struct Balance {
     pub acceleration: Strain,
     /// Largest of the forces and couples.
     largest: f64,
-    /// u x n, u x m + v x n where a couple would not be a reaction.
+    /// Residual (A): u x n, u x m + v x n, the latter where no reaction couple can balance it.
     uneven: Vector6<f64>,
-    /// Forces and couples that move the body out of the motion.
+    /// Residual (B): forces and couples that move the body out of the motion.
     astray: Vector6<f64>,
 }
 
@@ -102,12 +102,12 @@ impl Balance {
         })
     }
 
-    /// What the defects are compared with.
+    /// Scale of the defects.
     pub fn scale(&self) -> f64 {
         self.largest.max(f64::MIN_POSITIVE)
     }
 
-    /// The largest relative defect (NaN counts as infinite) and what it means.
+    /// The largest relative defect (NaN counts as infinite) and the violated condition.
     pub fn defect(&self) -> (f64, &'static str) {
         let defects = self.defects();
         let (place, size) = defects.iter().enumerate().fold((0, 0.0), |most, (i, x)| {
@@ -131,8 +131,8 @@ pub(super) struct Stored {
     pub tangent: Matrix6<f64>,
 }
 
-/// What the section stores at `e`. A law that holds some strains rigid gives only the inverse: it is inverted, and the
-/// reactions are left 0.
+/// Stored resultants and tangent of the section at `e`. A law that holds some strains rigid gives only the
+/// inverse, which is inverted here; the reactions are left 0.
 pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
     let law = &section.elastic;
     if !section.rate.rigid()[3..].contains(&true) {
@@ -175,7 +175,7 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
 }
 
 impl Carried {
-    /// The end's acceleration (an end on a ball joint does not turn).
+    /// Acceleration of the end; an end on a ball joint does not turn.
     pub(super) fn acceleration(
         &self,
         t: f64,
@@ -238,8 +238,8 @@ fn beneath(b: &Vector3<f64>) -> Vector6<f64> {
 }
 
 impl Reduction {
-    /// The end's pose at strains that are constant along the rod: twisted but straight, or sheared with directors that
-    /// do not turn.
+    /// Pose of the end at strains that are constant along the rod: twisted but straight, or sheared with
+    /// directors that do not turn.
     pub(super) fn pose(e: &Strain) -> Isometry3<f64> {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), e[2]);
         Isometry3::from_parts(Translation3::from(lower(e)), turn)
@@ -293,7 +293,7 @@ impl Reduction {
             )
         };
         let (mobility, _) = self.linear_body(at, &pose);
-        // Reactions of what is rigid keep the end from moving there.
+        // Reactions of the rigid strains keep the end from moving in these components.
         let held: [bool; 6] = std::array::from_fn(|k| rigid[k] && mobility[(k, k)] > 0.0);
         let mut acceleration = act(&w);
         if held.contains(&true) {
@@ -316,7 +316,7 @@ impl Reduction {
                 couple[k] = 0.0;
             }
         }
-        // What acts on the end as a force or couple: acceleration over mobility, component by component.
+        // Force or couple acting on the end: acceleration over mobility, component by component.
         let acting = |a: &Vector6<f64>| {
             Vector6::from_fn(|k, _| {
                 if mobility[(k, k)] > 0.0 {

@@ -1,4 +1,4 @@
-//! The spring and dashpot that stand for the rod: AMV (6.3).
+//! Spring and dashpot equivalent to the rod: AMV (6.3).
 
 use super::balance::{Slots, State, stored};
 use super::{Reduction, ReductionKind};
@@ -75,7 +75,7 @@ impl Reduction {
         let elastic = stored(section, &at.strain)?.tangent;
         let overstress = section.rate.overstress(0.0, &at.strain, &at.rate)?;
         let rate = section.rate.rate(0.0, &at.strain, &overstress)?;
-        // Where strains are rigid the rate has no derivative: 1 in its place.
+        // Rigid strains have no derivative of the rate: 1 stands in its place.
         let rigid = section.rate.rigid();
         let mut fluidity = rate.by_overstress;
         for k in (0..6).filter(|k| rigid[*k]) {
@@ -138,7 +138,7 @@ fn symmetric(a: &DMatrix<f64>) -> DMatrix<f64> {
     (a + a.transpose()) * 0.5
 }
 
-/// K x = omega^2 M x.
+/// Undamped modes: K x = omega^2 M x.
 fn modes(
     mass: &DMatrix<f64>,
     stiffness: &DMatrix<f64>,
@@ -187,7 +187,7 @@ impl Linearised {
 
     fn equivalent(self, of: &Reduction) -> Result<Equivalent> {
         let matrix = self.matrix();
-        // Or the search for eigenvalues would not end.
+        // With entries that are not finite the search for eigenvalues would not end.
         if !matrix.iter().all(|x| x.is_finite()) {
             return Err(Error::domain("stiffness and dashpot are not finite here"));
         }

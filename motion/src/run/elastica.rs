@@ -1,4 +1,4 @@
-//! Runs of a mass on the planar elastica: what they have beyond those on any chart is the straight rod.
+//! Runs of a mass on the planar elastica, with starts from the straight rod.
 
 use super::{Phase, Run};
 use crate::drive::Motion;
@@ -11,14 +11,14 @@ use snaprod_systems::elastica::Elastica;
 use snaprod_systems::error::{Error, Result};
 
 impl<'a> Run<'a, Elastica, 2> {
-    /// A run of the straight rod let go at (1, 0) with a velocity across it, by its own start (see `straight.rs`).
+    /// A run of the straight rod let go at (1, 0) with a velocity across, by a special opening (see `straight.rs`).
     ///
-    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads, and is then the only one
-    /// whose pull stays bounded as t -> 0.
+    /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads; no other
+    /// motion keeps the pull bounded as t -> 0.
     ///
     /// # Errors
-    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the straight rod is
-    /// unstable; a pull above 3600 EI/L^2.
+    /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the
+    /// straight rod is unstable; a pull above 3600 EI/L^2.
     pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
         let opening = Opening::new(body, v, options.duration)?;
         let state = |t: f64| {
@@ -44,8 +44,8 @@ impl<'a> Run<'a, Elastica, 2> {
     }
 }
 
-/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight rod, behind the one trait of
-/// all motions: whoever asks for one here compiles none again.
+/// The motion of a mass on the planar elastica from the equilibrium at a chart point (p, w), or from the straight
+/// rod. It is boxed behind the trait of all motions, so that callers do not compile the generic run again.
 ///
 /// # Errors
 /// As [`Run::new`] and [`Run::straight`].

@@ -1,4 +1,5 @@
-//! A run on a rod of small mass: where its mass is followed to first order, where not, and what energy changes hands between.
+//! Runs on a rod of small mass: switches between motions with and without the first-order mass, and the
+//! energy exchanged at each switch.
 
 use super::{OnSheet, Phase, Progress, Run, Sample};
 use crate::body_with_rod::{force_of_mass, rod_error};
@@ -9,16 +10,17 @@ use snaprod_systems::manifold::{Multivalued, RodMass};
 use std::mem;
 use std::ops::ControlFlow;
 
-/// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of its body.
+/// Largest kinetic energy of the rod, as a part of the body's, at which a motion begins to feel the rod's mass.
 const MOST_OF_BODY: f64 = 0.1;
-/// Places within a step at which it is looked whether the mass of a rod is begun to be followed, or given up: a body that is turned round may be slow enough for
-/// less than a step, and a fold near for less than one.
+/// Samples per step in the search for the moment at which the mass is first followed or given up. The motion
+/// may qualify for less than one step: slow at a turning point, or near a fold.
 const PLACES: u32 = 16;
-/// Room at both ends of a step with which a mass that is followed stays so. Lows between are not looked for: that would cost a quarter of a step.
+/// Margin at both ends of a step with which the mass is taken to be followed throughout. Minima between are
+/// not searched, which would cost a quarter of a step.
 const AMPLE: f64 = 0.25;
 
 impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
-    /// Kinetic energy and potential of the rod.
+    /// Kinetic and potential energy of the rod.
     pub(super) fn of_rod(&self, phase: &Phase<N>) -> [f64; 2] {
         if self.motion.passes_straight() {
             return self.motion.energies_beside(phase).unwrap_or_default();
@@ -30,8 +32,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             .unwrap_or_default()
     }
 
-    /// The state with what the mass of the rod does, where that is felt: the force on the body is that of the equilibrium and that of its inertia. Beside the
-    /// straight rod the latter is not known.
+    /// The state with the mass of the rod: the force on the body is that of the equilibrium plus that of the
+    /// rod's inertia. Next to the straight rod the latter is unknown and left out.
     pub(super) fn with_mass(&self, phase: Phase<N>) -> Sample<N> {
         if !self.followed {
             return self.with_energies(phase, [0.0; 2]);
@@ -49,8 +51,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         state
     }
 
-    /// Goes on from the state `to`, after `from`, with the mass of the rod, or without it. What energy is lost there, as the rod's own where the motion ceases
-    /// to follow it, is counted as lost to vibrations, and as got back where it does again: both belong to the snap between.
+    /// Switches to a motion with (`rod`) or without the rod's mass, from the state `from` to `to`. The change
+    /// of energy is counted in `snapped`: as lost to vibrations of the rod where the mass is given up, and as
+    /// regained where it is followed again. Both belong to the snap between.
     fn follow(&mut self, rod: bool, from: Phase<N>, to: Phase<N>) -> Result<()> {
         let before = self.describe(from).ledger.total();
         let orientation = self.motion.orientation();
@@ -71,7 +74,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         Ok(())
     }
 
-    /// A step of the motion, with the mass of the rod where that can be followed.
+    /// A step of the motion, with the mass of the rod where it can be followed.
     pub(super) fn step(&mut self) -> Result<Option<Progress>> {
         let Some(rod) = self.body.rod() else {
             return Ok(self.motion.step(self.options.duration));
@@ -108,7 +111,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             }
         }
         if self.followed && !matches!(progress, Some(Progress::Moved | Progress::Arrived)) {
-            // No step could be taken with the mass, or one came upon a fold of which its normal form did not tell.
+            // The step with mass failed, or met a fold that the normal form had not predicted.
             self.follow(false, from, from)?;
             (self.due, self.room) = (None, None);
             return Ok(self.motion.step(end));
@@ -116,8 +119,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         Ok(progress)
     }
 
-    /// Positive as long as the mass of the rod is to be followed on, or not, as it is now. A motion without the mass of its rod that shakes along an all but straight one would
-    /// have to get the energy of a rod that is swept across from nowhere; it is the rod that shakes there, and its equilibria are not what it is on.
+    /// Event function, positive as long as `followed` is to stay as it is. Without the rod's mass, a body
+    /// that shakes along a nearly straight rod sweeps the rod across. The kinetic energy of the rod would
+    /// have to come from nowhere: there the rod itself shakes and is not on its equilibria.
     fn room(&self, rod: &'a dyn RodMass<N>, at: &Phase<N>) -> f64 {
         let room = rod.room(&at.q, &at.v, self.followed);
         if self.followed {
@@ -127,9 +131,9 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         (kinetic / (MOST_OF_BODY * self.describe(*at).ledger.kinetic) - 1.0).max(-room)
     }
 
-    /// Looks whether the mass of the rod ceases to be followed in the step that was just taken, or begins to be, and ends the step at that moment: the motion
-    /// depends on it, so that it must not be where a step happens to end, nor missed where it lasts for less than a step. The next step goes on the other way. False where the step
-    /// stays as it is.
+    /// Ends the last step at the moment at which the rod's mass ceases or begins to be followed; the next
+    /// step switches. The motion depends on this moment, so it must not depend on where steps end, nor be
+    /// missed within a step. False if the step is unchanged.
     fn ends_where_it_changes(
         &mut self,
         rod: &'a dyn RodMass<N>,
@@ -149,7 +153,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         ends
     }
 
-    /// Goes on next to the straight rod with its mass.
+    /// Continues next to the straight rod with the rod's mass; false if that fails.
     pub(super) fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> bool {
         let before = self.now().ledger.total();
         if self.motion.go_straight(rod, glide).is_none() {
@@ -162,7 +166,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         true
     }
 
-    /// A step next to the straight rod, with its mass where that can be followed; elsewhere none, but how far it is from there.
+    /// A step next to the straight rod, with its mass if possible. `Continue`: no step taken; the distance
+    /// from the straight rod.
     fn step_past_straight(
         &mut self,
         rod: &'a dyn RodMass<N>,

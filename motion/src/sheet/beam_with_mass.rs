@@ -1,11 +1,15 @@
-//! Rods of small mass next to the straight one, whose mass is followed (theory 2.9).
+//! Passage of the straight configuration by a rod of small mass, the mass followed to first order (theory 2.9).
 //!
-//! The equilibria that a rod with mass would stay on have no bounded pull where their end passes the axis: the rod's own inertia bends it across, by the
-//! order of its mass, and the pull that this stands for differs from the body's own by a multiple of eps y''/y. But for the motion across that does not matter to
-//! this order. So next to the straight rod the distance from the circle of full reach is slaved to the deflection, as in [`glide`](super::slow_beam), and the rod's
-//! mass is part of the motion across. With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull, and its end is farther in by
-//! c' y u, |c'| u^2/2 being stored. Most of u is slaved to inertia and weight; the rest, a shaking along the rod, is an oscillator of its own, as fast as the rod
-//! vibrates where y^2 is small against its mass. States keep it, and its rate, as their component along the rod.
+//! The equilibria that a rod with mass would stay on have no bounded pull where their end passes the axis.
+//! The rod's own inertia bends the rod across, by the order of its mass. The pull with the same bend differs
+//! from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
+//! difference. So next to the straight rod the distance from the circle of full reach is slaved to the
+//! deflection, as in [`glide`](super::glide). The rod's mass is part of the motion across.
+//!
+//! With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull. Its end is
+//! farther in by c' y u, and |c'| u^2/2 is stored. Most of u is slaved to inertia and weight. The rest is a
+//! longitudinal oscillation ("shaking"), as fast as the rod vibrates where y^2 is small against its mass.
+//! States keep this rest, and its rate, as their component along the rod.
 
 use super::slow_beam::{Glide, Gliding, Moment, aside};
 use super::{Carried, OnSheet, Phase, rod_error, slope};
@@ -13,77 +17,81 @@ use crate::locate::changes;
 use nalgebra::SVector;
 use snaprod_systems::manifold::{Bending, Multivalued, Patch, RodMass};
 
-/// Height of the end beyond which the chart takes over, and the one below which it ends.
+/// Deflection |y| of the end above which the chart takes over, and below which its motion ends.
 const HEIGHT: [f64; 2] = [3e-3, 2e-3];
-/// Part of |N| by which the pull of equilibria may differ from the body's own where the chart takes over, and that beyond which it ends.
+/// Difference between the pull of the equilibria and the body's own, as a part of |N|: below the first the
+/// chart may take over, above the second its motion ends.
 const SHIFTED: [f64; 2] = [0.5, 1.0];
-/// |N| above which it may take over there, and below which it ends: the global chart is polar about N = 0, where it loses digits of the rod's mass.
+/// Pull |N| above which the chart may take over, and below which its motion ends: the global chart is polar
+/// about N = 0, and loses digits of the rod's mass there.
 const SLACK: [f64; 2] = [0.3, 0.2];
-/// Height at which the chart takes over in any case, and the one below which it may end.
+/// Deflection above which the chart takes over in any case, and below which its motion may end.
 const HIGHEST: [f64; 2] = [0.016, 0.012];
-/// Height from which on a rod is no longer next to the straight one, however it shakes.
+/// Radius of the neighbourhood of the straight rod: farther out the rod is not next to it, whether or not it shakes.
 const FARTHEST: f64 = 0.024;
-/// Places within a step at which it is looked whether a rod is next to the straight one.
+/// Samples per step in the search for entry into the neighbourhood of the straight rod.
 const PLACES: u32 = 16;
-/// How far within its bound, of numbers of size 1, a motion that shakes there at both ends of a step does so all along.
+/// Margin in the event functions (of size 1): a shaking motion that has this margin at both ends of a step is
+/// taken to stay inside throughout.
 const WITHIN: f64 = 0.5;
-/// How far, of numbers of size 1, the state in which a step was ended where it comes near, or away, may be from there: what is found on the step's interpolant is
-/// made again by a shorter step.
+/// Tolerance in the event functions (of size 1) for a step that was ended at an event: the event is found on
+/// the interpolant, and the step to it is integrated again.
 const FOUND_NEAR: f64 = 1e-2;
-/// Shaking by more than this part of 1 + |N| is no linear one.
+/// Largest amplitude of the shaking in the pull, relative to 1 + |N|, for a linear oscillator.
 const SHAKEN: f64 = 10.0;
-/// Time over which the rates of what the rod's own inertia does are measured.
+/// Time increment of the differences that give the rates of the bend by the rod's own inertia.
 const SOON: f64 = 1e-4;
-/// How well the pull is found with which it does.
+/// Tolerance of the pull at a handover to the chart, relative to 1 + the pull's excess over the body's own.
 const FOUND: f64 = 1e-8;
 
 /// A moment of a rod bent by its own inertia.
 struct Shifted<const N: usize> {
     now: Moment<N>,
-    /// What the pull of equilibria is beyond the body's own, and the most that its slaved part and its shaking are of that.
+    /// Excess of the pull of equilibria over the body's own, u/y; bounds of its slaved and of its shaking part.
     more: f64,
     apart: [f64; 2],
-    /// What 1 - x is larger by, and the rate of it.
+    /// Increase of 1 - x by the bend, c' y u, and its rate.
     missing: f64,
     shortening: f64,
 }
 
-/// A state of the chart, and how far it is from a motion next to the straight rod. Numbers are positive before what they tell of, and of size 1.
+/// A chart state with its event functions near the straight rod, each of size 1 and zero at its event.
 struct Beside<const N: usize> {
-    /// From the end of the straight rod.
+    /// Distance of the end from the end of the straight rod.
     distance: f64,
-    /// Before it is near, ...
+    /// Positive outside the neighbourhood of the straight rod.
     far: f64,
-    /// ... while it shakes too hard, ...
+    /// Positive while the shaking is too hard to be followed.
     shaking: f64,
-    /// ... and as long as the chart serves there.
+    /// Positive while the chart serves.
     steady: f64,
-    /// The state by deflection and shaking.
+    /// The state in terms of deflection (across) and shaking (along).
     start: Phase<N>,
-    /// What of its distance is shaking.
+    /// Share of the distance that is shaking.
     apart: f64,
 }
 
-/// What a motion is to do with the mass of its rod, next to the straight one.
+/// Treatment of the rod's mass next to the straight configuration.
 pub enum Passage<const N: usize> {
-    /// Nothing: it is not there, or not to pass by.
+    /// No change: the rod is not near the straight one, or the chart still serves.
     None,
-    /// It shakes so hard that the mass is to be left out.
+    /// The body shakes too hard along the rod: the rod's mass is left out.
     Shakes,
-    /// It goes on as a beam with its mass.
+    /// The motion goes on as that of a beam with mass.
     Glides(Box<Glide<N>>),
 }
 
-/// How near a motion is to the straight rod.
+/// Position of a motion relative to the straight rod.
 pub struct Nearness<const N: usize> {
-    /// From its end; 0 where that cannot be told.
+    /// Distance of the end from the end of the straight rod; 0 if unknown.
     pub distance: f64,
-    /// What it is to do there.
+    /// Treatment of the rod's mass at this position.
     pub passage: Passage<N>,
 }
 
 impl<const N: usize> Beside<N> {
-    /// Positive as long as it neither begins nor shakes, or, of one that `shakes`, as long as it is near.
+    /// Event function of a step. Not `shakes`: positive outside the neighbourhood, or inside while the
+    /// shaking is weak and the chart serves. `shakes`: positive inside the neighbourhood.
     fn room(&self, shakes: bool) -> f64 {
         match shakes {
             true => -self.far,
@@ -95,7 +103,8 @@ impl<const N: usize> Beside<N> {
 }
 
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
-    /// The moment `at`, and u: what of the rod's own inertia bends it, y times the pull of equilibria beyond the body's own, if that follows at once.
+    /// The moment `at`, and the quasistatic u: the bend by the rod's own inertia, y times the excess of the
+    /// pull of equilibria over the body's own.
     fn bent(&self, at: &Phase<N>) -> Option<(Moment<N>, f64)> {
         let now = self.moment(at)?;
         let Bending { by_rise, rest, .. } = now.felt?.bending;
@@ -103,7 +112,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((now, bent))
     }
 
-    /// The same, with its own inertia: m b u'' + |c'| u is what bends it.
+    /// The bend with the inertia of u itself: m b u'' + |c'| u equals the load on it.
     fn shifted(&self, at: &Phase<N>) -> Option<Shifted<N>> {
         let (now, bent) = self.bent(at)?;
         let rise = now.rod.across * now.rise();
@@ -126,13 +135,13 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         })
     }
 
-    /// mu c'^2 y, by which the body takes part in a shaking.
+    /// mu c'^2 y, by which the body takes part in the shaking.
     fn lever(&self, now: &Moment<N>) -> f64 {
         self.body.mass() * now.rod.softening.powi(2) * now.height
     }
 
-    /// y'' and u'' where the rod shakes: m int (w y' + w_N u')^2 ds/2 is its energy of motion, mu ((c' y u)')^2/2 that of the body along it, and |c'| u^2/2 is
-    /// stored.
+    /// y'' and u'' of a shaking rod. Its kinetic energy is m int (w y' + w_N u')^2 ds/2, that of the body
+    /// along it mu ((c' y u)')^2/2, and |c'| u^2/2 is stored.
     pub(super) fn shaken(&self, now: &Moment<N>, at: &Phase<N>) -> [f64; 2] {
         let (u, rate) = (at.q.dot(&now.rod.along), at.v.dot(&now.rod.along));
         let Some(felt) = now.felt.filter(|_| (u, rate) != (0.0, 0.0)) else {
@@ -158,7 +167,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some(outward && (height > HIGHEST[0] || height > HEIGHT[0] && calm))
     }
 
-    /// The longest step at the deflection `at`: not far beyond where the chart takes over.
+    /// The longest time step at the deflection `at`: it ends not far beyond the handover to the chart.
     pub(super) fn reach(&self, at: &Phase<N>) -> Option<f64> {
         if self.rod.is_none() {
             return Some(f64::INFINITY);
@@ -168,7 +177,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
     }
 
-    /// How far the state `at` in the chart `patch` is from a motion next to the straight rod, of one that `shakes` how far it is from there alone. None where that cannot be told.
+    /// Event functions of the state `at` in the chart `patch`. For a motion that `shakes` only the distance
+    /// counts. None if they are undefined.
     fn beside(
         &self,
         (patch, at): (Patch, &Phase<N>),
@@ -207,7 +217,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         } else {
             (0.0, 0.0)
         };
-        // What is beyond that shakes: c' y u, and the rate of it.
+        // The rest of the distance from the circle is shaking: c' y u, and its rate.
         let along = |pose: &SVector<f64, N>| pose.dot(&now.rod.along);
         let (_, beam) = self.placed(now.pull, now.height)?;
         let farther = beam - along(&point.pose) - missing;
@@ -231,7 +241,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         })
     }
 
-    /// What a motion with the mass of the rod is to do at `beside`. One that `shakes` does so until it is far: it seems calm for a moment wherever it is turned round.
+    /// Treatment of the rod's mass at `beside`. Hysteresis: shaking ends only when the rod has left the
+    /// neighbourhood, since at turning points it looks calm.
     fn passage(
         &self,
         beside: &Beside<N>,
@@ -239,7 +250,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         tolerance: f64,
     ) -> Passage<N> {
         let slack = if at_edge { FOUND_NEAR } else { 0.0 };
-        // What is all but at its bound there has just come to it.
+        // At an event the watched quantity equals its threshold up to `FOUND_NEAR`, and counts as crossed.
         let near = beside.far < if shakes { -slack } else { slack };
         if near && (shakes || !(beside.shaking < -slack)) {
             return Passage::Shakes;
@@ -258,7 +269,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
             .map_or(Passage::Shakes, |glide| Passage::Glides(Box::new(glide)))
     }
 
-    /// The equilibrium under `pull` with its end at the height `height`: its place in the global chart, and that of its end along the rod.
+    /// The equilibrium under `pull` with its end at the height `height`: its chart point (global), and the
+    /// position of its end along the rod.
     fn placed(&self, pull: f64, height: f64) -> Option<(SVector<f64, N>, f64)> {
         let along = self.manifold.held(0.0)?.along;
         let (patch, q) = self.manifold.beside(pull, height)?;
@@ -266,8 +278,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((q, self.manifold.point(&q)?.pose.dot(&along)))
     }
 
-    /// The state with which the chart takes over at the deflection `at`: a mass let go with the body's own pull would shake along the rod. With a pull beyond that
-    /// by u/y, 1 - x is larger by c' u y. None if there is no such state.
+    /// The chart state at a handover at the deflection `at`. A mass let go with the body's own pull would shake along
+    /// the rod, so the pull exceeds it by u/y and 1 - x by c' u y. None if the secant search fails.
     fn handed_over(&self, at: &Phase<N>) -> Option<Phase<N>> {
         let Shifted {
             now,
@@ -302,8 +314,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Where the motion is from the straight rod, and what it is to do there with the mass of `rod`. `followed` tells whether it has felt that mass until now, `shakes`
-    /// whether it has shaken too hard for that, `at_edge` whether its last step was ended because either changes there.
+    /// Distance of the motion from the straight rod, and how the mass of `rod` is to be treated. `followed`:
+    /// the motion feels that mass now. `shakes`: the shaking was too hard for that. `at_edge`: the last step
+    /// was ended at an event of either kind.
     pub fn nears_straight(
         &self,
         rod: &'a dyn RodMass<N>,
@@ -321,9 +334,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// Ends the last step where the motion next to the straight rod should begin, or, of one that `shakes` there, where that is over, if that is within it: what the
-    /// motions with and without the rod's mass, and in the chart and beside it, make of the same state differs by more than a tolerance, so that it must not be where
-    /// a step happens to end. The step began at `distance` from the end of the straight rod. False where it stays as it is.
+    /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion that
+    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and beside it,
+    /// differ by more than a tolerance in the same state. So the change must not depend on the ends of steps.
+    /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(
         &mut self,
         rod: &'a dyn RodMass<N>,
@@ -348,7 +362,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         fraction.is_some_and(|fraction| self.end_after(fraction))
     }
 
-    /// True if the end of the rod may have come next to that of the straight one in the last step, which began at that distance from it.
+    /// True if the end of the rod may have entered the neighbourhood of the straight rod in the last step.
+    /// `distance`: at the start of the step.
     fn comes_near(&self, distance: f64) -> bool {
         self.last.as_ref().is_some_and(|step| {
             let (from, to) = (step.from(), step.to());
@@ -357,7 +372,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// True if a motion that shakes next to the straight rod was well within where it does so at both ends of the last step.
+    /// True if a shaking motion was well inside the neighbourhood at both ends of the last step.
     fn stays_near(&self, rod: &'a dyn RodMass<N>) -> bool {
         let motion = self.with_mass(rod);
         let well_within = |at: &Phase<N>| {
@@ -367,7 +382,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         (self.last.as_ref()).is_some_and(|step| well_within(step.from()) && well_within(step.to()))
     }
 
-    /// Goes on by it, or None.
+    /// Continues with `glide`, the motion of a beam with mass; None if its state has no chart point.
     pub fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> Option<()> {
         let (patch, charted) = self.with_mass(rod).charted(glide.state())?;
         let slope = slope(
@@ -390,12 +405,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(())
     }
 
-    /// True while the motion is one next to the straight rod with its mass.
+    /// True during a motion next to the straight rod with the rod's mass.
     pub fn passes_straight(&self) -> bool {
         self.rod.is_some() && self.shaking.glides()
     }
 
-    /// The state with which the chart takes over, where it should: none if it cannot with the mass of the rod.
+    /// The chart state for a handover that is due: `Some(None)` if the chart cannot continue with the rod's mass.
     pub fn leaves_straight(&self) -> Option<Option<Phase<N>>> {
         let (_, glide) = (self.rod?, self.shaking.glide()?);
         glide
@@ -403,7 +418,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             .then(|| self.gliding().handed_over(glide.state()))
     }
 
-    /// Kinetic energy of the rod and its potential in a state next to the straight rod.
+    /// Kinetic and potential energy of the rod in a state next to the straight rod.
     pub fn energies_beside(&self, phase: &Phase<N>) -> Option<[f64; 2]> {
         let straight = self.manifold.held(0.0)?;
         let across = |v: SVector<f64, N>| straight.across * v.dot(&straight.across);

@@ -1,4 +1,5 @@
-//! The shaking of a body next to the straight rod: when many turns are made at once, and what is done if it does not shake.
+//! Longitudinal oscillation of a body next to the straight rod: strides over many turns, and glides without
+//! oscillation.
 
 use super::multi_period::{FEWEST, LONGEST, Strides, Turns};
 use super::slow_beam::{Glide, Gliding};
@@ -7,31 +8,31 @@ use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::{Inside, Taken};
 
-/// Turns made one by one after a stride that failed; each further failure doubles them, up to the second number.
+/// Turns integrated one by one after a failed stride; each further failure doubles the number, up to the second.
 const PATIENCE: (u32, u32) = (16, 1024);
 
-/// What a motion knows of its shaking.
+/// State of the search for strides and glides.
 pub(super) struct Shaking<const N: usize> {
-    /// Its last turning point.
+    /// The last turning point.
     turned: Option<Phase<N>>,
-    /// Turns to be made one by one before strides are tried again, and how many the next failure costs.
+    /// Turns to integrate one by one before the next try of a stride, and the number after the next failure.
     patience: (u32, u32),
-    /// While many turns are made at once.
+    /// Present during strides over many turns.
     strides: Option<Strides<N>>,
-    /// While it glides by without shaking.
+    /// Present during a glide, a motion without oscillation along the rod.
     glide: Option<Glide<N>>,
-    /// What the last step was.
+    /// Kind of the last step.
     last: Kind,
 }
 
-/// What a step is.
+/// Kind of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
-    /// One in a chart.
+    /// A step in a chart.
     Single,
-    /// Many turns.
+    /// A stride over many turns.
     Stride,
-    /// Of a motion that does not shake.
+    /// A step of a glide, which does not oscillate along the rod.
     Glide,
 }
 
@@ -48,12 +49,12 @@ impl<const N: usize> Default for Shaking<N> {
 }
 
 impl<const N: usize> Shaking<N> {
-    /// True if the last step made many turns.
+    /// True if the last step was a stride over many turns.
     pub fn strode(&self) -> bool {
         self.last == Kind::Stride
     }
 
-    /// True if the last step was one of a motion that does not shake.
+    /// True if the last step was one of a glide.
     pub fn glides(&self) -> bool {
         self.last == Kind::Glide
     }
@@ -63,7 +64,7 @@ impl<const N: usize> Shaking<N> {
         self.last == Kind::Single
     }
 
-    /// Goes on without shaking.
+    /// Continues with `glide`.
     pub fn glide_by(&mut self, glide: Glide<N>) {
         *self = Self {
             glide: Some(glide),
@@ -72,19 +73,19 @@ impl<const N: usize> Shaking<N> {
         };
     }
 
-    /// While it does not shake.
+    /// The current glide; None during other motions.
     pub fn glide(&self) -> Option<&Glide<N>> {
         self.glide.as_ref()
     }
 
-    /// Turning points of another chart are none of this.
+    /// Drops the last turning point: it belongs to another chart.
     pub fn forget(&mut self) {
         self.turned = None;
     }
 }
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
-    /// Where many turns of a shaking may be made at once.
+    /// The map over turns in the present chart; None if the chart has no shaking direction.
     fn turns(&self) -> Option<Turns<'a, M, N>> {
         Some(Turns {
             manifold: self.manifold,
@@ -95,7 +96,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// Makes many turns at once, if that is what the motion does; false if they are to be made one by one.
+    /// Takes one stride over many turns if strides are under way; false if turns are to be integrated one by one.
     pub(super) fn stride(&mut self, end: f64) -> bool {
         let Some(mut strides) = self.shaking.strides.take() else {
             return false;
@@ -120,8 +121,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         true
     }
 
-    /// Looks whether the last step ended a turn of a shaking, and if strides over many turns pay, ends it at the turning point and
-    /// begins them.
+    /// Detects the end of a turn of a shaking in the last step. If strides over many turns pay, the step is
+    /// ended at the turning point and the strides begin.
     pub(super) fn look_for_turns(&mut self, end: f64) {
         let Some(turns) = self.turns() else {
             return;
@@ -167,7 +168,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         );
     }
 
-    /// The state at a time within the last step, which made many turns.
+    /// The state at the time `t` within the last step, a stride over many turns.
     pub(super) fn at_turn(&mut self, t: f64) -> Option<Phase<N>> {
         let turns = self.turns()?;
         let strides = self.shaking.strides.as_ref()?;
@@ -195,7 +196,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// A step of a motion that does not shake; None if it does.
+    /// One step of a glide; None if the motion oscillates along the rod.
     pub fn glide(&mut self, end: f64) -> Option<Progress> {
         self.shaking.last = Kind::Single;
         if self.patch == Patch::Global {
@@ -235,7 +236,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// The state at a time within the last step, of a motion that does not shake.
+    /// The state at the time `t` within the last step, one of a glide.
     pub(super) fn at_glide(&mut self, t: f64) -> Option<Phase<N>> {
         if t == self.time() {
             return Some(self.phase());

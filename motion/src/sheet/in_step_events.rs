@@ -1,4 +1,4 @@
-//! States inside the last step: at a time, where the stored energy is largest, where the step is to end.
+//! Interpolated states inside the last step: at a time, at the largest stored energy, at a new end of the step.
 
 use super::sheet8::Both;
 use super::{OnSheet, Phase};
@@ -9,7 +9,8 @@ use snaprod_systems::solve::roots::chandrupatla;
 use snaprod_systems::solve::stepper::Taken;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
-    /// The states inside the last step, by their fraction of it; None where there is no such step, as after one over many turns of a shaking.
+    /// The states inside the last step, as a function of the fraction of the step. None after a step without
+    /// interpolant, as a stride over many turns of a shaking.
     pub fn inside(&mut self) -> Option<impl Fn(f64) -> Phase<N> + use<'a, M, N>> {
         if !self.shaking.single() {
             return None;
@@ -27,7 +28,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         })
     }
 
-    /// Ends the last step after this fraction of it. False, with the step as it was, if that is none.
+    /// Ends the last step after this fraction of it. False, with the step unchanged, if the shorter step fails.
     pub fn end_after(&mut self, fraction: f64) -> bool {
         let Some(step) = self.last.clone() else {
             return false;
@@ -44,8 +45,8 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         true
     }
 
-    /// The state within the last step at which the stored energy is largest, where the body did work on the rod before and the rod does on the body after:
-    /// there its power vanishes. Nothing is counted.
+    /// The state within the last step at which the stored energy is largest: the power on the rod changes
+    /// from positive to negative. Evaluations are not counted as cost.
     pub fn hardest(&mut self) -> Option<Phase<N>> {
         if !self.shaking.single() {
             return None;
@@ -66,7 +67,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         if !matches!(step, Taken::Symmetric(_)) {
             return Some(self.global(dense.at(x)));
         }
-        // The polynomial of a long step tells the place; the step to there the state.
+        // On a long step the polynomial gives the fraction only; the state comes from an integrated step to it.
         let guess = Guess {
             h: x * step.h(),
             rate: (after - before) / step.h(),
@@ -76,7 +77,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(self.global(*found.step.to()))
     }
 
-    /// The state at a time within the last step, as accurate as the steps are.
+    /// The state at the time `t` within the last step, as accurate as the steps are.
     pub fn at(&mut self, t: f64) -> Option<Phase<N>> {
         let f = self.right_hand_side();
         if self.shaking.glides() {

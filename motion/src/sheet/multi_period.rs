@@ -1,14 +1,17 @@
-//! Many turns of a fast oscillation at one stride.
+//! Strides over many turns of a fast oscillation.
 //!
-//! A mass at the small distance d from the straight rod shakes along it with a period of order d, while everything else changes in times of
-//! order 1 (theory 2.3). From one inner turning point of the shaking, where the mass has no velocity along the rod and starts outwards,
-//! to the next leads a map M that differs from the identity by terms of order d: up to terms exponentially small in 1/d it is the
-//! flow of a field, `M^n = exp(n F)`. F is slow, it is found from the turns before and after by central differences,
+//! A mass at the small distance d from the straight rod shakes along the rod with a period of order d. Everything
+//! else changes in times of order 1 (theory 2.3). At an inner turning point of the shaking the mass has no velocity
+//! along the rod and starts outwards. The map M from one inner turning point to the next differs from the identity by
+//! terms of order d. Up to terms exponentially small in 1/d it is the flow of a field, `M^n = exp(n F)`. F is slow,
+//! and is found from the turns before and after by central differences,
 //! ```text
 //! F = (M - 1/M)/2 + O(d^3),     F = (8 (M - 1/M) - (M^2 - 1/M^2))/12 + O(d^5)
 //! ```
-//! and the motion is integrated over the number n of turns, as smooth as if nothing shook. No turn is averaged: at every whole n
-//! the state is that of the motion itself, phase included, and each turn that is looked at is integrated in full.
+//! The motion is integrated over the number n of turns, as smooth as if nothing shook. By differences no turn is
+//! averaged: at every whole n the state is that of the motion itself, phase included, and each sampled turn is
+//! integrated in full. Where a turn changes so little that differences lose its digits, F comes from averages over a
+//! turn.
 
 use super::{Phase, slope};
 use crate::locate::{Guess, locate};
@@ -20,29 +23,31 @@ use snaprod_systems::solve::dop853::{Dense, Dop853, State, Step};
 use snaprod_systems::solve::roots::chandrupatla;
 use snaprod_systems::solve::stepper::Taken;
 
-/// Strides of fewer turns than this are not worth their cost, of some fifty turns.
+/// Least number of turns of a stride; shorter ones do not repay their cost, of some fifty turns.
 pub(super) const FEWEST: f64 = 100.0;
-/// Turns left out before a break of the loads and before the end, and behind the last break: differences look two turns around.
+/// Turns left out before a break of the loads, before the end, and after the last break: the differences
+/// reach over two turns on either side.
 const MARGIN: f64 = 4.0;
-/// Change in a turn up to which the shorter differences do: their error is of its third power.
+/// Change in a turn up to which the short differences are used: their error is of its third power.
 const SHORT: f64 = 1e-6;
 /// Change in a turn above which strides are too short.
 pub(super) const LONGEST: f64 = 1e-3;
-/// Bound of the local error of the steps within a turn: the differences of turns lose its digits by the change in a turn.
+/// Bound of the local error of the steps within a turn: the differences of turns lose digits in proportion to
+/// the change in a turn.
 const WITHIN: f64 = 1e-14;
-/// What rounding leaves in a turn, relative; the slow field is known to this over the change in a turn.
+/// Relative rounding error of a turn; the slow field is known to this over the change in a turn.
 const NOISE: f64 = 1e-13;
-/// A turn takes some hundred steps.
+/// Most steps of a turn, which takes some hundred.
 const MOST_STEPS: usize = 5000;
-/// Change in a turn up to which strides begin by averages over the turn, and the one up to which they go on so:
-/// averages leave out terms of its square, differences of turns lose the digits of their change.
+/// Change in a turn up to which strides begin with averages over the turn, and up to which they keep them.
+/// Averages leave out terms of its square, differences of turns lose the digits of their change.
 const AVERAGED: [f64; 2] = [3e-7, 6e-7];
-/// Time over which the rate of the load along the rod is measured.
+/// Time increment of the difference that gives the rate of the load along the rod.
 const BRIEF: f64 = 1e-5;
-/// First stride, as a part of what changes everything.
+/// First stride, as a part of the time in which the state changes by its own size.
 const FIRST: f64 = 0.05;
 
-/// Where turns are made: a chart, and the direction of the shaking.
+/// The oscillation in one chart, with the direction of the shaking.
 #[derive(Clone, Copy)]
 pub(super) struct Turns<'a, M, const N: usize> {
     pub manifold: &'a M,
@@ -53,10 +58,10 @@ pub(super) struct Turns<'a, M, const N: usize> {
     pub along: SVector<f64, N>,
 }
 
-/// The sizes that the errors of a motion next to the straight rod are judged by.
+/// Scales of the errors of a motion next to the straight rod.
 #[derive(Debug, Clone, Copy)]
 struct Sizes {
-    /// Of the velocities: all the energy of the motion in one.
+    /// Of velocities: the speed that holds all the energy of the motion.
     speed: f64,
     /// Of energies.
     energy: f64,
@@ -77,18 +82,18 @@ impl Sizes {
     }
 }
 
-/// Source of F.
+/// Source of the slow field F.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Field {
-    /// From averages over a turn.
+    /// Averages over a turn.
     Averaged,
-    /// From the turns next to it.
+    /// Differences over one turn before and after.
     Near,
-    /// From the turns two before and two after it, too.
+    /// Differences over two turns before and after.
     Far,
 }
 
-/// A motion followed in strides.
+/// A motion integrated in strides over turns.
 pub(super) struct Strides<const N: usize> {
     solver: Dop853<Phase<N>>,
     sizes: Sizes,
@@ -96,12 +101,12 @@ pub(super) struct Strides<const N: usize> {
 }
 
 impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
-    /// True if the body was turned round to go outwards between two states.
+    /// True if the velocity along the rod turns from inward to outward between two states.
     pub fn turned(&self, from: &Phase<N>, to: &Phase<N>) -> bool {
         from.v.dot(&self.along) < 0.0 && to.v.dot(&self.along) >= 0.0
     }
 
-    /// Where the length of a step between two states is to be cut, so that it ends at the turning point.
+    /// Guess of the step length, from a linear interpolation, at which a step ends at its turning point.
     pub fn guess(&self, step: &Taken<Phase<N>>) -> Guess {
         let (from, to) = (step.from(), step.to());
         let [a, b] = [from, to].map(|at| at.v.dot(&self.along));
@@ -113,7 +118,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         }
     }
 
-    /// How much everything but time changed from one turning point to the next, relative to its size.
+    /// Change of everything but time from one turning point to the next, relative to its size.
     pub fn change(&self, from: &Phase<N>, to: &Phase<N>) -> Option<f64> {
         let sizes = self.sizes(to, 1.0)?;
         let v = (to.v - from.v) - self.along * (to.v - from.v).dot(&self.along);
@@ -131,7 +136,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         })
     }
 
-    /// The slope of the motion that began at `clock`, forward or (sense < 0) backward; None at a fold.
+    /// Slope at the time `clock` + t, forward or (sense < 0) backward; None at a fold.
     fn slope(&self, clock: f64, sense: f64, y: &Phase<N>) -> Option<Phase<N>> {
         let now = Phase {
             t: clock + y.t,
@@ -151,7 +156,8 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         stays.then_some(directed)
     }
 
-    /// Integrates from `from`, whose times and energies count from 0 at the time `clock`, until `event` grows through zero.
+    /// Integrates from `from` until `event` grows through zero. Times and energies of `from` count from 0 at
+    /// the time `clock`.
     fn until(
         &self,
         from: &Phase<N>,
@@ -211,7 +217,8 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         Some(self.still(&to))
     }
 
-    /// The turning point `at` without what rounding left of the velocity of the shaking, whose sign would be taken for another.
+    /// The turning point `at` with the rounding error removed from its velocity of shaking, whose sign would
+    /// otherwise be mistaken.
     fn still(&self, at: &Phase<N>) -> Phase<N> {
         Phase {
             v: at.v - self.along * at.v.dot(&self.along),
@@ -219,9 +226,9 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         }
     }
 
-    /// F at the turning point `at`, from averages over a turn that changes everything by less than `most`. The
-    /// averages are dy = v T and dv = (f_y - <k> y) T/m; dE = <dE/dy> dy + <1 - x> df - loss gives the change of
-    /// 1 - x. None where there are no averages.
+    /// F at the turning point `at`, from averages over a turn that changes everything by less than `most`.
+    /// The averages are dy = v T and dv = (f_y - <k> y) T/m. dE = <dE/dy> dy + <1 - x> df - loss gives the
+    /// change of 1 - x. None where there are no averages.
     fn averaged(&self, at: &Phase<N>, most: f64) -> Option<Phase<N>> {
         let (body, mass) = (self.body, self.body.mass());
         let across = self.manifold.held(0.0)?.across;
@@ -258,7 +265,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         })
     }
 
-    /// F at the turning point `at`: the change by a turn.
+    /// F at the turning point `at`: the change in a turn.
     fn change_by_turn(
         &self,
         at: &Phase<N>,
@@ -299,7 +306,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
 }
 
 impl<const N: usize> Strides<N> {
-    /// Begins at the turning point `at`, with turns of about `period`; None if nothing is won.
+    /// Begins strides at the turning point `at`, with turns of about `period`; None if strides do not pay.
     pub fn begin<M: Multivalued<N>>(
         turns: &Turns<'_, M, N>,
         at: &Phase<N>,
@@ -338,7 +345,7 @@ impl<const N: usize> Strides<N> {
         })
     }
 
-    /// One stride, of a whole number of turns and at most to a few turns before `end`; None if it would be too short.
+    /// One stride of a whole number of turns, at most to a few turns before `end`; None if it would be too short.
     pub fn stride<M: Multivalued<N>>(
         &mut self,
         turns: &Turns<'_, M, N>,
@@ -368,7 +375,7 @@ impl<const N: usize> Strides<N> {
                 .step_measured(written, measure, most, &mut step)
                 .ok()?;
             if step.h.fract() != 0.0 {
-                // It was shortened by its error.
+                // The error control shortened the step.
                 if step.h < FEWEST {
                     self.solver.rewind(now, before);
                     return None;
@@ -408,7 +415,7 @@ impl<const N: usize> Strides<N> {
         dense
     }
 
-    /// The state at the time `t` within `step`: from the last turning point before it.
+    /// The state at the time `t` within `step`, integrated from the last turning point before `t`.
     pub fn at<M: Multivalued<N>>(
         &self,
         turns: &Turns<'_, M, N>,

@@ -1,4 +1,4 @@
-//! The steps of a motion with slopes at eight places at once.
+//! Collocation steps of a motion with slopes at eight places at once.
 
 use super::Phase;
 use nalgebra::SVector;
@@ -9,17 +9,18 @@ use snaprod_systems::solve::lobatto::{
     Block, Eightwise, Fails, Lobatto, Slopes, Solved, Unsolved, solve,
 };
 
-/// Steps with slopes at eight places at once, and what makes these.
+/// Steps with slopes at eight places at once, and the eightfold motion of the body.
 pub(super) struct Eight<'a, const N: usize> {
     pub steps: Lobatto<Phase<N>>,
     pub motion: EightMotion<'a, N>,
 }
 
-/// Errors of places and forces, as a part of the local error.
+/// Error of poses and forces, as a part of the local error.
 const PART: f64 = 0.03;
 
 impl<'a, const N: usize> Eight<'a, N> {
-    /// Steps in the global chart whose local errors are about `tolerance`, the first of the length `h`; None where a model has one place at a time.
+    /// Steps in the global chart whose local errors are about `tolerance`, the first of the length `h`. None
+    /// for models that evaluate one place at a time.
     pub fn new<M: Multivalued<N>>(
         manifold: &M,
         body: &'a Body<N>,
@@ -72,7 +73,7 @@ impl<const N: usize> Eightwise<Phase<N>> for EightMotion<'_, N> {
     }
 }
 
-/// A right-hand side at one place, and steps with eight where these are served.
+/// The right-hand side at one place, with the eightfold one where the model has it.
 pub(super) struct Both<'b, 'a, F, const N: usize> {
     pub one: F,
     pub eight: Option<&'b mut EightMotion<'a, N>>,

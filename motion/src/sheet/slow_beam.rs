@@ -1,12 +1,13 @@
-//! Motions next to, and through, a state onto which the chart collapses, of a body that does not shake.
+//! Glides: motions next to, and through, a state onto which the chart collapses, of a body that does not shake.
 //!
-//! Such is a mass at the straight rod that was let go without a push along it: its distance from the circle of full reach is slaved to
-//! its deflection (theory 2.3), and what is left is a beam's equation,
+//! An example is a mass at the straight rod let go without a push along it. Its distance from the circle of
+//! full reach is slaved to the deflection (theory 2.3), and what is left is a beam's equation,
 //! ```text
 //! m y'' = f_y - k(N) y,   1 - x = c(N) y^2,   N = f_x + m (c y^2)''
 //! ```
-//! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where the rod is straight.
-//! A rod whose mass is followed takes part in the motion across (theory 2.9): see [`across`](super::beam_with_mass).
+//! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where
+//! the rod is straight. A rod whose mass is followed takes part in the motion across (theory 2.9): see
+//! [`across`](super::across).
 
 use super::{LOCAL, Phase};
 use crate::locate::changes;
@@ -16,33 +17,34 @@ use snaprod_systems::manifold::{Across, Deflected, Held, Multivalued, Patch, Rod
 use snaprod_systems::solve::dop853::{Dense, Dop853, Step};
 use snaprod_systems::solve::roots::chandrupatla;
 
-/// A shaking slower than this part of the motion is none, ...
+/// Largest speed of a shaking that counts as none, as a part of the speed of the motion.
 const STILL: f64 = 1e-4;
-/// ... where 1 - x is off its slaved value by less than this part.
+/// Largest relative difference of 1 - x from its slaved value in a glide.
 const SLAVED: f64 = 1e-3;
-/// Motions of less than this shake in times that are lost in the digits of time itself: nothing that is known of them is left out.
+/// Velocity scale below which the shaking has periods lost in the digits of time itself: leaving it out loses
+/// no known digit.
 const HAIR: f64 = 3e-12;
-/// Time over which the rate of the pull is measured.
+/// Time increment of the differences that give the rate of the pull.
 const BRIEF: f64 = 1e-5;
-/// The motion is left this many times farther out than it is entered.
+/// Hysteresis: ratio of the distances at which a glide is left and entered.
 const BEYOND: f64 = 2.0;
 
-/// A body and the rod that holds it.
+/// A body and its rod.
 #[derive(Clone, Copy)]
 pub(super) struct Gliding<'a, M, const N: usize> {
     pub manifold: &'a M,
     pub body: &'a Body<N>,
-    /// The mass of the rod, where it is followed.
+    /// The mass of the rod; None if it is not followed.
     pub rod: Option<&'a dyn RodMass<N>>,
 }
 
 /// The rod and the body at one moment.
 pub(super) struct Moment<const N: usize> {
     pub rod: Held<N>,
-    /// N, and the rate of it.
+    /// Pull N and its rate.
     pub pull: f64,
     pub tightening: f64,
-    /// y and y'.
+    /// Deflection y and its rate y'.
     pub height: f64,
     pub speed: f64,
     pub action: EndMotion<N>,
@@ -50,13 +52,13 @@ pub(super) struct Moment<const N: usize> {
 }
 
 impl<const N: usize> Moment<N> {
-    /// y''.
+    /// Acceleration y'' across the rod.
     pub fn rise(&self) -> f64 {
         self.action.acceleration.dot(&self.rod.across)
     }
 }
 
-/// The state a little later than `at`.
+/// The state a short `time` after `at`, to second order, with the acceleration `rise`.
 pub(super) fn aside<const N: usize>(at: &Phase<N>, rise: &SVector<f64, N>, time: f64) -> Phase<N> {
     Phase {
         q: at.q + (at.v + rise * (0.5 * time)) * time,
@@ -66,24 +68,24 @@ pub(super) fn aside<const N: usize>(at: &Phase<N>, rise: &SVector<f64, N>, time:
     }
 }
 
-/// The pull that the body's motion brings about, and its acceleration across under it.
+/// The pull in balance with the body's motion, and the acceleration across under this pull.
 struct Pulled {
     pull: f64,
     rise: f64,
 }
 
-/// A motion that glides, by deflection: `q` and `v` of its states lie across.
+/// A gliding motion in terms of the deflection: `q` and `v` of its states lie across the rod.
 pub struct Glide<const N: usize> {
     solver: Dop853<Phase<N>>,
     last: Option<Step<Phase<N>>>,
     dense: Option<Dense<Phase<N>>>,
     farthest: f64,
-    /// True if the motion has come too far out.
+    /// True if the motion has left the range of validity.
     over: bool,
 }
 
 impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
-    /// The pull of the body that the deflection `at` slaves to it; None beyond what is served.
+    /// The pull slaved to the deflection `at`; None outside the range of validity.
     fn pulled(&self, at: &Phase<N>) -> Option<Pulled> {
         let mass = self.body.mass();
         let straight = self.manifold.held(0.0)?;
@@ -100,7 +102,8 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some(Pulled { pull, rise })
     }
 
-    /// N' and N'' at the deflection `at`, whose acceleration is `rise`. Next to a break of the loads, of one side and without the second.
+    /// N' and N'' at the deflection `at`, whose acceleration is `rise`. Next to a break of the loads N' is
+    /// one-sided and N'' is 0.
     fn rates(&self, at: &Phase<N>, pull: f64, rise: &SVector<f64, N>) -> Option<[f64; 2]> {
         let aside = |time: f64| Some(self.pulled(&aside(at, rise, time))?.pull);
         let smooth = |t: f64| self.body.next_break(t) >= t + BRIEF;
@@ -175,7 +178,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         })
     }
 
-    /// The velocity along the rod that the deflection and the loads bring about.
+    /// Velocity along the rod that is slaved to the deflection and the loads.
     pub(super) fn slaved(now: &Moment<N>) -> f64 {
         let Held {
             shortening,
@@ -193,7 +196,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         Some((patch, Phase { q, v, ..*at }))
     }
 
-    /// Begins at the state `at` of the chart `patch`, if that lies close enough and does not shake.
+    /// Begins a glide at the state `at` of the chart `patch`; None if the state is too far out or shakes.
     pub fn begin(&self, patch: Patch, at: &Phase<N>, tolerance: f64) -> Option<Glide<N>> {
         let farthest = tolerance.cbrt();
         if !(at.v.norm() < farthest) {
@@ -212,15 +215,15 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
             return None;
         }
         let now = self.moment(&start)?;
-        // Energies of the shaking, over m/2: of its velocity, and of the pull that is not slaved.
+        // Energies of the shaking, over m/2: kinetic, and of the difference of the pull from the slaved one.
         let speed = at.v.dot(&rod.along) - Self::slaved(&now);
         let pull = -point.force.dot(&rod.along) - now.pull;
         let stored = -now.rod.softening * (now.height * pull).powi(2) / self.body.mass();
         let shaking = (speed * speed + stored).sqrt();
-        // On the axis no pull stores anything in this measure: the pull itself has to be the slaved one.
+        // On the axis no pull stores energy in this measure: the pull itself has to be the slaved one.
         let slaved = (now.rod.softening * pull).abs() < SLAVED * now.rod.shortening;
         let all = (at.v.norm_squared() + 2.0 * point.energy / self.body.mass()).sqrt();
-        // A shaking that is left out is an error of the run, not one of every step.
+        // A shaking that is left out is an error of the whole run, not of every step.
         let unseen = (tolerance / LOCAL).min(STILL * size);
         if !(all < HAIR || slaved && shaking < unseen) {
             return None;
@@ -228,7 +231,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         self.started(start, tolerance, BEYOND * farthest)
     }
 
-    /// The motion from `start`, up to that distance.
+    /// The glide from `start`, valid up to the distance `farthest`.
     pub(super) fn started(
         &self,
         start: Phase<N>,
@@ -247,17 +250,17 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
 }
 
 impl<const N: usize> Glide<N> {
-    /// Where it is, by deflection.
+    /// The current state, by deflection.
     pub(super) fn state(&self) -> &Phase<N> {
         self.solver.state()
     }
 
-    /// True if it has come too far out.
+    /// True if the motion has left the range of validity.
     pub(super) fn is_over(&self) -> bool {
         self.over
     }
 
-    /// One step, at most to the time `end`; its state in a chart. None if there is none.
+    /// One step, at most to the time `end`; returns its state in a chart. None if no step could be taken.
     pub(super) fn step<M: Multivalued<N>>(
         &mut self,
         gliding: &Gliding<'_, M, N>,
@@ -285,7 +288,8 @@ impl<const N: usize> Glide<N> {
             None => step.to.q.norm().max(step.to.v.norm()) > self.farthest,
         };
         if self.over && gliding.rod.is_some() {
-            // What the chart makes of the same state differs by more than a tolerance: it takes over at the moment that asks for it, not where a step ends.
+            // Chart and glide differ by more than a tolerance in the same state. So the chart takes over at
+            // the moment of the event, not at the end of a step.
             let dense = step.dense(|y| gliding.slope(y), &mut Default::default())?;
             let room = |at: &Phase<N>| match gliding.leaves(at) {
                 Some(false) => 1.0,
@@ -323,13 +327,13 @@ impl<const N: usize> Glide<N> {
         gliding.charted(&Phase { t, ..dense.at(x) })
     }
 
-    /// Slopes evaluated.
+    /// Number of slopes evaluated.
     pub fn evaluations(&self) -> u64 {
         self.solver.cost().evaluations
     }
 }
 
-/// Errors are judged relative to the size of the motion, whatever that is.
+/// Mean square of the errors, relative to the size of the motion however small.
 fn relative<const N: usize>(error: &Phase<N>, from: &Phase<N>, to: &Phase<N>) -> f64 {
     let size = |at: &Phase<N>| at.q.norm_squared() + at.v.norm_squared();
     let size = size(from).max(size(to)).max(f64::MIN_POSITIVE);

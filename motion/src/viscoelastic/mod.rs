@@ -1,17 +1,18 @@
 //! Motion of a body on a viscoelastic rod: strains with memory, theory Sec. 5.
 //!
-//! [`ViscousRun`] is an iterator over events. It starts from any strains ([`ViscousStart`]), chooses its nodes and its method
-//! unless the options do, and keeps a ledger of energies that nothing is projected on.
+//! [`ViscousRun`] is an iterator over events. It starts from any strains ([`ViscousStart`]), chooses its
+//! nodes and its method unless the options do, and keeps an energy ledger, onto which nothing is projected.
 //!
-//! * [`ViscousSystem`]: the equations in two forms ([`Hold`]). Explicit steps take w1 from strains and velocity by the
-//!   mobility G, and so do implicit ones where the end relaxes faster than the strains; else implicit steps carry place
-//!   and w1 and ask that the rod end where the body is, which stays regular as the viscosity vanishes.
+//! * [`ViscousSystem`]: the equations in two forms ([`Hold`]). Explicit steps take w1 from strains and
+//!   velocity by the mobility G. So do implicit steps where the end relaxes faster than the strains. Other
+//!   implicit steps carry pose and w1 as unknowns, with the constraint that the rod ends at the body; this
+//!   stays regular as the viscosity vanishes.
 //! * [`Nodes`](super::Nodes): how many Gauss nodes, by the tails of the strains.
-//! * [`ViscousSample`]: a state with all that follows from it: shape, wrench, rates, dissipation along the rod, and how
-//!   far the rod is from equilibrium.
-//! * [`small_in_plane`], [`small_in_space`]: eigenvalues of small motions about an equilibrium, the friction of the rod included.
-//! * [`Layer`]: a passage far from equilibrium, such as a snap (AMV (8.6)). [`near_equilibrium`]: the labels of the
-//!   equilibrium that a planar rod is near.
+//! * [`ViscousSample`]: a state with shape, wrench, rates, dissipation along the rod, and distance from equilibrium.
+//! * [`small_in_plane`], [`small_in_space`]: eigenvalues of small motions about an equilibrium, the friction
+//!   of the rod included.
+//! * [`Layer`]: a passage far from equilibrium, such as a snap (AMV (8.6)). [`near_equilibrium`]: the labels
+//!   of the equilibrium that a planar rod is near.
 
 mod motions;
 mod nearby_equilibrium;

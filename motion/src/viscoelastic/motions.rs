@@ -1,4 +1,4 @@
-//! Viscoelastic motions behind the one trait [`Motion`]: whoever asks for one by these functions compiles none of them again.
+//! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs again.
 
 use super::run::{ViscousRun, ViscousStart};
 use crate::reduction::Carried;
@@ -26,10 +26,10 @@ pub enum Moving {
 }
 
 impl Moving {
-    /// Those that a section does not hold rigid; `rigid` says it of v1, v2, v3.
+    /// The strains that a section leaves free; `rigid`: whether v1, v2, v3 are held.
     ///
     /// # Errors
-    /// Shear and stretch held rigid in a combination that has no kinematics.
+    /// Shear and stretch held rigid in a combination without kinematics.
     pub fn of(rigid: [bool; 3]) -> Result<Self> {
         match rigid {
             [true, true, true] => Ok(Self::Flexure),
@@ -53,7 +53,7 @@ impl Moving {
         }
     }
 
-    /// Their names.
+    /// Names of the strains.
     pub fn names(self) -> &'static [StrainName] {
         use StrainName::{U1, U2, U3, V3};
         match self {
@@ -78,9 +78,9 @@ pub fn in_plane<'a>(
     Ok(Box::new(run))
 }
 
-/// The motion of what a viscoelastic rod in space carries, with the kinematics that its strains and its joint ask for. The start gives all six
-/// strains, and the twist of the end (angular velocity first; a ball joint takes the velocity alone). `load` is a dead load along the rod, in the
-/// frame of the clamp and the units of the rod.
+/// The motion of a body at the end of a viscoelastic rod in space, with the kinematics of its strains and its joint.
+/// The start gives all six strains, and the twist of the end (angular velocity first; a ball joint takes the velocity
+/// alone). `load` is a dead load along the rod, in the frame of the clamp and the units of the rod.
 ///
 /// # Errors
 /// As [`ViscousRun::new`].
@@ -94,12 +94,12 @@ pub fn in_space<'a>(
     dispatch((section, load), strains, carried, Begun { start, options })
 }
 
-/// What is done with a rod in space once the number of its strains and that of the velocities of its end are known to the compiler.
+/// A task on a rod in space, generic in the numbers of its strains (M) and of its end velocities (D).
 pub(super) trait InSpace<'a> {
-    /// What comes of it.
+    /// Result of the task.
     type Output;
 
-    /// Does it.
+    /// Runs the task for these numbers.
     fn with<B, const M: usize, const D: usize>(
         self,
         material: Material<M>,
@@ -109,7 +109,7 @@ pub(super) trait InSpace<'a> {
         B: EndBody<D, Pose = Isometry3<f64>>;
 }
 
-/// Finds out these numbers.
+/// Chooses M and D by strains and joint, and runs the task.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
     (section, load): (Viscoelastic, Option<&Distributed>),
     strains: Moving,
@@ -147,7 +147,7 @@ where
     }
 }
 
-/// A run that begins.
+/// The task that begins a run.
 struct Begun<'s, 'f> {
     start: &'s ViscousStart<'f, 6, 6>,
     options: Options,

@@ -1,4 +1,4 @@
-//! The equilibrium that a planar viscoelastic rod is near, if it is near one.
+//! Labels of the equilibrium near a planar viscoelastic rod.
 
 use super::sample::ViscousSample;
 use nalgebra::Vector2;
@@ -6,12 +6,12 @@ use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::invert_near;
 use snaprod_systems::viscoelastic::plane::Plane;
 
-/// Largest distance from equilibrium ([`ViscousSample::distance`]) at which one is looked for.
+/// Largest distance from equilibrium ([`ViscousSample::distance`]) at which a nearby equilibrium is sought.
 const NEAR: f64 = 0.1;
 /// Largest difference of the curvature (root mean squares over the rod), relative to that of the rod.
 const ALIKE: f64 = 0.02;
 
-/// The equilibrium of the same end whose shape is that of the rod to 2 % in the curvature; None if there is none, or if
+/// The equilibrium with the same end whose curvature agrees with the rod to 2 %. None if there is none, or if
 /// Maxwell branches carry couples of their own.
 pub fn near_equilibrium(sample: &ViscousSample<Plane, 1, 2>) -> Option<Equilibrium> {
     if sample.distance() > NEAR {

@@ -1,4 +1,4 @@
-//! A viscoelastic run, step by step, as an iterator.
+//! Viscoelastic runs as an iterator, step by step.
 
 use super::sample::ViscousSample;
 use super::snap_layer::LayerWatch;
@@ -21,29 +21,30 @@ use std::sync::Arc;
 pub struct ViscousStart<'a, const M: usize, const D: usize> {
     /// Strains at s in [0, 1].
     pub strain: &'a dyn Fn(f64) -> Local<M>,
-    /// Strains at which the Maxwell branches are relaxed; None: those of the start.
+    /// Strains at which the Maxwell branches are relaxed; None: the initial strains.
     pub relaxed: Option<&'a dyn Fn(f64) -> Local<M>>,
     /// Velocity of the end.
     pub velocity: AtEnd<D>,
 }
 
-/// A step's local error, as a part of the tolerance: the errors of the steps add up.
+/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up.
 const LOCAL: f64 = 0.1;
-/// Local errors below this drown in rounding.
+/// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-14;
-/// Nodes to begin with.
+/// Initial number of nodes per element.
 const FIRST: usize = 8;
-/// Steps in a row after which nodes that are not needed are given up.
+/// Number of steps in a row after which unneeded nodes are given up.
 const PATIENCE: u32 = 12;
-/// Tolerances below this leave no room for the errors along the rod.
+/// Smallest tolerance: below it no room is left for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
-/// A start is looked at down to distances 2^-NEAREST from the ends of the elements.
+/// A start is sampled down to distances 2^-NEAREST from the ends of the elements.
 const NEAREST: i32 = 45;
-/// Strains between nodes that are off by this, relative to 1 + the largest at the nodes, show a bend that the nodes miss.
+/// Interpolation error between nodes, relative to 1 + the largest strain at the nodes, that reveals a bend
+/// between nodes.
 const FAR: f64 = 1e-3;
-/// A start that misses its velocity by more than this, relative to 1 + its size, is one that the rod cannot follow.
+/// Largest error of the velocity of the end at the start, relative to 1 + its size; beyond it the rod cannot follow.
 const FOLLOWS: f64 = 1e-9;
-/// Rounding of that velocity, relative to what the stresses and the wrench would each make the end move at alone.
+/// Rounding error of that velocity, relative to the velocities by the stresses alone and by the wrench alone.
 const ROUNDED: f64 = 1e-13;
 
 /// A viscoelastic run in progress.
@@ -55,7 +56,7 @@ where
     integrator: Integrator,
     options: Options,
     watch: LayerWatch,
-    /// An event of the last step that is to be told.
+    /// An event of the last step that is still to be reported.
     found: Option<Event>,
     tail: f64,
     nodes: Following,
@@ -104,7 +105,8 @@ where
         let first = ViscousSample::new(&system, &y, begun);
         let moved = system.rod.moved(&first.configuration, &first.flow);
         let missed = (moved - start.velocity).norm();
-        // Rates are differences of what stresses and wrench would do each for itself: large if the viscosity is small.
+        // Rates are differences of the parts by stresses and by the wrench, which are large if the viscosity
+        // is small.
         let parts: f64 = first
             .flow
             .fluidity
@@ -114,7 +116,7 @@ where
             .map(|((fluidity, taken), w)| w * (fluidity * taken).norm())
             .sum();
         if !(missed <= FOLLOWS * (1.0 + start.velocity.norm()) + ROUNDED * parts) {
-            // Of an end that turns, the angular velocity comes first.
+            // In space with a welded end the angular velocity comes first.
             let of = |i: usize| Quantity::of_twist(if D == 6 { i } else { 3 });
             return Err(Error::domain(
                 Message::from("the rod cannot follow the velocity ")
@@ -198,7 +200,7 @@ where
         self.interrupted = true;
     }
 
-    /// What it cost so far.
+    /// Cost so far.
     pub fn cost(&self) -> Cost {
         self.integrator.cost()
     }
@@ -208,7 +210,7 @@ where
         self.integrator.method_now()
     }
 
-    /// Largest relative size of the last coefficients of a field so far: how well the nodes resolved the strains.
+    /// Largest relative size of the last coefficients of a field so far, a measure of the resolution of the strains.
     pub fn tail(&self) -> f64 {
         self.tail
     }
@@ -223,7 +225,7 @@ where
         &self.system.rod
     }
 
-    /// The end; a layer that ends with the run is told before it.
+    /// Ends the run; a layer under way is reported before the stop.
     fn stop(&mut self, outcome: Outcome) -> Event {
         let stop = Event::Stop(outcome);
         let cut = || self.watch.cut(&self.current).map(Event::Layer);
@@ -264,7 +266,7 @@ where
         self.nodes.asked(demand, tail)
     }
 
-    /// Carries the state over to a grid with so many nodes on the elements.
+    /// Carries the state over to a grid with these node counts on the elements.
     fn regrid(&mut self, counts: &[usize]) -> Option<()> {
         let y = self.integrator.state();
         let old = self.system.rod.grid.clone();
@@ -281,7 +283,7 @@ where
         self.integrator.restart(&self.system, next, None)
     }
 
-    /// Changes the form of implicit steps where the other one has become better.
+    /// Changes the form of implicit steps if the other one has become better.
     fn reform(&mut self) -> Option<()> {
         let (y, h) = (self.integrator.state(), self.integrator.next_step());
         let (at, flow) = (&self.current.configuration, &self.current.flow);
@@ -321,7 +323,7 @@ where
         if held.is_none() || wanted.is_some_and(|counts| self.regrid(&counts).is_none()) {
             return self.stuck(Cause::EdgeOfDomain, "change the loads, or the section");
         }
-        // A break that rounding has left ahead is behind.
+        // A break ahead by no more than rounding counts as passed.
         let past = from + 1e-14 * self.options.duration;
         let left = left.min(self.system.body.next_break(past) - from);
         if self.integrator.step(&self.system, left).is_err() {
@@ -426,8 +428,9 @@ fn field<const M: usize>(grid: &Grid, f: &dyn Fn(f64) -> Local<M>) -> Vec<Local<
     grid.nodes().iter().map(|s| f(*s)).collect()
 }
 
-/// A place where the polynomials through the values at the nodes are far from the field: a bend so short that it falls
-/// between nodes leaves no trace in their coefficients. Looked for where such bends are, near the ends of the elements.
+/// A place where the polynomials through the values at the nodes are far from the field. A bend so short that
+/// it falls between nodes leaves no trace in the coefficients. The search covers the ends of the elements,
+/// near which such bends occur.
 fn missed<const M: usize>(
     grid: &Grid,
     f: &dyn Fn(f64) -> Local<M>,
@@ -448,7 +451,7 @@ fn missed<const M: usize>(
     })
 }
 
-/// The system with as many nodes as the start asks for.
+/// The system with as many nodes as the start needs.
 fn resolved<'a, K, B, const M: usize, const D: usize>(
     kinematics: K,
     material: Material<M>,

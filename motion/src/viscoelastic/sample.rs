@@ -1,4 +1,4 @@
-//! The state of a viscoelastic run at one moment.
+//! State of a viscoelastic run at one moment.
 
 use crate::Ledger;
 use nalgebra::DVector;
@@ -9,7 +9,7 @@ use snaprod_systems::viscoelastic::reduced::{Configuration, Flow};
 use snaprod_systems::viscoelastic::system::ViscousSystem;
 use std::sync::Arc;
 
-/// The state of a viscoelastic run at one moment, with all that follows from it.
+/// State of a viscoelastic run at one moment, with derived quantities.
 #[derive(Debug, Clone)]
 pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     /// Time.
@@ -26,7 +26,7 @@ pub struct ViscousSample<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub velocity: AtEnd<D>,
     /// Energies.
     pub ledger: Ledger,
-    /// Energy that the rod has dissipated so far: the part of the ledger's that is not the body's, as by drag.
+    /// Energy that the rod has dissipated so far: the ledger's dissipation without drag on the body.
     pub friction: f64,
     /// Energy dissipated per length and time, at the nodes.
     pub dissipation: Vec<f64>,
@@ -62,21 +62,22 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> ViscousSample<K, M, D>
         }
     }
 
-    /// The strains at places in [0, 1], in growing order.
+    /// The strains at arc lengths in [0, 1], in growing order.
     pub fn strains_at(&self, places: &[f64]) -> Vec<Local<M>> {
         self.grid.at_each(&self.configuration.strains, places)
     }
 
-    /// Dissipation per length and time at places in [0, 1], in growing order.
+    /// Dissipation per length and time at arc lengths in [0, 1], in growing order.
     pub fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
         let density: Vec<Local<1>> = self.dissipation.iter().map(|d| Local::from([*d])).collect();
-        // The density is not negative; its polynomial may be, by the size of its last coefficients.
+        // The interpolating polynomial of the nonnegative density may be negative, by the size of its last
+        // coefficients.
         let values = self.grid.at_each(&density, places);
         values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
-    /// How far the rod is from equilibrium: the overstress relative to it and the resultants that are taken up (root
-    /// mean squares over the rod), in [0, 1].
+    /// Distance of the rod from equilibrium, in [0, 1]: o/(o + r) with the root mean squares over the rod of
+    /// the overstress, o, and of the resultants that are taken up, r.
     pub fn distance(&self) -> f64 {
         let mean = |field: &[Local<M>]| {
             let squares = field.iter().zip(self.grid.weights());

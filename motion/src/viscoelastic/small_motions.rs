@@ -18,27 +18,27 @@ use snaprod_systems::viscoelastic::space::Space;
 use snaprod_systems::viscoelastic::system::{Hold, Rates, ViscousSystem};
 use std::sync::Arc;
 
-/// Nodes on each element to begin with.
+/// Initial number of nodes per element.
 const FIRST: usize = 8;
 /// Most strains and dashpots, all nodes together: eigenvalues cost the third power.
 const MOST: usize = 300;
-/// Eigenvalues stand still when a finer grid changes them by less, relative.
+/// Relative change of eigenvalues on a finer grid below which they count as converged.
 const STILL: f64 = 1e-10;
 
 /// The eigenvalues of small motions, in the units of the rod.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmallCreep {
-    /// Those of motions exp(s t) of the body on the rod, and what of the rod's own is near them.
+    /// Eigenvalues s of motions exp(s t) of the body on the rod, and those of the rod's own motions near them.
     pub rates: Rates,
-    /// By how much the last refinement of the grid changed them, relative to each.
+    /// Relative change of the eigenvalues in the last refinement of the grid.
     pub change: f64,
 }
 
-/// Small motions of a mass on a viscoelastic rod in the plane about the equilibrium with these strains at places in [0, 1]. Friction counts by its
-/// derivative at rest, Maxwell branches are relaxed.
+/// Small motions of a mass on a viscoelastic rod in the plane about the equilibrium with these strains at arc
+/// lengths in [0, 1]. Friction is linearised at rest; Maxwell branches are relaxed.
 ///
 /// # Errors
-/// Strains outside the law's domain; eigenvalues that do not converge; what `strains` refuses.
+/// Strains outside the law's domain; eigenvalues that do not converge; errors of `strains`.
 pub fn small_in_plane(
     material: Material<1>,
     body: &Body<2>,
@@ -47,7 +47,7 @@ pub fn small_in_plane(
     refined(&Plane, &material, body, strains)
 }
 
-/// The same of what a rod in space carries; `strains` are all six.
+/// Small motions of a body on a viscoelastic rod in space; `strains` are all six.
 ///
 /// # Errors
 /// As [`small_in_plane`].
@@ -83,7 +83,7 @@ impl<'a> InSpace<'a> for Small<'_> {
     }
 }
 
-/// The eigenvalues on finer and finer grids, until they stand still.
+/// The eigenvalues on finer and finer grids, until they converge.
 fn refined<K, B, const M: usize, const D: usize>(
     kinematics: &K,
     material: &Material<M>,

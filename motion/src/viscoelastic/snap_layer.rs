@@ -6,24 +6,24 @@ use snaprod_systems::viscoelastic::kinematics::Kinematics;
 /// A passage between two states next to equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Layer {
-    /// When the rod left the neighbourhood of equilibrium.
+    /// Time at which the rod left the neighbourhood of equilibrium.
     pub from: f64,
-    /// When it came back, or the run ended.
+    /// Time of return, or end of the run.
     pub to: f64,
-    /// When the rod dissipated most per time, among the ends of steps.
+    /// Time of largest dissipation rate, among the ends of steps.
     pub peak: f64,
-    /// Stored energy when it left.
+    /// Stored energy at the start.
     pub elastic_from: f64,
-    /// Stored energy when it came back.
+    /// Stored energy at the end.
     pub elastic_to: f64,
-    /// Energy that the rod dissipated on the way.
+    /// Energy dissipated by the rod in the layer.
     pub dissipated: f64,
     /// False if the run began or ended in the layer.
     pub whole: bool,
 }
 
 impl Layer {
-    /// The layer in other units, of which one of the present makes `time` and `energy`.
+    /// The layer in other units: one unit of time becomes `time`, one of energy `energy`.
     pub fn scaled(&self, time: f64, energy: f64) -> Self {
         Self {
             from: self.from * time,
@@ -45,7 +45,7 @@ const RETURNS: f64 = 0.03;
 /// Watches a run for layers.
 #[derive(Debug)]
 pub(super) struct LayerWatch {
-    /// The layer that the run is in.
+    /// The layer under way.
     open: Option<Open>,
 }
 
@@ -103,7 +103,7 @@ impl LayerWatch {
         }
     }
 
-    /// Looks at the state after a step; a layer that has ended is returned.
+    /// Takes the state after a step; returns a layer that has ended.
     pub(super) fn look<K: Kinematics<M, D>, const M: usize, const D: usize>(
         &mut self,
         now: &ViscousSample<K, M, D>,
