@@ -65,7 +65,7 @@ impl AssemblyPrepared {
         }
     }
 
-    /// A state in the world without its index, which is the expensive part.
+    /// A state in the world without the index, the expensive part.
     pub(in crate::study) fn passing(&self, state: &dyn State) -> AssemblyMoment {
         let (k, ledger) = (&self.setup.scales, state.ledger());
         let mut grooves = state.groove_forces().into_iter();

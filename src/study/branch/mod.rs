@@ -293,8 +293,8 @@ fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<
 }
 
 /// The scene at two other tolerances, with factors of the difference step in the parameter. Both compute the same
-/// special points with other errors. They are tighter, unless no tolerance above `finest` reduces the integration
-/// error tenfold; then they are looser.
+/// special points with other errors. They are tighter, unless the tolerance is within the factor TIGHTER of `finest`;
+/// then both are looser.
 fn compared(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     let given = scene.solve.tolerance.max(finest);
     let tighter = [30.0, 1000.0].map(|factor| (given / factor).max(finest));

@@ -15,7 +15,7 @@ const MOST: usize = 200;
 /// Largest number of rigid motions of each body.
 const RIGID: usize = 6;
 
-/// An assembly together with the start from which its small motions are computed.
+/// An assembly with the start for its small motions.
 struct Asked<'a> {
     given: HeavyAssembly,
     start: HeavyAssemblyStart<'a>,
@@ -43,7 +43,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         .standing_at(0.0);
     let light = &setup.assembly;
     let unloaded = matches!(scene.start.place, Place::Rest { .. });
-    // For a free assembly that starts from unloaded rods, these are the equilibrium.
+    // A free assembly started from unloaded rods rests in this shape.
     let settled = light.is_held() || !unloaded;
     let mut now = match settled {
         true => setup.meant()?.now,

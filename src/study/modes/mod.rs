@@ -94,7 +94,7 @@ pub struct Mode {
     /// The displacements x of the bodies, in the world, with x^T M x = 1: translations in 1/sqrt(mass), rotations in
     /// 1/(length sqrt(mass)).
     pub shape: Vec<f64>,
-    /// Motion of the rods in this mode: derivatives of their stations.
+    /// Motion of the rods in the mode: derivatives of the stations.
     pub rods: Vec<Vec<Station>>,
 }
 

@@ -29,7 +29,7 @@ pub struct Prepared {
     /// The `[run]` table of the scene.
     pub(super) run: Run,
     pub(super) fixed_nodes: bool,
-    /// True if a load along the rod bends it; its weight does not to first order in the mass.
+    /// True if a load along the rod bends it. The weight does not, to first order in the mass.
     pub(super) loaded: bool,
     viscosity: Option<f64>,
     /// A rod of known mass on a fixed clamp.
@@ -135,7 +135,7 @@ impl Prepared {
     /// The motion from its start.
     ///
     /// # Errors
-    /// A start from which no motion is possible.
+    /// A start without motion.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         self.setup
             .motion()

@@ -187,7 +187,7 @@ pub struct RunBranch {
 }
 
 impl RunBranch {
-    /// A branch with its ends and cost, before the recorder adds its data.
+    /// A branch before the recorder adds data.
     pub(super) fn new(
         id: usize,
         parent: Option<usize>,
