@@ -44,11 +44,11 @@ pub enum Values {
 /// One value of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Of a column of reals.
+    /// In a column of reals.
     Real(f64),
-    /// Of a column of integers.
+    /// In a column of integers.
     Integer(i64),
-    /// Of a column of words.
+    /// In a column of words.
     Word(Cow<'static, str>),
     /// No value, in a column of any type.
     Missing,

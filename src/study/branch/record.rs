@@ -84,7 +84,7 @@ pub struct CurveRecord {
 /// A special point of a branch or of a fold curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpecialPoint {
-    /// Label of the point and of its table row, such as "LP1".
+    /// Label of the point, such as "LP1", as in the table.
     pub label: String,
     /// Kind of special point.
     pub kind: SpecialKind,

@@ -36,7 +36,7 @@ const FINE: usize = 400;
 /// Two searches have the same end if their sums of squares differ by less than this, relatively, or by the effect of
 /// the least noise.
 const ALIKE: f64 = 1e-3;
-/// A value is at an end of its range within this fraction of the range.
+/// Distance from an end of the range, as a fraction of the range, below which a value counts as on its bound.
 const WALL: f64 = 1e-6;
 
 /// A requested fit.
@@ -568,7 +568,7 @@ impl Fit {
                 Some(Cell::Real(x)) if x.is_finite() => Ok(x),
                 Some(Cell::Integer(n)) => Ok(n as f64),
                 _ if !asked => Ok(f64::NAN),
-                // A run that ended early lacks later events, which other runs may have.
+                // An early end of the run removes events present in other runs.
                 _ => Err(Fault::NoRun(format!(
                     "what comes of the scene has no number {name}; names are those of summary.json, `events.` of events.json and `modes.` of \
                      `snaprod modes --json`; a column that is a field of the scene is named by --given"

@@ -61,7 +61,7 @@ impl Linear {
     }
 }
 
-/// Degrees of freedom of about one, up to rounding; below, intervals are practically infinite.
+/// Degrees of freedom, one up to rounding, below which intervals are practically infinite.
 const FREE: f64 = 0.99;
 
 /// Parameters that the data do not determine.
@@ -119,7 +119,7 @@ pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
     noise
 }
 
-/// Errors of the fields for this noise.
+/// Errors of the fields at given noise.
 ///
 /// # Errors
 /// Parameters that the data do not determine.
@@ -296,8 +296,8 @@ mod tests {
         })
     }
 
-    /// The restricted likelihood has its maximum at the noise, and the errors follow the general formulas of Kenward
-    /// and Roger, with the variances as parameters of a dense covariance of all numbers. Catches a wrong freedom of a
+    /// The restricted likelihood has its maximum at the noise. The errors follow the general formulas of Kenward and
+    /// Roger, with the variances as parameters of a dense covariance of all numbers. Catches a wrong freedom of a
     /// column, information of another parameter, a lost term of the covariance.
     #[test]
     fn errors_are_those_of_the_general_formulas() {

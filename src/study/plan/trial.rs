@@ -10,7 +10,7 @@ use crate::study::{Hooks, any};
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Trial of a run: its first part, or all of it.
+/// Trial of a run: the first part, or all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
     /// Fraction of the duration reached.
@@ -23,7 +23,7 @@ pub struct Trial {
     pub forecast: Option<Forecast>,
     /// True if the motion loses energy and may come to rest.
     pub loses: bool,
-    /// Steps and right-hand sides; `None` for a bar, whose steps follow from its cells.
+    /// Steps and right-hand sides; `None` for a bar, where steps follow from the cells.
     pub work: Option<[u64; 2]>,
     /// Reason for an early end of the run, if any.
     pub reason: Option<String>,
@@ -242,7 +242,7 @@ impl Hooks for Clock {
     }
 }
 
-/// Runs the scene for about so many seconds of processor time.
+/// Runs the scene for about `seconds` of processor time.
 pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
     if !(seconds > 0.0) {
         return Ok(None);

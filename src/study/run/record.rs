@@ -68,11 +68,11 @@ pub struct RunRecord {
 pub struct Bounds {
     /// The tolerance of the steps.
     pub tolerance: f64,
-    /// Most steps.
+    /// Largest number of steps.
     pub steps: usize,
-    /// Most snaps.
+    /// Largest number of snaps.
     pub snaps: usize,
-    /// Most branches.
+    /// Largest number of branches.
     pub branches: usize,
     /// True if the scene fixes the strain nodes.
     pub fixed_nodes: bool,

@@ -191,7 +191,7 @@ impl Directory {
 pub struct Made {
     /// Chunks that are missing or damaged.
     pub missing: Vec<usize>,
-    /// Files of damaged chunks, which were changed and lack the rows of their points.
+    /// Files of damaged chunks, changed since the chunk was written.
     pub damaged: Vec<PathBuf>,
     /// Number of points in complete chunks.
     pub kept: usize,
@@ -204,7 +204,7 @@ pub struct Rows {
     pub names: Vec<String>,
     /// The cells of each row.
     pub cells: Vec<Vec<String>>,
-    /// sweep.csv.
+    /// Content of sweep.csv.
     pub csv: Vec<u8>,
 }
 

@@ -328,7 +328,7 @@ impl Sweep {
         Ok(String::from_utf8(text).unwrap_or_default())
     }
 
-    /// Summary of a point with its events, or the error of its run.
+    /// Summary of a point with its events, or the reason for no run.
     fn comes_of(
         &self,
         point: usize,
@@ -362,7 +362,7 @@ impl Sweep {
                     "outcome" => "refused".into(),
                     _ => Cell::Missing,
                 }));
-                // One line: a fault says its place in others.
+                // One line: errors have their location in further lines.
                 let why: Vec<&str> = why.lines().map(str::trim).collect();
                 row.push(why.join(" ").into());
             }
