@@ -94,7 +94,7 @@ pub fn rest(scene: &Scene) -> Result<(Value, Table)> {
 /// Rods of a scene of motion at `times`, with their names; a single rod has none.
 ///
 /// # Errors
-/// Those of [`run::shapes`]; a bar, whose shape is only its places.
+/// Those of [`run::shapes`]; a bar, which has no shape.
 pub fn shapes(
     scene: &Scene,
     times: &[f64],

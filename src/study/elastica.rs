@@ -102,11 +102,11 @@ impl ElasticaRecord {
 /// All equilibria with the end at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EquilibriaRecord {
-    /// The point.
+    /// Point of the end.
     pub at: [f64; 2],
-    /// The bound of lambda.
+    /// Upper bound of lambda.
     pub lambda_max: f64,
-    /// By growing lambda.
+    /// Equilibria by growing lambda.
     pub found: Vec<Found>,
     /// Remark on the point: at (1, 0) the rod is straight, and the list is empty.
     pub note: Option<&'static str>,

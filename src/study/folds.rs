@@ -11,6 +11,9 @@ const SPACING: f64 = 0.05;
 
 /// The first `count` fold curves from p = -8 to 8 for length 1 and bending stiffness 1. The half p < 0 is the mirror
 /// image y -> -y of the other. After an interrupt the complete curves are returned.
+///
+/// # Errors
+/// A curve beyond double precision.
 pub fn folds(count: usize, hooks: &mut dyn Hooks) -> Result<Table> {
     let mut table = Table::new(
         "folds",

@@ -48,7 +48,7 @@ impl Solid {
         solid.within(body.groove.as_ref())
     }
 
-    /// The same body in a groove of the scene, if any.
+    /// Places the body in a groove of the scene, if any.
     pub(super) fn within(self, groove: Option<&scene::Groove>) -> Self {
         Self {
             // An invalid curve is refused when the motion is built.

@@ -230,7 +230,7 @@ pub fn shapes(
 ) -> Result<Vec<Shapes>> {
     let (mut motion, _) = prepared.motion()?;
     let unit = prepared.setup.scales.time;
-    // Light rods are drawn by number of intervals.
+    // Light rods take the number of intervals, one less than `points`.
     let mut shape = |state: &dyn State| prepared.shapes(state, points.max(2) - 1);
     at_times(&mut *motion, times, unit, hooks, &mut shape)
 }

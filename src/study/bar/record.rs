@@ -26,7 +26,7 @@ pub struct BarRecord {
     pub units: Units,
     /// The scene, with its defaults.
     pub scene: Value,
-    /// The end of time that was asked for.
+    /// Requested end of time.
     pub duration: f64,
     /// The undeformed length.
     pub length: f64,

@@ -54,6 +54,9 @@ impl Data {
 
     /// Reads CSV: a line of names, then a line of numbers for each row. An empty cell, or `nan`, is a missing value.
     /// Empty lines and lines that begin with # are skipped.
+    ///
+    /// # Errors
+    /// No names; an empty or repeated name; a row of another length; a cell that is no number; no rows.
     pub fn parse(text: &str) -> Result<Self> {
         let refuse = |why: String| Err(Error::domain(why));
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);

@@ -78,6 +78,12 @@ impl Fit {
     /// A fit of the fields `free` to `data`, for a scene given as text with the overrides `set`. `given`: names of
     /// columns that are fields of the scene, as `loads.force.0`; `noise`: standard deviations of columns, as (`x`,
     /// 1e-3).
+    ///
+    /// # Errors
+    /// No free field, or a repeated one; data without a named column, without a column to compare, or with fewer
+    /// numbers than free fields; a noise that is not positive, or of a column not compared; given columns beside `t`,
+    /// or that are free; a time below 0, or any time of a bar; a column of unknown noise with a single number, beside
+    /// other columns.
     pub fn new(
         scene: String,
         set: Vec<String>,

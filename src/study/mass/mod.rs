@@ -37,7 +37,7 @@ pub struct SmallMass {
 pub struct RodMass {
     /// Name of the rod in an assembly.
     pub rod: Option<String>,
-    /// Mass of the rod over that of its body (the lighter of two); `None` without a body.
+    /// Mass of the rod over the mass of the (lighter) body; `None` without a body.
     pub eps: Option<f64>,
     /// Lowest angular frequency of the rod's vibrations with fixed ends; `None` if unstable with fixed ends.
     pub frequency: Option<f64>,

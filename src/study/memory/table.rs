@@ -23,6 +23,9 @@ pub struct KernelEntry {
 pub const POINTS: RangeInclusive<usize> = 2..=100_000;
 
 /// Times in geometric sequence from first to last.
+///
+/// # Errors
+/// Times that are not positive, finite and ascending; a number of times outside [`POINTS`].
 pub fn times([from, to]: [f64; 2], points: usize) -> Result<Vec<f64>> {
     if !(f64::MIN_POSITIVE <= from && from < to && to < f64::INFINITY) {
         return Err(Error::domain(format!(

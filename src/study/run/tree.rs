@@ -17,6 +17,9 @@ pub struct Stem {
 
 /// Follows `trunk` and all its forks, at most `most` whole runs. Returns the records, each after its parent's, and
 /// the number of runs cut.
+///
+/// # Errors
+/// Those of `follow`; a branch that cannot begin.
 pub fn tree<'a, B>(
     trunk: Box<dyn Motion<'a> + 'a>,
     most: usize,

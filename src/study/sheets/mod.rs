@@ -115,7 +115,7 @@ impl SheetsRecord {
     fn sample_loads(&mut self) -> Result<()> {
         let (rows, columns) = self.size();
         let top = self.top_load;
-        // Scaled as in AMV Fig. 3.22; points outside its box are clamped.
+        // Scaled as in AMV Fig. 3.22; loads beyond its box are clamped.
         let shown = |q: &GridPoint| {
             let lam = q.lambda.min(1.05 * top) / top;
             [lam, q.alpha / (2.0 * PI), q.theta1 / (4.0 * PI)]

@@ -57,6 +57,10 @@ impl Sweep {
     /// A sweep of a scene given as text. `set`: overrides of the scene. `quantities`: columns of the results, as
     /// paths into summary.json, with `events` for events.json, `least.` and `greatest.` for the extremes of a
     /// trajectory column. Without any, the usual ones of the scene are taken. Varied fields always have a column.
+    ///
+    /// # Errors
+    /// No field to vary, or a repeated one; a count that is missing in a grid, or given in a random sweep; no points,
+    /// or more than 1e9; a quantity without a name, or with the name of a column of every sweep.
     pub fn new(
         scene: String,
         set: Vec<String>,

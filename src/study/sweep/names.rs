@@ -11,6 +11,9 @@ const EVENTS: &str = "events.";
 impl Sweep {
     /// Error message for a requested quantity that is found neither at the first point with a run nor at the last
     /// point, whose results may differ. `None` as well if no point near the start has a run.
+    ///
+    /// # Errors
+    /// [`Interrupted`] if `hooks` says so.
     pub(super) fn misnamed(
         &self,
         hooks: &mut dyn Hooks,
