@@ -16,7 +16,7 @@ pub struct EquilibriumRecord {
     pub units: Units,
     /// Length of the rod.
     pub length: f64,
-    /// Bending stiffness in the unit of couples.
+    /// Reference bending stiffness B, the unit B/L of couples and B/L^2 of forces.
     pub stiffness: f64,
     /// Total force of the load along the rod, if any.
     pub weight: Option<Vector3<f64>>,

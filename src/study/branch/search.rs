@@ -22,7 +22,7 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
     if !values.contains(&wanted.from) {
         values.push(wanted.from);
     }
-    // Order of distance from the start of the branch.
+    // Sorted by distance from the start of the branch.
     sort_few(&mut values, |value| (value - wanted.from).abs());
     values
 }

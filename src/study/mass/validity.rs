@@ -5,9 +5,9 @@ use super::{SmallMass, percent, to_first_order};
 use crate::motion::Bounce;
 use serde_json::{Value, json};
 
-/// Largest small ratio of masses.
+/// Mass ratio above which a rod is too heavy to be neglected.
 const HEAVY: f64 = 0.1;
-/// Largest bounce number without effect on the motion.
+/// Bounce number above which friction changes the motion.
 const HARD: f64 = 0.1;
 
 /// Estimated effects of the mass of light rods in a run, in the units of the scene.

@@ -33,7 +33,7 @@ struct Found {
 pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let mut still = scene.standing()?;
     still.start.rate = None;
-    // Friction makes the vibrations decay: it enters the eigenvalues only.
+    // Friction makes the vibrations decay.
     still.rod.damping.clone_from(&scene.rod.damping);
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;

@@ -13,7 +13,7 @@ const SECTIONS: usize = 120;
 pub struct Line {
     /// Moments in the order of time, with the states before and after every snap.
     pub way: Vec<Moment>,
-    /// Samples with their strains, likewise; none of an elastic rod in the plane.
+    /// Samples with their strains, in the order of time; empty for a planar elastic rod.
     pub track: Vec<Frame>,
     /// Snaps, then passages of a rod with friction: time, and place of the end in the plane.
     pub snaps: Vec<(f64, [f64; 2])>,

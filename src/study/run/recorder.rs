@@ -31,7 +31,7 @@ const KEPT_OF_SECTION: usize = 100_000;
 /// Largest number of samples kept with their strains.
 const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
-/// Number of passages kept. Figures show no passage in which only the end of the rod moves.
+/// Number of passages kept for figures: several, since figures skip a passage if the end of the rod moves.
 const PASSAGES: usize = 8;
 const AXES: usize = 10;
 /// Distance from equilibrium above which the states of a passage are kept.
