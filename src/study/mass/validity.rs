@@ -5,9 +5,9 @@ use super::{SmallMass, percent, to_first_order};
 use crate::motion::Bounce;
 use serde_json::{Value, json};
 
-/// Mass ratio above which a rod is too heavy to be neglected.
+/// Mass ratio eps above which a first-order treatment of the rod's mass is inaccurate.
 const HEAVY: f64 = 0.1;
-/// Bounce number above which friction changes the motion.
+/// Bounce ratio (friction or rod inertia) above which the motion depends on the model of the bounce.
 const HARD: f64 = 0.1;
 
 /// Estimated effects of the mass of light rods in a run, in the units of the scene.
