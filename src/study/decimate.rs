@@ -1,6 +1,6 @@
-//! Lists that stay short however long a run is.
+//! Lists of bounded length, thinned during a run.
 
-/// A list that keeps every so many of what it is shown.
+/// A list of every `stride`-th item; the stride doubles at the bound of the length.
 pub(super) struct Thinned<T> {
     pub list: Vec<T>,
     stride: usize,

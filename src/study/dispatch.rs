@@ -1,4 +1,4 @@
-//! Scenes of any kind: one rod, an assembly or a bar, for those who take what comes.
+//! Studies for a scene of any kind: one rod, an assembly or a bar.
 
 use super::neglected_mass::SmallMass;
 use super::run::{Fields, Prepared, Shapes};
@@ -9,16 +9,16 @@ use assembly::AssemblyPrepared;
 use bar::BarPrepared;
 use serde_json::Value;
 
-/// What came of a scene.
+/// Result of a scene.
 #[derive(Debug, Clone)]
 pub struct Found {
-    /// All numbers and words, as summary.json has them.
+    /// Content of summary.json.
     pub summary: Value,
-    /// Snaps, layers, shocks.
+    /// Snaps, layers or shocks.
     pub events: Vec<Value>,
-    /// Why it fell short of what was asked, if it did.
+    /// Reason for an early end, if any.
     pub reason: Option<String>,
-    /// What is to be said of the start, or of how the rod is resolved.
+    /// Warning about the start, or the resolution of the rod.
     pub warning: Option<String>,
 }
 
@@ -62,10 +62,10 @@ pub fn motion(
     })
 }
 
-/// The trajectory of a scene of motion of any kind before its run: names, units and meanings of its columns.
+/// Trajectory of a scene of motion before its run: names, units and meanings of the columns.
 ///
 /// # Errors
-/// Those of setting the scene up; a scene of statics.
+/// Errors of the setup; a scene of statics.
 pub fn columns(scene: &Scene) -> Result<Table> {
     if scene.bar.is_some() {
         return Ok(bar::columns(scene));
@@ -77,7 +77,7 @@ pub fn columns(scene: &Scene) -> Result<Table> {
     }
 }
 
-/// The equilibrium of a scene of statics of any kind: its summary, and its shape.
+/// Equilibrium of a scene of statics of any kind: summary and shape.
 ///
 /// # Errors
 /// Those of [`equilibrium()`] and [`assembly::equilibrium`]; a scene of motion of one rod.
@@ -91,10 +91,10 @@ pub fn rest(scene: &Scene) -> Result<(Value, Table)> {
     Ok((record.summary(), record.shape()?))
 }
 
-/// The rods of a scene of motion at these times, with their names; the one rod of a scene has none.
+/// Rods of a scene of motion at `times`, with their names; a single rod has none.
 ///
 /// # Errors
-/// Those of [`run::shapes`]; a bar, which has no shape but its places.
+/// Those of [`run::shapes`]; a bar, which has no shape.
 pub fn shapes(
     scene: &Scene,
     times: &[f64],
@@ -116,7 +116,7 @@ pub fn shapes(
     Ok((vec![String::new()], found))
 }
 
-/// The trajectory of a scene of motion at these times alone.
+/// Trajectory of a scene of motion at `times` only.
 ///
 /// # Errors
 /// Those of [`run::samples`]; a bar.
@@ -133,10 +133,11 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
     }
 }
 
-/// Sets a scene up, for what only that can find; tells what the mass of light rods changes, where it is known.
+/// Sets a scene up, which finds errors invisible to the parser. The result is the effect of the mass of light rods,
+/// if known.
 ///
 /// # Errors
-/// A start from which no run can go; data that make no problem.
+/// A start without motion; data without a well-posed problem.
 pub fn check(scene: &Scene) -> Result<Option<SmallMass>> {
     if scene.bar.is_some() {
         return BarPrepared::new(scene).map(|_| None);

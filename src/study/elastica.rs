@@ -1,4 +1,5 @@
-//! Equilibria of the planar elastica, length 1 and bending stiffness 1: one by its labels, or all with the end at a point.
+//! Equilibria of the planar elastica of length 1 and bending stiffness 1: one by its labels, or all with the end at a
+//! point.
 
 use super::record::{Cell, Column, Table};
 use crate::elastica::inversion::STRAIGHT;
@@ -8,17 +9,17 @@ use crate::manifold::EquilibriumManifold;
 use nalgebra::Vector2;
 use serde_json::{Value, json};
 
-/// One equilibrium, and the rod at some of its sections.
+/// One equilibrium with sections of the rod.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElasticaRecord {
-    /// Its labels in all languages, its end, energy and force.
+    /// Labels in all charts, end, energy and force.
     pub equilibrium: Equilibrium,
     /// Morse index with the end position held: 0 is stable.
     pub index: usize,
-    /// How much lambda may grow at this kappa until the first fold, negative beyond it; None where doubles do not resolve it:
-    /// hundreds.
+    /// Increase of lambda at constant kappa up to the first fold, negative beyond it. `None` if not resolved in
+    /// double precision, where it is hundreds.
     pub fold_distance: Option<f64>,
-    /// The sections that were asked for.
+    /// Requested sections.
     pub sections: Vec<PlanarSection>,
 }
 
@@ -28,13 +29,14 @@ pub struct ElasticaRecord {
 /// use snaprod::elastica::Equilibrium;
 /// use snaprod::study::elastica;
 /// let record = elastica(Equilibrium::from_lambda_kappa(6.3, 0.6)?, &[1.0])?;
-/// assert!(record.index == 0 && (record.fold_distance.unwrap() - 0.3434402645620).abs() < 1e-11); // stable, near the first fold
+/// // Stable, near the first fold.
+/// assert!(record.index == 0 && (record.fold_distance.unwrap() - 0.3434402645620).abs() < 1e-11);
 /// assert_eq!(record.shape()?.reals("x"), [record.equilibrium.x]);
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 ///
 /// # Errors
-/// kappa = 0, the straight rod; an arclength outside [0, 1]; an index out of the range of double precision, or above a million.
+/// kappa = 0, the straight rod; an arclength outside [0, 1]; an index beyond double precision, or above a million.
 pub fn elastica(equilibrium: Equilibrium, at: &[f64]) -> Result<ElasticaRecord> {
     let e = equilibrium;
     if e.kappa == 0.0 {
@@ -45,7 +47,7 @@ pub fn elastica(equilibrium: Equilibrium, at: &[f64]) -> Result<ElasticaRecord> 
     let sections = at.iter().map(|&s| e.section(s));
     Ok(ElasticaRecord {
         index: Elastica.index(&Vector2::new(e.p, e.w))?,
-        // Not resolved beyond |p| = 345: the fold is hundreds away there.
+        // Not resolved for |p| > 345, where the fold is hundreds away.
         fold_distance: fold_distance(&e).ok(),
         sections: sections.collect::<Result<_>>()?,
         equilibrium,
@@ -53,12 +55,12 @@ pub fn elastica(equilibrium: Equilibrium, at: &[f64]) -> Result<ElasticaRecord> 
 }
 
 impl ElasticaRecord {
-    /// True if no change of shape, the end held, lowers the energy.
+    /// True if the energy is minimal among shapes with the same end.
     pub fn is_stable(&self) -> bool {
         self.index == 0
     }
 
-    /// All of it as JSON.
+    /// JSON form.
     pub fn summary(&self) -> Value {
         let e = &self.equilibrium;
         let section = |s: &PlanarSection| json!({ "s": s.s, "theta": s.theta, "curvature": s.curvature, "x": s.x, "y": s.y });
@@ -75,7 +77,7 @@ impl ElasticaRecord {
         summary
     }
 
-    /// The sections: a row for each.
+    /// Sections: a row for each.
     ///
     /// # Errors
     /// None that is known of.
@@ -100,18 +102,18 @@ impl ElasticaRecord {
 /// All equilibria with the end at a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EquilibriaRecord {
-    /// The point.
+    /// Point of the end.
     pub at: [f64; 2],
-    /// The bound of lambda.
+    /// Upper bound of lambda.
     pub lambda_max: f64,
-    /// By growing lambda.
+    /// Equilibria by growing lambda.
     pub found: Vec<Found>,
-    /// What is to be said of the point: at (1, 0) the rod is straight, and nothing is found.
+    /// Remark on the point: at (1, 0) the rod is straight, and the list is empty.
     pub note: Option<&'static str>,
 }
 
-/// Finds all equilibria with the end at `at` and lambda < `lambda_max`, in about a millisecond for lambda_max = 14 and a tenth of
-/// a second for 60.
+/// Finds all equilibria with the end at `at` and lambda < `lambda_max`, in about a millisecond for lambda_max = 14
+/// and a tenth of a second for 60.
 ///
 /// ```
 /// use snaprod::study::equilibria;
@@ -123,7 +125,7 @@ pub struct EquilibriaRecord {
 /// ```
 ///
 /// # Errors
-/// Those of [`equilibria_at`]; (1, 0) is none.
+/// Those of [`equilibria_at`], except at (1, 0).
 pub fn equilibria(at: [f64; 2], lambda_max: f64) -> Result<EquilibriaRecord> {
     let straight = at == [1.0, 0.0];
     let found = match straight {
@@ -139,7 +141,7 @@ pub fn equilibria(at: [f64; 2], lambda_max: f64) -> Result<EquilibriaRecord> {
 }
 
 impl EquilibriaRecord {
-    /// All of it as JSON.
+    /// JSON form.
     pub fn summary(&self) -> Value {
         let one = |f: &Found| {
             let mut one = labels(&f.equilibrium);
@@ -201,7 +203,7 @@ impl EquilibriaRecord {
     }
 }
 
-/// The labels of an equilibrium.
+/// JSON of the labels of an equilibrium.
 fn labels(e: &Equilibrium) -> Value {
     json!({
         "lam": e.lambda,

@@ -1,4 +1,4 @@
-//! One equilibrium of a scene of statics.
+//! Static equilibrium of a scene of one rod.
 
 use super::record::{Cell, Column, Table};
 use super::space::quaternion;
@@ -16,15 +16,15 @@ pub struct EquilibriumRecord {
     pub units: Units,
     /// Length of the rod.
     pub length: f64,
-    /// The bending stiffness by which couples are measured.
+    /// Reference bending stiffness B, the unit B/L of couples and B/L^2 of forces.
     pub stiffness: f64,
-    /// The whole force of the load along the rod, if there is one.
+    /// Total force of the load along the rod, if any.
     pub weight: Option<Vector3<f64>>,
-    /// Base wrench, end, index, and how it was found.
+    /// Base wrench, end, index and solution path.
     pub found: Equilibrium,
-    /// True if the loads have a potential, so that the index decides stability.
+    /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
-    /// True if the inverse of the section law was formed once, the law being linear and uniform.
+    /// True if the inverse of a linear, uniform section law was formed only once.
     pub uniform: bool,
     /// Evenly spaced sections, from the clamp to the end.
     pub sections: Vec<RodSection>,
@@ -36,7 +36,7 @@ const SECTIONS: usize = 201;
 /// Solves the scene and describes its equilibrium.
 ///
 /// # Errors
-/// Data that make no problem; no equilibrium found.
+/// Data without a well-posed problem; no equilibrium found.
 pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     let problem = scene.problem()?;
     let found = problem.solve(scene.guess().as_ref())?;
@@ -55,14 +55,14 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
     })
 }
 
-/// (couple, force) along the directors.
+/// Couple and force along the directors.
 pub fn resultants(section: &RodSection) -> (Vector3<f64>, Vector3<f64>) {
     let back = section.directors.transpose();
     (back * section.couple, back * section.force)
 }
 
 impl EquilibriumRecord {
-    /// All but the shape, as JSON.
+    /// JSON form without the shape.
     pub fn summary(&self) -> Value {
         let (found, route) = (&self.found, &self.found.route);
         let (base_couple, base_force) = halves(&found.base);
@@ -97,7 +97,7 @@ impl EquilibriumRecord {
         summary
     }
 
-    /// [w, x, y, z] of the directors at the end, w >= 0.
+    /// Quaternion [w, x, y, z] of the directors at the end, w >= 0.
     pub fn quaternion(&self) -> [f64; 4] {
         quaternion(&self.found.end)
     }

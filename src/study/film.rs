@@ -1,4 +1,4 @@
-//! A motion as moving pictures: states at times of their own, close where much moves and around snaps.
+//! A motion as a film: pictures at adapted times, dense where much moves and around snaps.
 
 use super::Hooks;
 use super::assembly::AssemblyPrepared;
@@ -10,16 +10,18 @@ use nalgebra::{Isometry3, Vector3};
 
 /// Sections of a light rod.
 const SECTIONS: usize = 41;
-/// States of a step that are looked at, at most.
+/// Largest number of states examined within a step.
 const INNER: usize = 64;
-/// Around moments of attention pictures are so many times as close, for this part of the duration.
+/// Density factor of pictures around moments of attention, and width of such a neighbourhood as a fraction of the
+/// duration.
 const CLOSER: f64 = 4.0;
 const AROUND: f64 = 0.01;
-/// Snaps whose layer is shown, and shapes of one of them; snaps whose two sides are kept whatever is dropped.
+/// Number of snaps with a film of their layer, number of shapes in each, and number of snaps whose two sides are
+/// always kept.
 const LAYERS: usize = 6;
 const FALL: usize = 14;
 const SIDES: usize = 40;
-/// The way of a director's tip that counts as much as that of its section, in lengths of the rod.
+/// Length of the director arm whose tip counts as a moving point, in lengths of the rod.
 const ARM: f64 = 0.3;
 
 /// A motion in pictures, and its trace.
@@ -27,7 +29,7 @@ const ARM: f64 = 0.3;
 pub struct Film {
     /// The pictures, in the order of time.
     pub stills: Vec<Still>,
-    /// What bodies and energies do, closer than the pictures.
+    /// Bodies and energies, at more times than the pictures.
     pub trace: Vec<Traced>,
     /// Steps of the run.
     pub steps: usize,
@@ -38,7 +40,7 @@ pub struct Film {
 pub struct Traced {
     /// Time.
     pub t: f64,
-    /// Pose and velocity of each body; of a single rod of its end.
+    /// Pose and velocity of each body; for a single rod, of its end.
     pub bodies: Vec<(Isometry3<f64>, Vector3<f64>)>,
     /// Energies.
     pub ledger: Ledger,
@@ -49,39 +51,39 @@ pub struct Traced {
 pub struct Still {
     /// Time, bodies and energies.
     pub now: Traced,
-    /// Each rod, from its base to its end.
+    /// Sections of each rod, from base to end.
     pub rods: Vec<Vec<Isometry3<f64>>>,
-    /// The equilibrium of the elastica that a planar rod is in, or near.
+    /// Labels of the equilibrium of the elastica in or near the state.
     pub labels: Option<Labels>,
-    /// Where in the motion it stands.
+    /// Role of the picture in the motion.
     pub place: Place,
 }
 
-/// Where in a motion a picture stands.
+/// Role of a picture in a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// On the way.
+    /// In the course of the motion.
     Way,
     /// At a fold, before the snap.
     Fold,
-    /// In the layer of a snap, in which time stands still.
+    /// In the layer of a snap, at a fixed time.
     Layer,
     /// After the snap.
     Landing,
 }
 
-/// What can be filmed: a scene of motion made ready to run.
+/// A source of a film: a scene of motion ready to run.
 pub trait Filmed {
     /// Bodies and energies of a state.
     fn traced(&self, state: &dyn State) -> Traced;
 
-    /// Its rods: so many sections of light ones.
+    /// Shapes of the rods, with `sections` sections for light ones.
     ///
     /// # Errors
-    /// Rods that have no shape.
+    /// Rods without a shape.
     fn rods(&self, state: &dyn State, sections: usize) -> Result<Shapes>;
 
-    /// The units of length, time and energy in those of the scene.
+    /// Units of length, time and energy in units of the scene.
     fn scales(&self) -> [f64; 3];
 }
 
@@ -126,11 +128,13 @@ impl Filmed for AssemblyPrepared {
     }
 }
 
-/// Films a motion from its start: at most `pictures`, those of the first snaps beside them, and a trace of at most `points`.
+/// Films a motion from its start: at most `pictures` pictures, apart from those of the first snaps, and a trace of at
+/// most `points`.
 ///
-/// The motion, which was run before, is followed once more, along `line`, the snaps by which the branches from its trunk are entered.
-/// Pictures are even in what moves and in time, and closer around the times `moments`. At a snap there are the shapes before and
-/// after it; where a planar elastica falls along the viscous layer, its shapes there stand between, with the energies that they have.
+/// The motion was run before and is computed again along `line`, the snaps that lead from the trunk through the
+/// branches. Pictures are evenly spaced in motion and time, and denser around the times `moments`. At a snap there
+/// are the shapes before and after it. Where a planar elastica falls along the viscous layer, its shapes and energies
+/// in the layer are inserted.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::{Silent, film, run}};
@@ -158,7 +162,7 @@ impl Filmed for AssemblyPrepared {
 /// ```
 ///
 /// # Errors
-/// Rods without a shape; a branch of `line` that the motion does not have; an interrupt.
+/// Rods without a shape; a branch of `line` missing in the motion; an interrupt.
 pub fn film<'m>(
     of: &dyn Filmed,
     mut motion: Box<dyn Motion<'m> + 'm>,
@@ -188,7 +192,7 @@ pub fn film<'m>(
             Event::Step { from, to } => {
                 steps += 1;
                 let now = camera.look(&*motion.now())?;
-                // A long step is looked into.
+                // Long steps are examined inside.
                 let near = camera.trace.step.min(camera.pictures.step);
                 let parts = (camera.measure.way(&last, &now.0) / near).ceil();
                 let parts = (parts as usize).clamp(1, INNER);
@@ -201,7 +205,7 @@ pub fn film<'m>(
                         }
                     }
                 }
-                // The state now is made anew at every call.
+                // `now` builds a new state at every call.
                 if camera.follow(&now) {
                     camera.picture(&*motion.now(), &now)?;
                 }
@@ -239,7 +243,7 @@ pub fn film<'m>(
         }
     }
     camera.thin();
-    // The end may not have been wanted, or dropped again.
+    // The last state may have been skipped or dropped.
     if camera.pictures.lacks(last.t) {
         camera.keep(&*motion.now(), Place::Way)?;
     }
@@ -257,7 +261,7 @@ pub fn film<'m>(
     })
 }
 
-/// What tells states apart, with what it was made from.
+/// Fingerprint of a state by which distances of states are measured.
 #[derive(Debug, Clone)]
 struct Glimpse {
     t: f64,
@@ -267,7 +271,7 @@ struct Glimpse {
 /// Takes pictures and traces.
 struct Camera<'f> {
     of: &'f dyn Filmed,
-    /// True if rods move beside their ends.
+    /// True if rods move while their ends are fixed.
     whole: bool,
     pictures: Reel<Still>,
     trace: Reel<Traced>,
@@ -300,7 +304,7 @@ impl Camera<'_> {
         })
     }
 
-    /// Traces a state if it is far enough from the last one that was traced; true if it is far enough for a picture.
+    /// Traces a state if it is far enough from the previous one; true if also far enough for a picture.
     fn follow(&mut self, (seen, traced): &(Glimpse, Traced)) -> bool {
         if self.trace.wants(&self.measure, seen) {
             self.trace
@@ -317,7 +321,7 @@ impl Camera<'_> {
         Ok(())
     }
 
-    /// Takes a state whatever was taken before.
+    /// Keeps a picture of a state unconditionally.
     fn keep(&mut self, state: &dyn State, place: Place) -> Result<Glimpse> {
         let (seen, traced) = self.look(state)?;
         let still = self.still(state, traced.clone(), place)?;
@@ -328,7 +332,7 @@ impl Camera<'_> {
         Ok(seen)
     }
 
-    /// The shapes of the layer behind the picture of the fold, evenly chosen by how far they move.
+    /// Inserts shapes of the layer after the picture of the fold, evenly chosen by displacement.
     fn fall(&mut self, snap: &Snap, shapes: Option<Vec<Fallen>>) {
         let (Some((seen, fold, _)), Some(shapes)) = (self.pictures.kept.last(), shapes) else {
             return;
@@ -346,7 +350,7 @@ impl Camera<'_> {
     }
 }
 
-/// The shapes between the fold and the landing of a snap, evenly chosen by how far they move.
+/// Shapes between fold and landing of a snap, evenly chosen by displacement.
 fn falling(
     snap: &Snap,
     shapes: &[Fallen],
@@ -374,7 +378,7 @@ fn falling(
     chosen.dedup();
     let still = |k: usize| {
         let (elastic, sections) = &shapes[k];
-        // The first section is that of the base.
+        // The first section is the base section.
         let clamp = base.rotation * sections[0].rotation.inverse();
         let placed = |at: &Isometry3<f64>| {
             let place = base.translation.vector + clamp * at.translation.vector * length;
@@ -401,7 +405,7 @@ fn falling(
     chosen.into_iter().map(still).collect()
 }
 
-/// How far states are apart.
+/// Distance between states.
 struct Measure<'a> {
     length: f64,
     duration: f64,
@@ -409,7 +413,8 @@ struct Measure<'a> {
 }
 
 impl Measure<'_> {
-    /// The longest way of a place in lengths of the rod and the part of the duration, more next to the moments of attention.
+    /// Largest displacement in rod lengths plus elapsed fraction of the duration, weighted more near moments of
+    /// attention.
     fn way(&self, a: &Glimpse, b: &Glimpse) -> f64 {
         let both = a.places.iter().zip(&b.places);
         let moved = both.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
@@ -422,11 +427,11 @@ impl Measure<'_> {
     }
 }
 
-/// Things that stay few however long the motion is: where they become too many, some of those that are near each other are dropped,
-/// but for those that are held.
+/// A list of bounded length. At the bound the minimum distance grows, and items closer to each other are dropped,
+/// except held ones.
 struct Reel<T> {
     kept: Vec<(Glimpse, T, bool)>,
-    /// They are as far apart as this.
+    /// Current minimum distance.
     step: f64,
     most: usize,
 }
@@ -435,7 +440,7 @@ impl<T> Reel<T> {
     fn new(most: usize) -> Self {
         Self {
             kept: Vec::new(),
-            // Time alone makes a way of 1.
+            // Elapsed time alone contributes a total distance of 1.
             step: 1.0 / most as f64,
             most,
         }
@@ -446,7 +451,7 @@ impl<T> Reel<T> {
         self.kept.last().is_none_or(far)
     }
 
-    /// True if all that was taken is before the time.
+    /// True if all items are earlier than t.
     fn lacks(&self, t: f64) -> bool {
         self.kept.last().is_none_or(|(at, ..)| at.t < t)
     }
@@ -458,7 +463,7 @@ impl<T> Reel<T> {
         }
     }
 
-    /// Drops until there are no more than this, those held not counted.
+    /// Drops items until at most `most` remain, besides held ones.
     fn thin(&mut self, measure: &Measure, most: usize) {
         while self.kept.iter().filter(|(.., held)| !held).count() > most {
             self.step *= 1.05;

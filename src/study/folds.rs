@@ -9,11 +9,11 @@ use crate::error::Result;
 const P_RANGE: (f64, f64) = (0.01, 8.0);
 const SPACING: f64 = 0.05;
 
-/// The first `count` fold curves from p = -8 to 8, rod of length 1 and bending stiffness 1; the half p < 0 is the mirror image
-/// y -> -y of the other. An interrupt keeps the curves that are whole.
+/// The first `count` fold curves from p = -8 to 8 for length 1 and bending stiffness 1. The half p < 0 is the mirror
+/// image y -> -y of the other. After an interrupt the complete curves are returned.
 ///
 /// # Errors
-/// A curve whose digits double precision does not hold.
+/// A curve beyond double precision.
 pub fn folds(count: usize, hooks: &mut dyn Hooks) -> Result<Table> {
     let mut table = Table::new(
         "folds",

@@ -1,11 +1,11 @@
-//! The light rods beside those with friction or mass, in a run.
+//! Light rods that accompany rods with friction or mass in a run.
 
 use super::exact;
 use crate::motion::{Beside, Crossed, Lost, Motion, State};
 use crate::scene::{Scales, Units};
 use serde_json::{Value, json};
 
-/// The light rods that a run follows.
+/// Light rods of a run, with the folds they have passed.
 pub(super) struct LightRods {
     rods: Vec<Beside>,
     crossed: Vec<Crossed>,
@@ -19,7 +19,7 @@ impl LightRods {
         }
     }
 
-    /// Follows them through the last step of `motion`.
+    /// Advances the light rods through the last step of `motion`.
     pub fn step(&mut self, motion: &mut dyn Motion<'_>) {
         for rod in &mut self.rods {
             let passed = rod.step(&*motion.now());
@@ -32,14 +32,14 @@ impl LightRods {
         }
     }
 
-    /// They are where the rods of a state near equilibrium are.
+    /// Puts the light rods into the shapes of a state near equilibrium.
     pub fn land(&mut self, state: &dyn State) {
         for rod in &mut self.rods {
             rod.land(state);
         }
     }
 
-    /// The folds that were passed, and when a rod was not known, by their times.
+    /// Passed folds, and intervals without a light rod, in the order of time.
     pub fn told(mut self) -> (Vec<Crossed>, Vec<Lost>) {
         self.crossed.sort_by(|a, b| a.snap.t.total_cmp(&b.snap.t));
         let lost = self.rods.iter().flat_map(Beside::lost).copied();
@@ -49,7 +49,7 @@ impl LightRods {
     }
 }
 
-/// When and why folds are not told, in one sentence; `names` are those of the rods of an assembly.
+/// Sentence on times and reasons of missing folds; `names` of the rods of an assembly.
 pub(super) fn note(
     lost: &[&Lost],
     names: &[String],
@@ -62,7 +62,7 @@ pub(super) fn note(
         "" => String::new(),
         symbol => format!(" {symbol}"),
     };
-    // Six digits tell where.
+    // Six digits suffice.
     let short = |t: f64| format!("{t:.5e}").parse().map_or_else(|_| exact(t), exact);
     let at = |t: f64| format!("t = {}{unit}", short(t * scales.time));
     let rod = match names.get(first.rod) {
@@ -85,7 +85,7 @@ pub(super) fn note(
     ))
 }
 
-/// The same as an event.
+/// Event of a lost light rod.
 pub(super) fn event(lost: &Lost, names: &[String], scales: &Scales) -> Value {
     let mut event = json!({
         "kind": "light_rod_lost",

@@ -1,4 +1,4 @@
-//! What a person asks of a rod: a scene goes in, records come out.
+//! Studies: a scene goes in, records come out.
 //!
 //! Every study takes a scene and [`Hooks`], and returns plain data: [`Table`]s of typed columns that know their names,
 //! units and meaning, and the few numbers and words that sum them up. Everything that is printed, written or drawn is
@@ -40,32 +40,32 @@ pub use sheets::{SheetsRecord, sheets};
 pub use solid::Solid;
 pub use sweep::{Sweep, Vary};
 
-/// What a study asks, and tells, while it works. Every method has a default, so that a caller implements what it needs.
+/// Callbacks of a study for interrupt and progress. Every method has a default, so that a caller implements only the
+/// necessary ones.
 pub trait Hooks {
-    /// Asked after every step of the work; true ends the study, which returns what it has and says that it was
-    /// interrupted.
+    /// Checked after every step; true ends the study, which returns its results so far, marked as interrupted.
     fn interrupted(&mut self) -> bool {
         false
     }
 
-    /// Told after every step of the work: the fraction that is done, in [0, 1], and the time or the parameter reached, in
-    /// the scene's units.
+    /// Called after every step with the completed fraction in [0, 1], and the time or parameter reached, in the units
+    /// of the scene.
     fn progress(&mut self, _fraction: f64, _at: f64) {}
 
-    /// Asked by a study of branches: of how many points it shall have the shapes beside the few of every record; special points come
-    /// beside them. Asked by a run: whether its record shall follow the motion closer than the samples (any number but 0), for figures.
+    /// For branches: number of points with shapes for figures, in addition to the few of every record and the special
+    /// points. For a run: any number but 0 makes the record denser than the samples, for figures.
     fn pictures(&mut self) -> usize {
         0
     }
 }
 
-/// Hooks of a caller who waits for the end.
+/// Hooks of a caller that waits for the end.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Silent;
 
 impl Hooks for Silent {}
 
-/// Asked whether to stop, but told nothing: of one run among many.
+/// Hooks that forward interrupts but no progress: for one run among many.
 struct Quiet<'a>(&'a mut dyn Hooks);
 
 impl Hooks for Quiet<'_> {

@@ -1,4 +1,4 @@
-//! Tables: what every study returns and every file and figure is made from.
+//! Tables: results of every study, from which files and figures are made.
 
 use crate::{Error, Result};
 use serde::Serialize;
@@ -7,23 +7,23 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write;
 
-/// A table: columns of equal length. A sink is given it without rows.
+/// A table: columns of equal length. Sinks receive it without rows.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Table {
-    /// What it is called: the name of its file without the ending.
+    /// Name of the table, and of its file without extension.
     pub name: String,
-    /// Its columns, in order.
+    /// Columns, in order.
     pub columns: Vec<Column>,
 }
 
-/// A column: what it holds, and in which unit.
+/// A column of values with unit and meaning.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Column {
     /// A short name without spaces: "base_mx".
     pub name: Cow<'static, str>,
     /// The unit of its values: "N m"; empty for numbers without one.
     pub unit: Cow<'static, str>,
-    /// What it is, in a sentence's half: "couple at the base, along x".
+    /// Meaning as a phrase: "couple at the base, along x".
     pub meaning: Cow<'static, str>,
     /// One value a row.
     pub values: Values,
@@ -33,24 +33,24 @@ pub struct Column {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Values {
-    /// Real numbers; NaN where there is none.
+    /// Real numbers; NaN if missing.
     Reals(Vec<f64>),
     /// Whole numbers, such as a Morse index.
     Integers(Vec<Option<i64>>),
-    /// Words, such as the label of a special point; empty where there is none.
+    /// Words, such as the label of a special point; empty if missing.
     Words(Vec<Cow<'static, str>>),
 }
 
 /// One value of a row.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
-    /// Of a column of reals.
+    /// In a column of reals.
     Real(f64),
-    /// Of a column of integers.
+    /// In a column of integers.
     Integer(i64),
-    /// Of a column of words.
+    /// In a column of words.
     Word(Cow<'static, str>),
-    /// No value; any column takes it.
+    /// No value, in a column of any type.
     Missing,
 }
 
@@ -62,7 +62,7 @@ impl From<f64> for Cell {
 
 impl From<usize> for Cell {
     fn from(n: usize) -> Self {
-        // No count of ours comes near 2^63.
+        // Counts stay far below 2^63.
         Self::Integer(n as i64)
     }
 }
@@ -85,22 +85,22 @@ impl<T: Into<Cell>> From<Option<T>> for Cell {
     }
 }
 
-/// Where rows go while a study works: into memory (`Vec<Table>`), or into files as [`Csv`].
+/// Receiver of rows during a study: memory (`Vec<Table>`), or files as [`Csv`].
 pub trait Sink {
-    /// Begins a table, given without rows, and returns the number by which its rows name it.
+    /// Begins a table, given without rows; returns the number that identifies it in [`Sink::row`].
     ///
     /// # Errors
     /// If it cannot be written.
     fn begin(&mut self, table: Table) -> Result<usize>;
 
-    /// Adds a row to the table of this number: one cell for each column, in order.
+    /// Adds a row to table `table`: one cell for each column, in order.
     ///
     /// # Errors
     /// If it cannot be written, or does not fit the columns.
     fn row(&mut self, table: usize, cells: &[Cell]) -> Result<()>;
 }
 
-/// Rows that nobody reads.
+/// A sink that discards rows.
 pub(in crate::study) struct Nowhere;
 
 impl Sink for Nowhere {
@@ -113,7 +113,7 @@ impl Sink for Nowhere {
     }
 }
 
-/// In memory.
+/// Tables kept in memory.
 impl Sink for Vec<Table> {
     fn begin(&mut self, table: Table) -> Result<usize> {
         self.push(table);
@@ -165,7 +165,7 @@ impl Column {
         }
     }
 
-    /// True if the cell is of its type.
+    /// True if the type of the cell fits.
     fn takes(&self, cell: &Cell) -> bool {
         match cell {
             Cell::Real(_) => matches!(self.values, Values::Reals(_)),
@@ -175,7 +175,7 @@ impl Column {
         }
     }
 
-    /// Adds a value; one of another type is missing.
+    /// Appends a value; one of another type counts as missing.
     fn push(&mut self, cell: &Cell) {
         match &mut self.values {
             Values::Reals(list) => list.push(match cell {
@@ -193,7 +193,7 @@ impl Column {
         }
     }
 
-    /// The value in this row; missing beyond the last.
+    /// Value in this row; missing beyond the last.
     pub fn cell(&self, row: usize) -> Cell {
         match &self.values {
             Values::Reals(list) => list.get(row).copied().filter(|x| !x.is_nan()).into(),
@@ -216,7 +216,7 @@ impl Table {
         }
     }
 
-    /// How many rows it has.
+    /// Number of rows.
     pub fn rows(&self) -> usize {
         self.columns
             .first()
@@ -230,7 +230,7 @@ impl Table {
     /// Adds a row: one cell for each column, in order.
     ///
     /// # Errors
-    /// If the cells do not fit the columns; nothing is added then.
+    /// If the cells do not fit the columns; the table is then unchanged.
     pub fn push(&mut self, cells: &[Cell]) -> Result<()> {
         if cells.len() != self.columns.len() {
             return Err(Error::domain(format!(
@@ -252,7 +252,7 @@ impl Table {
         Ok(())
     }
 
-    /// The values of a column of reals; none if there is no such column.
+    /// Values of a column of reals; empty if absent.
     pub fn reals(&self, name: &str) -> &[f64] {
         match self.column(name).map(|column| &column.values) {
             Some(Values::Reals(list)) => list,
@@ -260,7 +260,7 @@ impl Table {
         }
     }
 
-    /// The values of a column of integers; none if there is no such column.
+    /// Values of a column of integers; empty if absent.
     pub fn integers(&self, name: &str) -> &[Option<i64>] {
         match self.column(name).map(|column| &column.values) {
             Some(Values::Integers(list)) => list,
@@ -268,7 +268,7 @@ impl Table {
         }
     }
 
-    /// The values of a column of words; none if there is no such column.
+    /// Values of a column of words; empty if absent.
     pub fn words(&self, name: &str) -> &[Cow<'static, str>] {
         match self.column(name).map(|column| &column.values) {
             Some(Values::Words(list)) => list,
@@ -276,7 +276,7 @@ impl Table {
         }
     }
 
-    /// The column of this name.
+    /// The column with this name.
     pub fn column(&self, name: &str) -> Option<&Column> {
         self.columns.iter().find(|column| column.name == name)
     }
@@ -284,7 +284,7 @@ impl Table {
     /// The table as CSV: see [`Csv`].
     pub fn csv(&self) -> String {
         let mut text = Vec::new();
-        // Nothing fails in memory.
+        // Tables in memory do not fail.
         if let Ok(mut csv) = Csv::new(&mut text, self) {
             for row in 0..self.rows() {
                 let cells: Vec<Cell> = self.columns.iter().map(|c| c.cell(row)).collect();
@@ -295,12 +295,12 @@ impl Table {
     }
 }
 
-/// A table being written as CSV (RFC 4180, with line feeds): a line of names, then one for each row; numbers as by
-/// [`exact`], nothing where a value is missing.
+/// A CSV writer (RFC 4180, with line feeds): a line of names, then one for each row; numbers as by [`exact`], nothing
+/// for a missing value.
 #[derive(Debug)]
 pub struct Csv<W> {
     writer: W,
-    /// The line being made.
+    /// Buffer of the current line.
     line: String,
 }
 
@@ -317,7 +317,7 @@ impl<W: Write> Csv<W> {
         Ok(csv)
     }
 
-    /// Rows that go on below others.
+    /// A writer of further rows, without the line of names.
     pub fn without_names(writer: W) -> Self {
         Self {
             writer,
@@ -337,7 +337,7 @@ impl<W: Write> Csv<W> {
             }
             match cell {
                 Cell::Real(x) if x.is_nan() => {}
-                // Nothing fails in memory.
+                // Strings in memory do not fail.
                 Cell::Real(x) => drop(write!(self.line, "{:?}", unsigned(*x))),
                 Cell::Integer(n) => drop(write!(self.line, "{n}")),
                 Cell::Word(word) if word.contains([',', '"', '\n', '\r']) => {
@@ -352,28 +352,28 @@ impl<W: Write> Csv<W> {
         self.writer.write_all(self.line.as_bytes())
     }
 
-    /// Hands the writer back.
+    /// Flushes and returns the writer.
     ///
     /// # Errors
-    /// If what it buffers cannot be written.
+    /// If the buffered text cannot be written.
     pub fn finish(mut self) -> std::io::Result<W> {
         self.writer.flush()?;
         Ok(self.writer)
     }
 }
 
-/// A number in full precision, the shortest decimal that is read back as the same double: with an exponent where its digits
-/// would be many zeros, and no minus before a zero.
+/// Shortest decimal that reads back as the same double, with an exponent instead of many zeros, and without a
+/// negative zero.
 pub fn exact(x: f64) -> String {
     format!("{:?}", unsigned(x))
 }
 
-/// The number without a minus before a zero: -0.0 + 0.0 is 0.0.
+/// Turns -0.0 into 0.0, by adding 0.0.
 fn unsigned(x: f64) -> f64 {
     x + 0.0
 }
 
-/// JSON text; no number in it is -0.0.
+/// JSON text without negative zeros.
 pub fn json_text(mut value: Value) -> String {
     unsign_zeros(&mut value);
     format!("{value:#}\n")

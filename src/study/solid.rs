@@ -1,4 +1,4 @@
-//! Bodies as figures show them.
+//! Bodies as drawn in figures.
 
 use crate::body::{Groove, RigidBody};
 use crate::scene::{self, AssemblyBody};
@@ -9,15 +9,15 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 pub struct Solid {
     /// Centre of mass in the frame of the body.
     pub offset: Vector3<f64>,
-    /// From the centre to the middles of three faces, by columns, in the same frame; 0 for a point mass.
+    /// Vectors from the centre to the middles of three faces, by columns, in the body frame; 0 for a point mass.
     pub half_edges: Matrix3<f64>,
-    /// The groove that the origin of its frame slides in.
+    /// Groove in which the origin of the body frame slides.
     pub groove: Option<Groove>,
 }
 
-/// Points of a way by which the groove beside it is found.
+/// Largest number of points of a path for the search of the groove.
 const POINTS: usize = 200;
-/// The part of a way by which its groove is shown beyond it.
+/// Length of the drawn groove beyond the path, as a fraction of the extent of the path.
 const BEYOND: f64 = 0.03;
 
 impl Solid {
@@ -48,16 +48,16 @@ impl Solid {
         solid.within(body.groove.as_ref())
     }
 
-    /// The same body in a groove of the scene, if it is in one.
+    /// Places the body in a groove of the scene, if any.
     pub(super) fn within(self, groove: Option<&scene::Groove>) -> Self {
         Self {
-            // One that is no curve is refused where the motion is made.
+            // An invalid curve is refused when the motion is built.
             groove: groove.and_then(|groove| groove.curve(1.0).ok()),
             ..self
         }
     }
 
-    /// The groove of a body that has these poses one after the other, as far as it lies within half of `length` of its way.
+    /// Groove of a body along its path of `poses`, up to half of `length` beyond the path.
     pub fn groove_around<'a>(
         &self,
         poses: impl ExactSizeIterator<Item = &'a Isometry3<f64>>,
@@ -66,7 +66,7 @@ impl Solid {
         self.groove_beside(poses, |_| 0.5 * length)
     }
 
-    /// The groove along the way itself, and a little beyond it.
+    /// Groove along the path, and a little beyond it.
     pub fn groove_along<'a>(
         &self,
         poses: impl ExactSizeIterator<Item = &'a Isometry3<f64>>,
@@ -92,7 +92,7 @@ impl Solid {
         points.into_iter().map(Into::into).collect()
     }
 
-    /// The centre of mass where the body has this pose.
+    /// Centre of mass for a pose of the body.
     pub fn centre(&self, pose: &Isometry3<f64>) -> Vector3<f64> {
         pose.translation.vector + pose.rotation * self.offset
     }

@@ -1,4 +1,4 @@
-//! The equilibrium of an assembly.
+//! Static equilibrium of an assembly.
 
 use crate::error::Result;
 use crate::math::se3::halves;
@@ -17,25 +17,25 @@ const SECTIONS: usize = 100;
 pub struct AssemblyEquilibriumRecord {
     /// The units of every quantity.
     pub units: Units,
-    /// Every body: its name, and the pose of its frame in the world.
+    /// Bodies: name, and pose of the frame in the world.
     pub bodies: Vec<(String, Isometry3<f64>)>,
     /// The bodies as figures show them.
     pub solids: Vec<Solid>,
-    /// Every rod: its name, and the wrench (couple, force) at its base in the world; those with a free end last.
+    /// Rods: name, and wrench (couple, force) at the base in the world; rods with a free end last.
     pub rods: Vec<(String, Vector6<f64>)>,
-    /// The names of those with a free end.
+    /// Names of the rods with a free end.
     pub free: Vec<String>,
-    /// Stored energy and potential of gravity and constant forces; couples have none.
+    /// Stored energy plus potential of gravity and constant forces; couples have no potential.
     pub energy: f64,
     /// Morse index with the bodies free; 0 is stable.
     pub index: usize,
-    /// True if the loads have a potential, so that the index decides stability.
+    /// True if the loads have a potential: only then the index decides stability.
     pub conservative: bool,
-    /// The largest of the equations left over, in the units of the rods.
+    /// Largest residual of the equations, in the units of the rods.
     pub residual: f64,
-    /// Whether it was found near the guess of the scene; None where that has none.
+    /// True if the equilibrium was found near the guess of the scene; `None` without a guess.
     pub from_guess: Option<bool>,
-    /// A rod that is shorter than its ends are apart in the guess, and can be neither stretched nor sheared.
+    /// Name of an inextensible, unshearable rod shorter than the distance of its ends in the guess.
     pub overdrawn: Option<String>,
     /// Every rod, those with a free end last.
     pub shapes: Vec<RodCurve>,

@@ -1,4 +1,4 @@
-//! Assemblies: the equilibrium of several rods and bodies, and their motion. Their branches are those of [`branch`](super::branch()).
+//! Assemblies of several rods and bodies: equilibrium and motion. Their branches are in [`branch`](super::branch()).
 
 mod equilibrium;
 mod record;

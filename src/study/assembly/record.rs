@@ -1,4 +1,4 @@
-//! What the run of an assembly leaves behind, in the scene's units.
+//! Record of the run of an assembly, in the units of the scene.
 
 use super::equilibrium::pose_json;
 use crate::assembly::Contact;
@@ -19,12 +19,12 @@ use crate::study::run::{Bounces, Bounds};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Map, Value, json};
 
-/// The run of an assembly that has ended, or, under landing = "all", the runs into which it branched.
+/// Record of a completed run of an assembly, with all branches under landing = "all".
 #[derive(Debug, Clone)]
 pub struct AssemblyRunRecord {
     /// The scene's units.
     pub units: Units,
-    /// The units of the first rod and body in those of the scene.
+    /// Scales from units of the first rod and body to units of the scene.
     pub scales: Scales,
     /// The scene, with its defaults.
     pub scene: Value,
@@ -34,32 +34,32 @@ pub struct AssemblyRunRecord {
     pub rods: Vec<String>,
     /// Names of the rods with a free end, in order.
     pub free: Vec<String>,
-    /// How thick every rod is where it touches itself or another; None where that is not looked for.
+    /// Diameters of the rods for contact; `None` for rods without contact detection.
     pub thickness: Vec<Option<f64>>,
     /// The bodies as figures show them, in order.
     pub solids: Vec<Solid>,
-    /// The end of time that was asked for.
+    /// Requested end of time.
     pub duration: f64,
     /// The bounds of the scene.
     pub bounds: Bounds,
-    /// Each after its parent; the first is the trunk.
+    /// Branches, each after its parent; the first is the trunk.
     pub branches: Vec<AssemblyRunBranch>,
-    /// Snaps whose branches were not followed because the bound was reached.
+    /// Number of snaps whose branches were not followed because the bound was reached.
     pub cut: usize,
-    /// The Morse index, with the bodies free, of the equilibrium at the start, if it is one.
+    /// Morse index, with the bodies free, of the equilibrium at the start; `None` if unknown or not in equilibrium.
     pub start_index: Option<usize>,
-    /// What is done with the mass of the rods, of those where it is known.
+    /// Treatment of the mass of each rod of known mass.
     pub masses: Vec<RodMassNote>,
-    /// The folds that rods of known mass passed.
+    /// Folds passed by rods of known mass.
     pub folds: Vec<FoldPassed>,
-    /// Whether leaving out the mass of rods was right, where one is known and not all of it was followed.
+    /// Validity of neglecting the mass of rods, where a mass is known and not followed in full.
     pub validity: Option<Validity>,
 }
 
-/// One run of an assembly: the trunk, or what follows from a snap.
+/// One run of an assembly: the trunk, or the continuation from a snap.
 #[derive(Debug, Clone)]
 pub struct AssemblyRunBranch {
-    /// Where it comes from; snaps in the units of the rod.
+    /// Origin of the branch; snaps in the units of the rod.
     pub stem: Stem,
     /// The first state.
     pub first: AssemblyMoment,
@@ -67,39 +67,39 @@ pub struct AssemblyRunBranch {
     pub last: AssemblyMoment,
     /// Every rod at the first state, those with a free end last: poses of sections from base to end.
     pub first_shapes: Vec<Vec<Isometry3<f64>>>,
-    /// The same at the last.
+    /// Every rod at the last state, those with a free end last: poses of sections from base to end.
     pub last_shapes: Vec<Vec<Isometry3<f64>>>,
     /// Samples for figures, thinned.
     pub track: Vec<AssemblyMoment>,
-    /// How it ended; times in the units of the rod.
+    /// Outcome of the run; times in the units of the rod.
     pub outcome: Outcome,
-    /// Where it ended, if rods touch there: arclengths from the rods' `from`, in the scene's units.
+    /// Contact at the end of the run, if rods touch: arclengths from each rod's `from`, in the units of the scene.
     pub touching: Option<Contact>,
-    /// Its cost.
+    /// Computational cost.
     pub cost: Cost,
-    /// For how long the mass of a light rod was not felt, in the scene's units.
+    /// Time during which the mass of a light rod was inactive, in the units of the scene.
     pub unfelt: f64,
-    /// How the strains of rods with mass were resolved.
+    /// Resolution of the strains of rods with mass.
     pub resolution: Option<Resolution>,
-    /// Its own snaps, in the units of the rod.
+    /// Snaps of this branch, in the units of the rod.
     pub snaps: Vec<Snap>,
-    /// Bounces of its taut rods, the places of their ends along the directors of their bases.
+    /// Bounces of taut rods; positions of ends along the directors of the base.
     pub bounces: Bounces,
-    /// Of each of [`AssemblyRunBranch::all_snaps`] the wrench (couple, force) at the base of its rod before and after, along the directors there, in the scene's
-    /// units.
+    /// Wrenches (couple, force) at the base of the rod before and after each of [`AssemblyRunBranch::all_snaps`],
+    /// along the directors of the base, in the units of the scene.
     pub snap_wrenches: Vec<[Vector6<f64>; 2]>,
-    /// Folds that the light rods beside those with mass pass, in the units of the rod.
+    /// Folds passed by the light rods that accompany rods with mass, in the units of the rod.
     pub crossed: Vec<Crossed>,
-    /// Their wrenches, as those of snaps.
+    /// Wrenches at the folds in `crossed`, as in `snap_wrenches`.
     pub crossed_wrenches: Vec<[Vector6<f64>; 2]>,
-    /// When those rods were not known, in the units of the rod.
+    /// Intervals without light rods, in the units of the rod.
     pub lost: Vec<Lost>,
-    /// How well its ledger closes, in the scene's units.
+    /// Closure of the energy ledger, in the units of the scene.
     pub closing: Closing,
 }
 
 impl AssemblyRunBranch {
-    /// The snap by which it was entered, if it was, and its own.
+    /// The snap at which the branch begins, if any, and the snaps within the branch.
     pub fn all_snaps(&self) -> impl Iterator<Item = &Snap> {
         self.stem.entered.iter().chain(&self.snaps)
     }
@@ -114,22 +114,22 @@ pub struct AssemblyMoment {
     pub bodies: Vec<BodyMoment>,
     /// Energies.
     pub ledger: Ledger,
-    /// What should not change: [`Ledger::total`].
+    /// Conserved total: [`Ledger::total`].
     pub total: f64,
-    /// The Morse indices of the rods with their ends held, added up.
+    /// Sum of the Morse indices of the rods with their ends held.
     pub index: Option<usize>,
 }
 
-/// Where a body is and how it moves.
+/// Pose and velocity of a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodyMoment {
-    /// Pose of its frame.
+    /// Pose of the body frame.
     pub pose: Isometry3<f64>,
-    /// Velocity of the origin of its frame.
+    /// Velocity of the origin of the body frame.
     pub velocity: Vector3<f64>,
     /// Angular velocity.
     pub angular_velocity: Vector3<f64>,
-    /// The force of its groove on it.
+    /// Force of a groove on the body.
     pub groove: Option<Vector3<f64>>,
 }
 
@@ -150,17 +150,17 @@ impl BodyMoment {
 impl AssemblyRunRecord {
     /// The branch that ran last.
     pub fn last(&self) -> &AssemblyRunBranch {
-        // A record is made of one branch at least.
+        // Every record has a branch.
         &self.branches[self.branches.len() - 1]
     }
 
-    /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
+    /// Stable key of the outcome: [`Outcome::key`] of the first branch that ended early, branch_limit, or
     /// end_of_time.
     pub fn outcome(&self) -> &'static str {
         outcome_key(self.cut, self.branches.iter().map(|b| &b.outcome))
     }
 
-    /// Why the run fell short of what was asked, in the scene's units; None if it did not.
+    /// Reason for an early end, in the units of the scene; `None` for a complete run.
     pub fn reason(&self) -> Option<String> {
         if self.cut > 0 {
             return Some(self.bounds.cut(self.cut));
@@ -187,7 +187,7 @@ impl AssemblyRunRecord {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
-    /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
+    /// Warning about unresolved strain rates, energies beyond the tolerance, or an unstable start.
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
@@ -202,18 +202,18 @@ impl AssemblyRunRecord {
         ))
     }
 
-    /// When and why folds that light rods pass are not told; None where all are, or there is none.
+    /// Times and reasons of missing folds of light rods; `None` if all are known, or there are no light rods.
     pub fn untold(&self) -> Option<String> {
         let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
         light_rod_reference::note(&lost, &self.rods, (&self.scales, self.units))
     }
 
-    /// For how long a light rod whose mass is followed was without it, in all branches; None if none ever was.
+    /// Time during which the mass of a light rod was inactive, over all branches; `None` if it never was.
     pub fn unfelt(&self) -> Option<f64> {
         spent(self.branches.iter().map(|branch| branch.unfelt))
     }
 
-    /// What came of the run.
+    /// Content of summary.json.
     pub fn summary(&self) -> Value {
         let (k, reason, last) = (&self.scales, self.reason(), self.last());
         let worst = |error: fn(&Closing) -> f64| {
@@ -234,7 +234,7 @@ impl AssemblyRunRecord {
             "drift": worst(|c| c.drift),
             "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
-            // null: contacts of this rod are not looked for.
+            // null: no contact detection for this rod.
             "contact_diameters": self.thickness,
             "work": elastic_cost(&cost),
             "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
@@ -272,7 +272,7 @@ impl AssemblyRunRecord {
         Value::Object(summary)
     }
 
-    /// What is to be said of the bounces of the rods; None where there was none.
+    /// Remark on the bounces of the rods; `None` without bounces.
     pub fn bounces(&self) -> Option<String> {
         let all = self.branches.iter().map(|branch| &branch.bounces);
         Bounces::text(all, (&self.scales, self.units), false)
@@ -331,7 +331,8 @@ impl AssemblyRunRecord {
         here.find(|fold| fold.t == t && fold.rod.as_ref() == rod)
     }
 
-    /// Folds of light rods that rods with mass passed without a jump, and when those were not known, by their times.
+    /// Folds of light rods that rods with mass passed without a jump, and intervals without light rods, in the order
+    /// of time.
     fn passages_of(&self, branch: &AssemblyRunBranch) -> Vec<Value> {
         let k = &self.scales;
         let lost = branch.lost.iter();

@@ -1,4 +1,4 @@
-//! Runs an assembly.
+//! Run of an assembly.
 
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
 use crate::assembly::{Contact, Joint, Place};
@@ -20,15 +20,15 @@ use crate::study::run::tree::tree;
 use crate::study::{Cell, Column, Hooks, Sink, Solid, Table};
 use nalgebra::{Isometry3, Vector6};
 
-/// Most samples kept for figures; beyond, every second one is dropped.
+/// Largest number of samples kept for figures; at the limit every second one is dropped.
 const KEPT: usize = 4000;
 /// Sections of a rod that is drawn, less one.
 const SECTIONS: usize = 60;
 
-/// A motion from its start, and the Morse index of the equilibrium there, if it is one and that is known.
+/// A motion from its start, and the Morse index at the start (`None` if unknown or not in equilibrium).
 pub type AssemblyMotion = (Box<dyn Motion<'static>>, Option<usize>);
 
-/// A scene of an assembly in motion made ready to run.
+/// A scene of a moving assembly ready to run.
 pub struct AssemblyPrepared {
     pub(in crate::study) setup: AssemblySetup,
     pub(in crate::study) scene: Scene,
@@ -36,10 +36,10 @@ pub struct AssemblyPrepared {
 }
 
 impl AssemblyPrepared {
-    /// Scales everything.
+    /// Scales the scene.
     ///
     /// # Errors
-    /// A scene of one rod, or of statics; what [`Scene::parse`] cannot see from the numbers alone.
+    /// A scene of one rod, or of statics; errors that [`Scene::parse`] cannot detect from the numbers alone.
     pub fn new(scene: &Scene) -> Result<Self> {
         Ok(Self {
             setup: AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?,
@@ -48,10 +48,10 @@ impl AssemblyPrepared {
         })
     }
 
-    /// The motion from its start, and the Morse index of the equilibrium there, if it is one.
+    /// The motion from its start, and the Morse index of the equilibrium at the start, if any.
     ///
     /// # Errors
-    /// A start from which it cannot go.
+    /// A start from which no motion is possible.
     pub fn motion(&self) -> Result<AssemblyMotion> {
         let motion = self.setup.motion(&self.scene);
         motion.map_err(|e| self.scene.in_own_units(e))
@@ -65,7 +65,7 @@ impl AssemblyPrepared {
         }
     }
 
-    /// The same without its index, which costs more than all else.
+    /// A state in the world without the index, the expensive part.
     pub(in crate::study) fn passing(&self, state: &dyn State) -> AssemblyMoment {
         let (k, ledger) = (&self.setup.scales, state.ledger());
         let mut grooves = state.groove_forces().into_iter();
@@ -101,7 +101,7 @@ impl AssemblyPrepared {
         self.setup.shapes(state.time(), now, points)
     }
 
-    /// The poses of their sections alone.
+    /// Poses of the sections of every rod.
     pub(in crate::study) fn sections(
         &self,
         state: &dyn State,
@@ -111,20 +111,20 @@ impl AssemblyPrepared {
         Ok(curves.into_iter().map(poses).collect())
     }
 
-    /// The light rods beside those with all of their mass in their first state.
+    /// Light rods that accompany the rods with fully followed mass, from the first state.
     fn beside(&self, first: &dyn State) -> LightRods {
         let rods = self.setup.light_rods(&self.scene).into_iter();
         let rods = rods.map(|rod| Beside::new(Box::new(rod), first));
         LightRods::new(rods.collect())
     }
 
-    /// Names of the rods, in the order of their shapes: those with a free end last.
+    /// Names of the rods in the order of shapes: those with a free end last.
     pub fn names(&self) -> Vec<String> {
         let held = self.rod_names().into_iter();
         held.chain(self.free_names()).collect()
     }
 
-    /// How the base and the end of every rod are joined to the ground, in the same order; None where they are not.
+    /// Joints of base and end of each rod to the ground, in the order of `names`; `None` at a body or free end.
     pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
         let given = self.scene.assembly.iter();
         given.flat_map(AssemblyScene::grounds).collect()
@@ -182,7 +182,7 @@ impl AssemblyPrepared {
         )
     }
 
-    /// Its row of a moment.
+    /// Row of the trajectory for a moment.
     fn row(&self, at: &AssemblyMoment) -> Vec<Cell> {
         let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
         let mut row: Vec<Cell> = std::iter::once(at.t)
@@ -204,8 +204,8 @@ impl AssemblyPrepared {
     }
 }
 
-/// What the mass of the rods of an assembly changes where it rests under the loads at t = 0; None where no mass is known or all of it is followed,
-/// and where no equilibrium is found.
+/// Effect of the mass of the rods at the equilibrium under the loads at t = 0. `None` where no mass is known or all
+/// of it is followed, and where no equilibrium is found.
 ///
 /// # Errors
 /// As [`AssemblyPrepared::new`].
@@ -217,10 +217,11 @@ pub fn small_mass(scene: &Scene) -> Result<Option<SmallMass>> {
     Ok(Resting::assembly(scene, &setup).map(|resting| resting.mass))
 }
 
-/// The rods of an assembly at these `times`, as [`crate::study::run::shapes`] gives the one rod; those with a free end come last.
+/// The rods of an assembly at `times`, as in [`crate::study::run::shapes`] for one rod; rods with a free end come
+/// last.
 ///
 /// # Errors
-/// As there.
+/// As [`crate::study::run::shapes`].
 pub fn shapes(
     prepared: &AssemblyPrepared,
     times: &[f64],
@@ -229,15 +230,15 @@ pub fn shapes(
 ) -> Result<Vec<Shapes>> {
     let (mut motion, _) = prepared.motion()?;
     let unit = prepared.setup.scales.time;
-    // Of light rods so many intervals are drawn.
+    // Light rods take the number of intervals, one less than `points`.
     let mut shape = |state: &dyn State| prepared.shapes(state, points.max(2) - 1);
     at_times(&mut *motion, times, unit, hooks, &mut shape)
 }
 
-/// The trajectory of an assembly's run at these `times` alone, as [`crate::study::run::samples`] gives that of one rod.
+/// The trajectory of an assembly's run at `times` only, as in [`crate::study::run::samples`] for one rod.
 ///
 /// # Errors
-/// As there.
+/// As [`crate::study::run::samples`].
 pub fn samples(prepared: &AssemblyPrepared, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
     let (mut motion, _) = prepared.motion()?;
     let unit = prepared.setup.scales.time;
@@ -250,11 +251,12 @@ pub fn samples(prepared: &AssemblyPrepared, times: &[f64], hooks: &mut dyn Hooks
     Ok(table)
 }
 
-/// Runs an assembly, and under landing = "all" every run into which it branches, to its end, from the start that [`AssemblyPrepared::motion`] has found. Rows of the tables `trajectory`, `trajectory-1`, ... go
-/// to `sink` as the run goes on. A run that ends early is no error, as in [`run`](crate::study::run::run).
+/// Runs an assembly from the start that [`AssemblyPrepared::motion`] has found, with all branches under landing =
+/// "all". Rows of the tables `trajectory`, `trajectory-1`, ... go to `sink` during the run. A run that ends early is
+/// no error, as in [`run`](crate::study::run::run).
 ///
 /// # Errors
-/// Rows that the sink refuses.
+/// Rows refused by the sink.
 pub fn run(
     prepared: &AssemblyPrepared,
     (motion, start_index): AssemblyMotion,
@@ -351,7 +353,7 @@ pub fn run(
         Ok((branch, outcome))
     })?;
     let heavy = prepared.setup.is_heavy();
-    // Of rods with all of their mass no more is asked than the folds that they pass.
+    // For fully followed mass only the passed folds are evaluated.
     let asked = !heavy || branches.iter().any(|branch| !branch.crossed.is_empty());
     let resting = match asked {
         false => None,
@@ -396,7 +398,7 @@ pub fn run(
     })
 }
 
-/// The folds that the rods passed in the branches of a run: their snaps, or those of the light rods beside them.
+/// Folds passed in the branches of a run: snaps of the rods, or of the light rods that accompany them.
 fn folds(resting: &Resting, branches: &[AssemblyRunBranch], scales: &Scales) -> Vec<FoldPassed> {
     let of = |branch: &AssemblyRunBranch| {
         let last = (branch.last.t, branch.last.ledger);
@@ -457,7 +459,7 @@ fn trajectory<'a>(
     Table::new(name, columns)
 }
 
-/// Watches the motion.
+/// Observer of the motion of an assembly.
 struct Recorder<'r> {
     prepared: &'r AssemblyPrepared,
     sink: &'r mut dyn Sink,
@@ -468,7 +470,7 @@ struct Recorder<'r> {
     bounces: Bounces,
     beside: LightRods,
     track: Thinned<AssemblyMoment>,
-    /// Of how many moments of a step figures want to know, beside the samples.
+    /// Moments per step for figures, in addition to samples.
     moments: usize,
 }
 
@@ -477,7 +479,7 @@ impl Observer for Recorder<'_> {
         let at = self.prepared.moment(state);
         let row = self.prepared.row(&at);
         self.closing.measure(state);
-        // Steps bring the others.
+        // Other moments come from the steps.
         if self.moments == 0 || self.track.list.is_empty() {
             self.track.show(|| at);
         }
@@ -513,7 +515,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn look(&mut self, state: &dyn State) {
-        // The first sample is there already.
+        // The first sample is already recorded.
         let unit = self.prepared.setup.scales.time;
         let t = self.prepared.run.told(state.time(), unit);
         if let [only] = self.track.list.as_slice()
@@ -521,7 +523,7 @@ impl Observer for Recorder<'_> {
         {
             return;
         }
-        // Without the index, which no figure has.
+        // Without the index, which no figure shows.
         self.track.show(|| self.prepared.passing(state));
     }
 

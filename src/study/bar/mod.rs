@@ -1,4 +1,4 @@
-//! Runs a bar in longitudinal motion: waves, shocks, what they lose.
+//! Run of a bar in longitudinal motion: waves, shocks and dissipation.
 
 mod record;
 mod track;
@@ -13,15 +13,15 @@ use crate::error::{Error, Result};
 use crate::scene::{BarScene, Scene, Units};
 use track::Tracker;
 
-/// Times and places of the field that is written and drawn, at most.
+/// Largest number of times and places in the stored field.
 const FIELD_TIMES: usize = 400;
 const FIELD_PLACES: usize = 300;
-/// Steps between two looks whether the run is to end.
+/// Number of steps between two checks for an interrupt.
 const STRETCH: usize = 10_000;
-/// Characteristics that are drawn.
+/// Number of drawn characteristics.
 const RAYS: usize = 16;
 
-/// A scene of a bar made ready to run.
+/// A scene of a bar ready to run.
 pub struct BarPrepared {
     scene: serde_json::Value,
     given: BarScene,
@@ -30,10 +30,10 @@ pub struct BarPrepared {
 }
 
 impl BarPrepared {
-    /// Makes the bar.
+    /// The bar of a scene.
     ///
     /// # Errors
-    /// A scene of another kind; numbers that make no bar.
+    /// A scene of another kind; invalid data of a bar.
     pub fn new(scene: &Scene) -> Result<Self> {
         let other = || Error::domain("this is no bar: its [rod] has not model = \"bar\"");
         let given = scene.bar.clone().ok_or_else(other)?;
@@ -56,14 +56,14 @@ impl BarPrepared {
         &self.bar
     }
 
-    /// Where the first wave breaks, by the envelope of the characteristics from the loaded end.
+    /// Time and place of the first wave breaking, from the envelope of the characteristics of the loaded end.
     pub fn breaking(&self) -> Option<Breaking> {
         breaking::first(&self.bar, self.given.duration)
     }
 }
 
-/// Runs a bar to its end. Rows of the tables `trajectory` and `waves` go to `sink` as the run goes on. A run that ends early
-/// is no error: [`BarRecord::reason`] says why.
+/// Runs a bar to its end. Rows of the tables `trajectory` and `waves` go to `sink` as the run goes on. A run that
+/// ends early is no error: [`BarRecord::reason`] says why.
 ///
 /// ```
 /// use snaprod::scene::Scene;
@@ -92,7 +92,7 @@ impl BarPrepared {
 /// ```
 ///
 /// # Errors
-/// A bar that its scheme cannot compute; rows that the sink refuses.
+/// A bar beyond the capability of the scheme; rows refused by the sink.
 pub fn run(
     prepared: &BarPrepared,
     sink: &mut dyn Sink,
@@ -182,13 +182,13 @@ pub fn run(
     Ok(record)
 }
 
-/// Every so many of the places of a state, the last among them.
+/// Indices of evenly spaced places, the last included.
 fn thinned(count: usize) -> impl Iterator<Item = usize> {
     let stride = count.div_ceil(FIELD_PLACES);
     (0..count).filter(move |i| i % stride == 0 || i + 1 == count)
 }
 
-/// The trajectory of a bar before its run: names, units and meanings of its columns.
+/// Trajectory table of a bar without rows: names, units and meanings of the columns.
 pub fn columns(scene: &Scene) -> Table {
     trajectory(scene.units)
 }
@@ -241,8 +241,8 @@ fn waves(u: Units) -> Table {
     )
 }
 
-/// Characteristics through the field that was kept, from a loaded or heavy end at even times, else from the middle at the
-/// start; they turn round at the ends.
+/// Characteristics through the stored field, reflected at the ends. They start at even times from a loaded or heavy
+/// end, otherwise from the middle at the start.
 fn rays(bar: &Bar, record: &BarRecord) -> Vec<Vec<[f64; 2]>> {
     let Some(last) = record.times.last() else {
         return Vec::new();
@@ -274,7 +274,7 @@ fn rays(bar: &Bar, record: &BarRecord) -> Vec<Vec<[f64; 2]>> {
     (0..RAYS).map(one).collect()
 }
 
-/// The bar's state as the field that is kept.
+/// Storage of states as fields.
 impl BarRecord {
     fn see(&mut self, now: &Snapshot) {
         self.times.push(now.time);
@@ -284,7 +284,7 @@ impl BarRecord {
             .push(thinned(now.x.len()).map(|i| now.stretch[i]).collect());
     }
 
-    /// The speed of waves at a time and a place, bilinear in the stretch.
+    /// Wave speed at a time and a place, bilinear in the stretch.
     fn speed_at(&self, bar: &Bar, t: f64, x: f64) -> f64 {
         let (i, a) = cell(&self.times, t);
         let (j, b) = cell(&self.x, x);
@@ -296,7 +296,7 @@ impl BarRecord {
     }
 }
 
-/// The interval of a growing list that holds a value, and the part of it before the value.
+/// Interval of an ascending list that contains a value, and the fraction of the interval before the value.
 fn cell(list: &[f64], value: f64) -> (usize, f64) {
     let after = list
         .partition_point(|x| *x <= value)

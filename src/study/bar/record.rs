@@ -1,4 +1,4 @@
-//! What the run of a bar leaves behind, in the scene's units.
+//! Record of the run of a bar, in the units of the scene.
 
 use super::{BarPrepared, ShockTrack, thinned};
 use crate::bar::breaking::Breaking;
@@ -26,35 +26,35 @@ pub struct BarRecord {
     pub units: Units,
     /// The scene, with its defaults.
     pub scene: Value,
-    /// The end of time that was asked for.
+    /// Requested end of time.
     pub duration: f64,
     /// The undeformed length.
     pub length: f64,
     /// The name of the scheme.
     pub scheme: &'static str,
-    /// Mass of the bar, and over that of the body at its end, if there is one.
+    /// Mass of the bar, and its ratio to the mass of a body at the end, if any.
     pub mass: (f64, Option<f64>),
     /// The samples.
     pub moments: Vec<BarMoment>,
-    /// Times of the field that is kept for figures.
+    /// Times of the stored field.
     pub times: Vec<f64>,
-    /// Its material coordinates.
+    /// Material coordinates of the stored field.
     pub x: Vec<f64>,
-    /// The stress at each time and place.
+    /// Stress at each time and place.
     pub field: Vec<Vec<f64>>,
-    /// The stretch at each time and place.
+    /// Stretch at each time and place.
     pub stretches: Vec<Vec<f64>>,
     /// Characteristics, as points (t, X).
     pub rays: Vec<Vec<[f64; 2]>>,
-    /// Where the first wave from a loaded end breaks, by the envelope of characteristics.
+    /// Time and place of the first wave breaking, from the envelope of the characteristics of the loaded end.
     pub breaking: Option<Breaking>,
-    /// The shocks that were seen.
+    /// The detected shocks.
     pub shocks: Vec<ShockTrack>,
     /// Bounds of the stress at X = 0.
     pub wall: Extremes,
     /// Bounds of the stress at X = length.
     pub tip: Extremes,
-    /// Why it ended short.
+    /// Reason for an early end.
     pub stuck: Option<Stuck>,
     /// True if it was interrupted.
     pub interrupted: bool,
@@ -91,7 +91,7 @@ impl BarRecord {
         }
     }
 
-    /// How it ended.
+    /// Stable key of the outcome.
     pub fn outcome(&self) -> &'static str {
         match (&self.stuck, self.interrupted) {
             (Some(_), _) => "stuck",
@@ -100,7 +100,7 @@ impl BarRecord {
         }
     }
 
-    /// Why it ended short, if it did.
+    /// Reason for an early end, if any.
     pub fn reason(&self) -> Option<String> {
         if let Some(stuck) = &self.stuck {
             return Some(format!("at t = {}: {}", exact(stuck.at), stuck.message()));
@@ -125,7 +125,7 @@ impl BarRecord {
         self.moments.last()
     }
 
-    /// Everything but the tables, as summary.json has it.
+    /// Content of summary.json.
     pub fn summary(&self) -> Value {
         let extremes = |at: &Extremes| json!({ "min": at.min, "min_time": at.min_time, "max": at.max, "max_time": at.max_time });
         let mut shocks: Vec<Value> = Vec::new();
@@ -168,7 +168,7 @@ impl BarRecord {
         })
     }
 
-    /// The breaking, and the birth and the end of every shock that was seen, in the order of time.
+    /// The breaking, and birth and end of every detected shock, in the order of time.
     pub fn events(&self) -> Vec<Value> {
         let mut events = Vec::new();
         if let Some(first) = &self.breaking {

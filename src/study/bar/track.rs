@@ -1,4 +1,4 @@
-//! Shocks followed through time.
+//! Tracks of shocks through time.
 
 use crate::bar::Shock;
 use serde::Serialize;
@@ -10,7 +10,7 @@ pub struct ShockPoint {
     pub time: f64,
     /// The material coordinate.
     pub position: f64,
-    /// The speed over the material, positive towards +X.
+    /// Speed relative to the material, positive towards +X.
     pub speed: f64,
     /// The stretch ahead.
     pub ahead: f64,
@@ -20,21 +20,21 @@ pub struct ShockPoint {
     pub loss_rate: f64,
 }
 
-/// One shock from where it was first seen to where it was last seen.
+/// A shock from first to last detection.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ShockTrack {
-    /// Its points.
+    /// States of the shock in the order of time.
     pub points: Vec<ShockPoint>,
 }
 
-/// Joins the shocks of one time to those of the time before.
+/// Connects the shocks of one time with those of the previous time.
 #[derive(Default)]
 pub(super) struct Tracker {
     open: Vec<ShockTrack>,
     done: Vec<ShockTrack>,
 }
 
-/// A shock may be off its way by a cell and this part of what it goes between two samples.
+/// Allowed deviation of a shock between two samples, in addition to a cell, as a fraction of the distance travelled.
 const STRAY: f64 = 0.5;
 
 impl Tracker {
@@ -65,8 +65,8 @@ impl Tracker {
         self.open = open;
     }
 
-    /// All tracks by the time of their first point; a front seen once, as two shocks pass through each other, is none, unless it
-    /// is seen at the end.
+    /// All tracks by the time of their first point. A front detected once only, as when two shocks pass through each
+    /// other, is dropped, except at the end.
     pub fn finish(mut self) -> Vec<ShockTrack> {
         self.done.retain(|track| track.points.len() > 1);
         self.done.append(&mut self.open);

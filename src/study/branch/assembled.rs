@@ -17,36 +17,36 @@ use nalgebra::{DVector, Isometry3};
 
 /// Sections of each rod of a shape, less one.
 const SECTIONS: usize = 100;
-/// The finest tolerance of the integration along rods, and what part it is of that of the points.
+/// Finest tolerance of the integration along the rods, and its ratio to the tolerance of the points.
 const FINEST: f64 = 1e-14;
 const PART: f64 = 0.01;
-/// Turns and displacements, in radians and mean lengths of the rods, from which deflation begins.
+/// Size of rotations (rad) and displacements (mean rod lengths) of the first guesses of deflation.
 const MOVED: f64 = 1.0;
 
 type Maker = Box<dyn Fn(f64) -> Result<Assembly>>;
 
-/// An assembly, in unknowns that are counted from its equilibrium at the start of the branch.
+/// An assembly; the unknowns are counted from the equilibrium at the start of the branch.
 pub struct Assembled<'a> {
     scene: &'a Scene,
     from_start: AssemblyFamily<Maker>,
-    /// Velocities of the bodies, and number of the rods.
+    /// Degrees of freedom of each body, and number of rods.
     freedoms: Vec<usize>,
     rods: usize,
 }
 
-/// The assemblies of a scene over one of its parameters.
+/// Maps a value of `parameter` to the assembly of the scene.
 fn over(scene: &Scene, parameter: Parameter) -> Maker {
     let scene = scene.clone();
     Box::new(move |p| Ok(AssemblySetup::new(&scene.with(&parameter, p))?.assembly))
 }
 
-/// That of the integration along the rods: a part of what points are solved to.
+/// Tolerance of the integration along the rods: PART of the tolerance of the points, at least FINEST.
 fn tolerance(scene: &Scene) -> f64 {
     (PART * scene.solve.tolerance).max(FINEST)
 }
 
 impl<'a> Assembled<'a> {
-    /// The assembly of a scene with the unknowns of the equilibrium at the start of its branch.
+    /// The assembly of a scene, and the unknowns of the equilibrium at the start of its branch.
     ///
     /// # Errors
     /// No equilibrium there.
@@ -71,7 +71,7 @@ impl<'a> Assembled<'a> {
         Ok((this, x))
     }
 
-    /// The family of a scene with all its parameters set.
+    /// The assembly with every parameter of the scene fixed, as a family of one member.
     fn only(&self, setup: &AssemblySetup) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly>> {
         let assembly = setup.assembly.clone();
         let at = move |_| Ok(assembly.clone());
@@ -79,7 +79,7 @@ impl<'a> Assembled<'a> {
     }
 }
 
-/// Position and quaternion.
+/// Position and quaternion of a pose.
 fn placed(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
     let r: [f64; 3] = pose.translation.vector.into();
     r.into_iter().chain(upward(&pose.rotation))
@@ -130,7 +130,7 @@ impl Subject for Assembled<'_> {
         Some(resting.mass).filter(|mass| !mass.rods.is_empty())
     }
 
-    /// That of bodies and rods together, where the mass of a rod is known.
+    /// Normal form of a fold, including the mass of bodies and rods; `None` if no rod has a known mass.
     fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
         let setup = AssemblySetup::new(&scene.with(&wanted.parameter, at.p))?;
         let (assembly, k) = (&setup.assembly, &setup.scales);
@@ -257,8 +257,9 @@ impl Subject for Assembled<'_> {
             .collect())
     }
 
-    /// All bodies moved or turned along an axis, and all rods bent, twisted or pulled along one, both ways; and the same with every
-    /// second of them the other way. They are as many however large the assembly is.
+    /// Guesses in both directions: all bodies moved or turned along one axis, or all rods bent, twisted or pulled
+    /// along one. Each comes also with the sign of every second body or rod reversed. The number of guesses does not
+    /// depend on the size of the assembly.
     fn guesses(&self) -> Vec<DVector<f64>> {
         let bodies: usize = self.freedoms.iter().sum();
         let size = bodies + 6 * self.rods;

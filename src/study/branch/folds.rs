@@ -17,11 +17,11 @@ struct Folds {
     rows: Vec<Row>,
     located: Vec<Located>,
     curves: Vec<CurveRecord>,
-    /// (x, p) where the curves pass the scene's value of the second parameter.
+    /// Unknowns (x, p) where the curves cross q = `here`.
     landed: Vec<DVector<f64>>,
 }
 
-/// What is followed, the range of the first parameter, its unit on fold curves, and special points with their bounds.
+/// Window in which fold curves are followed: range and unit of the first parameter p, and the second parameter q.
 struct Window<'a> {
     scene: &'a Scene,
     subject: &'a dyn Subject,
@@ -29,7 +29,7 @@ struct Window<'a> {
     range: (f64, f64),
     unit: f64,
     second: &'a Second,
-    /// The scene's value of the second parameter.
+    /// Value of the second parameter in the scene.
     here: f64,
     bounded: &'a dyn Fn(Special) -> Special,
 }
@@ -95,7 +95,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     for fold in study.located.iter().filter(is_fold) {
         let point = &fold.special.point;
         let y = FoldCurve::unknowns(&point.x, point.p / unit);
-        // A curve that comes back to this value of q may pass through other folds of the branch.
+        // Another fold of the branch may lie on a curve which returns to the same q.
         let same = |z: &DVector<f64>| (&y - z).norm() <= SAME * (1.0 + y.norm());
         if study.watch.interrupted || this.landed.iter().any(same) {
             continue;
@@ -110,7 +110,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
             (Direction::Backward, second.from),
             (Direction::Forward, second.to),
         ] {
-            // At an end of the range only the other way leads into it.
+            // At an end of the range only the other direction leads inside.
             if here == end || study.watch.interrupted {
                 continue;
             }
@@ -151,7 +151,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
 }
 
 impl Folds {
-    /// Follows the last curve one way; `again` if its start is there already.
+    /// Follows the last curve in one direction; `again`: its start point is in the rows already.
     fn follow(
         &mut self,
         branch: Continuation<'_>,
@@ -184,7 +184,7 @@ impl Folds {
             let (x, p) = FoldCurve::parts(&point.x);
             let p = p * window.unit;
             let (low, high) = window.range;
-            // Rounding must not end a curve along the border.
+            // Rounding must not end a curve that runs along the border.
             let slack = 1e-9 * (high - low);
             if !(low - slack <= p && p <= high + slack) {
                 let words = format!(
@@ -197,7 +197,7 @@ impl Folds {
             let label = match special {
                 Some(special) => {
                     let mut special = (window.bounded)(special);
-                    // A name for now: they are numbered along the curve.
+                    // Temporary label: numbers are given along the curve by `number_labels`.
                     let label = format!("#{}", self.located.len());
                     special.point.x[x.len()] = p;
                     special.error_x[x.len()] *= window.unit.abs();
@@ -255,13 +255,13 @@ impl Folds {
     }
 }
 
-/// The index of the two equilibria that meet at a fold: that of the more stable one.
+/// Morse index of the more stable of the two equilibria that meet at a fold.
 fn lower_index(family: &FoldCurve<'_>, point: &Point) -> Option<usize> {
     let both = family.indices(&point.x, point.p).ok().flatten();
     both.map(|(lower, _)| lower)
 }
 
-/// The index computed at a cusp means nothing: it is that of its neighbours.
+/// Replaces the meaningless index computed at a cusp by the smaller index of the two neighbouring rows.
 fn indices_at_special_points(rows: &mut [Row]) {
     for i in 0..rows.len() {
         if !rows[i].label.is_empty() {
@@ -278,14 +278,14 @@ fn indices_at_special_points(rows: &mut [Row]) {
 fn stem(special: &Special) -> &'static str {
     match special.kind {
         SpecialKind::Cusp => "CP",
-        // The second parameter turns: two folds of the branches meet in a branch point.
+        // The second parameter has a turning point: two folds of the branches meet in a branch point.
         SpecialKind::Fold => "TP",
         SpecialKind::BranchPoint => "BP",
         SpecialKind::StabilityChange | SpecialKind::Event => "SC",
     }
 }
 
-/// How an end was met, and whether it is as far as was asked.
+/// Description of an end of a fold curve, and true if the curve was followed as far as was asked.
 fn ended(number: usize, second: &Second, stop: &Stop) -> (bool, String) {
     let name = &second.name;
     let done = |words: String| (true, format!("fold curve {number} {words}"));

@@ -1,4 +1,4 @@
-//! Branches followed one after the other, and what they left behind.
+//! Continuation of the branches of one scene, with their rows, special points and remarks.
 
 use super::record::CurveRecord;
 use super::subject::{State, Subject};
@@ -11,21 +11,21 @@ use crate::solve::special_points::{Special, SpecialKind};
 use crate::study::Hooks;
 use nalgebra::DVector;
 
-/// The size of the wrench that counts as much as the whole range of the parameter.
+/// Norm of the wrench that weighs as much as the whole range of the parameter.
 pub(in crate::study) const TYPICAL: f64 = Continue::TYPICAL;
-/// Branches followed at branch points, the first included.
+/// Largest number of branches followed by switching, the first included.
 const MOST: usize = 24;
-/// Distance from a branch point at which another branch is picked up, as a part of the whole range.
+/// Distance from a branch point at which another branch starts, as a fraction of the whole range.
 const AWAY: f64 = 0.003;
-/// Unknowns nearer than this, relative to their size, are those of one equilibrium.
+/// Relative distance of unknowns below which two solutions count as one equilibrium.
 pub const SAME: f64 = 1e-6;
-/// Length of the first part of a branch. A branch that meets a known one at a station in that part is the known one:
-/// starts from two branch points that are near each other lie beside each other on one branch.
+/// Length of the initial part of a branch. If this part meets a known branch at a station, both are one branch:
+/// starts from two neighbouring branch points lie close together on one branch.
 const BESIDE: f64 = 3.0 * TYPICAL * AWAY;
 
-/// A point or special point with its equilibrium.
+/// A row of the table of branches: a point or special point with its equilibrium.
 pub struct Row {
-    /// Which branch (or fold curve).
+    /// Number of the branch or fold curve.
     pub curve: usize,
     pub p: f64,
     /// The second parameter, on fold curves.
@@ -37,16 +37,16 @@ pub struct Row {
     pub label: String,
 }
 
-/// A special point.
+/// A special point with its label and curve.
 pub struct Located {
     pub label: String,
     pub curve: usize,
     pub special: Special,
-    /// Followed against the direction of growing arclength.
+    /// Followed in the direction of decreasing arclength.
     pub backward: bool,
 }
 
-/// The caller's hooks, and whether they have asked to stop.
+/// Hooks of the caller, and whether an interrupt was requested.
 pub struct Watch<'a> {
     pub hooks: &'a mut dyn Hooks,
     from: f64,
@@ -55,7 +55,7 @@ pub struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    /// The progress of a branch is how much of the way of its parameter is behind it.
+    /// Progress of a branch is the fraction of the range of the parameter that lies behind.
     pub fn new(hooks: &'a mut dyn Hooks, wanted: &Continue) -> Self {
         Self {
             hooks,
@@ -65,7 +65,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// True if the study is to end, at this value of the parameter.
+    /// Reports the progress at this value of the parameter; true if the caller wants to stop.
     pub fn stops(&mut self, p: f64) -> bool {
         let fraction = ((p - self.from) / (self.to - self.from)).clamp(0.0, 1.0);
         self.hooks.progress(fraction, p);
@@ -80,7 +80,7 @@ pub struct Study<'a> {
     pub wanted: &'a Continue,
     pub subject: &'a dyn Subject,
     pub family: &'a dyn Family,
-    /// Families of the same equilibria to other tolerances, for the errors of special points.
+    /// Families of the same equilibria at other tolerances, used for the errors of special points.
     pub others: &'a [&'a dyn Family],
     pub rows: Vec<Row>,
     pub located: Vec<Located>,
@@ -89,11 +89,11 @@ pub struct Study<'a> {
     /// Branches that were not followed, one text for each: the point where the branch begins, and the reason.
     pub lost: Vec<String>,
     pub watch: Watch<'a>,
-    /// True if the first branch has left what the unknowns are good for.
+    /// True if the first branch has left the domain of the unknowns.
     pub left: bool,
-    /// Values of the parameter at which branches are compared: every branch hits them.
+    /// Parameter values at which branches are compared: every branch has a point at each.
     stations: Vec<f64>,
-    /// (p, unknowns) there.
+    /// (p, unknowns) of branches at stations and at their ends.
     landed: Vec<(f64, DVector<f64>)>,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// The largest size of the unknowns at stations and ends of branches.
+    /// Largest norm of the unknowns at stations and ends of branches.
     pub fn size(&self) -> f64 {
         self.landed
             .iter()
@@ -166,7 +166,7 @@ impl<'a> Study<'a> {
     /// Follows the branch through an equilibrium, one way or both.
     pub fn through(&mut self, origin: String, x: DVector<f64>, p: f64, both: bool) -> Result<()> {
         let family = self.family;
-        // Backward first, so that the rows are in order.
+        // Backward first: rows are stored in the order of growing arclength.
         let ways: &[Direction] = match both {
             true => &[Direction::Backward, Direction::Forward],
             false => &[Direction::Forward],
@@ -178,7 +178,7 @@ impl<'a> Study<'a> {
                 Direction::Forward => options.to,
                 Direction::Backward => options.from,
             };
-            // At an end of the range only the other way leads into it.
+            // At an end of the range only the other direction leads inside.
             if p != ahead {
                 let branch = Continuation::new(family, x.clone(), p, options);
                 let branch = branch.map_err(|why| self.not_begun(why, p))?;
@@ -189,7 +189,8 @@ impl<'a> Study<'a> {
         Ok(())
     }
 
-    /// Why no branch begins there. It is told here where equilibria are not isolated: what goes on from them is not the continuation's to know.
+    /// Error if no branch starts at p, worded for equilibria that are not isolated; `Continuation` cannot give
+    /// advice.
     fn not_begun(&self, why: Error, p: f64) -> Error {
         let parameter = &self.wanted.name;
         match why.is_ambiguous() {
@@ -202,7 +203,7 @@ impl<'a> Study<'a> {
         }
     }
 
-    /// Follows a branch both ways, unless it turns out to be known.
+    /// Follows a branch in both directions, unless the branch is already known.
     fn follow(&mut self, origin: String, branches: Vec<(bool, Continuation<'_>)>) {
         let number = self.curves.len();
         self.curves.push(CurveRecord {
@@ -215,7 +216,7 @@ impl<'a> Study<'a> {
             let first = self.rows.len();
             for item in branch {
                 let p = match item {
-                    // The start is there already when the branch was followed the other way.
+                    // The start point was recorded in the other direction.
                     Item::Point(point) if i > 0 && point.role == Role::Start => continue,
                     Item::Point(point) => {
                         if point.role != Role::Step {
@@ -238,7 +239,7 @@ impl<'a> Study<'a> {
                             ..self.options(Direction::Forward)
                         };
                         let special = special.bounded(self.others, &options);
-                        // A name for now: they are numbered along the branch.
+                        // Temporary label: numbers are given along the branch by `number_labels`.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;
                         self.add(number, &special.point, backward, name.clone());
@@ -308,7 +309,7 @@ impl<'a> Study<'a> {
         short(self.wanted, number, backward, why)
     }
 
-    /// Follows the branches that cross the first one at its branch points.
+    /// Follows the branches which cross branch 0 at branch points.
     pub fn switch(&mut self) {
         let family = self.family;
         let options = self.options(Direction::Forward);
@@ -342,7 +343,7 @@ impl<'a> Study<'a> {
                 }
                 Err(e) => {
                     let words = format!("switching at {}: {e}", at.label);
-                    // An index may change where no branch leaves.
+                    // The index may also change where no other branch crosses.
                     match kind == SpecialKind::BranchPoint || e.is_no_convergence() {
                         true => self.lost.push(words),
                         false => self.remarks.push(words),
@@ -350,7 +351,8 @@ impl<'a> Study<'a> {
                 }
             }
         }
-        // A branch that joins two branch points is met again at the second: each start is looked for on the branches before.
+        // A branch that joins two branch points is met again at the second. Each start is therefore compared with the
+        // branches followed before.
         self.stations
             .extend(starts.iter().map(|(_, start)| start.p));
         for (k, (label, start)) in starts.iter().enumerate() {
@@ -375,19 +377,19 @@ impl<'a> Study<'a> {
     }
 }
 
-/// True if the equilibrium x at p is among those landed on.
+/// True if the equilibrium (x, p) is among the recorded ones.
 fn is_among(landed: &[(f64, DVector<f64>)], p: f64, x: &DVector<f64>) -> bool {
     let same = |y: &DVector<f64>| (x - y).norm() <= SAME * (1.0 + x.norm());
     landed.iter().any(|(at, y)| *at == p && same(y))
 }
 
-/// Arclength in the scene's measure.
+/// Arclength in the measure of the scene, negative for `backward`.
 pub fn signed(backward: bool, arclength: f64) -> f64 {
     let sign = if backward { -1.0 } else { 1.0 };
     sign * arclength / TYPICAL
 }
 
-/// Gives the special points from `first` on, in the order of the rows, their labels.
+/// Labels the special points from `first` on, in the order of the rows.
 pub fn number_labels(
     rows: &mut [Row],
     located: &mut [Located],
@@ -409,7 +411,7 @@ pub fn number_labels(
     }
 }
 
-/// That a branch ended before its aim.
+/// Message for a branch with an end before its aim.
 fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String {
     let Continue { name, to, .. } = wanted;
     let aim = match (number, backward) {
@@ -419,7 +421,8 @@ fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String 
     format!("branch {number} ended short of {aim}: {why}")
 }
 
-/// How an end of a branch, by its number and whether it is the backward one, was met, and whether it is as far as was asked.
+/// Description of how the end of a branch (number, backward) was reached; true if the branch was followed as far as
+/// was asked.
 fn ended(
     wanted: &Continue,
     (number, backward): (usize, bool),

@@ -1,5 +1,5 @@
-//! Branches of equilibria in one parameter of a scene of statics: the branch of `[continue]` with its special points, the
-//! branches that cross it, those found beside it by deflation, and the curves of its folds in a second parameter.
+//! Branches of equilibria in one parameter of a static scene. Included are special points, crossing branches,
+//! branches found by deflation, and curves of folds in a second parameter.
 
 mod assembled;
 mod folds;
@@ -28,10 +28,10 @@ use nalgebra::DVector;
 use rod::SingleRod;
 use subject::{Loads, Subject};
 
-/// Follows the branch that the scene's `[continue]` describes, and what it asks for beside it.
+/// Follows the branch that the `[continue]` of the scene describes, and the further branches requested there.
 ///
-/// A branch that ends short of what was asked is no error: its points are in the record, with the reason. An interrupt keeps
-/// the points found so far.
+/// A branch that ends early is no error: its points are in the record, with the reason. After an interrupt the record
+/// has the points found so far.
 ///
 /// ```
 /// use snaprod::scene::Scene;
@@ -60,7 +60,8 @@ use subject::{Loads, Subject};
 /// ```
 ///
 /// # Errors
-/// A scene without `[continue]`; no equilibrium at its start; a path of computation that does not hold along the branch.
+/// A scene without `[continue]`; no equilibrium at its start; a requested solution path (e.g. closed form) that fails
+/// along the branch.
 pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let Some(wanted) = &scene.continuation else {
         return Err(missing(scene));
@@ -76,7 +77,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let start = first.solve(scene.guess().as_ref())?;
     let (charted, mut taken) = charted(scene, wanted, &start)?;
     let base = &start.base;
-    // The closed form that is asked for is followed as far as it holds.
+    // A requested closed form is followed as far as it is valid.
     let while_slack = scene.solve.path != Path::ClosedForm;
     let (record, plane) = if while_slack && first.is_taut(base, &start.end) {
         let plane = match charted {
@@ -114,7 +115,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     })
 }
 
-/// Follows everything in one chart; None if `while_slack` and the branch comes to a taut rod.
+/// Follows all branches in one chart; `None` if `while_slack` and the rod becomes taut on the branch.
 fn along<C: Chart + Clone + 'static>(
     (scene, wanted): (&Scene, &Continue),
     chart: C,
@@ -132,12 +133,12 @@ fn along<C: Chart + Clone + 'static>(
     followed((scene, wanted), &rod, x, hooks)
 }
 
-/// A branch that leaves unknowns which are good all along.
+/// Error for a branch that leaves unknowns expected to be valid everywhere.
 fn left() -> Error {
     Error::no_convergence("the branch left the unknowns that hold all along it")
 }
 
-/// A scene without `[continue]`.
+/// Error for a scene without `[continue]`.
 fn missing(scene: &Scene) -> Error {
     let example = match scene.assembly {
         Some(_) => "body.NAME.force.z",
@@ -148,8 +149,8 @@ fn missing(scene: &Scene) -> Error {
     ))
 }
 
-/// The chart that holds all along the branch: the one of its start, if the equilibrium found lies in it, if it is that of other
-/// problems in the range too, and if nothing is asked for that may lead out of it.
+/// Chart for the whole branch. It is the chart of the start if the equilibrium lies in it, if other problems in the
+/// range have the same chart, and if nothing requested may leave it.
 fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Charted, Taken)> {
     let at = |parameter: &Parameter, p: f64| scene.with(parameter, p).problem();
     let range = |parameter: Parameter, from: f64, to: f64| {
@@ -196,7 +197,7 @@ fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Cha
     Ok((chart, Taken { path, why }))
 }
 
-/// Everything about the branch through `x`; None if it leaves what its unknowns are good for.
+/// All results for the branch through `x`; `None` if the branch leaves the domain of the unknowns.
 fn followed(
     (scene, wanted): (&Scene, &Continue),
     subject: &dyn Subject,
@@ -278,7 +279,8 @@ fn followed(
     }))
 }
 
-/// What loads are to the index all along: the worst at the ends of the ranges, for a load that is 0 at one of them is there as good as none.
+/// Class of the loads over all ranges: the worst at their ends, since a load that vanishes at one end looks
+/// conservative there.
 fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<Loads> {
     let own = [wanted.from, wanted.to].map(|p| (wanted.parameter, p));
     let second = wanted.second.iter();
@@ -290,9 +292,9 @@ fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<
     Ok(worst)
 }
 
-/// The scene to other tolerances, and factors of the step by which derivatives by the parameter are taken: two ways to
-/// compute the same special points with other errors. Both are tighter, unless no tolerance below `finest` makes the
-/// integration a tenth as wrong; then both are looser.
+/// The scene at two other tolerances, with factors of the difference step in the parameter. Both compute the same
+/// special points with other errors. They are tighter, unless the tolerance is within the factor TIGHTER of `finest`;
+/// then both are looser.
 fn compared(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     let given = scene.solve.tolerance.max(finest);
     let tighter = [30.0, 1000.0].map(|factor| (given / factor).max(finest));
@@ -307,8 +309,8 @@ fn compared(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     })
 }
 
-/// By which factor another tolerance is tighter at least, or looser, for an error to be seen.
+/// Smallest ratio of two tolerances whose results differ by a visible error.
 const TIGHTER: f64 = 9.0;
 const LOOSER: f64 = 3.0;
-/// The tightest tolerance of a scene: beyond it an integration along the rod gains nothing but rounding.
+/// Tightest tolerance of a scene: a smaller one only adds rounding to the integration along the rod.
 const FINEST: f64 = 1e-13;

@@ -1,4 +1,4 @@
-//! What a study of branches returns.
+//! Record of branches of equilibria, fold curves and special points.
 
 use super::follow::{Located, Row, signed};
 use super::subject::Subject;
@@ -10,42 +10,45 @@ use crate::study::neglected_mass::{FoldAtRest, SmallMass};
 use crate::study::record::{Cell, Column, Table};
 use serde_json::{Value, json};
 
-/// Branches of equilibria, with what was found on them and beside them.
+/// Branches of equilibria, with their special points, fold curves and remarks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BranchRecord {
     /// The parameter that varies along the branches.
     pub parameter: Parameter,
-    /// Its path with the names of the scene.
+    /// Path of the parameter with the names of the scene.
     pub name: String,
     /// The units of every quantity.
     pub units: Units,
-    /// Length of the rod, of an assembly that of its first one.
+    /// Length of the rod (of an assembly: of its first rod).
     pub length: f64,
-    /// True if the loads have a potential all along, so that the index decides stability.
+    /// True if the loads have a potential on every branch: only then the index decides stability.
     pub conservative: bool,
-    /// How the equilibria were computed, and why so; None of an assembly, for which there is one way.
+    /// Solution path of the equilibria and the reason for its choice; `None` for an assembly, which has only one
+    /// path.
     pub taken: Option<Taken>,
     /// The branches: the scene's own first, then those that cross it, then those found by deflation.
     pub branches: CurveSet,
-    /// The curves of folds in two parameters, if they were asked for.
+    /// Curves of folds in two parameters, if requested.
     pub fold_curves: Option<FoldCurves>,
-    /// The search by deflation, if it was asked for.
+    /// The search by deflation, if requested.
     pub deflation: Option<DeflationRecord>,
-    /// The rods at a few points of the branches, evenly chosen.
+    /// Rods at a few points of the branches, evenly chosen.
     pub shapes: Vec<ShapeRecord>,
-    /// The same at so many points as the caller asked for ([`Hooks::pictures`](crate::study::Hooks::pictures)) and at the special ones.
+    /// Rods at as many points as [`Hooks::pictures`](crate::study::Hooks::pictures) asks for, and at the special
+    /// points.
     pub pictures: Vec<ShapeRecord>,
-    /// What the mass of the rods changes at the first and the last stable point of every branch, where it is known.
+    /// Effect of the mass of the rods at the first and the last stable point of every branch, where the mass is
+    /// known.
     pub masses: Vec<BranchMass>,
-    /// What else is to be known, in sentences.
+    /// Further remarks, in sentences.
     pub remarks: Vec<String>,
-    /// Branches and fold curves that exist and were not followed: where each begins, and why it was lost.
+    /// Branches and fold curves that exist but were not followed: start of each, and the reason.
     pub lost: Vec<String>,
-    /// True if the caller interrupted the study: what was found until then is here.
+    /// True if the caller interrupted the study; the record has the results up to then.
     pub interrupted: bool,
 }
 
-/// Curves that were followed, and the special points on them.
+/// Curves and the special points found on them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveSet {
     /// A row for each point and special point, curve after curve.
@@ -61,7 +64,7 @@ pub struct CurveSet {
 pub struct FoldCurves {
     /// The second parameter.
     pub second: Parameter,
-    /// Its path with the names of the scene.
+    /// Path of the second parameter with the names of the scene.
     pub name: String,
     /// The curves.
     pub curves: CurveSet,
@@ -70,71 +73,72 @@ pub struct FoldCurves {
 /// A branch (or fold curve) that was followed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveRecord {
-    /// Where it began, in words.
+    /// Description of the start of the curve.
     pub origin: String,
-    /// How its ends were met, in words.
+    /// Descriptions of how the ends of the curve were reached.
     pub ends: Vec<String>,
-    /// True if it was followed as far as was asked.
+    /// True if the curve was followed as far as was asked.
     pub complete: bool,
 }
 
 /// A special point of a branch or of a fold curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpecialPoint {
-    /// Its name, the one of its row in the table: "LP1".
+    /// Label of the point, such as "LP1", as in the table.
     pub label: String,
-    /// What it is.
+    /// Kind of special point.
     pub kind: SpecialKind,
-    /// The number of its curve.
+    /// Number of the curve of this point.
     pub curve: usize,
-    /// Why its place is a guess, if it is one.
+    /// Reason for doubt, if the location is only a guess.
     pub doubt: Option<String>,
     /// Value of the parameter.
     pub parameter: f64,
     /// Value of the second parameter, on a fold curve.
     pub second: Option<f64>,
-    /// Arclength along its curve, in the measure of [`Continue`].
+    /// Arclength along the curve, in the measure of [`Continue`].
     pub arclength: f64,
-    /// The arclengths between which it lies.
+    /// Arclengths that bracket the point.
     pub interval: [f64; 2],
-    /// Bound of the error of the parameter, on a fold curve of the second one, that of the integration along the rod included.
+    /// Bound of the error of the followed parameter (on a fold curve: the second), including the error of the
+    /// integration along the rod.
     pub precision: f64,
-    /// The same of the first parameter, on a fold curve.
+    /// Bound of the error of the first parameter, on a fold curve.
     pub first_precision: Option<f64>,
     /// Estimated error of the arclength.
     pub arclength_precision: f64,
     /// Morse index before and after, in the direction of growing arclength.
     pub index: [Option<usize>; 2],
-    /// Of a fold of a branch, how a rod of known mass leaves it.
+    /// At a fold of a branch: normal form of the dynamics with which a rod of known mass departs.
     pub fold: Option<FoldAtRest>,
 }
 
-/// What deflation looked at.
+/// Extent and result of the search by deflation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeflationRecord {
     /// Branches found.
     pub found: usize,
     /// Values of the parameter at which further equilibria were sought.
     pub values: Vec<f64>,
-    /// Size of the base wrenches sought, couple in B/L, force in B/L^2; of an assembly those of all rods together, with turns and
-    /// displacements of the bodies in radians and mean lengths of the rods.
+    /// Largest base wrench searched, couple in B/L, force in B/L^2. For an assembly: norm over all rods, with
+    /// rotations (rad) and displacements (mean rod lengths) of the bodies.
     pub largest_wrench: f64,
     /// Evaluations of the equations.
     pub evaluations: usize,
 }
 
-/// What the mass of the rods changes at a point of a branch.
+/// Effect of the mass of the rods at a point of a branch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BranchMass {
     /// The number of the branch.
     pub branch: usize,
     /// Value of the parameter.
     pub parameter: f64,
-    /// The numbers.
+    /// Change of frequencies and stability by the mass.
     pub mass: SmallMass,
 }
 
-/// The first and the last stable point of every branch.
+/// Effect of mass at the first and the last stable point of every branch.
 pub(super) fn masses(
     (scene, wanted): (&Scene, &Continue),
     subject: &dyn Subject,
@@ -173,14 +177,14 @@ pub struct ShapeRecord {
     pub sections: Vec<RodSection>,
 }
 
-/// So many of the rows, evenly chosen.
+/// Indices of `count` rows, evenly spaced.
 pub(super) fn even(count: usize, rows: &[Row]) -> Vec<usize> {
     let shown = count.min(rows.len());
     let row = |k: usize| k * (rows.len() - 1) / (shown - 1).max(1);
     (0..shown).map(row).collect()
 }
 
-/// So many of the rows, evenly chosen, and those of special points; none if none are asked for.
+/// Indices of `count` evenly spaced rows and of all special points; empty if `count` is 0.
 pub(super) fn even_and_special(count: usize, rows: &[Row]) -> Vec<usize> {
     if count == 0 {
         return Vec::new();
@@ -193,7 +197,7 @@ pub(super) fn even_and_special(count: usize, rows: &[Row]) -> Vec<usize> {
     chosen
 }
 
-/// Shapes at these rows. They are for the eye: one that cannot be had is left out.
+/// Shapes at the `chosen` rows, for figures only: a shape that cannot be computed is left out.
 pub(super) fn shapes(
     (scene, wanted): (&Scene, &Continue),
     subject: &dyn Subject,
@@ -214,7 +218,7 @@ pub(super) fn shapes(
     chosen.into_iter().flat_map(shapes).collect()
 }
 
-/// The rows of branches, or of fold curves over a second parameter.
+/// Table of branches, or of fold curves over a second parameter.
 pub(super) fn table(
     scene: &Scene,
     wanted: &Continue,
@@ -268,7 +272,8 @@ pub(super) fn table(
 }
 
 impl Located {
-    /// As plain data; on a fold curve the second parameter is the one that was followed, and the first is given with its bound.
+    /// Public record of the point. On a fold curve `first` is the first parameter with its error bound, and the
+    /// second one is in `special`.
     pub(super) fn record(
         &self,
         first: Option<(f64, f64)>,
@@ -303,7 +308,7 @@ impl Located {
 }
 
 impl SpecialPoint {
-    /// What it is called: a fold of a fold curve is a turning point, where two folds of the branches meet.
+    /// Name of the kind: a fold of a fold curve is a turning point, where two folds of the branches meet.
     pub fn kind_name(&self) -> String {
         match (self.kind, self.second) {
             (SpecialKind::Fold, Some(_)) => "turning point".to_owned(),

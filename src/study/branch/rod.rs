@@ -13,12 +13,12 @@ use crate::study::neglected_mass::{FoldAtRest, Masses, SmallMass, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
-/// The step from the unknowns of a fold along its branch by which its critical direction is found.
+/// Step in the unknowns along the branch from a fold, by which its critical direction is found.
 const ASIDE: f64 = 1e-4;
 /// Sections of a shape.
 const SECTIONS: usize = 121;
 
-/// A rod in a chart that holds all along its branches.
+/// A single rod in a chart valid on whole branches.
 pub struct SingleRod<'a, C> {
     pub scene: &'a Scene,
     pub chart: C,
@@ -27,7 +27,7 @@ pub struct SingleRod<'a, C> {
 }
 
 impl<C: Chart + Clone> SingleRod<'_, C> {
-    /// The rod as the only member of a family.
+    /// State of the rod for fixed parameters.
     fn at(&self, problem: &Problem, x: &DVector<f64>) -> Result<crate::rod::State> {
         let chart = self.chart.clone();
         RodFamily::in_chart(|_| Ok(problem.clone()), false, 1.0, chart).state(x, 0.0)
@@ -73,7 +73,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         standing(scene, &state.base)
     }
 
-    /// The branch turns at a fold, so that its tangent there is the critical direction.
+    /// At a fold the tangent of the branch is the critical direction.
     fn fold(&self, (scene, wanted): (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>> {
         if scene.rod.mass().is_none() {
             return Ok(None);
@@ -97,7 +97,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         let couple = rod.units().0;
         let scale = 1.0 + rod.inward(&state.base).norm();
         let (form, against) = if here.is_taut(&state.base, &state.end) {
-            // The base wrench tells little of a taut rod: its own chart does.
+            // The base wrench resolves a taut rod poorly; the unknowns of its chart do better.
             let unit = 1.0 / turn.norm();
             let along =
                 |far: f64, at: &[f64]| self.chart.sections(&here, &in_chart(far * unit), at);
@@ -170,7 +170,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         Ok(vec![self.chart.sections(&scene.problem()?, x, &at)?])
     }
 
-    /// Along each unknown, both ways.
+    /// A guess in both directions along each unknown.
     fn guesses(&self) -> Vec<DVector<f64>> {
         let size = self.chart.size();
         let along = |k: usize, way: f64| {

@@ -1,4 +1,4 @@
-//! Branches that do not meet those known, by deflation.
+//! Search by deflation for branches that are disconnected from the known ones.
 
 use super::follow::{Study, TYPICAL};
 use super::record::DeflationRecord;
@@ -6,12 +6,12 @@ use crate::math::small_sort::sort_few;
 use crate::scene::Continue;
 use crate::solve::deflation::{self, further};
 
-/// Values of the parameter at which further equilibria are sought.
+/// Number of parameter values at which further equilibria are sought.
 const VALUES: usize = 5;
-/// Branches that are followed.
+/// Largest number of branches followed by the search.
 const MOST: usize = 8;
 
-/// Evenly over the range.
+/// Parameter values evenly over the range.
 pub fn values(wanted: &Continue) -> Vec<f64> {
     let (low, high) = wanted.range();
     let last = VALUES - 1;
@@ -22,16 +22,16 @@ pub fn values(wanted: &Continue) -> Vec<f64> {
     if !values.contains(&wanted.from) {
         values.push(wanted.from);
     }
-    // From where the scene begins outwards.
+    // Sorted by distance from the start of the branch.
     sort_few(&mut values, |value| (value - wanted.from).abs());
     values
 }
 
-/// Searches, follows what is found, and reports.
+/// Searches for further equilibria, follows their branches, and reports.
 pub fn search(study: &mut Study<'_>) -> DeflationRecord {
     let values = values(study.wanted);
     let parameter = &study.wanted.name;
-    // Rods have equilibria of any order, at ever larger wrenches.
+    // Rods have equilibria of any order, at ever larger wrenches: bound the search.
     let bound = 2.0 * study.size().max(TYPICAL);
     let (mut found, mut evaluations) = (0, 0);
     'values: for &p in &values {
@@ -53,12 +53,12 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
             };
             evaluations += search.evaluations;
             for solution in &search.solutions {
-                // One found with it may lie on its branch.
+                // The branch of a solution found before may contain this one.
                 if !(solution.x.norm() <= bound) || study.knows(p, &solution.x) {
                     continue;
                 }
                 let origin = format!("deflation at {parameter} = {p}");
-                // A start may lie on a known branch, of which no second curve is made.
+                // A start on a known branch makes no second curve.
                 let before = study.curves.len();
                 match study.through(origin, solution.x.clone(), p, true) {
                     Ok(()) => found += study.curves.len() - before,

@@ -1,4 +1,4 @@
-//! What branches are followed of: a rod, or an assembly.
+//! Interface of continuation to a mechanical system: a single rod or an assembly.
 
 use crate::error::Result;
 use crate::rod::RodSection;
@@ -9,33 +9,33 @@ use crate::study::Column;
 use crate::study::neglected_mass::{FoldAtRest, SmallMass};
 use nalgebra::DVector;
 
-/// The equilibrium at a point of a branch, as its row shows it.
+/// Equilibrium at a point of a branch, as a row of the table shows it.
 pub struct State {
     /// The cells of [`Subject::columns`].
     pub numbers: Vec<f64>,
-    /// How far it is from solving its equations, in the column after the index.
+    /// Estimated residual of the equilibrium equations, in the column after the index.
     pub left_over: f64,
-    /// True if it has left what the unknowns are good for, so that its branch is to be followed in others.
+    /// True if the equilibrium has left the domain of the unknowns, so that the branch needs another chart.
     pub left: bool,
 }
 
-/// What the column of the index says.
+/// Meaning of the index column.
 pub const INDEX: &str =
     "Morse index, bodies being free: 0 is stable where the loads have a potential";
 
-/// What loads are to the index.
+/// Class of loads that decides the meaning of the Morse index.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Loads {
-    /// They have a potential: the index decides stability.
+    /// Loads with a potential: the index decides stability.
     Conservative,
-    /// They have none: the index is that of the same loads kept dead.
+    /// Loads without a potential: the index is computed for the same loads kept dead.
     WithoutPotential,
-    /// They turn with what carries them: there is no index.
+    /// Follower loads, turning with their bodies: no index.
     Followed,
 }
 
 impl Loads {
-    /// By what a problem says of its loads.
+    /// Class of loads with a potential (`conservative`) or turning with bodies (`followed`).
     pub fn new(conservative: bool, followed: bool) -> Self {
         match (conservative, followed) {
             (_, true) => Self::Followed,
@@ -44,7 +44,7 @@ impl Loads {
         }
     }
 
-    /// What is to be said of the index.
+    /// Warning about the meaning of the index, if any.
     pub fn remark(self) -> Option<&'static str> {
         match self {
             Self::Conservative => None,
@@ -62,11 +62,11 @@ impl Loads {
 
 /// A rod or an assembly whose branches are followed, all in the same unknowns.
 pub trait Subject {
-    /// The equilibria of a scene over one of its parameters. Derivatives by the parameter may be taken by steps in proportion to
+    /// Equilibria of a scene as functions of one parameter. Difference steps in the parameter may be proportional to
     /// `span`.
     fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_>;
 
-    /// The tightest tolerance of a scene that makes the integration along the rods finer.
+    /// Tightest tolerance of a scene that still refines the integration along the rods.
     fn finest(&self) -> f64;
 
     /// The equilibrium of a scene at these unknowns; `error` is the estimated distance from the branch.
@@ -75,52 +75,53 @@ pub trait Subject {
     /// Those of the scene and of its rods.
     fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State>;
 
-    /// What the mass of the rods changes there; None where no mass is known, or all of it is to be followed.
+    /// Effect of the mass of the rods at the equilibrium `x`; `None` if no mass is known, or if all of it is
+    /// followed.
     fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass>;
 
-    /// The normal form of a fold of the branch; None where no mass is known.
+    /// Normal form of the dynamics at a fold of the branch; `None` if no mass is known.
     ///
     /// # Errors
-    /// A fold that has none, or of which it is not found.
+    /// A fold without a normal form, or whose normal form is not found.
     fn fold(&self, task: (&Scene, &Continue), at: &Point) -> Result<Option<FoldAtRest>>;
 
-    /// The columns before and after that of the index.
+    /// Columns before the index column, and the column after it.
     fn columns(&self) -> (Vec<Column>, Column);
 
-    /// What the index says, as a column.
+    /// Index column.
     fn index(&self) -> Column;
 
-    /// How many equilibria a record shows.
+    /// Number of equilibria shown in a record.
     fn shown(&self) -> usize;
 
-    /// What the loads do in a scene, by which it is told what the index says.
+    /// Class of the loads of a scene, which decides the meaning of the index.
     ///
     /// # Errors
     /// Those of the scene and of its rods.
     fn loads(&self, scene: &Scene) -> Result<Loads>;
 
-    /// The sections of every rod.
+    /// Sections of every rod.
     ///
     /// # Errors
     /// As [`Subject::state`].
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>>;
 
-    /// Where deflation begins, beside the equilibria that are known.
+    /// Start guesses of deflation, beside the known equilibria.
     fn guesses(&self) -> Vec<DVector<f64>>;
 
-    /// How large wrenches are whose unknowns are of this size.
+    /// Size of the wrench for unknowns of this norm.
     fn reach(&self, size: f64) -> f64 {
         size
     }
 
-    /// Among what deflation searches, for unknowns up to this size.
+    /// Description of the set searched by deflation, for unknowns up to the given norm.
     fn sought(&self, size: f64) -> String;
 
-    /// Why an end of the range is out of reach, whatever the branch, if that is known.
+    /// Reason why an end of the range is unreachable on every branch, if known.
     fn out_of_reach(&self, _wanted: &Continue) -> Option<String> {
         None
     }
 
-    /// What tells one equilibrium from another at the start of a branch.
+    /// Name of the setting that selects the equilibrium at the start of a branch.
     fn start(&self) -> &'static str;
 }

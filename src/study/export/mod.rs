@@ -1,4 +1,4 @@
-//! A motion for other programs: bodies and shapes of the rods at given times, as arrays of NumPy and as files of ParaView.
+//! Export of a motion: poses of bodies and shapes of rods at given times, as NumPy arrays and ParaView files.
 
 mod npz;
 mod vtk;
@@ -17,12 +17,13 @@ use crate::motion::{Motion, State};
 pub struct Posed {
     /// Time, bodies and energies.
     pub now: Traced,
-    /// Each rod, from its base to its end.
+    /// Sections of each rod, from base to end.
     pub rods: Shapes,
 }
 
-/// Bodies and rods at these `times`, in any order, as [`run::shapes`](super::run::shapes) gives the rods: exactly there, with
-/// `points` sections of a light rod, or `points` on every element of one that has strains of its own. The motion is followed once more.
+/// Bodies and rods at `times`, in any order. As in [`run::shapes`](super::run::shapes) the motion is computed again
+/// and stops at each time exactly. A light rod has `points` sections, a rod with strain unknowns `points` per
+/// element.
 ///
 /// # Errors
 /// A time that the motion, or its trunk, does not reach; rods without a shape; an interrupt.
@@ -41,9 +42,9 @@ pub fn posed(
     at_times(&mut *motion, times, unit, hooks, &mut seen)
 }
 
-/// Arrays of the shapes: `time` (T), and of every rod, with its name and a point before each where it has one, `s` (T, S), the arclength in
-/// the unstrained rod, `position` (T, S, 3) and `directors` (T, S, 3, 3), d1, d2, d3 in the rows. Where a moment has fewer sections
-/// than another its last places are NaN.
+/// Arrays of the shapes. `time` has the shape (T). Each rod has `s` (T, S), the arclength in the unstrained rod,
+/// `position` (T, S, 3) and `directors` (T, S, 3, 3), with d1, d2, d3 in the rows; named rods prefix these by
+/// `NAME.`. Moments with fewer sections than others are filled with NaN.
 pub fn shape_arrays(names: &[String], moments: &[Posed]) -> Vec<Array> {
     let times: Vec<f64> = moments.iter().map(|at| at.now.t).collect();
     let mut arrays = vec![Array::reals("time", &[times.len()], &times)];

@@ -5,11 +5,11 @@
 use crate::error::{Error, Result};
 use crate::study::{Column, Table, Values};
 
-/// An array with a name: its values in row-major order.
+/// A named array with values in row-major order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     name: String,
-    /// The type as NumPy writes it: "<f8", "<i8", "<U12".
+    /// Type in NumPy notation: "<f8", "<i8", "<U12".
     kind: String,
     shape: Vec<usize>,
     bytes: Vec<u8>,
@@ -37,7 +37,7 @@ impl Array {
         }
     }
 
-    /// Words, filled up to the longest.
+    /// Words, padded to the length of the longest.
     pub fn words<W: AsRef<str>>(name: impl Into<String>, values: &[W]) -> Self {
         let letters = |word: &W| word.as_ref().chars().count();
         let longest = values.iter().map(letters).max().unwrap_or(0).max(1);
@@ -53,18 +53,18 @@ impl Array {
         }
     }
 
-    /// The NPY file.
+    /// NPY file of the array.
     fn npy(&self) -> Vec<u8> {
         let shape: String = self.shape.iter().map(|n| format!("{n},")).collect();
         let kind = &self.kind;
         let mut header =
             format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
-        // The values begin at a multiple of 64 bytes; ten stand before the header.
+        // The values begin at a multiple of 64 bytes; ten bytes precede the header.
         let blanks = 63 - (10 + header.len()) % 64;
         header.extend(std::iter::repeat_n(' ', blanks));
         header.push('\n');
         let mut file = b"\x93NUMPY\x01\x00".to_vec();
-        // A header of one line is far below 2^16.
+        // The header has one line, far below 2^16 bytes.
         file.extend((header.len() as u16).to_le_bytes());
         file.extend(header.as_bytes());
         file.extend(&self.bytes);
@@ -73,7 +73,7 @@ impl Array {
 }
 
 impl Table {
-    /// Its columns as arrays: reals with NaN where a value is missing; integers as such if none is missing, as reals otherwise; words.
+    /// Columns as arrays: reals with NaN for missing values; integers if none is missing, otherwise reals; words.
     pub fn arrays(&self) -> Vec<Array> {
         let array = |column: &Column| {
             let name = column.name.as_ref();
@@ -95,10 +95,10 @@ impl Table {
     }
 }
 
-/// The arrays as the bytes of an NPZ file. The same arrays always make the same bytes.
+/// NPZ file of the arrays, reproducible to the byte.
 ///
 /// # Errors
-/// If it would have more than 2^32 bytes, or 2^16 arrays: the archive has no place for them.
+/// A file of more than 2^32 bytes, or 2^16 arrays, the limits of the archive format.
 ///
 /// ```
 /// use snaprod::study::export::{Array, npz};
@@ -125,7 +125,7 @@ pub fn npz(arrays: &[Array]) -> Result<Vec<u8>> {
         }
         let letters = u16::try_from(name.len()).map_err(|_| large())?;
         common.extend(letters.to_le_bytes());
-        // Nothing extra.
+        // No extra field.
         common.extend([0; 2]);
         archive.extend(b"PK\x03\x04");
         archive.extend(&common);

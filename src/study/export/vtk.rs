@@ -1,16 +1,18 @@
-//! Files of ParaView and VTK, as XML: an unstructured grid (VTU) for each time, and a collection (PVD) that gives their times.
+//! ParaView and VTK files in XML: an unstructured grid (VTU) for each time, and a collection (PVD) of the grids with
+//! their times.
 
 use super::Posed;
 use nalgebra::Isometry3;
 use std::fmt::Write;
 
-/// VTK's numbers of the types of cells.
+/// Numbers of cell types in VTK.
 const VERTEX: u8 = 1;
 const POLYLINE: u8 = 4;
 
-/// Rods as lines and bodies as points, with what is known at their points: `d1`, `d2`, `d3`, the directors of a section or the axes of a
-/// body's frame; `s`, the arclength in the unstrained rod (0 of a body); `velocity` of bodies (0 of sections, whose velocities are not computed).
-/// The cells have `rod`, which counts rods from 0 and is -1 of bodies, and `body`, the other way round.
+/// Rods as lines and bodies as points. Point data: `d1`, `d2`, `d3`, the directors of a section or axes of a body
+/// frame; `s`, the arclength in the unstrained rod (0 for a body); `velocity` of bodies (0 for sections, whose
+/// velocities are not computed). Cell data: `rod`, the index of the rod (-1 for bodies), and `body`, the index of the
+/// body (-1 for rods).
 pub fn vtk_frame(at: &Posed) -> String {
     let mut points: Vec<(f64, Isometry3<f64>, [f64; 3])> = Vec::new();
     let mut cells: Vec<(u8, usize, [i64; 2])> = Vec::new();
@@ -85,7 +87,7 @@ pub fn vtk_frame(at: &Posed) -> String {
     text
 }
 
-/// One array: a line for each tuple.
+/// XML data array with a line for each tuple.
 fn array<T: std::fmt::Debug, const N: usize>(
     text: &mut String,
     kind: &str,
@@ -104,7 +106,7 @@ fn array<T: std::fmt::Debug, const N: usize>(
     *text += "</DataArray>\n";
 }
 
-/// The collection of files, each by its time and its name.
+/// Collection file from the times and names of the grid files.
 pub fn vtk_collection(files: &[(f64, String)]) -> String {
     let mut text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n".to_owned();
     for (t, file) in files {

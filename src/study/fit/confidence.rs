@@ -6,9 +6,9 @@ use std::f64::consts::FRAC_PI_2;
 /// Degrees of freedom beyond which the distribution is normal to 1e-6.
 const NORMAL: f64 = 1e6;
 
-/// The half width, in standard errors, of the interval that holds a value with this probability where the noise is estimated with so many
-/// degrees of freedom, from 1 on. Between whole numbers of them the logarithm is linear in their inverse, which is too wide by up to 3 % below 2, 0.5 %
-/// beyond.
+/// Half width, in standard errors, of the interval with this probability of holding the value, where the noise is
+/// estimated with `freedom` >= 1 degrees of freedom. For fractional `freedom` the logarithm is interpolated linearly
+/// in 1/freedom, which is too wide by up to 3 % below 2, 0.5 % beyond.
 pub(super) fn quantile(probability: f64, freedom: f64) -> f64 {
     let freedom = freedom.clamp(1.0, NORMAL);
     let below = freedom.floor();
@@ -18,7 +18,7 @@ pub(super) fn quantile(probability: f64, freedom: f64) -> f64 {
     (low + (high - low) * part).exp()
 }
 
-/// The same for a whole number of degrees of freedom.
+/// Half width, in standard errors, for a whole number of degrees of freedom.
 fn whole(probability: f64, freedom: usize) -> f64 {
     // t = sqrt(freedom) tan(angle).
     let miss = |angle: f64| within(angle, freedom) - probability;
@@ -32,7 +32,7 @@ fn within(angle: f64, freedom: usize) -> f64 {
     let (sin, cos) = angle.sin_cos();
     let square = cos * cos;
     let odd = freedom % 2 == 1;
-    // cos + 2/3 cos^3 + ..., or 1 + 1/2 cos^2 + ...; as many terms as the freedom has.
+    // cos + 2/3 cos^3 + ..., or 1 + 1/2 cos^2 + ...; the number of terms follows from the freedom.
     let (mut term, mut sum) = if odd { (cos, 0.0) } else { (1.0, 0.0) };
     let first = if odd { 1 } else { 0 };
     let mut k = first;
@@ -54,8 +54,8 @@ fn within(angle: f64, freedom: usize) -> f64 {
 mod tests {
     use super::quantile;
 
-    /// Catches a wrong term or a sum that ends too early: closed forms of 1 and 2 degrees of freedom, the tables for 5 and 10, the normal limit; between
-    /// whole numbers a wrong side.
+    /// Catches a wrong term or a truncated sum (closed forms for 1 and 2 degrees of freedom, tables for 5 and 10,
+    /// normal limit), and interpolation on the wrong side.
     #[test]
     fn quantiles_are_those_of_the_tables() {
         let cases = [

@@ -13,10 +13,10 @@ pub struct Data {
 }
 
 impl Data {
-    /// Data of these columns, with a number of each in every row; NaN where nothing was measured.
+    /// Data with these columns and rows; NaN where nothing was measured.
     ///
     /// # Errors
-    /// A name that is empty or stands twice; a row that is longer or shorter; no rows; a number that is not finite.
+    /// An empty or repeated name; a row of another length; no rows; an infinite number.
     pub fn new(names: Vec<String>, rows: Vec<Vec<f64>>) -> Result<Self> {
         let refuse = |why: String| Err(Error::domain(why));
         for (i, name) in names.iter().enumerate() {
@@ -52,11 +52,11 @@ impl Data {
         Ok(Self { names, rows })
     }
 
-    /// Reads CSV: a line of names, then a line of numbers for each row. An empty cell, or `nan`, is missing. Empty lines and those that begin
-    /// with # are passed over.
+    /// Reads CSV: a line of names, then a line of numbers for each row. An empty cell, or `nan`, is a missing value.
+    /// Empty lines and lines that begin with # are skipped.
     ///
     /// # Errors
-    /// No names, or one that is empty or stands twice; a row that is longer or shorter; a cell that is no number; no rows.
+    /// No names; an empty or repeated name; a row of another length; a cell that is no number; no rows.
     pub fn parse(text: &str) -> Result<Self> {
         let refuse = |why: String| Err(Error::domain(why));
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -104,12 +104,12 @@ impl Data {
         Self::new(names, rows)
     }
 
-    /// Where a column stands.
+    /// Index of the column with this name.
     pub fn place(&self, name: &str) -> Option<usize> {
         self.names.iter().position(|own| own == name)
     }
 
-    /// A column.
+    /// Numbers of a column.
     pub fn column(&self, place: usize) -> impl Iterator<Item = f64> + Clone {
         self.rows.iter().map(move |row| row[place])
     }

@@ -1,39 +1,40 @@
-//! Least squares in a box: the method of Levenberg and Marquardt, with steps that stay inside.
+//! Levenberg-Marquardt least squares in a box, with steps that stay inside.
 
 use super::noise::{CERTAIN, SEEN};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// The step of the central differences, in parts of the range: a model that is right to 1e-9 has derivatives to 1e-5, and so has one whose third
-/// derivatives are not above 1e3.
+/// Step of the central differences, as a fraction of the range. It yields derivatives to 1e-5 from a model right to
+/// 1e-9, and from one with third derivatives up to 1e3.
 const DIFFERENCE: f64 = 1e-4;
-/// Most steps.
+/// Largest number of steps.
 const STEPS: usize = 100;
-/// A step, in parts of the ranges, and a relative gain of the sum of squares, below which nothing is left to be gained.
+/// Convergence bounds: step, as a fraction of the ranges, and relative gain of the sum of squares.
 const STEP: f64 = 1e-9;
 const GAIN: f64 = 1e-12;
-/// The damping at first, relative to the squares of the columns, and where no step gains anything.
+/// Initial damping relative to the squared column norms, and the damping at which the search gives up.
 const DAMPING: f64 = 1e-3;
 const MOST_DAMPING: f64 = 1e12;
 
-/// Residuals at a point of the box [0, 1]^n; None where the model has none.
+/// Residuals at a point of the box [0, 1]^n; `None` where the model fails.
 pub(super) type Residuals<'r> = dyn FnMut(&[f64]) -> Result<Option<DVector<f64>>> + 'r;
 
-/// A point with the least sum of squares around it.
+/// A local minimum of the sum of squares.
 #[derive(Debug, Clone)]
 pub(super) struct Least {
     pub at: Vec<f64>,
     pub residuals: DVector<f64>,
-    /// Their derivatives by the point.
+    /// Derivatives of the residuals by the coordinates of the box.
     pub slopes: DMatrix<f64>,
-    /// What half the step changes in them: more than their errors, of the step as of the rounding and the tolerance of the model.
+    /// Change of the derivatives when the step is halved. It exceeds their errors from the step, from rounding and
+    /// from the tolerance of the model.
     pub doubts: DMatrix<f64>,
-    /// False if the steps came to an end before.
+    /// False if the search ended before convergence.
     pub settled: bool,
 }
 
 impl Least {
-    /// Goes down from a point of the box; None if the model has no residuals there.
+    /// Minimises from a point of the box; `None` if the model fails there.
     ///
     /// # Errors
     /// Those of the residuals.
@@ -65,11 +66,12 @@ impl Least {
         self.residuals.norm_squared()
     }
 
-    /// One step that gains; false if there is none.
+    /// One step that reduces the sum of squares; false if none is found.
     fn step(&mut self, damping: &mut f64, of: &mut Residuals) -> Result<bool> {
         let gradient = self.slopes.tr_mul(&self.residuals);
         let seen = is_seen(&self.slopes);
-        // A point at a wall that the sum falls behind stays there, and so does one on which nothing depends: rounding would move it.
+        // Coordinates are fixed on a wall if the sum decreases outwards, and where the residuals do not depend on
+        // them (rounding would move these).
         let free: Vec<usize> = (0..self.at.len())
             .filter(|&i| {
                 let (x, down) = (self.at[i], -gradient[i]);
@@ -83,7 +85,7 @@ impl Least {
         let sizes: Vec<f64> = slopes.column_iter().map(|column| column.norm()).collect();
         let mut growth = 2.0;
         while *damping < MOST_DAMPING {
-            // The damped problem as one of least squares: its normal equations would square the condition.
+            // The damped problem as a least-squares problem: normal equations would square the condition number.
             let (rows, columns) = slopes.shape();
             let mut matrix = DMatrix::zeros(rows + columns, columns);
             matrix.rows_mut(0, rows).copy_from(&slopes);
@@ -114,7 +116,7 @@ impl Least {
             {
                 let gain = self.square() - residuals.norm_squared();
                 let done = gain < GAIN * self.square();
-                // Nielsen's rule: the better the promise was held, the less damping.
+                // Nielsen's rule: the closer the gain to the promise, the less damping.
                 let held = (gain / promised.max(f64::MIN_POSITIVE)).min(2.0);
                 *damping *= (1.0 - (2.0 * held - 1.0).powi(3)).max(1.0 / 3.0);
                 *damping = damping.max(1e-14);
@@ -123,7 +125,7 @@ impl Least {
                 self.residuals = residuals;
                 return Ok(!done);
             }
-            // Cut off at a wall a step may promise a loss: a shorter one does not.
+            // A step cut off at a wall may promise a loss; a shorter one does not.
             if (0.0..GAIN * self.square()).contains(&promised) {
                 return Ok(false);
             }
@@ -134,21 +136,21 @@ impl Least {
     }
 }
 
-/// True for each column of the derivatives that is more than rounding beside the largest.
+/// True for each derivative column above rounding, relative to the largest.
 pub(super) fn is_seen(slopes: &DMatrix<f64>) -> Vec<bool> {
     let sizes: Vec<f64> = slopes.column_iter().map(|column| column.norm()).collect();
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     sizes.iter().map(|size| *size > SEEN * largest).collect()
 }
 
-/// True for each column of the derivatives that is more than its doubts: one that is less tells the tolerance of the model, or the step.
+/// True for each derivative column above its doubts. Smaller ones only show the tolerance of the model, or the step.
 pub(super) fn is_certain(least: &Least) -> Vec<bool> {
     let each = least.slopes.column_iter().zip(least.doubts.column_iter());
     each.map(|(slope, doubt)| slope.norm() > CERTAIN * doubt.norm())
         .collect()
 }
 
-/// Derivatives by differences over this step to both sides, inside the box.
+/// Central differences with this step, one-sided at the walls of the box.
 fn derivatives(
     at: &[f64],
     here: &DVector<f64>,

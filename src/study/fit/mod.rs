@@ -1,8 +1,8 @@
-//! Fits: the values of some fields of a scene for which it comes nearest to measured data, in the sense of least squares.
+//! Least-squares fit of fields of a scene to measured data.
 //!
-//! Data with a column `t` are compared with the trajectory of one run at these times. In others every row is a scene of its own: columns
-//! that are `given` are set in it, and the rest are quantities of what comes of it, named as in a sweep (`end.x`, `events.-1.t`), or, with
-//! `modes.` before, of its small motions (`modes.angular_frequencies.0`).
+//! Data with a column `t` are compared with the trajectory of one run at these times. Otherwise each row is a scene
+//! of its own: columns that are `given` are set in it. The other columns are quantities of the result, named as in a
+//! sweep (`end.x`, `events.-1.t`), or of the small motions with prefix `modes.` (`modes.angular_frequencies.0`).
 
 mod confidence;
 mod data;
@@ -21,51 +21,52 @@ use least::{Least, is_certain, is_seen};
 use nalgebra::DVector;
 use noise::{Linear, unweighed};
 
-/// The column of data over time.
+/// Name of the time column of the data.
 const TIME: &str = "t";
-/// What comes before the names of quantities of small motions.
+/// Prefix of the names of quantities of small motions.
 const MODES: &str = "modes.";
-/// Rounds in which the noise of several columns is estimated from what is left of them.
+/// Largest number of rounds in which the noise of several columns is estimated from the residuals.
 const ROUNDS: usize = 8;
-/// They end when the estimates change by less than this, relatively.
+/// Relative change of the noise estimates that ends the rounds.
 const SETTLED: f64 = 1e-2;
-/// Least noise of a column, relative to its spread: data without noise are no reason to divide by 0.
+/// Smallest noise of a column, relative to its spread: noise-free data must not lead to division by 0.
 const NOISE: f64 = 1e-9;
-/// Intervals of the drawn model over time.
+/// Number of intervals of the drawn model curve over time.
 const FINE: usize = 400;
-/// Two ends of a search are one if the sums of squares differ by less than this, relatively, or by what the least noise makes of them.
+/// Two searches have the same end if their sums of squares differ by less than this, relatively, or by the effect of
+/// the least noise.
 const ALIKE: f64 = 1e-3;
-/// A value is at an end of its range within this part of it.
+/// Distance from an end of the range, as a fraction of the range, below which a value counts as on its bound.
 const WALL: f64 = 1e-6;
 
-/// A fit that is asked for.
+/// A requested fit.
 #[derive(Debug, Clone)]
 pub struct Fit {
     scene: String,
     set: Vec<String>,
     free: Vec<Vary>,
     data: Data,
-    /// The columns that are set, with their fields.
+    /// Columns set in the scene, with their fields.
     given: Vec<(usize, String)>,
-    /// The columns that are compared.
+    /// Columns compared with the model.
     compared: Vec<Compared>,
-    /// The column of times.
+    /// Index of the time column.
     time: Option<usize>,
-    /// The numbers of the rows in the data as they were given, from 1.
+    /// Row numbers in the original data, from 1.
     numbers: Vec<usize>,
 }
 
-/// A column that is compared with what the scene says.
+/// A data column compared with the model.
 #[derive(Debug, Clone)]
 struct Compared {
     place: usize,
-    /// Standard deviation of its noise, where it is known.
+    /// Standard deviation of the noise, where known.
     noise: Option<f64>,
-    /// Standard deviation of its values.
+    /// Standard deviation of the values.
     spread: f64,
 }
 
-/// One end of the search.
+/// End of a search from one start.
 #[derive(Debug, Clone)]
 pub struct Found {
     least: Least,
@@ -74,13 +75,15 @@ pub struct Found {
 }
 
 impl Fit {
-    /// A fit of the fields `free` of a scene given as text, with `set` set in it first, to `data`. `given`: names of columns that are fields of the
-    /// scene, as `loads.force.0`; `noise`: standard deviations of columns, as (`x`, 1e-3).
+    /// A fit of the fields `free` to `data`, for a scene given as text with the overrides `set`. `given`: names of
+    /// columns that are fields of the scene, as `loads.force.0`; `noise`: standard deviations of columns, as (`x`,
+    /// 1e-3).
     ///
     /// # Errors
-    /// Nothing that is free, or a field twice; data in which a name is missing, with no column to compare or fewer numbers than free fields;
-    /// a noise that is not positive, or of a column that is not compared; columns that are given beside `t`, or are free; a time below 0, or any of a
-    /// bar; beside other columns one of unknown noise with a single number.
+    /// No free field, or a repeated one; data without a named column, without a column to compare, or with fewer
+    /// numbers than free fields; a noise that is not positive, or of a column not compared; given columns beside `t`,
+    /// or that are free; a time below 0, or any time of a bar; a column of unknown noise with a single number, beside
+    /// other columns.
     pub fn new(
         scene: String,
         set: Vec<String>,
@@ -158,7 +161,7 @@ impl Fit {
             let count = values.len() as f64;
             let mean = values.iter().sum::<f64>() / count;
             let spread = values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
-            // A single number, or the same one in every row, is measured by its size.
+            // The spread of a constant column is replaced by the size of its number.
             let spread = match spread.sqrt() {
                 spread if spread > 1e-12 * mean.abs() => spread,
                 _ if mean != 0.0 => mean.abs(),
@@ -202,7 +205,7 @@ impl Fit {
                     data.rows[row][time]
                 ));
             }
-            // A time at which nothing was measured need not be reached.
+            // Times without measurements need not be reached.
             rows.retain(|number| measured(&data.rows[number - 1]));
             data.rows.retain(measured);
         }
@@ -234,17 +237,17 @@ impl Fit {
         }
     }
 
-    /// How many numbers are compared.
+    /// Number of compared values.
     pub fn points(&self) -> usize {
         self.compared.iter().map(|one| self.count(one)).sum()
     }
 
-    /// What is free.
+    /// The free fields with their ranges.
     pub fn free(&self) -> &[Vary] {
         &self.free
     }
 
-    /// Where the search number `k` begins, in parts of the ranges: the first in their middle, the others anywhere.
+    /// Start of search `k` as fractions of the ranges: the middle for k = 0, otherwise random.
     pub fn start(&self, k: usize, seed: u64) -> Vec<f64> {
         let all = 0..self.free.len();
         match k {
@@ -253,10 +256,10 @@ impl Fit {
         }
     }
 
-    /// Searches from a start; None if the scene cannot be run there.
+    /// Searches from a start; `None` if the scene cannot run there.
     ///
     /// # Errors
-    /// An interrupt; columns of the data that the scene does not have.
+    /// An interrupt; columns of the data missing in the results.
     pub fn search(&self, start: &[f64], hooks: &mut dyn Hooks) -> Result<Option<Found>> {
         let noise = self.compared.iter();
         let noise = noise.map(|one| one.noise.unwrap_or(one.spread)).collect();
@@ -285,10 +288,12 @@ impl Fit {
         }))
     }
 
-    /// The best of what was found. Where the noise of several columns is not known, each is weighted by what is left of it, and the search goes on from there.
+    /// The best end of the searches. If the noise of several columns is unknown, each is weighted by its residuals,
+    /// and the search is continued.
     ///
     /// # Errors
-    /// Nothing was found: then it says why the scene cannot be run in the middle of the ranges; a column whose noise cannot be estimated; an interrupt.
+    /// No search with a result (the message says why the scene cannot run in the middle of the ranges); a column
+    /// whose noise cannot be estimated; an interrupt.
     pub fn best(
         &self,
         found: Vec<Found>,
@@ -341,14 +346,14 @@ impl Fit {
         self.record(&best, model, between.as_ref(), effort)
     }
 
-    /// How many numbers of a column were measured.
+    /// Number of measured values in a column.
     fn count(&self, one: &Compared) -> usize {
         let column = self.data.column(one.place);
         column.filter(|x| !x.is_nan()).count()
     }
 
-    /// The fields that are free to move at an end of a search. A value at an end of its range is held there, and one on which nothing depends, as far
-    /// as differences tell, stays where it is.
+    /// The fields that move freely at an end of a search. Values at an end of their range are fixed, and so are those
+    /// without an effect above the errors of the differences.
     fn moving(&self, least: &Least) -> Vec<usize> {
         let inside = |part: f64| (WALL..=1.0 - WALL).contains(&part);
         let (seen, certain) = (is_seen(&least.slopes), is_certain(least));
@@ -357,7 +362,7 @@ impl Fit {
             .collect()
     }
 
-    /// The columns about an end of a search, with the fields that are free to move.
+    /// Linearised columns at an end of a search, with the fields that move freely.
     fn linear(&self, found: &Found) -> Vec<Linear> {
         let least = &found.least;
         let moving = self.moving(least);
@@ -374,7 +379,7 @@ impl Fit {
         .collect()
     }
 
-    /// (model - data)/noise, column by column, where something was measured.
+    /// (model - data)/noise of all measured values, column by column.
     fn residuals(&self, model: &[Vec<f64>], noise: &[f64]) -> DVector<f64> {
         let mut all = Vec::with_capacity(self.points());
         for ((one, values), sigma) in self.compared.iter().zip(model).zip(noise) {
@@ -388,7 +393,7 @@ impl Fit {
         DVector::from_vec(all)
     }
 
-    /// What the scene says of every column that is compared, row by row.
+    /// Model values of every compared column, row by row.
     fn model(
         &self,
         at: &[f64],
@@ -409,7 +414,7 @@ impl Fit {
         Ok(columns)
     }
 
-    /// Refuses a trajectory that has no number where one was measured.
+    /// Error if the trajectory has no number at a measured value.
     fn is_told(&self, columns: &[Vec<f64>]) -> std::result::Result<(), Fault> {
         let Some(time) = self.time else {
             return Ok(());
@@ -430,14 +435,15 @@ impl Fit {
         Ok(())
     }
 
-    /// The free fields at a point, as overrides.
+    /// Overrides that set the free fields at a point of the box.
     fn values(&self, at: &[f64]) -> Vec<String> {
         let each = self.free.iter().zip(at);
         each.map(|(one, part)| format!("{}={}", one.path, one.at(*part)))
             .collect()
     }
 
-    /// The model between the measurements, for a figure: over time the trajectory of the end of the search, at FINE times and those of the data.
+    /// Model between the measurements, for a figure: over time the fitted trajectory at FINE times and at the times
+    /// of the data.
     fn between(&self, at: &[f64], hooks: &mut dyn Hooks) -> Option<Table> {
         let measured = self.data.column(self.time?);
         let (low, high) = measured
@@ -455,7 +461,7 @@ impl Fit {
         Scene::parse_with(&self.scene, &all).map_err(|faults| Fault::NoRun(faults.to_string()))
     }
 
-    /// The trajectory at these times.
+    /// Trajectory at these times.
     fn trajectory(
         &self,
         free: &[String],
@@ -474,7 +480,7 @@ impl Fit {
         table.map_err(|e| Fault::NoRun(e.to_string()))
     }
 
-    /// The columns of a trajectory that are compared.
+    /// Compared columns of a trajectory.
     fn over_time<'t>(&self, table: &'t Table) -> Result<Vec<(&'t str, &'t [f64])>> {
         let each = self.compared.iter().map(|one| {
             let name = &self.data.names[one.place];
@@ -511,7 +517,7 @@ impl Fit {
                 .collect()
         });
         let settings: Vec<Vec<String>> = settings.collect();
-        // Rows with the same settings, as those of repeated measurements, are one scene.
+        // Rows with the same settings, such as repeated measurements, are one scene.
         let mut made: Vec<(&[String], Vec<f64>)> = Vec::new();
         for set in &settings {
             let values = match made.iter().find(|(own, _)| own == set) {
@@ -534,8 +540,8 @@ impl Fit {
         Ok(model)
     }
 
-    /// The quantities of a scene that the data name. Those that are asked for must be there; of the others, which were not measured, those are told
-    /// that are there anyway.
+    /// The quantities of a scene named by the data. Requested ones (`asked`) must exist. Unmeasured ones are included
+    /// if the scene has them.
     fn quantities(
         &self,
         scene: &Scene,
@@ -568,7 +574,7 @@ impl Fit {
                 Some(Cell::Real(x)) if x.is_finite() => Ok(x),
                 Some(Cell::Integer(n)) => Ok(n as f64),
                 _ if !asked => Ok(f64::NAN),
-                // A run that ended early has no such event, another may have it.
+                // An early end of the run removes events present in other runs.
                 _ => Err(Fault::NoRun(format!(
                     "what comes of the scene has no number {name}; names are those of summary.json, `events.` of events.json and `modes.` of \
                      `snaprod modes --json`; a column that is a field of the scene is named by --given"
@@ -579,9 +585,9 @@ impl Fit {
     }
 }
 
-/// Why there is no model at a point.
+/// Reason for a missing model at a point.
 enum Fault {
-    /// The search goes elsewhere.
+    /// The search tries another point.
     NoRun(String),
     /// The search ends.
     Fatal(Error),

@@ -1,40 +1,42 @@
-//! The noise of columns, estimated from what is left of them, and the errors of the fields that follow from it.
+//! Noise of data columns estimated from residuals, and the resulting errors of the fitted fields.
 //!
-//! The fields follow all columns, so that what is left of a column has less freedom than the column has numbers. A variance is the square of what is
-//! left by that freedom (restricted maximum likelihood; Patterson and Thompson, Biometrika 58, 1971): by the count of numbers alone short columns
-//! would seem too exact, weigh too much, and seem more exact still. Weights that are estimated are uncertain, too: the covariance and
-//! the degrees of freedom of each field are those of Kenward and Roger (Biometrics 53, 1997).
+//! The fields adapt to all columns, so the residuals of a column have less freedom than the column has numbers. The
+//! variance is the sum of squared residuals over the freedom (restricted maximum likelihood; Patterson and Thompson,
+//! Biometrika 58, 1971). Divided by the count of numbers instead, short columns would seem too exact, weigh too much,
+//! and seem more exact still. Estimated weights are uncertain, too: the covariance and the degrees of freedom of each
+//! field are those of Kenward and Roger (Biometrics 53, 1997).
 
 use crate::error::Error;
 use nalgebra::{DMatrix, DVector};
 
-/// A direction of the fields whose effect is smaller than this, relative to the largest, is not seen in the data.
+/// Directions of the fields with an effect below this, relative to the largest, are unidentifiable from the data.
 pub(super) const SEEN: f64 = 1e-8;
-/// Nor is one whose effect is not so many times the doubts of its derivatives.
+/// Directions with an effect below this multiple of the doubts of the derivatives are unidentifiable, too.
 pub(super) const CERTAIN: f64 = 3.0;
-/// A field has a part in a direction above this part of the largest, where each field is measured by its effect.
+/// Components of a direction above this fraction of the largest involve the field, in units of the effects of the
+/// fields.
 const PART: f64 = 1e-3;
-/// Most rounds of the estimate, in each of which it comes nearer by a factor, and their relative change at its end.
+/// Largest number of rounds of the estimate, which converges linearly, and the relative change at its end.
 const ROUNDS: usize = 2000;
 const SETTLED: f64 = 1e-6;
 
-/// A column about the end of a fit, where what is left of it is linear in the fields.
+/// A data column linearised at the end of a fit.
 pub(super) struct Linear {
-    /// How many numbers it has.
+    /// Number of measured values.
     count: usize,
     /// Derivatives of the model by the fields, and model less data, in the units of the data.
     slopes: DMatrix<f64>,
     left: DVector<f64>,
-    /// Norms of the doubts of the derivatives by each field.
+    /// Norm of the doubts of the derivatives, by field.
     doubts: DVector<f64>,
-    /// Its noise where that is known.
+    /// Standard deviation of the noise, where known.
     known: Option<f64>,
-    /// The least that is taken for it elsewhere.
+    /// Smallest noise, where unknown.
     least: f64,
 }
 
 impl Linear {
-    /// A long column is as good as the triangle of its QR factors: sums of products are the same.
+    /// Compresses a long column to the triangle of its QR factors, with the same sums of products.
     pub fn new(
         [slopes, doubts]: [DMatrix<f64>; 2],
         left: DVector<f64>,
@@ -59,38 +61,38 @@ impl Linear {
     }
 }
 
-/// Fewer degrees of freedom than one, but for rounding: intervals are then as good as endless.
+/// Degrees of freedom, one up to rounding, below which intervals are practically infinite.
 const FREE: f64 = 0.99;
 
-/// What the data do not tell.
+/// Parameters that the data do not determine.
 #[derive(Debug, PartialEq)]
 pub(super) enum Untold {
-    /// These fields apart: a direction of them is not seen.
+    /// Fields which cannot be separated: a direction is unidentifiable.
     Fields(Vec<usize>),
-    /// The noise of this column, which the fields can follow.
+    /// Noise of a column: the fields can follow all of its numbers.
     Noise(usize),
 }
 
 /// Errors of the fields.
 pub(super) struct Errors {
     pub covariance: DMatrix<f64>,
-    /// The degrees of freedom with which each variance is known.
+    /// Degrees of freedom of each variance.
     pub freedom: Vec<f64>,
 }
 
-/// The same problem with every column divided by its noise.
+/// Least-squares problem with every column divided by its noise.
 struct Weighted {
-    /// U^T U of the rows of each column, U S V^T being the slopes: the parts that the columns have in the fields; their sum is 1.
+    /// U^T U of the rows of each column, with slopes = U S V^T: the shares of the columns in the fields, of sum 1.
     shares: Vec<DMatrix<f64>>,
-    /// What is left beside the fields.
+    /// Residuals orthogonal to the fields.
     left: DVector<f64>,
     /// V S^-1.
     back: DMatrix<f64>,
-    /// The fields with a part in directions that were left out since they are not seen.
+    /// Fields involved in unidentifiable directions, which are left out.
     unseen: Vec<usize>,
 }
 
-/// The noise of the columns, from a guess of it on.
+/// Noise of the columns, iterated from a guess.
 pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
     for _ in 0..ROUNDS {
         let weighted = weighted(columns, &noise);
@@ -100,7 +102,7 @@ pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
             let rows = column.left.len();
             let left = weighted.left.rows(from, rows).norm() * *sigma;
             from += rows;
-            // As many fields as numbers leave nothing.
+            // As many fields as numbers leave no freedom.
             let freedom = match column.count as f64 - share.trace() {
                 freedom if freedom > SEEN => freedom,
                 _ => column.count as f64,
@@ -117,10 +119,10 @@ pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
     noise
 }
 
-/// The errors of the fields with this noise.
+/// Errors of the fields at given noise.
 ///
 /// # Errors
-/// What the data do not tell.
+/// Parameters that the data do not determine.
 pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold> {
     let Weighted {
         shares,
@@ -136,8 +138,8 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold
     let of = |c: &usize| (columns[*c].count, &shares[*c]);
     let unknown: Vec<(usize, &DMatrix<f64>)> = places.iter().map(of).collect();
     let size = unknown.len();
-    // Fisher's information of the logarithms of the variances, of which every column has count - fields on its own: no field has
-    // fewer degrees of freedom than the least of these.
+    // Fisher information of the logarithms of the variances. Every column has count - fields on its own: no field has
+    // fewer degrees of freedom than the smallest of these.
     let information = DMatrix::from_fn(size, size, |i, j| {
         let ((count, own), (_, other)) = (unknown[i], unknown[j]);
         let alone = match i == j {
@@ -152,7 +154,7 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold
     };
     let worst = (0..size).min_by(by_information);
     let untold = || Untold::Noise(worst.map_or(0, |i| places[i]));
-    // Zero, but for rounding, where the fields follow all numbers of a column.
+    // Zero, up to rounding, if the fields follow all numbers of a column.
     let is_told = worst.is_none_or(|i| information[(i, i)] > SEEN);
     let spread = information.clone().try_inverse().filter(|_| is_told);
     let spread = spread.ok_or_else(untold)?;
@@ -217,13 +219,13 @@ fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
     }
 }
 
-/// U and V S^-1 of the slopes, without what is not seen, and the fields that have a part in that.
+/// U and V S^-1 of the slopes without unidentifiable directions, and the fields involved in those.
 fn seen_parts(
     mut slopes: DMatrix<f64>,
     doubts: &DVector<f64>,
 ) -> (DMatrix<f64>, DMatrix<f64>, Vec<usize>) {
     let (rows, fields) = slopes.shape();
-    // Each field by its effect, so that rank does not hang on the units; doubts in parts of it.
+    // Scale each field by its effect: rank becomes independent of units, and doubts are relative.
     let sizes = slopes.column_iter().map(|column| column.norm());
     let sizes = DVector::from_iterator(fields, sizes.map(|size| size.max(f64::MIN_POSITIVE)));
     for (mut column, size) in slopes.column_iter_mut().zip(sizes.iter()) {
@@ -251,7 +253,7 @@ fn seen_parts(
     (u.select_columns(&seen), back, parts)
 }
 
-/// A column beside others whose noise is neither given nor to be estimated.
+/// Error for a column whose noise is neither given nor estimable, beside other columns.
 pub(super) fn unweighed(name: &str, count: usize) -> Error {
     let numbers = if count == 1 { "number" } else { "numbers" };
     Error::domain(format!(
@@ -267,12 +269,12 @@ mod tests {
     use crate::study::sweep::chance;
     use nalgebra::{DMatrix, DVector, dmatrix};
 
-    /// The derivatives of 3 and 4 numbers by two fields.
+    /// Derivatives of two columns, of 3 and 4 numbers, by two fields.
     fn slopes() -> DMatrix<f64> {
         dmatrix![1.0, -1.0; 1.0, 0.2; 1.0, 1.5; 0.4, 1.0; -0.7, 1.0; 1.1, 0.8; 0.2, -1.3]
     }
 
-    /// Normal noise of theirs, of 0.3 and 0.5.
+    /// Normal noise of the two columns, of 0.3 and 0.5.
     fn drawn(seed: u64) -> DVector<f64> {
         DVector::from_fn(7, |k, _| {
             let [u, v] = [0, 1].map(|i| chance(seed, k as u64, i));
@@ -294,9 +296,9 @@ mod tests {
         })
     }
 
-    /// The restricted likelihood has its maximum at the noise, and the errors are those of the general formulas of Kenward and Roger, in which the variances
-    /// are parameters of a dense covariance of all numbers. Catches a wrong freedom of a column, information of another parameter, a lost term of the
-    /// covariance.
+    /// The restricted likelihood has its maximum at the noise. The errors follow the general formulas of Kenward and
+    /// Roger, with the variances as parameters of a dense covariance of all numbers. Catches a wrong freedom of a
+    /// column, information of another parameter, a lost term of the covariance.
     #[test]
     fn errors_are_those_of_the_general_formulas() {
         let (x, y) = (&slopes(), &drawn(5));
@@ -346,8 +348,8 @@ mod tests {
         }
     }
 
-    /// Catches short columns that seem too exact: with weights by what is left over the count, and all degrees of freedom, intervals of 95 % held
-    /// the truth in 76 % of such draws.
+    /// Catches short columns that seem too exact. With weights from residuals over the count, and all degrees of
+    /// freedom, 95 % intervals held the truth in 76 % of such draws.
     #[test]
     fn intervals_of_short_columns_hold_the_truth() {
         let (mut held, draws) = (0, 400);
@@ -355,7 +357,7 @@ mod tests {
             let columns = columns(&drawn(seed));
             let noise = noise(&columns, vec![1.0, 1.0]);
             let errors = errors(&columns, &noise).unwrap();
-            // The best fields of what is left.
+            // The best fields for the residuals.
             let back = weighted(&columns, &noise).back;
             let each = columns.iter().zip(&noise);
             let right = each.map(|(one, sigma)| one.slopes.tr_mul(&one.left) / sigma.powi(2));
@@ -369,7 +371,8 @@ mod tests {
         assert!((0.9..0.975).contains(&part), "{part}");
     }
 
-    /// Catches a column that takes all the weight: two numbers to which two fields go by the others nearly leave nothing to estimate their noise from.
+    /// Catches a column that takes all the weight: two numbers, nearly fitted by two fields, leave nothing to
+    /// estimate their noise from.
     #[test]
     fn a_column_that_is_followed_does_not_tell_its_noise() {
         let (slopes, left) = (slopes(), drawn(3));

@@ -1,4 +1,4 @@
-//! What a fit found.
+//! Record of a fit.
 
 use super::least::{is_certain, is_seen};
 use super::noise::{self, Untold, unweighed};
@@ -8,71 +8,74 @@ use crate::study::fit::confidence::quantile;
 use crate::study::{Cell, Column, Table, Values};
 use serde_json::{Value, json};
 
-/// The probability of the intervals.
+/// Probability of the intervals.
 const CONFIDENCE: f64 = 0.95;
 
-/// A field that was free.
+/// A fitted field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Its path in the scene.
+    /// Path of the field in the scene.
     pub path: String,
-    /// Its best value.
+    /// Best value.
     pub value: f64,
-    /// The standard error of the value, to first order; None where the data do not tell it, it lies at an end of its range,
-    /// or there are as many free fields as numbers. With noise that was estimated of several columns it has a part for the weights.
+    /// Standard error of the value, to first order. `None` if the data do not determine it, at an end of the range,
+    /// or with as many free fields as numbers. With noise estimated for several columns it includes the uncertainty
+    /// of the weights.
     pub standard_error: Option<f64>,
-    /// The interval that holds the true value with a probability of 95 %, where the model is right, the noise is normal and the model nearly linear over it.
+    /// Interval that holds the true value with a probability of 95 %, for a correct model, nearly linear over the
+    /// interval, and normal noise.
     pub interval: Option<[f64; 2]>,
-    /// True if it lies at an end of its range: a better value may lie outside.
+    /// True if the value lies at an end of its range: a better one may lie outside.
     pub at_bound: bool,
 }
 
-/// A column that was compared.
+/// A compared data column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitColumn {
-    /// Its name.
+    /// Name of the column.
     pub name: String,
-    /// The numbers of the scene, row by row.
+    /// Model values, row by row.
     pub model: Vec<f64>,
-    /// Those that were measured; NaN where none was.
+    /// Measured values; NaN where missing.
     pub data: Vec<f64>,
-    /// Their unit, where it is known.
+    /// Unit of the values, where known.
     pub unit: String,
     /// The model at the places of [`FitRecord::between`].
     pub curve: Vec<f64>,
-    /// Root of the mean square of their differences.
+    /// Root mean square of model - data.
     pub rms: f64,
-    /// Standard deviation of its noise: as it was given, or as it was estimated by what is left and the freedom that the fields leave it.
+    /// Standard deviation of the noise: given, or estimated from the residuals and their degrees of freedom.
     pub noise: f64,
-    /// True if it was given.
+    /// True if the noise was given.
     pub known: bool,
 }
 
-/// What a fit found.
+/// Record of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitRecord {
-    /// The fields that were free.
+    /// The fitted fields.
     pub parameters: Vec<Parameter>,
-    /// Correlations of their errors; 0 where there is no standard error.
+    /// Correlations of the errors; 0 without a standard error.
     pub correlations: Vec<Vec<f64>>,
-    /// The columns that were compared.
+    /// The compared columns.
     pub columns: Vec<FitColumn>,
-    /// What stands along the rows: `t`, or the first column that was given, or their number.
+    /// Abscissa of the rows: `t`, the first given column, or the row number.
     pub along: Column,
-    /// Where the model is known between the data: over time, closely; else nowhere.
+    /// Abscissae of the model curve: dense over time; empty otherwise.
     pub between: Vec<f64>,
-    /// Sum of (model - data)^2/noise^2, where the noise of every column was given: near `freedom` if model and noise are right.
+    /// Sum of (model - data)^2/noise^2 if the noise of every column was given; near `freedom` if model and noise are
+    /// right.
     pub chi_squared: Option<f64>,
-    /// Numbers that were compared, less free fields.
+    /// Number of compared values less free fields.
     pub freedom: usize,
-    /// Searches, those that ended here, runs of the scene (or of all its rows).
+    /// Numbers of searches, of searches that ended here, and of runs of the scene (or of all its rows).
     pub effort: [usize; 3],
-    /// What is to be said of it.
+    /// Remarks.
     pub remarks: Vec<String>,
 }
 
 impl Fit {
-    /// The record of an end of the search, where the scene says `model`.
+    /// Record of an end of the search with these `model` values.
     pub(super) fn record(
         &self,
         found: &Found,
@@ -83,7 +86,7 @@ impl Fit {
         let least = &found.least;
         let freedom = self.points() - self.free.len();
         let known = self.compared.iter().all(|one| one.noise.is_some());
-        // A value that is held has no error of its own, and the others have theirs beside it.
+        // Fixed values have no errors; the errors of the others are conditional on them.
         let moving = self.moving(least);
         let (seen, certain) = (is_seen(&least.slopes), is_certain(least));
         let linear = self.linear(found);
@@ -126,7 +129,7 @@ impl Fit {
                     one.path
                 ));
             }
-            // Of logarithms: what is symmetric in them is not in the value.
+            // Logarithmic fields: an interval symmetric in the logarithm is asymmetric in the value.
             let end = |side: f64| one.number(part + side * width * error?).map(|[x, _]| x);
             let interval = end(-1.0).zip(end(1.0)).map(|(low, high)| [low, high]);
             let is_finite = |ends: &[f64; 2]| ends.iter().all(|x| x.is_finite());
@@ -230,7 +233,7 @@ impl Fit {
 }
 
 impl FitRecord {
-    /// All of it, as fit.json has it.
+    /// Content of fit.json.
     pub fn summary(&self) -> Value {
         let parameters = self.parameters.iter().map(|one| {
             json!({
@@ -265,7 +268,7 @@ impl FitRecord {
         })
     }
 
-    /// The model between the data, where it is known there.
+    /// Model curve between the data, if any.
     pub fn curve(&self) -> Option<Table> {
         let reals = |list: &Vec<f64>| Values::Reals(list.clone());
         let along = Column {
@@ -280,7 +283,7 @@ impl FitRecord {
         (!self.between.is_empty()).then(|| Table::new("curve", columns))
     }
 
-    /// Data, model and what is left, row by row.
+    /// Data, model and residuals, row by row.
     pub fn table(&self) -> Table {
         let mut columns = vec![Column {
             values: Values::Reals(Vec::new()),
@@ -302,7 +305,7 @@ impl FitRecord {
             });
             let place = std::iter::once(self.along.cell(k));
             let cells: Vec<Cell> = place.chain(numbers.map(Cell::Real)).collect();
-            // Nothing fails in memory.
+            // Tables in memory do not fail.
             let _ = table.push(&cells);
         }
         table

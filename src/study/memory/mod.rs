@@ -1,4 +1,5 @@
-//! Memory of small motions: the wrench on the end of a straight viscoelastic rod, in the components that the end has.
+//! Linear memory of a straight viscoelastic rod: wrench on the end for small motions, in the components of the end
+//! joint.
 
 mod table;
 
@@ -11,14 +12,14 @@ use crate::viscoelastic::kernel::MemoryKernel;
 use nalgebra::Matrix6;
 use serde_json::{Value, json};
 
-/// How the body is fixed to the end, and in which space.
+/// Joint between rod end and body, with the dimension of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndJoint {
-    /// A point mass on an end that is free to turn, in the plane of the elastica.
+    /// A point mass on an end free to turn, in the plane of the elastica.
     Planar,
-    /// The same in space.
+    /// A point mass on an end free to turn, in space.
     Ball,
-    /// A rigid body that turns with the end.
+    /// A rigid body welded to the end.
     Welded,
 }
 
@@ -33,30 +34,30 @@ impl EndJoint {
     }
 }
 
-/// A part of the relaxation function, weight exp(-rate t).
+/// A term weight exp(-rate t) of the relaxation function R.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RelaxationTerm {
-    /// Its rate, per time.
+    /// Relaxation rate, per time.
     pub rate: f64,
-    /// Its weight, a wrench per displacement.
+    /// Weight, a wrench per displacement.
     pub weight: Matrix6<f64>,
-    /// Its largest part of a diagonal entry of R(0).
+    /// Largest ratio of a diagonal entry of the weight to that of R(0).
     pub share: f64,
 }
 
-/// Less than this, relative, is rounding.
+/// Relative size of rounding.
 pub const ROUNDING: f64 = 1e-12;
-/// R has fallen by less than this part, before anything happens.
+/// Relative drop of R, up to which relaxation has not begun.
 const EARLY: f64 = 0.01;
-/// R and J are as near as this to their last values, after all has happened.
+/// Relative distance of R and J from the limits at which relaxation has ended.
 const LATE: f64 = 1e-3;
-/// Decades of time from 1.
+/// Largest exponent of the decades of time.
 const FARTHEST: i32 = 300;
 
-/// Describes small motions of the end of the scene's rod, as the scene's body loads it.
+/// Linear response of the end of the scene's rod, in the components loaded by the body.
 ///
 /// # Errors
-/// A scene without internal friction; a section that has no kernel.
+/// A scene without internal friction; a section without a memory kernel.
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
     if scene.bar.is_some() {
         scene.body()?;
@@ -93,17 +94,17 @@ pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
 pub struct MemoryRecord {
     /// Relaxation, memory kernel and creep as matrices of functions of time.
     pub kernel: MemoryKernel,
-    /// How the body is fixed to the end.
+    /// Joint between rod end and body.
     pub end: EndJoint,
     /// The units of every quantity.
     pub units: Units,
-    /// The components of (z, r) that the end has and carries a wrench against, in the order of the output.
+    /// Indices of the components of (z, r) that the end can move in and load, in the order of the output.
     pub shown: Vec<usize>,
-    /// By rate, slowest first, rates that are equal to rounding together.
+    /// Terms of R by rate, slowest first; rates equal up to rounding are merged.
     pub terms: Vec<RelaxationTerm>,
-    /// How many Maxwell branches the section has.
+    /// Number of Maxwell branches of the section.
     pub branches: usize,
-    /// The friction is not H e_t, and was linearised.
+    /// True for a friction law other than H e_t, which was linearised.
     pub nonlinear: bool,
 }
 
@@ -161,7 +162,7 @@ impl MemoryRecord {
         terms
     }
 
-    /// What a component of the end's motion is called.
+    /// Name of a component of the motion of the end.
     pub fn name(&self, i: usize) -> &'static str {
         match self.end {
             EndJoint::Planar => "y",
@@ -169,7 +170,7 @@ impl MemoryRecord {
         }
     }
 
-    /// What a component of the wrench on the end is called.
+    /// Name of a component of the wrench on the end.
     pub fn load(&self, i: usize) -> &'static str {
         match self.end {
             EndJoint::Planar => "n_y",
@@ -177,12 +178,12 @@ impl MemoryRecord {
         }
     }
 
-    /// The name of the entry (i, j) of a matrix.
+    /// Name of the entry (i, j) of a matrix.
     pub fn entry(&self, i: usize, j: usize) -> String {
         format!("{}{}", self.name(i), self.name(j))
     }
 
-    /// Which part of R(0) is forgotten.
+    /// Fraction of R(0) that relaxes.
     pub fn forgotten(&self, i: usize) -> f64 {
         let glassy = self.kernel.glassy()[(i, i)];
         let part = |term: &RelaxationTerm| term.weight[(i, i)] / glassy;
@@ -194,8 +195,8 @@ impl MemoryRecord {
         self.terms.is_empty()
     }
 
-    /// The whole decades of time in which something happens: from before the first relaxation or creep until all is
-    /// still, to the eye.
+    /// Decades of time that contain the relaxation: from before its start until R and J have reached their limits to
+    /// drawing accuracy.
     pub fn decades(&self) -> [f64; 2] {
         let kernel = &self.kernel;
         let (glassy, relaxed) = (kernel.glassy(), kernel.relaxed());
@@ -213,7 +214,7 @@ impl MemoryRecord {
                 after[ii] <= (1.0 + LATE) * relaxed[ii] && creep[ii] >= (1.0 - LATE) * longest[ii]
             })
         };
-        // A time of the right order.
+        // Starting point: order of magnitude of the relaxation time.
         let ii = self.shown.first().map_or(0, |&i| 7 * i);
         let middle = (kernel.instantaneous()[ii] / glassy[ii]).log10().round() as i32;
         let decade = |k: &i32| 10.0_f64.powi(*k);
@@ -227,7 +228,7 @@ impl MemoryRecord {
         [decade(&first), decade(&last)]
     }
 
-    /// What the verdict on (6.15) means.
+    /// Sentence on the verdict about (6.15).
     pub fn meaning(&self) -> String {
         let verdict = match (self.forgets_all(), self.branches) {
             (true, _) => {
@@ -253,7 +254,7 @@ impl MemoryRecord {
         format!("{verdict}{why}")
     }
 
-    /// The components shown, row by row.
+    /// Entries of the shown components, row by row.
     pub fn rows(&self, matrix: &Matrix6<f64>) -> Vec<Vec<f64>> {
         let row = |&i: &usize| self.shown.iter().map(|&j| matrix[(i, j)]).collect();
         self.shown.iter().map(row).collect()
@@ -274,7 +275,7 @@ impl MemoryRecord {
         }
     }
 
-    /// The same of wrenches per velocity.
+    /// Unit of the entry (i, j) of a matrix of wrenches per velocity.
     pub fn dashpot_unit(&self, i: usize, j: usize) -> &'static str {
         match (self.unit(i, j, false), self.units) {
             (_, Units::Dimensionless) => "",
@@ -284,7 +285,7 @@ impl MemoryRecord {
         }
     }
 
-    /// All of it but the functions of time, as JSON.
+    /// JSON form without the functions of time.
     pub fn summary(&self) -> Value {
         let kernel = &self.kernel;
         let found = kernel.commuting();

@@ -6,26 +6,26 @@ use crate::study::record::{Column, Table, Values};
 use nalgebra::Matrix6;
 use std::ops::RangeInclusive;
 
-/// One component of a matrix of functions of time.
+/// An entry of a matrix function of time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KernelEntry {
     /// R, k or J.
     pub function: char,
-    /// Its place in the matrix, i <= j: all three are symmetric.
+    /// Row and column, i <= j: R, k and J are symmetric.
     pub place: (usize, usize),
     /// "R_yy".
     pub name: String,
-    /// Its values at the times.
+    /// Values at the times.
     pub values: Vec<f64>,
 }
 
-/// How many times a table may have.
+/// Allowed number of times in a table.
 pub const POINTS: RangeInclusive<usize> = 2..=100_000;
 
-/// Times in equal ratios, from the first to the last.
+/// Times in geometric sequence from first to last.
 ///
 /// # Errors
-/// Times that are not positive, finite and in order; a number of them out of [`POINTS`].
+/// Times that are not positive, finite and ascending; a number of times outside [`POINTS`].
 pub fn times([from, to]: [f64; 2], points: usize) -> Result<Vec<f64>> {
     if !(f64::MIN_POSITIVE <= from && from < to && to < f64::INFINITY) {
         return Err(Error::domain(format!(
@@ -40,7 +40,7 @@ pub fn times([from, to]: [f64; 2], points: usize) -> Result<Vec<f64>> {
         )));
     }
     let last = points - 1;
-    // By logarithms, so that no ratio overflows; the ends as they were given.
+    // By logarithms, without overflow of ratios; both ends stay exact.
     let [a, b] = [from.log10(), to.log10()];
     let inner = |k: usize| 10.0_f64.powf(a + (b - a) * k as f64 / last as f64);
     let mut times: Vec<f64> = (0..=last).map(inner).collect();
@@ -48,10 +48,10 @@ pub fn times([from, to]: [f64; 2], points: usize) -> Result<Vec<f64>> {
     Ok(times)
 }
 
-/// An entry smaller than this against the diagonal is rounding.
+/// Relative size, compared with the diagonal, below which an entry is rounding.
 const NOTHING: f64 = 1e-12;
 
-/// The components that are not zero.
+/// The nonzero entries.
 pub fn entries(response: &MemoryRecord, times: &[f64]) -> Vec<KernelEntry> {
     let kernel = &response.kernel;
     let mut entries = Vec::new();
@@ -70,7 +70,7 @@ pub fn entries(response: &MemoryRecord, times: &[f64]) -> Vec<KernelEntry> {
             for &j in &response.shown[k..] {
                 let values: Vec<f64> = matrices.iter().map(|m| m[(i, j)]).collect();
                 let least = NOTHING * (size(i) * size(j)).sqrt();
-                // Of the kernel, a diagonal entry may itself be rounding.
+                // A diagonal entry of the kernel may be rounding itself.
                 let rounding = match function {
                     'k' => NOTHING * rate(response, i, j),
                     _ => 0.0,
@@ -89,7 +89,7 @@ pub fn entries(response: &MemoryRecord, times: &[f64]) -> Vec<KernelEntry> {
     entries
 }
 
-/// How large the kernel would be if R were forgotten at the fastest rate.
+/// Size of the kernel if R relaxed at the fastest rate.
 fn rate(response: &MemoryRecord, i: usize, j: usize) -> f64 {
     let glassy = response.kernel.glassy();
     let fastest = response.terms.last().map_or(0.0, |term| term.rate);

@@ -1,4 +1,4 @@
-//! Small motions of bodies and rods in space.
+//! Small motions of rods without mass and their bodies in space.
 
 use super::{BALANCED, Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
 use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
@@ -17,18 +17,20 @@ const ALONG: f64 = 1e-13;
 /// A rod in space at rest with its body.
 pub(in crate::study) struct AtRest {
     model: ElasticSpace,
-    /// In the frame of the clamp and units of the rod.
+    /// Assembly and equilibrium in the frame of the clamp and units of the rod.
     pub at: (Assembly, Configuration),
     /// True if [start] is the equilibrium.
     of_start: bool,
 }
 
-/// The equilibrium of a scene that stands: [start] if it is one, and otherwise the one that the loads at t = 0 lead to.
+/// Equilibrium of a scene on a clamp at rest: [start] if it is an equilibrium, otherwise the one under the loads at t
+/// = 0.
 ///
 /// # Errors
 /// No equilibrium found.
 pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
-    // Strains that are given are those of a rod with friction, and a rod under its weight is not straight: no equilibria.
+    // Two starts are no equilibria: given strains of a rod with friction, and unloaded strains under a distributed
+    // load.
     let never = match &scene.start.place {
         Place::Strain { strain } => !strain.is_unloaded() || scene.is_loaded_along(),
         Place::Rest { .. } => scene.is_loaded_along(),
@@ -54,7 +56,7 @@ pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
             (model, assembly, now)
         }
     };
-    // Newton's method, where it goes straight there.
+    // Accept Newton's method only if it converges straight from the guess.
     if let Ok(found) = assembly.equilibrium(Some(&now), EQUILIBRIUM)
         && found.route == AssemblyRoute::Guess
     {
@@ -67,7 +69,7 @@ pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
     })
 }
 
-/// Of a scene that stands, and the same with the friction of its rod.
+/// Small motions of a scene on a fixed clamp; `creeping` is the same scene with the friction of the rod.
 pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
     let AtRest {
         model,
@@ -90,7 +92,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     Ok((motions, of_start))
 }
 
-/// The eigenvalues with the friction of the rod.
+/// Eigenvalues with the friction of the rod.
 fn with_friction(
     scene: &Scene,
     model: &ElasticSpace,
@@ -118,7 +120,7 @@ fn with_friction(
     )
 }
 
-/// Those of a scene of several rods and bodies: about the equilibrium under the loads at t = 0.
+/// Small motions of an assembly about its equilibrium under the loads at t = 0.
 pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
     let now = setup.meant()?.now;
@@ -128,7 +130,7 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
         let resting = Resting::new(scene, (setup.assembly, now), &setup.scales)?;
         motions.mass = Some(resting.mass).filter(|mass| !mass.rods.is_empty());
     }
-    // Bodies settle there unless the unloaded rods are asked for.
+    // Bodies settle at the equilibrium unless [start] asks for unloaded rods.
     Ok((motions, !matches!(scene.start.place, Place::Rest { .. })))
 }
 
@@ -145,8 +147,8 @@ fn balanced(assembly: &Assembly, now: &Configuration) -> Result<bool> {
     Ok(left <= BALANCED * (all + loads) || left <= f64::EPSILON)
 }
 
-/// Small motions of an assembly about an equilibrium at t = 0. `clamp` leads its frame into the world, and `scales` its units into those of
-/// the record.
+/// Small motions of an assembly about an equilibrium at t = 0. `clamp` maps its frame to the world, `scales` its
+/// units to those of the record.
 ///
 /// # Errors
 /// As [`Assembly::modes`] and [`Assembly::eigenvalues`].
@@ -159,7 +161,7 @@ pub fn small_motions(
     described(assembly, now, (clamp, scales), None)
 }
 
-/// The same; of a rod with friction `damped` are the eigenvalues.
+/// Small motions about an equilibrium; `damped`: eigenvalues of a rod with friction.
 fn described(
     assembly: &Assembly,
     now: &Configuration,
@@ -168,7 +170,7 @@ fn described(
 ) -> Result<SmallMotions> {
     let modes = assembly.modes(now, ALONG)?;
     let followed = assembly.is_followed(0.0);
-    // A neutral direction is neutral up to the tolerance of the equilibrium.
+    // Stiffness below the tolerance of the equilibrium counts as neutral.
     let index = assembly.index(0.0, now, EQUILIBRIUM)?;
     let conservative = assembly.is_conservative(0.0);
     let creep = damped.as_ref().map(|damped| Creep::new(damped, scales));
@@ -192,7 +194,7 @@ fn described(
         .sum()
     };
     let stable = match &eigenvalues {
-        // The symmetric part of the stiffness decides nothing.
+        // With follower loads the symmetric part of the stiffness does not decide stability.
         Some(all) if followed => held()? == 0 && all.iter().all(decaying),
         Some(all) if !conservative => index == 0 && all.iter().all(decaying),
         _ => index == 0,
@@ -214,7 +216,7 @@ fn described(
     };
     let omegas = frequencies(&modes.squares, modes.neutral, index == 0);
     let mut list = Vec::new();
-    // Under loads that turn with bodies motions are those of the eigenvalues.
+    // With follower loads only eigenvalues describe the motions, so no modes are made.
     let omegas = omegas.into_iter().enumerate();
     for (k, omega) in omegas.filter(|_| !followed) {
         let size = modes
@@ -253,7 +255,7 @@ fn described(
         modes: list,
         creep,
         eigenvalues: eigenvalues.map(|all| {
-            // Zero but for rounding.
+            // Treat rounding as zero.
             let zero = |x: f64| if x.abs() <= 1e-14 * fastest { 0.0 } else { x };
             let all = all
                 .into_iter()
@@ -268,7 +270,7 @@ fn described(
     })
 }
 
-/// True if nothing but inertia and forces with a potential acts on the body.
+/// True if only inertia and forces with a potential act on the body.
 pub(super) fn is_simple(carrier: &Carrier) -> bool {
     carrier.is_conservative(0.0)
         && match carrier.mass() {
@@ -277,7 +279,7 @@ pub(super) fn is_simple(carrier: &Carrier) -> bool {
         }
 }
 
-/// Names of the components of a shape; with several bodies, with the body's name or number.
+/// Component names of a shape, prefixed by the name or number of the body if there are several.
 pub(super) fn coordinates(carriers: &[Carrier]) -> Vec<String> {
     let several = carriers.len() > 1;
     let of = |(body, carrier): (usize, &Carrier)| {
@@ -296,7 +298,7 @@ pub(super) fn coordinates(carriers: &[Carrier]) -> Vec<String> {
     carriers.iter().enumerate().flat_map(of).collect()
 }
 
-/// A shape in the world and units of the scene.
+/// A shape in the world frame and the units of the scene.
 fn in_world(
     assembly: &Assembly,
     now: &Configuration,
@@ -312,7 +314,7 @@ fn in_world(
     of_twists(assembly.carriers(), &twists.collect::<Vec<_>>(), outward)
 }
 
-/// The same from the twists of the bodies in it.
+/// A shape in the world frame and the units of the scene, from the twists of the bodies.
 pub(super) fn of_twists(
     carriers: &[Carrier],
     twists: &[Vector6<f64>],

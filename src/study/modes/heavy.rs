@@ -1,4 +1,4 @@
-//! Small motions of a rod with mass and its body: vibrations of the rod beside those of the body.
+//! Small motions of a rod with mass and its body, including vibrations of the rod.
 
 use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
 use crate::error::{Error, Result};
@@ -11,14 +11,15 @@ use crate::section::Strain;
 use crate::viscoelastic::grid::{Grid, more};
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
 
-/// Vibrations that are told.
+/// Number of vibrations in the record.
 pub(super) const COUNT: usize = 8;
-/// Nodes to begin with, and coordinates beyond which no more are taken.
+/// First number of nodes, and largest number of coordinates in a refinement.
 const FIRST: usize = 16;
 const MOST: usize = 200;
-/// Nodes to begin with where there are too many coordinates for more than the first: the first are one refinement of these, which tells how good they are.
+/// First number of nodes if finer grids have too many coordinates: FIRST is then the single refinement and yields the
+/// error.
 const COARSE: usize = 11;
-/// Squares of the frequencies that change by less than this with more nodes are those of the rod.
+/// Refinement ends when squares of the frequencies change by less than this relative amount.
 const CONVERGED: f64 = 1e-9;
 
 /// A rod with mass at rest, with its vibrations.
@@ -32,7 +33,7 @@ struct Found {
 pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let mut still = scene.standing()?;
     still.start.rate = None;
-    // Its friction makes the vibrations decay.
+    // Friction makes the vibrations decay.
     still.rod.damping.clone_from(&scene.rod.damping);
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
@@ -175,12 +176,13 @@ fn is_damped(body: &Mass) -> bool {
     }
 }
 
-/// What vibrations and eigenvalues say of an equilibrium.
+/// Stability and frequencies of an equilibrium, from its vibrations and eigenvalues.
 pub(super) struct Judged {
     pub index: usize,
     pub stable: bool,
     pub conservative: bool,
-    /// Of the vibrations, as [`frequencies`]. None under loads that turn with bodies: motions are those of the eigenvalues there.
+    /// Frequencies of the vibrations, as [`frequencies`]. Empty with follower loads, where only eigenvalues describe
+    /// the motions.
     pub frequencies: Vec<f64>,
 }
 
@@ -199,7 +201,7 @@ impl Judged {
         let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
         Self {
             index,
-            // The index of the symmetric part of the stiffness decides nothing where loads turn with bodies.
+            // With follower loads the index of the symmetric part of the stiffness does not decide stability.
             stable: (followed || index == 0) && (conservative || all.iter().all(decaying)),
             conservative,
             frequencies: match followed {
@@ -210,8 +212,8 @@ impl Judged {
     }
 }
 
-/// What is found at as many nodes as its vibrations ask for, `width` coordinates to a node, `most` of them in all, and by how much the last
-/// refinement changed the square of a frequency ([`SmallMotions::change`]).
+/// Result on the first grid of nodes that resolves the vibrations, with the last change of a squared frequency
+/// ([`SmallMotions::change`]). There are `width` coordinates per node, at most `most` in all.
 pub(super) fn converged<F>(
     (width, most): (usize, usize),
     at_nodes: impl Fn(usize) -> Result<F>,
@@ -235,7 +237,8 @@ pub(super) fn converged<F>(
     }
 }
 
-/// About the equilibrium near these strains, from which the body settles or which are those of the start.
+/// Small motions about the equilibrium near these strains. The body settles from them, or they are those of the
+/// start.
 fn at_nodes(
     given: &Given,
     (strain, settles): (&dyn Fn(f64) -> Strain, bool),
@@ -258,7 +261,7 @@ fn at_nodes(
         left.max(r.abs() / weights[i / count])
     });
     let of_start = settles || left <= super::BALANCED;
-    // A start that is an equilibrium is kept, stable or not, unless the rod settles.
+    // Without settling, a start in equilibrium is kept, stable or not.
     let q = match !settles && left <= 1e-3 * super::BALANCED {
         true => start,
         false => rod
@@ -274,7 +277,7 @@ fn at_nodes(
     })
 }
 
-/// Turn and move of the end with a change of the coordinates.
+/// Rotation and displacement of the end for a change of the coordinates.
 fn end_of(rod: &HeavyRod, q: &[f64], shape: &DVector<f64>) -> Result<[Vector3<f64>; 2]> {
     let at = rod
         .moving(q, shape.as_slice())
@@ -287,7 +290,7 @@ fn stations(rod: &HeavyRod, q: &[f64]) -> Result<Vec<Station>> {
     stations_from(rod, &Isometry3::identity(), &rod.strains(q))
 }
 
-/// Sections along a rod with these strains at its nodes, from its base to its end.
+/// Sections along a rod, from base to end, for given strains at its nodes.
 pub(super) fn stations_from(
     rod: &HeavyRod,
     base: &Isometry3<f64>,

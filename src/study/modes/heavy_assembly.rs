@@ -10,18 +10,18 @@ use crate::motion::full_mass::HeavyAssemblyStart;
 use crate::scene::{AssemblySetup, HeavySpace, Place, Scene};
 use nalgebra::{DVector, Isometry3, Vector6};
 
-/// Coordinates beyond which no more nodes are taken.
+/// Largest number of coordinates in a refinement.
 const MOST: usize = 200;
-/// Motions that nothing holds, at most, of every body.
+/// Largest number of rigid motions of each body.
 const RIGID: usize = 6;
 
-/// An assembly whose small motions are asked for.
+/// An assembly with the start for its small motions.
 struct Asked<'a> {
     given: HeavyAssembly,
     start: HeavyAssemblyStart<'a>,
-    /// Whether it is at the equilibrium under its loads.
+    /// True if the start is the equilibrium under the loads.
     settled: bool,
-    /// Its frame in the world, and its units.
+    /// Frame of the assembly in the world, and its units.
     outward: Outward<'a>,
     coordinates: Vec<String>,
 }
@@ -33,7 +33,8 @@ struct Found {
     modes: Vec<Vibration>,
 }
 
-/// About the equilibrium under the loads at t = 0; of an assembly that nothing holds and that starts from the unloaded rods, about these.
+/// Small motions about the equilibrium under the loads at t = 0. A free assembly that starts from unloaded rods is
+/// linearised about these.
 pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
     let given = setup
@@ -42,7 +43,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         .standing_at(0.0);
     let light = &setup.assembly;
     let unloaded = matches!(scene.start.place, Place::Rest { .. });
-    // What nothing holds has the equilibrium of the unloaded rods where these are asked for.
+    // A free assembly started from unloaded rods rests in this shape.
     let settled = light.is_held() || !unloaded;
     let mut now = match settled {
         true => setup.meant()?.now,
@@ -69,7 +70,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     Ok((motions, !settled || !unloaded))
 }
 
-/// The same of one rod whose body slides in a groove, which stands.
+/// Small motions of one rod on a fixed clamp whose body slides in a groove.
 pub(super) fn in_groove(
     model: &HeavySpace,
     outward: Outward<'_>,
@@ -93,7 +94,7 @@ pub(super) fn in_groove(
 }
 
 impl Asked<'_> {
-    /// Its small motions, and how far the strains at rest are from those of the start.
+    /// Small motions, and the distance of the strains at rest from the strains of the start.
     fn described(&self) -> Result<(SmallMotions, f64)> {
         let Self {
             given,
@@ -188,7 +189,7 @@ fn at_nodes(given: &HeavyAssembly, start: &HeavyAssemblyStart<'_>, nodes: usize)
     Ok(Found { assembly, y, modes })
 }
 
-/// An error unless the unloaded rods of an assembly that nothing holds keep their shapes.
+/// Error if the loads strain the unloaded rods of a free assembly.
 fn rests(found: &Found) -> Result<()> {
     let strains = found.assembly.strained(&found.y, &found.modes)?;
     match strains <= BALANCED {

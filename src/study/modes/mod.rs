@@ -24,14 +24,14 @@ pub struct ModesRecord {
     pub units: Units,
     /// True if the rod moves in a plane.
     pub planar: bool,
-    /// True if the equilibrium is the start of the scene; false: the forces on the body do not balance there, and it is the one that
-    /// the loads at t = 0 lead to.
+    /// True if the start of the scene is the equilibrium. Otherwise the forces on the body do not balance at the
+    /// start, and the equilibrium is the one under the loads at t = 0.
     pub of_start: bool,
     /// The names of the rods of an assembly, those with a free end last.
     pub names: Vec<String>,
     /// The motions.
     pub motions: SmallMotions,
-    /// What is left out, and what else is to be said.
+    /// Remarks on neglected effects and on the choice of the equilibrium.
     pub remarks: Vec<String>,
 }
 
@@ -44,31 +44,33 @@ pub struct SmallMotions {
     pub stable: bool,
     /// True if all loads have a potential. The modes are those of the symmetric part of the stiffness.
     pub conservative: bool,
-    /// What moves: names of the components of a shape.
+    /// Names of the components of a shape.
     pub coordinates: Vec<String>,
     /// By rising angular frequency; none under loads that turn with bodies.
     pub modes: Vec<Mode>,
     /// Directions in which straight inextensible rods do not let the bodies move: they have no mode.
     pub rigid: usize,
-    /// By how much, in units of itself and 1, the last refinement of rods with mass changed the square of a frequency; 0 where nothing is
-    /// refined.
+    /// Change of a squared frequency by the last refinement of rods with mass, in units of the square plus 1; 0
+    /// without refinement.
     pub change: f64,
     /// With drag, friction of the rod, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
     pub eigenvalues: Option<Vec<Complex<f64>>>,
-    /// With friction of the rod: what the eigenvalues are to its own rates.
+    /// With friction of the rod: its relaxation rates, compared with the eigenvalues.
     pub creep: Option<Creep>,
-    /// What the mass of elastic or viscous rods changes about a stable equilibrium, where it is known and not all of it is followed.
+    /// Effect of the mass of elastic or viscous rods about a stable equilibrium, where the mass is known and not
+    /// followed in full.
     pub mass: Option<SmallMass>,
     /// The rods in equilibrium, in the world: evenly spaced sections.
     pub rods: Vec<Vec<Station>>,
 }
 
-/// What is to be known of the eigenvalues of a rod with friction.
+/// Relaxation rates of a rod with friction, for comparison with the eigenvalues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Creep {
-    /// The fastest and the slowest rate of the rod with its end held, of those that the end feels; None if its end has no memory.
+    /// Fastest and slowest relaxation rate of the rod with its end held, of those felt at the end. `None` if the end
+    /// force has no memory.
     pub held: Option<[f64; 2]>,
-    /// How many rates of overdamped motions lie between these, where they are none of the body alone: they are left out.
+    /// Number of overdamped rates between these, left out because none is a motion of the body alone.
     pub among: usize,
     /// By how much, relatively, the last refinement of the strains changed the eigenvalues.
     pub change: f64,
@@ -87,16 +89,16 @@ impl Creep {
 /// A mode.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mode {
-    /// Its angular frequency; of an instability, minus its rate of growth.
+    /// Angular frequency; for an instability, minus the growth rate.
     pub angular_frequency: f64,
-    /// The displacements x of the bodies, in the world, with x^T M x = 1: translations in 1/sqrt(mass), rotations in 1/(length
-    /// sqrt(mass)).
+    /// The displacements x of the bodies, in the world, with x^T M x = 1: translations in 1/sqrt(mass), rotations in
+    /// 1/(length sqrt(mass)).
     pub shape: Vec<f64>,
-    /// How the rods move with it: derivatives of their stations.
+    /// Motion of the rods in the mode: derivatives of the stations.
     pub rods: Vec<Vec<Station>>,
 }
 
-/// A section of a rod, or how fast it moves.
+/// A section of a rod, or the velocity of a section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Station {
     /// Position.
@@ -107,21 +109,23 @@ pub struct Station {
 
 /// Intervals between the stations of a rod.
 const INTERVALS: usize = 100;
-/// A mode moves charts by this much for its stations' derivatives, which are for drawing.
+/// Step of the charts for the difference quotients of stations, which serve figures only.
 const NUDGE: f64 = 1e-4;
-/// A larger relative change of eigenvalues by the last refinement of a rod with friction is told.
+/// Relative change of eigenvalues by the last refinement of a rod with friction, above which a remark is made.
 const RESOLVED: f64 = 1e-6;
-/// What an eigenvalue leaves of its equation, relative to the square of the frequency, if it is that of a mode.
+/// Largest residual of the eigenvalue equation, relative to the squared frequency, at which an eigenvalue belongs to
+/// a mode.
 const ACROSS: f64 = 1e-6;
 /// The largest residual force of a start that is an equilibrium, relative to the forces.
 const BALANCED: f64 = 1e-6;
 
-/// Natural frequencies and mode shapes about the start of the scene, if that is an equilibrium, and otherwise about the one that the
-/// loads at t = 0 lead to. The clamp is held as it stands at t = 0, and loads in time have their value then. The modes are those without
-/// friction; with `damping` of the rod the eigenvalues have its friction, linearised at rest.
+/// Natural frequencies and mode shapes about the start of the scene if it is an equilibrium, otherwise about the
+/// equilibrium under the loads at t = 0. The clamp is fixed in its pose at t = 0, and time-dependent loads have their
+/// value at t = 0. Modes are undamped; with `damping` of the rod the eigenvalues contain its friction, linearised at
+/// rest.
 ///
-/// Of rods with mass (inertia = "full"), one or several, their own vibrations are among them, the eight slowest motions in all beside
-/// those that nothing holds, and friction makes them decay.
+/// For rods with mass (inertia = "full") the modes include vibrations of the rods: the eight slowest motions in all,
+/// beside the rigid ones. Friction makes them decay.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::modes};
@@ -146,8 +150,8 @@ const BALANCED: f64 = 1e-6;
 /// ```
 ///
 /// # Errors
-/// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the rod is infinitely
-/// stiff.
+/// A scene of statics; a start that cannot be evaluated; no equilibrium found; an equilibrium at a fold, where the
+/// rod is infinitely stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let heavy = scene.rod.is_heavy();
     let found = match (&scene.assembly, scene.is_planar()) {
@@ -260,7 +264,7 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     Ok(record)
 }
 
-/// The small motions of a planar rod that was lifted into space, without that across the plane, against which it is stiff.
+/// Small motions of a planar rod that was lifted into space, without the motion out of the plane, which is stiff.
 fn in_plane(mut motions: SmallMotions, scene: &Scene) -> SmallMotions {
     let across = |mode: &Mode| mode.shape[2].abs() > mode.shape[0].hypot(mode.shape[1]);
     let drag = scene
@@ -281,8 +285,8 @@ fn in_plane(mut motions: SmallMotions, scene: &Scene) -> SmallMotions {
     motions
 }
 
-/// Angular frequencies from their squares, which are zero up to `zero`: minus the rate of growth where a square is negative, and 0
-/// where that is rounding of a stable equilibrium.
+/// Angular frequencies from their squares. A square below `zero` in size counts as 0, and so does a negative one at a
+/// stable equilibrium (rounding). At other negative squares the frequency is minus the growth rate.
 fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
     let one = |x: &f64| match x.abs() <= zero || stable && *x < 0.0 {
         true => 0.0,
@@ -291,7 +295,7 @@ fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
     squares.iter().map(one).collect()
 }
 
-/// The way from the frame of the clamp and units of the rod to the world and units of the scene.
+/// Map from the frame of the clamp and units of the rod to the world and units of the scene.
 struct Outward<'a> {
     clamp: Isometry3<f64>,
     scales: &'a Scales,
@@ -306,7 +310,8 @@ impl Outward<'_> {
         }
     }
 
-    /// How fast a station moves with a shape in units of [`Mode::shape`], from two that are `apart` in units of the rod.
+    /// Velocity of a station in a mode of the scale of [`Mode::shape`], from two positions `apart` in units of the
+    /// rod.
     fn rate(&self, [a, b]: [&Station; 2], apart: f64) -> Station {
         let turn = self.clamp.rotation.to_rotation_matrix();
         let per = 1.0 / (apart * self.scales.mass.sqrt());
@@ -318,9 +323,9 @@ impl Outward<'_> {
 }
 
 impl SmallMotions {
-    /// The angular frequencies, ascending; of an instability without oscillation, minus its rate of growth. Those of the modes,
-    /// without drag and rotors; under loads that turn with bodies those of the eigenvalues, where growing oscillations have negative
-    /// decay rates.
+    /// Angular frequencies, ascending; for an instability without oscillation, minus the growth rate. They belong to
+    /// the modes without drag and rotors. With follower loads they belong to the eigenvalues, where growing
+    /// oscillations have negative decay rates.
     pub fn angular_frequencies(&self) -> Vec<f64> {
         let Some(all) = self.eigenvalues.as_ref().filter(|_| self.modes.is_empty()) else {
             return self
@@ -341,7 +346,7 @@ impl SmallMotions {
 }
 
 impl Mode {
-    /// The same mode, its sign chosen: the largest component is positive, the first of equal ones.
+    /// The mode with its sign fixed: the largest component (the first of equal ones) is positive.
     fn oriented(mut self) -> Self {
         let largest = self.shape.iter().fold(0.0, |a: f64, x| {
             if x.abs() > a.abs() * (1.0 + 1e-9) {
@@ -359,7 +364,7 @@ impl Mode {
         self
     }
 
-    /// The period; None where there is none, of an instability or a neutral mode.
+    /// Period; `None` for an instability or a neutral mode.
     pub fn period(&self) -> Option<f64> {
         (self.angular_frequency > 0.0).then(|| TAU / self.angular_frequency)
     }

@@ -13,18 +13,19 @@ use crate::study::neglected_mass::Light;
 use crate::viscoelastic::material::Material;
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
-/// A load across the rod is none up to this part of the load and EI/L^2: its deflection y changes the frequency by about y^2, and makes
-/// the rod 1/y^2 as stiff along itself.
+/// Load across the rod, relative to the load and EI/L^2, below which it counts as zero. A deflection y changes the
+/// frequency by about y^2 and makes the rod 1/y^2 as stiff in its own direction.
 const ACROSS: f64 = 1e-6;
-/// 1 - x below which a rod is slightly bent, and the part of the square of its frequency across by which that may miss the straight rod's.
+/// Bound of 1 - x for a slightly bent rod, and relative deviation of its squared transverse frequency from that of
+/// the straight rod.
 const SLIGHT: f64 = 1e-10;
 const ALIKE: f64 = 1e-3;
-/// By so much a load is turned, relatively, to the side to which an imperfect rod is to buckle.
+/// Relative rotation of the load towards the side to which an imperfect rod is to buckle.
 const TURNED: f64 = 1e-9;
 /// Newton steps at most.
 const STEPS: usize = 8;
 
-/// A mode of the end, the body's mass being 1, and the rod at two moments of it so far `apart`.
+/// A mode of the end for a body of mass 1, and shapes of the rod at two amplitudes which are `apart`.
 struct Found {
     square: f64,
     shape: Vector2<f64>,
@@ -32,10 +33,10 @@ struct Found {
     apart: f64,
 }
 
-/// Of a scene that stands, and the same with the friction of its rod.
+/// Small motions of a planar scene on a fixed clamp; `creeping` is the same scene with the friction of the rod.
 pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
     let (scales, plain) = (scene.scales()?, scene.dimensionless()?);
-    // The straight rod is a start whatever the loads.
+    // The straight rod is a possible start under any load.
     let mut straight = scene.clone();
     (straight.start.place, straight.start.imperfection) = (
         Place::Rest {
@@ -46,7 +47,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     let model = ElasticPlane::new(&straight)?;
     let load = model.body.load(0.0);
     let start = match scene.start.place {
-        // The shape of a rod with friction: no equilibrium.
+        // Curvatures of a rod with friction are no equilibrium.
         Place::Curvature { .. } => None,
         _ => Some(ElasticPlane::new(scene)?.start).filter(|at| balanced(at.as_ref(), &load)),
     };
@@ -143,7 +144,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     Ok((motions, of_start))
 }
 
-/// True if the load holds the rod straight, but for a deflection that no frequency tells.
+/// True if the load holds the rod straight, up to a deflection without effect on the frequencies.
 fn is_along(load: &Vector2<f64>) -> bool {
     load.y.abs() <= ACROSS * (1.0 + load.norm())
 }
@@ -159,7 +160,7 @@ fn balanced(at: Option<&Equilibrium>, load: &Vector2<f64>) -> bool {
     }
 }
 
-/// The equilibrium under this load next to one that is all but it: Newton's method for the force.
+/// Newton's method for the force: improves an approximate equilibrium under this load.
 fn polished(mut at: Equilibrium, load: &Vector2<f64>) -> Equilibrium {
     let left = |at: &Equilibrium| Vector2::from(at.force) + load;
     for _ in 0..STEPS {
@@ -178,7 +179,7 @@ fn polished(mut at: Equilibrium, load: &Vector2<f64>) -> Equilibrium {
 /// Index, rigid directions, shape and modes.
 type Described = (usize, usize, Vec<Station>, Vec<Found>);
 
-/// The straight rod under a pull: it moves across, and is rigid along.
+/// Modes of the straight rod under a pull: free transversally, rigid axially.
 fn straight_rod(pull: f64) -> Described {
     let bent_by = |y: f64| -> Vec<Station> {
         let at = (0..=INTERVALS).map(fraction);
@@ -193,8 +194,8 @@ fn straight_rod(pull: f64) -> Described {
     (straight_index(pull), 1, bent_by(0.0), vec![found])
 }
 
-/// A rod whose own stiffness along has no digits left for that across, which is the straight rod's up to 1 - x; a rod that is straight to rounding is
-/// straight.
+/// Modes of a slightly bent rod. Its axial stiffness leaves no digits for the transverse frequency, which equals the
+/// straight rod's up to 1 - x. A rod straight to rounding counts as straight.
 fn slightly_bent(at: &Equilibrium) -> Described {
     let pull = -at.force[0];
     let Ok((index, rigid, rods, mut found)) = bent(at) else {
@@ -250,7 +251,8 @@ fn stations(at: &Equilibrium) -> Result<Vec<Station>> {
     (0..=INTERVALS).map(one).collect()
 }
 
-/// The deflection of the straight rod under the pull N, its end's being 1: that of the beam y'''' = N y'' under a force across its end.
+/// Deflection of the straight rod under the pull N for unit deflection of the end: the beam y'''' = N y'' with a
+/// transverse end force.
 fn deflection(pull: f64, s: f64) -> f64 {
     let b = pull.abs().sqrt();
     if b < 1e-2 {
@@ -274,7 +276,7 @@ fn roots(drag: f64, square: f64) -> Vec<Complex<f64>> {
     if inner < 0.0 {
         return vec![Complex::new(-half, (-inner).sqrt())];
     }
-    // The smaller by the product of both.
+    // The smaller root by the product of both, against cancellation.
     let large = -half - inner.sqrt();
     vec![
         Complex::from(large),

@@ -1,37 +1,38 @@
-//! Folds of branches of equilibria, and how late they are left where masses are known.
+//! Folds of branches of equilibria, and the delay of the departure by mass and friction.
 
 use crate::elastica::Passage;
 use crate::elastica::first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 use serde_json::{Value, json};
 
-/// Whose mass makes a delay.
+/// Origin of the mass in M0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Masses {
-    /// That of the only rod.
+    /// Mass of the only rod.
     Rod,
-    /// Those of all bodies, and of the rods of which it is known.
+    /// Masses of all bodies, and of all rods of known mass.
     Everything,
 }
 
-/// A fold of a branch, and how late it is left while the parameter is moved over it at a steady rate r:
-/// M0 a'' + tau D0 a' = A r t + B a^2, tau being the Kelvin-Voigt time of a friction in proportion to the stiffness (theory 2.8).
+/// A fold of a branch, and the delay of the departure while the parameter crosses the fold at a steady rate r:
+/// M0 a'' + tau D0 a' = A r t + B a^2. Here tau is the Kelvin-Voigt time of a friction proportional to the stiffness
+/// (theory 2.8).
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoldAtRest {
-    /// The numbers of its normal form in the scene's units: A an energy per unit of the parameter, B and D0 energies, M0 an energy times a time
-    /// squared, along a critical direction whose base wrench has the length 1 in B/L and B/L^2, in an
-    /// assembly whose unknowns have.
+    /// Coefficients of the normal form in the units of the scene: A an energy per unit of the parameter, B and D0
+    /// energies, M0 an energy times a time squared. The critical direction has a base wrench of length 1 in B/L and
+    /// B/L^2; in an assembly, unknowns of length 1.
     pub form: Passage,
-    /// Delay by mass alone at the rate 1, in the scene's units; at other rates it is by |r|^(-1/5) of it.
+    /// Delay by mass alone at the rate 1, in the units of the scene; proportional to |r|^(-1/5).
     pub inertial_delay: f64,
-    /// Delay by friction alone at the rate 1 and tau = 1; otherwise it is by (tau^2/|r|)^(1/3) of it.
+    /// Delay by friction alone at the rate 1 and tau = 1; proportional to (tau^2/|r|)^(1/3).
     pub viscous_delay: f64,
-    /// Whose mass M0 has.
+    /// Origin of the mass M0.
     pub of: Masses,
 }
 
 impl FoldAtRest {
-    /// The numbers of a fold in the scene's units, of the motion whose sign makes the mass positive; None where friction feeds that motion, or
-    /// nothing that moves has mass.
+    /// Coefficients of a fold in the units of the scene, with the sign that makes the mass positive. `None` if
+    /// friction then feeds the motion, or nothing that moves has mass.
     pub(in crate::study) fn new(
         [drive, bend]: [f64; 2],
         [mass, friction]: [f64; 2],
@@ -53,7 +54,7 @@ impl FoldAtRest {
         })
     }
 
-    /// In one sentence.
+    /// One sentence.
     pub fn text(&self) -> String {
         let Passage {
             drive,

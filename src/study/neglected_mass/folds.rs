@@ -1,4 +1,4 @@
-//! Folds that rods pass in a run, and what becomes of a snap there.
+//! Folds passed by rods in a run, and the reliability of the landing after a snap.
 
 use super::SmallMass;
 use crate::elastica::Passage;
@@ -8,81 +8,80 @@ use crate::scene::Scales;
 use crate::study::run::summary::object;
 use serde_json::{Value, json};
 
-/// Delays above this part of the time to the next event are not short.
+/// Delay, as a fraction of the time to the next event, above which the snap is late.
 const SHORT: f64 = 0.2;
-/// Decays of the ringing after which a rod counts as at rest.
+/// Number of decay times after which a ringing rod counts as at rest.
 const QUIET: f64 = 5.0;
-/// Friction rules at a fold where it is so many times the inertia.
+/// Ratio of friction to inertia at a fold above which friction dominates.
 const RULES: f64 = 10.0;
 
-/// What a run follows at a fold.
+/// Treatment of a fold by the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follows {
-    /// Nothing: the rod jumps.
+    /// Instantaneous jump of the rod.
     Jump,
-    /// The friction of the rod.
+    /// Friction of the rod is integrated.
     Friction,
-    /// Mass and friction.
+    /// Mass and friction are integrated.
     Mass,
 }
 
-/// A fold, and by how much mass or friction delays the snap.
+/// A fold, and the delay of the snap by mass or friction.
 #[derive(Debug, Clone)]
 pub struct FoldPassed {
-    /// The branch of the run that passed it.
+    /// Branch of the run on which the fold was passed.
     pub branch: usize,
-    /// The name of its rod in an assembly.
+    /// Name of the rod in an assembly.
     pub rod: Option<String>,
-    /// Its time.
+    /// Time of the fold.
     pub t: f64,
-    /// What the run follows of it.
+    /// Treatment of the fold by the run.
     pub follows: Follows,
-    /// The numbers of its normal form, in units of the rod.
+    /// Coefficients of the normal form, in units of the rod.
     pub form: Passage,
     /// Delay by the rod's mass alone.
     pub inertial_delay: f64,
-    /// Delay by its friction alone; None without friction.
+    /// Delay by the rod's friction alone; `None` without friction.
     pub viscous_delay: Option<f64>,
     /// eta D0 T_i/(eps M0): friction holds the rod back where it is large, mass where it is small (theory 2.8).
     pub ratio: f64,
-    /// The energy that the light rod releases there.
+    /// Energy released by the light rod at the fold.
     pub released: f64,
-    /// The time until the next fold of the same branch, or its end.
+    /// Time until the next fold of the same branch, or its end.
     pub until_next: f64,
-    /// How the energies change in that time, where the run follows the rod through the snap.
+    /// Change of the energies until then, if the run integrates the rod through the snap.
     pub changes: Option<Ledger>,
-    /// How far the rod's slowest vibration has died down by then, as the x in exp(-x); None where its decay is not known.
+    /// Decay x of the rod's slowest vibration until then, as exp(-x); `None` if its decay rate is unknown.
     pub quiet: Option<f64>,
 }
 
-/// What becomes of a snap of a rod with mass, from the worst.
+/// Reliability of the landing after a snap of a rod with mass, from the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Landing {
-    /// It is late by a good part of the time to the next fold.
+    /// The delay is a good part of the time to the next fold.
     Late,
-    /// The rod rings for ever.
+    /// The rod rings without decay.
     Undamped,
     /// The rod still rings at the next event.
     Ringing,
-    /// The rod is quiet before.
+    /// The rod is quiet before the next event.
     Safe,
 }
 
-/// What is known of a fold at a moment of a run: the rod's name, its mass, the Kelvin-Voigt time of its friction, and the normal form, in units of
-/// the rod.
+/// Normal form of a fold at a moment of a run in units of the rod, with mass and Kelvin-Voigt time of the rod.
 pub(in crate::study) struct Followed {
-    /// Its name in an assembly.
+    /// Name of the rod in an assembly.
     pub rod: Option<String>,
     /// Normal form.
     pub form: Passage,
     /// Kelvin-Voigt time.
     pub eta: f64,
-    /// Mass of the rod, the body's being 1.
+    /// Mass of the rod relative to the body's.
     pub eps: f64,
 }
 
-/// The folds of one branch, in the order of their times, the energies of the run at each where it goes on through them; `last` is how it ended, and
-/// `form` what is known of each.
+/// Folds of one branch in the order of time, with the energies of a run that continues through them. `last`: time and
+/// energies of the end; `form`: normal form of a fold.
 pub(in crate::study) fn passed(
     (branch, follows): (usize, Follows),
     all: &[(&Snap, Option<Ledger>)],
@@ -125,7 +124,7 @@ pub(in crate::study) fn passed(
 }
 
 impl FoldPassed {
-    /// The delay that the run leaves out.
+    /// Delay that the run neglects.
     pub(super) fn delay(&self) -> f64 {
         match self.follows {
             Follows::Jump => self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0)),
@@ -149,7 +148,7 @@ impl FoldPassed {
         }
     }
 
-    /// Its numbers as an event has them.
+    /// Entries of the event in events.json.
     pub(in crate::study) fn json(&self) -> Value {
         let verdict = match self.landing() {
             _ if self.follows == Follows::Mass => "followed with its mass",
@@ -169,7 +168,7 @@ impl FoldPassed {
         })
     }
 
-    /// The event of a fold that a rod passes without a jump, from that of the `snap` of the light rod beside it.
+    /// Event of a fold passed without a jump, from the event of the light rod's `snap`.
     pub(in crate::study) fn event(fold: Option<&Self>, snap: Value) -> Value {
         let mut event = object(snap);
         event.remove("time_error");
@@ -182,7 +181,7 @@ impl FoldPassed {
         Value::Object(event)
     }
 
-    /// How the energies change until the next fold, where the run follows the rod through the snap.
+    /// Change of the energies until the next fold, if the run integrates the rod through the snap.
     fn energies(&self) -> Option<Value> {
         let ledger = self.changes?;
         Some(json!({

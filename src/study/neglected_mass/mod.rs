@@ -1,4 +1,5 @@
-//! What the mass of light rods changes: numbers of rods at rest, and of one run (theory 2.8, 2.9, 3.9).
+//! Effect of the mass of light rods: changes at an equilibrium, and validity of a run without mass (theory 2.8, 2.9,
+//! 3.9).
 
 mod fold_at_rest;
 mod folds;
@@ -17,36 +18,37 @@ pub use validity::{BouncePassed, Validity};
 use crate::scene::Units;
 use serde_json::{Value, json};
 
-/// Relative changes of a frequency that are not below this are beyond what a first order means.
+/// Relative changes of a frequency from this size on exceed the range of a first-order estimate.
 const MEANT: f64 = 0.5;
 
-/// What the mass of light rods changes where they rest, in the scene's units.
+/// Effect of the mass of light rods at an equilibrium, in the units of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmallMass {
-    /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to first order; None
-    /// where there is no stable one, for a straight planar rod under a load along it, and where it is not known.
+    /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to
+    /// first order. `None` without a stable equilibrium, for a straight planar rod under an axial load, and if
+    /// unknown.
     pub frequency_shift: Option<f64>,
-    /// The rods whose mass is known.
+    /// The rods of known mass.
     pub rods: Vec<RodMass>,
 }
 
-/// What the mass of one of them does there.
+/// Mass and vibration of one rod at the equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RodMass {
-    /// Its name in an assembly.
+    /// Name of the rod in an assembly.
     pub rod: Option<String>,
-    /// Its mass over that of the body, of the lighter one of two; None of a rod without a body.
+    /// Mass of the rod over the mass of the (lighter) body; `None` without a body.
     pub eps: Option<f64>,
-    /// Lowest angular frequency of its own vibrations, its ends held where they are; None where it is unstable so.
+    /// Lowest angular frequency of the rod's vibrations with fixed ends; `None` if unstable with fixed ends.
     pub frequency: Option<f64>,
-    /// Its decay, per time; 0 of a rod without friction.
+    /// Decay rate of this vibration, per time; 0 without friction.
     pub decay: Option<f64>,
-    /// True if its mass is followed to first order.
+    /// True if the mass is followed to first order.
     pub followed: bool,
 }
 
 impl RodMass {
-    /// How it, called so, vibrates with its ends held, in words.
+    /// Sentence on the vibration with fixed ends; `called`: name of the rod.
     fn vibration(&self, called: &str, units: Units) -> Option<String> {
         let rate = match units.time() {
             "" => String::new(),
@@ -74,13 +76,13 @@ impl RodMass {
 }
 
 impl SmallMass {
-    /// The largest mass of a rod over that of a body.
+    /// Largest ratio of a rod's mass to the mass of a body.
     pub fn eps(&self) -> Option<f64> {
         let all = self.rods.iter().filter_map(|rod| rod.eps);
         all.max_by(f64::total_cmp)
     }
 
-    /// The rod of a scene without names.
+    /// The rod of a scene with a single, unnamed rod.
     fn single(&self) -> Option<&RodMass> {
         match self.rods.as_slice() {
             [rod] if rod.rod.is_none() => Some(rod),
@@ -88,7 +90,7 @@ impl SmallMass {
         }
     }
 
-    /// In one sentence.
+    /// One sentence.
     pub fn text(&self, units: Units) -> String {
         let shift = self
             .frequency_shift
@@ -119,7 +121,7 @@ impl SmallMass {
         rods.chain(all).collect::<Vec<_>>().join("; ")
     }
 
-    /// As JSON: of a single rod one object, of an assembly with a list of its rods.
+    /// JSON form: one object for a single rod, otherwise with a list of the rods.
     pub fn json(&self) -> Value {
         match self.single() {
             Some(rod) => json!({
@@ -137,7 +139,7 @@ impl SmallMass {
     }
 }
 
-/// The size of a relative change that is known to first order.
+/// Formats a relative change that is known to first order.
 fn to_first_order(change: f64) -> String {
     match change.abs() < MEANT {
         true => percent(change),

@@ -1,4 +1,4 @@
-//! The planar rod at rest, in closed form and on Gauss nodes.
+//! Mass effects of the planar rod at rest, in closed form and on Gauss nodes.
 
 use super::{RodMass, SmallMass};
 use crate::elastica::{
@@ -8,31 +8,32 @@ use crate::error::Result;
 use crate::scene::{Scales, Scene};
 use nalgebra::Vector2;
 
-/// Fundamental vibration of a straight clamped rod whose other end is held in place: omega^2 = x^4, cos x sinh x = sin x cosh x.
+/// Fundamental vibration of a straight clamped rod whose other end is pinned: omega^2 = x^4, cos x sinh x = sin x
+/// cosh x.
 const STRAIGHT: HeldMode = HeldMode {
     stiffness: 237.721_067_534_944_6,
     friction: 118.860_533_767_472_3,
 };
-/// 33/140: what the straight rod adds to a mass that moves across it.
+/// 33/140: mass of the straight rod added to a body in transverse motion.
 const ACROSS: f64 = 33.0 / 140.0;
 
-/// A planar rod as far as its mass is concerned, in units of the rod.
+/// Data of a planar rod for mass effects, in units of the rod.
 #[derive(Debug, Clone, Copy)]
 pub(in crate::study) struct Light {
     /// Mass of the rod over that of the body.
     pub eps: f64,
     /// Kelvin-Voigt time.
     pub eta: f64,
-    /// The loads on the end at t = 0, along the axes of the clamp.
+    /// Loads on the end at t = 0, along the axes of the clamp.
     pub load: Vector2<f64>,
-    /// True if its mass is followed to first order.
+    /// True if the mass is followed to first order.
     pub followed: bool,
     /// sqrt(m L^3/EI) in the scene's units.
     pub time: f64,
 }
 
 impl Light {
-    /// The rod of a planar scene under these loads; None if its mass is not known.
+    /// The rod of a planar scene under these loads; `None` if its mass is unknown.
     ///
     /// # Errors
     /// A rod without a bending stiffness.
@@ -49,19 +50,19 @@ impl Light {
         }))
     }
 
-    /// What its mass changes under its load; None where no stable equilibrium is found.
+    /// Mass effects at the stable equilibrium under the load; `None` if none is found.
     pub fn at_rest(&self) -> Option<SmallMass> {
         let rest = settled(&self.load).ok()?;
         Some(self.about(rest.as_ref()))
     }
 
-    /// The same about an equilibrium; None of the straight rod.
+    /// Mass effects about an equilibrium; `None` denotes the straight rod.
     pub fn about(&self, at: Option<&Equilibrium>) -> SmallMass {
         let (frequency_shift, mode) = match at {
             None if self.load == Vector2::zeros() => {
                 (Some(-0.5 * self.eps * ACROSS), Some(STRAIGHT))
             }
-            // A pull along the straight rod changes its shapes: these numbers are those of the unloaded one.
+            // An axial pull changes the modes of the straight rod, for which STRAIGHT and ACROSS no longer hold.
             None => (None, None),
             Some(at) => (
                 shift(at.p, at.w, self.eps),

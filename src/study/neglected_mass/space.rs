@@ -1,4 +1,4 @@
-//! Rods in space at rest, single ones and those of assemblies.
+//! Mass effects of rods in space at rest, single or in assemblies.
 
 use super::{BouncePassed, BouncingRod, Followed, RodMass, SmallMass};
 use crate::assembly::{Assembly, Configuration, Link};
@@ -16,7 +16,7 @@ pub(super) const ALONG: f64 = 1e-13;
 #[derive(Debug, Clone)]
 struct Known {
     massive: Massive,
-    /// Without its numbers.
+    /// Entry of the record, without its numbers.
     told: RodMass,
 }
 
@@ -25,14 +25,15 @@ struct Known {
 pub(in crate::study) struct Resting {
     assembly: Assembly,
     now: Configuration,
-    /// By their place among the rods; None where the mass is not known.
+    /// By index of the rod; `None` for unknown mass.
     rods: Vec<Option<Known>>,
     time: f64,
-    /// The same, with its numbers.
+    /// Mass effects of the rods.
     pub mass: SmallMass,
 }
 
-/// The rod of a scene of statics under this base wrench, its end held where it is; None where its mass is not known, or its vibrations are not.
+/// Mass effects of the rod of a static scene under this base wrench, with its end fixed. `None` if the mass is
+/// unknown, or no vibrations are found.
 pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMass> {
     let rod = scene.standing_rod(base).ok()??;
     let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
@@ -51,7 +52,7 @@ pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMa
 }
 
 impl Resting {
-    /// The rod of a scene in space; None where its mass is not known, its clamp moves, or no equilibrium is found.
+    /// The rod of a scene in space; `None` if its mass is unknown, its clamp moves, or no equilibrium is found.
     pub fn single(scene: &Scene) -> Option<Self> {
         if scene.clamp.motion.is_some() || scene.rod.mass().is_none() {
             return None;
@@ -61,7 +62,7 @@ impl Resting {
         Self::new(scene, (assembly, now), &scene.scales().ok()?).ok()
     }
 
-    /// The rods of an assembly; None where no mass is known, or no equilibrium is found.
+    /// The rods of an assembly; `None` if no mass is known, or no equilibrium is found.
     pub fn assembly(scene: &Scene, setup: &AssemblySetup) -> Option<Self> {
         let given = scene.assembly.as_ref()?;
         if given.rods.iter().all(|rod| rod.rod.mass().is_none()) {
@@ -71,7 +72,7 @@ impl Resting {
         Self::new(scene, (setup.assembly.clone(), now), &setup.scales).ok()
     }
 
-    /// About an equilibrium in the library's units, of which `scales` are those of the scene.
+    /// Mass effects about an equilibrium in library units; `scales` lead to the units of the scene.
     pub fn new(
         scene: &Scene,
         (assembly, now): (Assembly, Configuration),
@@ -114,7 +115,7 @@ impl Resting {
         Ok(resting)
     }
 
-    /// Its one rod, to be followed by its equilibria.
+    /// The single rod, as a light rod whose equilibria are followed.
     pub fn light(&self) -> Option<LightInSpace> {
         match self.assembly.links() {
             [link] => Some(LightInSpace::new(link)),
@@ -122,7 +123,7 @@ impl Resting {
         }
     }
 
-    /// The relative change of the lowest frequency.
+    /// Relative change of the lowest frequency.
     fn shift(&self) -> Option<f64> {
         let (assembly, now) = (&self.assembly, &self.now);
         if assembly.is_followed(0.0) || assembly.index(0.0, now, ALONG).ok()? > 0 {
@@ -136,7 +137,7 @@ impl Resting {
         assembly.shift_by_rods(now, &modes, &masses, ALONG)
     }
 
-    /// Rod `k` with its ends held.
+    /// Vibration of rod `k` with fixed ends.
     fn held(&self, k: usize) -> Option<RodMass> {
         let rod = self.rods[k].as_ref()?;
         let (link, q) = (&self.assembly.links()[k], &self.now.charts[k]);
@@ -150,15 +151,15 @@ impl Resting {
         })
     }
 
-    /// The fold of a snap, or one that a rod with friction or mass passes; None where the mass of the rod is not known, or the fold has no
-    /// normal form.
+    /// Normal form at a snap, or at a fold passed by a rod with friction or mass. `None` if the mass of the rod is
+    /// unknown, or the fold has no normal form.
     pub fn passed(&self, snap: &Snap) -> Option<Followed> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?;
         self.form(snap, now, (link, now.charts.get(snap.rod)?))
     }
 
-    /// The bounce of a rod; None where its mass is not known.
+    /// Bounce of a rod; `None` if its mass is unknown.
     pub fn bounced(&self, bounce: &Bounce) -> Option<BouncePassed> {
         let rod = self.rods.get(bounce.rod)?.as_ref()?;
         let of = BouncingRod {
@@ -171,7 +172,7 @@ impl Resting {
         Some(BouncePassed::new(bounce, of, self.time))
     }
 
-    /// The same of a fold of the light rod beside one of an assembly ([`LightInSpace::in_assembly`]).
+    /// Normal form at a fold of the light rod that accompanies one of an assembly ([`LightInSpace::in_assembly`]).
     pub fn passed_alone(&self, snap: &Snap) -> Option<Followed> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?.alone();

@@ -1,55 +1,55 @@
-//! Whether it was right to leave out the mass of the rods in a run.
+//! Validity of neglecting the mass of the rods in a run.
 
 use super::folds::{FoldPassed, Follows, Landing};
 use super::{SmallMass, percent, to_first_order};
 use crate::motion::Bounce;
 use serde_json::{Value, json};
 
-/// Mass ratios above this are not small.
+/// Mass ratio eps above which a first-order treatment of the rod's mass is inaccurate.
 const HEAVY: f64 = 0.1;
-/// Bounce numbers above this change the motion.
+/// Bounce ratio (friction or rod inertia) above which the motion depends on the model of the bounce.
 const HARD: f64 = 0.1;
 
-/// What the mass of light rods would change in a run, in the scene's units.
+/// Estimated effects of the mass of light rods in a run, in the units of the scene.
 #[derive(Debug, Clone)]
 pub struct Validity {
-    /// About the equilibrium under the loads at t = 0.
+    /// Effects about the equilibrium under the loads at t = 0.
     pub rest: SmallMass,
-    /// The folds that were passed.
+    /// Folds passed in the run.
     pub folds: Vec<FoldPassed>,
-    /// The bounces of taut rods of known mass that were kept.
+    /// Recorded bounces of taut rods of known mass.
     pub bounces: Vec<BouncePassed>,
     /// True if a rod has friction.
     pub(in crate::study) damped: bool,
 }
 
-/// A bounce.
+/// A bounce with the ratios that measure friction and rod inertia.
 #[derive(Debug, Clone)]
 pub struct BouncePassed {
-    /// The name of its rod in an assembly.
+    /// Name of the rod in an assembly.
     pub rod: Option<String>,
-    /// Its time.
+    /// Time of the bounce.
     pub t: f64,
-    /// eta lam^2/(m v): friction takes no part of the energy where it is small.
+    /// eta lam^2/(m v): friction takes a negligible part of the energy if small.
     pub number: f64,
-    /// sqrt(eps) v/(4 sin^2(gam/4)), in space [`Bounce::inertia`]: the mass of the rod takes no part where it is small.
+    /// sqrt(eps) v/(4 sin^2(gam/4)), in space [`Bounce::inertia`]: the rod's mass has a negligible part if small.
     pub inertia: f64,
 }
 
-/// A rod that bounces, in the library's units.
+/// A bouncing rod, in library units.
 pub(in crate::study) struct BouncingRod {
-    /// Its name in an assembly.
+    /// Name of the rod in an assembly.
     pub name: Option<String>,
-    /// Its mass.
+    /// Mass of the rod.
     pub mass: f64,
-    /// Its length.
+    /// Length of the rod.
     pub length: f64,
     /// Kelvin-Voigt time.
     pub eta: f64,
 }
 
 impl BouncePassed {
-    /// `time` is the unit of time in the scene's.
+    /// `time`: library unit of time in the units of the scene.
     pub(in crate::study) fn new(bounce: &Bounce, rod: BouncingRod, time: f64) -> Self {
         Self {
             t: bounce.t * time,
@@ -61,7 +61,7 @@ impl BouncePassed {
 }
 
 impl Validity {
-    /// One sentence each about the motion, its snaps and its bounces.
+    /// One sentence each on the motion, the snaps and the bounces.
     pub fn verdict(&self) -> String {
         let mut parts = vec![self.of_motion()];
         if !self.folds.is_empty() {
@@ -156,7 +156,7 @@ impl Validity {
         }
     }
 
-    /// As JSON.
+    /// JSON form.
     pub fn json(&self) -> Value {
         let folds = self.folds.iter().map(|fold| {
             let mut json = fold.form();

@@ -1,16 +1,16 @@
 //! Forecast of the cost of a whole run, from the first part of the run.
 
-/// Each checkpoint has so many times the steps of the one before.
+/// Ratio of the steps of two successive checkpoints.
 const RATIO: f64 = 1.25;
-/// A pace is measured since a half, and since an eighth, of the time that the trial reached.
+/// Paces are measured from a half, and from an eighth, of the time reached by the trial.
 const SINCE: [f64; 2] = [2.0, 8.0];
-/// Forecasts are compared from the checkpoint on where a fourth of the seconds was spent, and an eighth of the time reached.
-/// Earlier ones belong to the start of the run.
+/// Forecasts are compared from the checkpoint on where a fourth of the seconds was spent, and an eighth of the time
+/// reached. Earlier ones belong to the start of the run.
 const COMPARED_SECONDS: f64 = 4.0;
 const COMPARED_TIME: f64 = 8.0;
-/// A forecast has fallen if it is below this part of the one two checkpoints before, as while steps grow.
+/// A forecast falls if it is below this fraction of the forecast two checkpoints before, as while steps grow.
 const FALLEN: f64 = 0.7;
-/// A pace needs at least so many checkpoints.
+/// Smallest number of checkpoints for a pace.
 const FEWEST: usize = 3;
 
 /// A checkpoint of a run.
@@ -24,7 +24,7 @@ pub(super) struct Checkpoint {
     pub seconds: f64,
 }
 
-/// The number of steps at the next checkpoint, which is the same in every trial, whatever the speed of the machine.
+/// Number of steps at the next checkpoint, the same in every trial, whatever the speed of the machine.
 pub(super) fn after(steps: u64) -> u64 {
     (steps + 1).max((steps as f64 * RATIO) as u64)
 }
@@ -34,7 +34,7 @@ pub(super) fn after(steps: u64) -> u64 {
 pub struct Forecast {
     /// Lower end of the range.
     pub least: f64,
-    /// If the run goes on as it began.
+    /// Cost if the run continues at its recent pace.
     pub likely: f64,
     /// Upper end of the range.
     pub most: f64,
@@ -50,11 +50,11 @@ impl Forecast {
         }
     }
 
-    /// The forecast from the checkpoints of a trial; None of too few. The last checkpoint is where the trial ended.
+    /// Forecast from the checkpoints of a trial, the last of which is its end; `None` for too few.
     ///
-    /// Each checkpoint foretells the whole at two paces. `likely` is the geometric mean of the least and the last of these
-    /// forecasts. The ends of the range are the least and the greatest of them, widened by the factor 1 + unseen share.
-    /// A run that `loses` energy may come to rest: the lower end of its range is then the cost of the trial.
+    /// Each checkpoint yields a cost of the whole at two paces. `likely` is the geometric mean of the least and the
+    /// last of these. The range is that of all of them, widened by the factor 1 + unseen share. A run that `loses`
+    /// energy may come to rest: the lower end of its range is then the cost of the trial.
     pub(super) fn of(checkpoints: &[Checkpoint], loses: bool) -> Option<Self> {
         let last = checkpoints.last()?;
         let compared = |at: &Checkpoint| {
@@ -82,7 +82,7 @@ impl Forecast {
     }
 }
 
-/// Seconds of the whole by the lesser and by the greater of the two paces at the last checkpoint; None of too few.
+/// Seconds of the whole at the slower and the faster of the two paces at the last checkpoint; `None` for too few.
 pub(super) fn whole(checkpoints: &[Checkpoint]) -> Option<[f64; 2]> {
     let last = checkpoints.last().filter(|last| last.fraction > 0.0)?;
     if checkpoints.len() < FEWEST {
@@ -96,7 +96,7 @@ pub(super) fn whole(checkpoints: &[Checkpoint]) -> Option<[f64; 2]> {
     Some([all[0].min(all[1]), all[0].max(all[1])])
 }
 
-/// True while forecasts fall from checkpoint to checkpoint, and while too few exist to compare.
+/// True while forecasts fall from checkpoint to checkpoint, or are too few to compare.
 pub(super) fn falls(checkpoints: &[Checkpoint]) -> bool {
     let before = checkpoints.len().saturating_sub(2);
     match (whole(&checkpoints[..before]), whole(checkpoints)) {
@@ -120,7 +120,7 @@ fn spent(checkpoints: &[Checkpoint], fraction: f64) -> f64 {
 mod tests {
     use super::{Checkpoint, Forecast, after};
 
-    /// The forecast from the first `steps` of a run, where `to` gives the fraction and the seconds after a step.
+    /// Forecast from the first `steps` of a run; `to` maps a step to (fraction, seconds).
     fn told(steps: u64, loses: bool, to: impl Fn(u64) -> (f64, f64)) -> Forecast {
         let points = std::iter::successors(Some(1), |k| Some(after(*k)));
         let mut points: Vec<u64> = points.take_while(|k| *k < steps).collect();
@@ -136,8 +136,8 @@ mod tests {
         Forecast::of(&points.collect::<Vec<_>>(), loses).expect("a forecast")
     }
 
-    /// Each case is a run whose whole is known by a formula. Catches a stiff start that is carried on to the end,
-    /// a range that leaves out the true cost, and a motion that comes to rest below its range.
+    /// Runs whose total cost is known by a formula. Catches a stiff start that is extrapolated to the end, a range
+    /// without the true cost, and a motion that comes to rest below its range.
     #[test]
     fn what_is_known_by_a_formula_is_foretold() {
         let log = |k: u64| 1e-6 * 1.3_f64.powi(k as i32);
@@ -159,14 +159,14 @@ mod tests {
                 let events = (k + 10) / 20;
                 (0.01 * k as f64, events as f64 + 0.01 * k as f64)
             }),
-            // The same cost a step and ever more steps a time: 10 s for a time t of t^2.
+            // Constant cost per step, and steps per time that grow: 10 s for a time t of t^2.
             ("ever slower", 250, 10.0, &|k| {
                 ((k as f64 / 1000.0).sqrt(), 0.01 * k as f64)
             }),
         ];
         for (name, steps, takes, to) in cases {
             let found = told(steps, false, to);
-            // A run that grows ever slower is none that goes on as it began: its likely cost is still of the right size.
+            // A run that slows down ever more violates the assumption: only the size of its likely cost is checked.
             assert!(
                 name == "ever slower" || found.least <= takes && takes <= found.most,
                 "{name}: {takes} s, {found:?}"

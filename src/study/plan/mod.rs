@@ -1,5 +1,5 @@
-//! What the program will do with a scene, before it does it: model, chart, state and steps, what is not computed and why, and what the
-//! whole will cost, from a trial of its first part.
+//! Plan of a study before its computation: model, chart, state, steps, parts left out with reasons, and a forecast of
+//! the cost from a trial.
 
 mod assembly;
 mod bar;
@@ -17,29 +17,29 @@ use crate::scene::{RodMassNote, Scene, Units};
 use crate::solve::integrator::Method;
 use serde_json::{Value, json};
 
-/// Something that was chosen, or is not computed, and why.
+/// A choice of the program with its reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Choice {
-    /// What.
+    /// The choice.
     pub what: String,
     /// Why.
     pub why: String,
 }
 
-/// What the program does with a scene.
+/// Plan of the treatment of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// The model.
     pub model: Choice,
-    /// What says where the rods are.
+    /// Unknowns that determine the shapes of the rods.
     pub chart: Choice,
-    /// The numbers that are carried from step to step at the start, or solved for.
+    /// State variables at the start, or unknowns of the equilibrium.
     pub state: Vec<Carried>,
-    /// How time is stepped through, or how equilibria are solved.
+    /// Time integrator, or solver of the equilibria.
     pub method: Choice,
-    /// What is not computed.
+    /// Parts that are not computed.
     pub left_out: Vec<Choice>,
-    /// What the mass of each elastic rod of known mass does; the spring and dashpot that a rod is, if it is one.
+    /// Effect of the mass of each elastic rod of known mass; the equivalent spring and dashpot of a rod, if any.
     pub notes: Vec<String>,
     /// A trial of a motion.
     pub trial: Option<Trial>,
@@ -54,7 +54,8 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
     }
 }
 
-/// The plan of a scene. A motion is tried for about `seconds` of processor time, at most four times as long; 0 leaves the trial out.
+/// Plan of a scene. The trial of a motion takes about `seconds` of processor time, at most four times as long; 0
+/// skips it.
 ///
 /// ```
 /// use snaprod::scene::Scene;
@@ -81,7 +82,7 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
 /// ```
 ///
 /// # Errors
-/// A start from which no run can go; data that make no problem; in a trial what the run itself refuses.
+/// A start without motion; data without a well-posed problem; errors of the run, in a trial.
 pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     if scene.bar.is_some() {
         return bar::plan(scene, seconds);
@@ -98,7 +99,7 @@ pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
 }
 
 impl Plan {
-    /// How many numbers the state has.
+    /// Number of scalars in the state.
     pub fn size(&self) -> usize {
         self.state.iter().map(|part| part.numbers).sum()
     }
@@ -125,7 +126,7 @@ impl Plan {
         self.left_out.push(choice(what, why));
     }
 
-    /// The same of several, if there are any.
+    /// Adds an entry for several names, if any.
     fn leave_out_of<'a>(
         &mut self,
         names: impl Iterator<Item = &'a str>,
@@ -138,7 +139,7 @@ impl Plan {
         }
     }
 
-    /// As JSON.
+    /// JSON form.
     pub fn json(&self) -> Value {
         let one = |choice: &Choice| json!({ "what": choice.what, "why": choice.why });
         let state = self
@@ -156,7 +157,7 @@ impl Plan {
         })
     }
 
-    /// In lines.
+    /// Text form, in lines.
     pub fn text(&self) -> String {
         let parts = self
             .state
@@ -185,7 +186,7 @@ impl Plan {
     }
 }
 
-/// Steps of this kind, in the models that have explicit and implicit ones.
+/// Steps by this method, for models with explicit and implicit ones.
 fn steps(method: Method, implicit: &str) -> Choice {
     match method {
         Method::Auto => choice(
@@ -208,12 +209,12 @@ fn symmetric() -> Choice {
     )
 }
 
-/// Radau IIA, of rods with all of their mass.
+/// Steps of rods with fully followed mass: Radau IIA.
 const RADAU: &str =
     "implicit ones (Radau IIA, of order 9 at tolerances of 1e-7 and less, of order 5 at others)";
 
-/// The same of rods with friction and no mass.
+/// Radau IIA steps of rods with friction and no mass.
 const RADAU_LIGHT: &str = "implicit ones (Radau IIA, of order 9 at tolerances of 1e-7 and less, or 13 at 1e-10 and less, of order 5 at others)";
 
-/// The same with seven stages, of elastic rods in space.
+/// Radau IIA steps with seven stages, for elastic rods in space.
 const RADAU7: &str = "implicit ones of order 13 (Radau IIA with seven stages)";

@@ -59,7 +59,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
             },
         ),
     };
-    // Not of every processor.
+    // Only some processors have eight lanes.
     let eight = Elastica.eightfold(Patch::Global, 1.0).is_some();
     plan.method = match (kind, run.method) {
         (_, Method::Symmetric) => symmetric(),

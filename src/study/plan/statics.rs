@@ -62,7 +62,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     Ok(branched(plan, scene))
 }
 
-/// Says what else is asked of a scene of statics.
+/// Adds notes on the continuation requested in a static scene.
 fn branched(mut plan: Plan, scene: &Scene) -> Plan {
     plan.notes.extend(scene.continuation.as_ref().map(|wanted| {
         format!(

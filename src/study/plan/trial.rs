@@ -1,4 +1,4 @@
-//! The first part of a run, by which the cost of the whole is told.
+//! Trial of the first part of a run, from which the cost of the whole is forecast.
 
 use super::forecast::{Checkpoint, Forecast, after, falls, whole};
 use crate::error::Result;
@@ -10,43 +10,47 @@ use crate::study::{Hooks, dispatch};
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// The first part of a run, or all of it.
+/// Trial of a run: the first part, or all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trial {
-    /// The fraction of its duration that it came to.
+    /// Fraction of the duration reached.
     pub fraction: f64,
-    /// Seconds of processor time that the trial took, with the search for the start. Systems without such a clock give elapsed time.
+    /// Processor time of the trial in seconds, including the search for the start (elapsed time on systems without
+    /// such a clock).
     pub seconds: f64,
-    /// Forecast of the whole run without figures and files. None of too few steps, of a run that ends by itself or branches.
+    /// Forecast for the whole run, without figures and files. `None` after too few steps, and for a run that ends by
+    /// itself or branches.
     pub forecast: Option<Forecast>,
     /// True if the motion loses energy and may come to rest.
     pub loses: bool,
-    /// Steps, and right-hand sides; None of a bar, whose steps follow from its cells.
+    /// Steps and right-hand sides; `None` for a bar, where steps follow from the cells.
     pub work: Option<[u64; 2]>,
-    /// Why it ended before its time, if it did so by itself.
+    /// Reason for an early end of the run, if any.
     pub reason: Option<String>,
-    /// True if it branches at snaps, so that nothing is known of the whole.
+    /// True if the run branches at snaps: no forecast of the whole is possible.
     pub branches: bool,
 }
 
-/// A trial outlasts its seconds while it has seen less than this fraction, or its forecasts fall: a stiff start is unlike the rest.
+/// A trial exceeds its time while the fraction reached is below this bound, or while its forecasts fall: a stiff
+/// start is unlike the rest.
 const SEEN: f64 = 0.01;
-/// A trial runs to the end of the run where the forecast is at most so many times its seconds.
+/// A trial runs to the end of the run if the forecast is below this multiple of the trial time.
 const WHOLE: f64 = 3.0;
-/// Longest trial, in multiples of its seconds.
+/// Longest trial, as a multiple of the trial time.
 const LONGEST: f64 = 4.0;
-/// A motion may come to rest if its losses, carried on to the end, reach this part of its kinetic and elastic energy.
+/// A motion may come to rest if its losses, extrapolated to the end, reach this fraction of its kinetic and elastic
+/// energy.
 const LOSS: f64 = 0.01;
-/// Forecasts beyond this many seconds are not told where less than [`SEEN`] was seen.
+/// Longer forecasts, in seconds, are not shown if less than [`SEEN`] was reached.
 const FAR: f64 = 86400.0;
 
 impl Trial {
-    /// Seconds of processor time for the whole run without figures and files, if it goes on as it began; None if unknown.
+    /// Expected processor time in seconds of the whole run, without figures and files; `None` if unknown.
     pub fn expected(&self) -> Option<f64> {
         self.forecast.map(|forecast| forecast.likely)
     }
 
-    /// The least and the most seconds of processor time for the whole run; None if unknown.
+    /// Least and greatest processor time in seconds for the whole run; `None` if unknown.
     pub fn range(&self) -> Option<[f64; 2]> {
         self.forecast
             .map(|forecast| [forecast.least, forecast.most])
@@ -120,7 +124,7 @@ impl Trial {
 /// The unit of the cost in words.
 const MEASURED: &str = "seconds of processor time, figures and files aside";
 
-/// Seconds in two digits, or what is read more easily.
+/// Seconds in two digits, or in a larger unit.
 fn long(seconds: f64) -> String {
     match seconds {
         s if s < 0.01 => "less than 0.01 s".to_owned(),
@@ -131,7 +135,7 @@ fn long(seconds: f64) -> String {
     }
 }
 
-/// A number rounded to so many digits.
+/// A number rounded to `count` digits.
 fn digits(x: f64, count: usize) -> f64 {
     format!("{x:.*e}", count - 1).parse().unwrap_or(x)
 }
@@ -145,7 +149,7 @@ fn plain(x: f64) -> String {
     }
 }
 
-/// Processor time of this thread: other programs do not add to it.
+/// Processor time of this thread, independent of other programs.
 #[cfg(any(
     target_os = "linux",
     target_os = "android",
@@ -199,7 +203,7 @@ impl Clock {
         processor_time().saturating_sub(self.begun).as_secs_f64()
     }
 
-    /// All checkpoints, with one where the run is now.
+    /// All checkpoints, and one at the current state of the run.
     fn all(mut self) -> Vec<Checkpoint> {
         if self.now.steps > self.checkpoints.last().map_or(0, |last| last.steps) {
             self.checkpoints.push(self.now);
@@ -238,7 +242,7 @@ impl Hooks for Clock {
     }
 }
 
-/// Runs the scene for about so many seconds of processor time.
+/// Runs the scene for about `seconds` of processor time.
 pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
     if !(seconds > 0.0) {
         return Ok(None);

@@ -1,26 +1,26 @@
-//! The bounces of taut rods in a run, as it keeps and tells them.
+//! Bounces of taut rods in a run: storage and JSON.
 
 use super::summary::object;
 use crate::motion::Bounce;
 use crate::scene::{Scales, Units};
 use serde_json::{Map, Value, json};
 
-/// Bounces that are kept one by one.
+/// Number of bounces stored individually.
 const KEPT: usize = 1000;
 
-/// The bounces of a branch, in the units of the rod; in one of a single rod in the world frame.
+/// Bounces of a branch, in the units of the rod (for a single rod: in the world frame).
 #[derive(Debug, Clone, Default)]
 pub struct Bounces {
-    /// The first of them.
+    /// The first KEPT bounces.
     pub first: Vec<Bounce>,
-    /// How many there were.
+    /// Number of bounces.
     pub count: usize,
-    /// The one that friction would change most.
+    /// The bounce that friction would change most.
     pub hardest: Option<Bounce>,
 }
 
 impl Bounces {
-    /// Takes one.
+    /// Adds a bounce.
     pub(in crate::study) fn add(&mut self, bounce: Bounce) {
         self.count += 1;
         let softer = |other: &Bounce| other.viscosity() <= bounce.viscosity();
@@ -32,14 +32,14 @@ impl Bounces {
         }
     }
 
-    /// How many there were in these branches, and the one that friction would change most.
+    /// Number of bounces in these branches, and the one most sensitive to friction.
     pub fn of<'a>(branches: impl Iterator<Item = &'a Self> + Clone) -> Option<(usize, &'a Bounce)> {
         let hardest = branches.clone().filter_map(|b| b.hardest.as_ref());
         let hardest = hardest.min_by(|a, b| a.viscosity().total_cmp(&b.viscosity()))?;
         Some((branches.map(|b| b.count).sum(), hardest))
     }
 
-    /// As summary.json has those of all branches, each as `one` tells it; None where there was none.
+    /// Entry of summary.json for all branches; `one` formats a bounce. `None` without bounces.
     pub(in crate::study) fn json<'a>(
         branches: impl Iterator<Item = &'a Self> + Clone,
         one: impl Fn(&Bounce) -> Value,
@@ -49,7 +49,8 @@ impl Bounces {
         Some(json!({ "count": count, "hardest": one(hardest), "first": first }))
     }
 
-    /// What friction would do to them, in words; of the one rod in a plane the viscosity is told, elsewhere that over the stiffness.
+    /// Remark on the effect of friction on the bounces: for a single planar rod in terms of the viscosity, otherwise
+    /// of viscosity over stiffness.
     pub(in crate::study) fn text<'a>(
         branches: impl Iterator<Item = &'a Self> + Clone,
         (k, units): (&Scales, Units),
@@ -75,7 +76,7 @@ impl Bounces {
     }
 }
 
-/// What is told of any bounce; `place` names where the end was and how it moved.
+/// JSON entry of a bounce; `place` has position and velocity of the end.
 pub(in crate::study) fn bounce_json(
     bounce: &Bounce,
     k: &Scales,

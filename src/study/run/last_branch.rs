@@ -1,4 +1,4 @@
-//! One motion out of a record: from the start to the end of the branch that ran last.
+//! A single motion from a record: from the start to the end of the branch that ran last.
 
 use super::record::{Frame, Moment, RunRecord};
 use crate::elastica::Equilibrium;
@@ -11,9 +11,9 @@ const SECTIONS: usize = 120;
 /// A motion through all branches that lead to the last one.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// Moments in the order of time, with both sides of every snap.
+    /// Moments in the order of time, with the states before and after every snap.
     pub way: Vec<Moment>,
-    /// Samples with their strains, likewise; none of an elastic rod in the plane.
+    /// Samples with their strains, in the order of time; empty for a planar elastic rod.
     pub track: Vec<Frame>,
     /// Snaps, then passages of a rod with friction: time, and place of the end in the plane.
     pub snaps: Vec<(f64, [f64; 2])>,
@@ -55,7 +55,7 @@ impl RunRecord {
         line
     }
 
-    /// The axis of an elastic rod in the plane at one of its moments, in the world: a clamp may be turned, and move.
+    /// Axis of a planar elastic rod at a moment, in the world frame: the clamp may be turned, and move.
     ///
     /// # Errors
     /// A moment without labels.
@@ -68,7 +68,7 @@ impl RunRecord {
 }
 
 impl Line {
-    /// The first moment from this time on, or the last one; there must be one.
+    /// The first moment at or after time t, otherwise the last one; requires a nonempty line.
     pub fn at(&self, t: f64) -> &Moment {
         let next = self.way.partition_point(|moment| moment.t < t);
         &self.way[next.min(self.way.len() - 1)]
@@ -76,19 +76,19 @@ impl Line {
 }
 
 impl Moment {
-    /// Place of the end in the plane.
+    /// Position of the end in the plane.
     pub fn place(&self) -> [f64; 2] {
         let r = self.position();
         [r.x, r.y]
     }
 
-    /// In the world, a point of the plane by its coordinates from the clamp, along the rod's tangent there and across it.
+    /// World coordinates of a point (x, y) given along and across the clamp's tangent.
     pub fn placed(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let at = self.clamp * Point3::new(x, y, 0.0);
         [at.x, at.y]
     }
 
-    /// The elastica that a planar rod is in, or near.
+    /// The elastica in which a planar rod is, or to which it is near.
     ///
     /// # Errors
     /// A moment without labels.

@@ -1,4 +1,4 @@
-//! Runs a scene of motion, and under landing = "all" every run into which it branches.
+//! Run of a scene of motion, and of every branch of it under landing = "all".
 
 pub(super) mod bounces;
 mod last_branch;
@@ -27,19 +27,19 @@ use crate::motion::drive;
 use recorder::Recorder;
 use tree::tree;
 
-/// How much of the strain field is written.
+/// Density of the strain field output.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Fields {
     /// Nothing.
     None,
-    /// Every so many samples: some 400 of them, evenly spaced.
+    /// About 400 samples, evenly spaced.
     #[default]
     Some,
     /// Every sample.
     All,
 }
 
-/// The places along the rod, in parts of its length, at which fields are written and drawn.
+/// Material points s/L at which fields are written and drawn.
 pub fn places() -> Vec<f64> {
     const ROWS: usize = 61;
     (0..ROWS).map(|i| i as f64 / (ROWS - 1) as f64).collect()
@@ -80,7 +80,7 @@ pub fn places() -> Vec<f64> {
 /// ```
 ///
 /// # Errors
-/// A start from which no run can go; rows that the sink refuses.
+/// A start without motion; rows refused by the sink.
 pub fn run(
     prepared: &Prepared,
     fields: Fields,

@@ -1,4 +1,4 @@
-//! A scene of motion made ready to run, whichever model it is of.
+//! A scene of motion ready to run, for every rod model.
 
 use super::record::{Moment, RunBranch};
 use super::shapes::poses;
@@ -17,44 +17,44 @@ use crate::study::neglected_mass::{
 };
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
-/// A scene of motion made ready to run, with the way back to the scene's units.
+/// A scene of motion ready to run, with the scales back to the units of the scene.
 pub struct Prepared {
     setup: Setup,
     /// The scene's units.
     pub units: Units,
-    /// The way back to them.
+    /// Scales from units of the rod to units of the scene.
     pub scales: Scales,
-    /// The scene as it was read, with its defaults.
+    /// The parsed scene, with its defaults.
     pub scene: serde_json::Value,
-    /// What was asked for.
+    /// The `[run]` table of the scene.
     pub(super) run: Run,
     pub(super) fixed_nodes: bool,
-    /// Whether a load along the rod bends it; to first order its weight does not.
+    /// True if a load along the rod bends it. The weight does not, to first order in the mass.
     pub(super) loaded: bool,
     viscosity: Option<f64>,
-    /// A rod of known mass on a clamp that stands.
+    /// A rod of known mass on a fixed clamp.
     massive: Option<Massive>,
     /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
     relaxes: bool,
-    /// What is done with the mass of an elastic rod, if it is known.
+    /// Treatment of the mass of an elastic rod, if known.
     pub(super) mass: Option<RodMassNote>,
-    /// How thick the rod is where it touches itself, in the scene's units; None where that is not looked for.
+    /// Diameter of the rod for self-contact, in the units of the scene; `None` without contact detection.
     pub(in crate::study) thickness: Option<f64>,
     /// The body as figures show it.
     pub(in crate::study) solid: Solid,
-    /// Whether the body slides in a groove.
+    /// True if the body slides in a groove.
     pub(super) grooved: bool,
 }
 
-/// A rod as far as its mass is concerned.
+/// Data for the estimate of mass effects.
 enum Massive {
     /// In a plane.
     Plane(Planar),
-    /// In space, the scene that it is of.
+    /// In space: the scene of the rod.
     Space(Box<Scene>),
 }
 
-/// A rod at rest under the loads at t = 0, and what its mass changes there.
+/// Equilibrium under the loads at t = 0, with the effect of the rod's mass.
 pub(super) enum Rest {
     Plane(Planar, SmallMass),
     Space(Box<Resting>),
@@ -70,11 +70,11 @@ impl Rest {
 }
 
 impl Prepared {
-    /// Finds the start and scales everything.
+    /// Finds the start and scales the scene.
     ///
     /// # Errors
-    /// Whatever keeps the scene from running: no equilibrium at the start as asked for, or several; strains held rigid in a
-    /// combination that has no kinematics; numbers at which a law is not one of doubles.
+    /// A scene that cannot run: no equilibrium for the requested start, or several; strains held rigid in a
+    /// combination without kinematics; a law that overflows.
     pub fn new(scene: &Scene) -> Result<Self> {
         let setup = Setup::new(scene).map_err(|e| scene.in_own_units(e))?;
         let setup_kind = setup.model.kind();
@@ -86,7 +86,8 @@ impl Prepared {
                     true => scene.lifted_for_modes()?,
                     false => Some(scene.clone()),
                 };
-                // A load along a rod with all of its mass is not one of the light rod's, whose equilibria it moves.
+                // The equilibria of the light rod do not apply to a distributed load on a rod whose mass is followed
+                // in full.
                 let known = |scene: &Scene| {
                     let loaded = scene.rod.is_heavy() && !scene.loads.distributed.is_zero();
                     scene.rod.mass().is_some() && scene.clamp.motion.is_none() && !loaded
@@ -95,7 +96,7 @@ impl Prepared {
                     .filter(known)
                     .map(|scene| Massive::Space(Box::new(scene)))
             }
-            // A load along the rod moves its equilibria and folds by more than its mass does.
+            // A distributed load shifts equilibria and folds by more than the rod's mass does.
             (false, Some(load)) if scene.loads.distributed.is_zero() => {
                 Planar::new(scene, &scene.scales()?, load)?.map(Massive::Plane)
             }
@@ -126,7 +127,7 @@ impl Prepared {
         })
     }
 
-    /// What kind of rod runs.
+    /// Model of the rod.
     pub fn kind(&self) -> ModelKind {
         self.setup.model.kind()
     }
@@ -134,7 +135,7 @@ impl Prepared {
     /// The motion from its start.
     ///
     /// # Errors
-    /// A start from which it cannot go.
+    /// A start without motion.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         self.setup
             .motion()
@@ -146,12 +147,13 @@ impl Prepared {
         self.setup.model.is_heavy()
     }
 
-    /// True if all of the rod's mass is followed.
+    /// True if the rod's mass is followed in full.
     pub fn is_full(&self) -> bool {
         self.is_heavy() && matches!(self.kind(), ModelKind::Planar | ModelKind::Space)
     }
 
-    /// The light rod beside a rod with friction or mass in its first state; None of any other, and where nothing is known of how it rests.
+    /// The light rod that accompanies a rod with friction or mass from its first state. `None` for other models, and
+    /// where no rest state is known.
     pub(super) fn beside(&self, rest: Option<&Rest>, first: &dyn State) -> Option<Beside> {
         if self.kind().is_elastic() || self.relaxes {
             return None;
@@ -169,7 +171,8 @@ impl Prepared {
         self.setup.model.is_driven()
     }
 
-    /// The rod at rest under the loads at t = 0; None unless its mass is known and its clamp stands, and where no equilibrium is found.
+    /// Equilibrium under the loads at t = 0. `None` unless the mass is known and the clamp fixed, and where no
+    /// equilibrium is found.
     pub(super) fn rest(&self) -> Option<Rest> {
         match self.massive.as_ref()? {
             Massive::Plane(light) => Some(Rest::Plane(*light, light.at_rest()?)),
@@ -177,8 +180,8 @@ impl Prepared {
         }
     }
 
-    /// What the mass of the rod changes where it rests under the loads at t = 0; None where it is not known or all of it is followed, where
-    /// the clamp moves, and where no equilibrium is found.
+    /// Effect of the rod's mass at the equilibrium under the loads at t = 0. `None` where the mass is unknown or
+    /// followed in full, where the clamp moves, and where no equilibrium is found.
     pub fn small_mass(&self) -> Option<SmallMass> {
         if self.is_full() {
             return None;
@@ -186,7 +189,7 @@ impl Prepared {
         Some(self.rest()?.mass().clone())
     }
 
-    /// The folds that the rod passed in the branches of a run: its snaps, or those of the light rod beside it.
+    /// Folds passed in the branches of a run: snaps of the rod, or of the light rod that accompanies it.
     pub(super) fn folds(&self, rest: &Rest, branches: &[RunBranch]) -> Vec<FoldPassed> {
         let k = &self.scales;
         let follows = match self.kind() {
@@ -220,7 +223,7 @@ impl Prepared {
         branches.iter().flat_map(of).collect()
     }
 
-    /// Whether it was right to leave out the mass of the rod.
+    /// Validity of neglecting the rod's mass in this run.
     pub(super) fn validity(
         &self,
         rest: &Rest,
@@ -251,7 +254,7 @@ impl Prepared {
         }
     }
 
-    /// The velocity of a snap's end along the axes of the clamp, in units of the rod; None in space.
+    /// Velocity of the end at a snap along the axes of the clamp, in units of the rod; `None` in space.
     fn inward(&self, snap: &Snap) -> Option<Vector2<f64>> {
         let [x, y] = *snap.velocity.as_slice() else {
             return None;
@@ -265,12 +268,13 @@ impl Prepared {
         self.viscosity
     }
 
-    /// The Morse index of the equilibrium at the start, if it was found by its end.
+    /// Morse index of the equilibrium at the start, if the start was found from a given end.
     pub(super) fn index_of_start(&self) -> Option<usize> {
         self.setup.model.start_index()
     }
 
-    /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
+    /// The exactly equivalent spring and dashpot, or the reason why there is none; `None` for models without this
+    /// equivalence.
     ///
     /// # Errors
     /// A start that cannot be evaluated.
@@ -288,7 +292,7 @@ impl Prepared {
         })
     }
 
-    /// Names of the strains that move, with their places among (u1, .. v3).
+    /// Names of the moving strains, and their indices in (u1, .. v3).
     pub(in crate::study) fn strains(&self) -> Vec<(&'static str, usize)> {
         self.setup.model.strains()
     }
@@ -302,7 +306,7 @@ impl Prepared {
         }
     }
 
-    /// The same without the equilibrium that the rod is in, or near, and its index, which cost more than all else.
+    /// A state in the world frame without equilibrium labels and index, which are the expensive part.
     pub(in crate::study) fn passing(&self, state: &dyn State) -> Moment {
         let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
         let clamp = self.setup.model.clamp(state.time());
@@ -310,7 +314,7 @@ impl Prepared {
         let lever = joined(&Vector3::zeros(), &end);
         let own = state.twist();
         let twist = frame.absolute(&lever, &own);
-        // The spin of an end may be infinite, and then is not told; its velocity is known all the same.
+        // The angular velocity of an end may be infinite and is then left out; its velocity is known nevertheless.
         let straight = joined(&Vector3::zeros(), &halves(&own).1);
         let velocity = frame.absolute(&lever, &straight);
         let action = frame.outward(&state.action());
@@ -343,7 +347,7 @@ impl Prepared {
         sections
     }
 
-    /// The poses alone.
+    /// Poses of sections from the clamp to the end.
     pub(in crate::study) fn sections(
         &self,
         state: &dyn State,
@@ -352,7 +356,7 @@ impl Prepared {
         poses(self.curve(state, points))
     }
 
-    /// Each of the strains that move at places in [0, 1], in growing order, in the scene's units.
+    /// Moving strains at places in [0, 1], ascending, in the units of the scene.
     pub(super) fn strains_at(&self, state: &dyn State, places: &[f64]) -> Vec<Vec<f64>> {
         let (all, length) = (state.strains_at(places), self.scales.length);
         let moving = self.strains().into_iter();
@@ -364,7 +368,7 @@ impl Prepared {
             .collect()
     }
 
-    /// Dissipation per length and time at places in [0, 1], in growing order, in the scene's units.
+    /// Dissipation per length and time at places in [0, 1], ascending, in the units of the scene.
     pub(super) fn dissipation_at(&self, state: &dyn State, places: &[f64]) -> Vec<f64> {
         let k = &self.scales;
         let density = k.energy / k.length / k.time;
@@ -372,7 +376,7 @@ impl Prepared {
         values.iter().map(|d| d * density).collect()
     }
 
-    /// A snap as the world sees it.
+    /// A snap in the world frame.
     pub(super) fn snap(&self, snap: &Snap) -> Snap {
         let (pose, velocity) = self.point_outward(snap.t, &snap.pose, &snap.velocity);
         Snap {
@@ -382,7 +386,7 @@ impl Prepared {
         }
     }
 
-    /// A bounce as the world sees it.
+    /// A bounce in the world frame.
     pub(super) fn bounce(&self, bounce: &Bounce) -> Bounce {
         let (pose, velocity) = self.point_outward(bounce.t, &bounce.pose, &bounce.velocity);
         Bounce {
@@ -392,7 +396,7 @@ impl Prepared {
         }
     }
 
-    /// Place and velocity, seen from the clamp, as the world sees them; in a plane they have two components.
+    /// Place and velocity relative to the clamp, transformed to the world; two components in a plane.
     fn point_outward(
         &self,
         t: f64,

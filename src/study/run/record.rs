@@ -1,4 +1,4 @@
-//! What a run leaves behind, in the scene's units.
+//! Record of a run, in the units of the scene.
 
 use super::ModelKind;
 use super::bounces::Bounces;
@@ -13,18 +13,18 @@ use crate::study::neglected_mass::{FoldPassed, Validity};
 use crate::study::{Solid, light_rod_reference};
 use nalgebra::{Isometry3, Vector3};
 
-/// A run that has ended, or, under landing = "all", the runs into which it branched.
+/// Record of a completed run, with all branches under landing = "all".
 #[derive(Debug, Clone)]
 pub struct RunRecord {
-    /// What kind of rod ran.
+    /// Model of the rod.
     pub kind: ModelKind,
     /// The scene's units.
     pub units: Units,
-    /// The units of the rod in those of the scene.
+    /// Scales from units of the rod to units of the scene.
     pub scales: Scales,
     /// The scene, with its defaults.
     pub scene: serde_json::Value,
-    /// The end of time that was asked for.
+    /// Requested end of time.
     pub duration: f64,
     /// The body as figures show it.
     pub solid: Solid,
@@ -32,33 +32,34 @@ pub struct RunRecord {
     pub strobe: Option<f64>,
     /// The bounds max_steps, max_snaps and branches of the scene.
     pub bounds: Bounds,
-    /// Each after its parent; the first is the trunk.
+    /// Branches, each after its parent; the first is the trunk.
     pub branches: Vec<RunBranch>,
-    /// Snaps whose branches were not followed because the bound was reached.
+    /// Number of snaps whose branches were not followed because the bound was reached.
     pub cut: usize,
     /// True if forces in time do work on the body.
     pub driven: bool,
     /// True if the rod has mass.
     pub heavy: bool,
-    /// True if its weight, or another load along it, bends the rod, so that no sheet of the light elastica is its own.
+    /// True if its weight, or another load along it, bends the rod: the sheets of the light elastica do not apply.
     pub loaded: bool,
-    /// What is done with the mass of an elastic rod, if it is known.
+    /// Treatment of the mass of an elastic rod, if known.
     pub mass: Option<RodMassNote>,
-    /// The folds that a rod of known mass passed.
+    /// Folds passed by a rod of known mass.
     pub folds: Vec<FoldPassed>,
-    /// Whether leaving out the mass of the rod was right, where that mass is known and not all of it was followed.
+    /// Validity of neglecting the rod's mass, where the mass is known and not followed in full.
     pub validity: Option<Validity>,
-    /// The Morse index of the equilibrium at the start, if it is one and known.
+    /// Morse index of the equilibrium at the start; `None` if unknown or not in equilibrium.
     pub start_index: Option<usize>,
-    /// The spring and dashpot that the rod is exactly, or why it is none; None where the question does not arise.
+    /// The exactly equivalent spring and dashpot, or the reason why there is none; `None` for models without this
+    /// equivalence.
     pub spring: Option<Result<Spring, String>>,
     /// The viscosity of a planar rod.
     pub viscosity: Option<f64>,
-    /// How thick the rod is where it touches itself; None where that is not looked for.
+    /// Diameter of the rod for self-contact; `None` without contact detection.
     pub thickness: Option<f64>,
-    /// The strains that the track holds: names, and places among (u1, .. v3).
+    /// Moving strains of the track: names, and indices in (u1, .. v3).
     pub strains: Vec<(&'static str, usize)>,
-    /// What part of the samples the strain table holds: one in so many; None if there is no such table.
+    /// Stride of the samples in the strain table; `None` without such a table.
     pub strain_stride: Option<usize>,
 }
 
@@ -67,18 +68,18 @@ pub struct RunRecord {
 pub struct Bounds {
     /// The tolerance of the steps.
     pub tolerance: f64,
-    /// Most steps.
+    /// Largest number of steps.
     pub steps: usize,
-    /// Most snaps.
+    /// Largest number of snaps.
     pub snaps: usize,
-    /// Most branches.
+    /// Largest number of branches.
     pub branches: usize,
     /// True if the scene fixes the strain nodes.
     pub fixed_nodes: bool,
 }
 
 impl Bounds {
-    /// What is to be said of so many branches that were not followed.
+    /// Message for `cut` branches that were not followed.
     pub(in crate::study) fn cut(&self, cut: usize) -> String {
         let were = if cut == 1 {
             "branch was"
@@ -91,7 +92,7 @@ impl Bounds {
         )
     }
 
-    /// What is to be said of rods that touch; `name` and `at` tell rods and arclengths in the scene's units.
+    /// Message for a contact of rods: `names` of the rods and arclengths `at`, in the units of the scene.
     pub(in crate::study) fn touching(names: [&str; 2], at: [f64; 2], units: Units) -> String {
         let place = |s: f64| format!("s = {s:.6}{}", Units::behind(units.length()));
         let (s, to) = (place(at[0]), place(at[1]));
@@ -104,7 +105,7 @@ impl Bounds {
         )
     }
 
-    /// Why a run ended short, without its place.
+    /// Reason for an early end, without its time.
     pub(in crate::study) fn reason(
         &self,
         outcome: &Outcome,
@@ -133,59 +134,60 @@ impl Bounds {
     }
 }
 
-/// Time, place and reason of an end.
+/// Message of an early end: time, place and reason.
 pub(in crate::study) fn at_time(t: f64, units: Units, place: &str, why: &str) -> String {
     let t = crate::study::exact(t);
     let t = t.strip_suffix(".0").unwrap_or(&t);
     format!("at t = {t}{}{place}: {why}", Units::behind(units.time()))
 }
 
-/// One run: the trunk, or what follows from a snap.
+/// One run: the trunk, or the continuation from a snap.
 #[derive(Debug, Clone)]
 pub struct RunBranch {
     /// Number, in the order in which the branches are run; 0 is the trunk.
     pub id: usize,
-    /// The branch it forks from.
+    /// Number of the parent branch.
     pub parent: Option<usize>,
-    /// The snap by which it was entered, in the units of the rod.
+    /// Snap at which the branch begins, in the units of the rod.
     pub entered: Option<Snap>,
-    /// Its first state.
+    /// First state.
     pub first: Moment,
-    /// Its last state.
+    /// Last state.
     pub last: Moment,
-    /// How it ended; times in the units of the rod.
+    /// Outcome of the run; times in the units of the rod.
     pub outcome: Outcome,
-    /// Its cost.
+    /// Computational cost.
     pub cost: Cost,
-    /// For how long the mass of a light rod was not felt, in the scene's units.
+    /// Time during which the mass of a light rod was inactive, in the units of the scene.
     pub unfelt: f64,
-    /// How the strains were resolved, if the rod has any of its own.
+    /// Resolution of the strains, for rods with strain unknowns.
     pub resolution: Option<Resolution>,
-    /// Its own snaps, in the units of the rod.
+    /// Snaps of this branch, in the units of the rod.
     pub snaps: Vec<Snap>,
     /// Passages far from equilibrium, in the scene's units.
     pub layers: Vec<Layer>,
-    /// Folds that the light rod beside a rod with friction or mass passes, in the units of the rod.
+    /// Folds passed by the light rod that accompanies a rod with friction or mass, in the units of the rod.
     pub crossed: Vec<Crossed>,
-    /// When that rod was not known, in the units of the rod.
+    /// Intervals without a light rod, in the units of the rod.
     pub lost: Vec<Lost>,
     /// Bounces of a taut rod.
     pub bounces: Bounces,
-    /// How well its ledger closes, in the scene's units.
+    /// Closure of the energy ledger, in the units of the scene.
     pub closing: Closing,
-    /// Moments of the motion for figures, in the order of time, with both sides of every snap: of every step where figures are drawn, else the
-    /// samples. Thinned.
+    /// Moments of the motion for figures, in the order of time, with both sides of every snap; thinned. They are ends
+    /// of steps and moments within steps where figures are drawn, otherwise samples.
     pub way: Vec<Moment>,
-    /// Samples with their strains, likewise; none of an elastic rod in the plane.
+    /// Samples with their strains, thinned; empty for a planar elastic rod.
     pub track: Vec<Frame>,
-    /// Ends of the steps of the passages through which a planar rod dissipated most, thinned; that of the largest loss is the first.
+    /// Ends of steps in the passages with the largest dissipation of a planar rod, thinned; the largest loss comes
+    /// first.
     pub passages: Vec<Vec<Frame>>,
-    /// Time and axis of a few samples of a rod in space.
+    /// Times and axes of a few samples of a rod in space.
     pub axes: Vec<(f64, Vec<Isometry3<f64>>)>,
 }
 
 impl RunBranch {
-    /// A branch of which nothing was recorded yet but its ends and its cost.
+    /// A branch before the recorder adds data.
     pub(super) fn new(
         id: usize,
         parent: Option<usize>,
@@ -217,7 +219,7 @@ impl RunBranch {
         }
     }
 
-    /// The Morse index of its first state, if that is named.
+    /// Morse index of the first state, if labelled.
     pub(super) fn index_of_start(&self) -> Option<usize> {
         self.first.labels.map(|labels| labels.index)
     }
@@ -228,7 +230,7 @@ impl RunBranch {
 pub struct Moment {
     /// Time.
     pub t: f64,
-    /// The frame of the clamp, in which the coordinates of a planar equilibrium are meant.
+    /// Frame of the clamp, to which the coordinates of a planar equilibrium refer.
     pub clamp: Isometry3<f64>,
     /// Pose of the end of the rod.
     pub pose: Isometry3<f64>,
@@ -244,13 +246,13 @@ pub struct Moment {
     pub groove: Option<Vector3<f64>>,
     /// Energies.
     pub ledger: Ledger,
-    /// What should not change: [`Ledger::total`].
+    /// Conserved total: [`Ledger::total`].
     pub total: f64,
     /// Energy dissipated by friction in the rod so far.
     pub friction: f64,
-    /// The equilibrium of the elastica that the rod is in, or near.
+    /// Labels of the equilibrium of the elastica in or near the state.
     pub labels: Option<Labels>,
-    /// The Morse index of the rod with its end held; None off equilibrium.
+    /// Morse index of the rod with its end held; `None` off equilibrium.
     pub index: Option<usize>,
 }
 
@@ -266,7 +268,7 @@ impl Moment {
 pub struct Frame {
     /// The state.
     pub moment: Moment,
-    /// Each strain that moves, at the places of the strain field; empty for an elastic rod.
+    /// Moving strains at the places of the strain field; empty for an elastic rod.
     pub strains: Vec<Vec<f64>>,
     /// Dissipation per length and time, at the same places.
     pub dissipation: Vec<f64>,
@@ -274,11 +276,11 @@ pub struct Frame {
     pub axis: Vec<[f64; 2]>,
 }
 
-/// What a passage releases, of the largest energy of the run, at least.
+/// Smallest energy release of a passage, relative to the largest energy of the run.
 const RELEASED: f64 = 1e-9;
 
-/// What is to be said of strain rates that the nodes do not hold, from what the last coefficients of each branch carry of them; `fixed` if the scene
-/// says how many nodes there are.
+/// Warning about strain rates that the nodes do not resolve, from the last coefficients of each branch; `fixed`: the
+/// scene sets the number of nodes.
 pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>, fixed: bool) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
     let first = if fixed {
@@ -297,17 +299,17 @@ pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>, fixed: bool) -> 
 impl RunRecord {
     /// The branch that ran last.
     pub fn last(&self) -> &RunBranch {
-        // A record is made of one branch at least.
+        // Every record has a branch.
         &self.branches[self.branches.len() - 1]
     }
 
-    /// A stable key of how the run ended: that of [`Outcome::key`] of the first branch that fell short, branch_limit, or
+    /// Stable key of the outcome: [`Outcome::key`] of the first branch that ended early, branch_limit, or
     /// end_of_time.
     pub fn outcome(&self) -> &'static str {
         outcome_key(self.cut, self.branches.iter().map(|b| &b.outcome))
     }
 
-    /// Why the run fell short of what was asked, in the scene's units; None if it did not.
+    /// Reason for an early end, in the units of the scene; `None` for a complete run.
     pub fn reason(&self) -> Option<String> {
         if self.cut > 0 {
             return Some(self.bounds.cut(self.cut));
@@ -337,7 +339,7 @@ impl RunRecord {
         at_time(end.t, self.units, &at, &why)
     }
 
-    /// The largest change of a ledger's total, and the largest one relative to its ledger's largest term.
+    /// Largest change of a ledger's total, absolute and relative to the ledger's largest term.
     pub fn energy_error(&self) -> (f64, f64) {
         self.branches.iter().fold((0.0, 0.0), |(a, b), branch| {
             let closing = &branch.closing;
@@ -345,20 +347,20 @@ impl RunRecord {
         })
     }
 
-    /// What is to be said of strain rates that the nodes do not hold, of energies that the tolerance does not hold, or of an unstable start.
+    /// Warning about unresolved strain rates, energies beyond the tolerance, or an unstable start.
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
         doubts(told, (self.scales.energy, self.units), &self.bounds).or_else(|| self.unstable())
     }
 
-    /// When and why folds that the light rod passes are not told; None where all are, or there is none.
+    /// Times and reasons of missing folds of the light rod; `None` if all are known, or there is no light rod.
     pub fn untold(&self) -> Option<String> {
         let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
         light_rod_reference::note(&lost, &[], (&self.scales, self.units))
     }
 
-    /// For how long a light rod whose mass is followed was without it, in all branches; None if it never was.
+    /// Time during which the mass of a light rod was inactive, over all branches; `None` if it never was.
     pub fn unfelt(&self) -> Option<f64> {
         spent(self.branches.iter().map(|branch| branch.unfelt))
     }
@@ -375,14 +377,14 @@ impl RunRecord {
         })
     }
 
-    /// What is to be said of the bounces of an elastic rod; None where there was none.
+    /// Remark on the bounces of an elastic rod; `None` without bounces.
     pub fn bounces(&self) -> Option<String> {
         let planar = self.kind == ModelKind::Sheet;
         let all = self.branches.iter().map(|b| &b.bounces);
         Bounces::text(all, (&self.scales, self.units), planar)
     }
 
-    /// Layers that ended next to equilibrium with less elastic energy, by more than a rod at rest loses by rounding: the snaps of a rod with friction.
+    /// Layers that end near equilibrium with an energy release above rounding: the snaps of a rod with friction.
     pub fn passages(&self) -> impl Iterator<Item = &Layer> {
         self.branches.iter().flat_map(|branch| {
             let least = RELEASED * branch.closing.largest;

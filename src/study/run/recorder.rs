@@ -1,4 +1,4 @@
-//! Watches a motion: writes the tables, keeps what figures show.
+//! Observer of a motion: writes the tables and stores data for figures.
 
 use super::ModelKind;
 use super::bounces::Bounces;
@@ -17,27 +17,28 @@ use crate::study::light_rod_reference::LightRods;
 use crate::study::{Cell, Hooks, Sink};
 use nalgebra::Isometry3;
 
-/// Moments of a step that figures are drawn from, its end among them: a step of order 8 may be half an oscillation.
+/// Moments per step for figures, its end included: a step of order 8 may span half an oscillation.
 const INNER: usize = 6;
-/// In space, where a state between costs as much as a good part of a step.
+/// Moments per step in space, where an intermediate state costs a good part of a step.
 pub(in crate::study) const INNER_IN_SPACE: usize = 2;
-/// Steps of a rod with strains follow its fast decay or its waves, and are short beside what its body does.
+/// Steps of a rod with strains resolve fast decay or waves: their ends are dense enough for figures of the body.
 pub(in crate::study) const STEP_ENDS: usize = 1;
-/// Most moments kept of a motion, of one that is drawn from its steps, and of a section; beyond, every second one is dropped.
+/// Largest number of moments kept for a run, for one drawn from its steps, and for a stroboscopic section; at the
+/// limit every second one is dropped.
 const KEPT: usize = 4000;
 const KEPT_TO_DRAW: usize = 24_000;
 const KEPT_OF_SECTION: usize = 100_000;
-/// Most samples kept with their strains.
+/// Largest number of samples kept with their strains.
 const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
-/// Passages that are kept: of some the end of the rod moves, and no figure shows these.
+/// Number of passages kept for figures: several, since figures skip a passage if the end of the rod moves.
 const PASSAGES: usize = 8;
 const AXES: usize = 10;
-/// A passage is kept while the rod is farther than this from equilibrium.
+/// Distance from equilibrium above which the states of a passage are kept.
 const AWAY: f64 = 1e-3;
 /// Points of a drawn axis.
 const CURVE: usize = 60;
-/// Samples of which the strain field is written, unless all are asked for.
+/// Number of samples in the strain field table, unless all are requested.
 const INSTANTS: usize = 401;
 
 /// The observer of one branch.
@@ -57,20 +58,20 @@ pub(super) struct Recorder<'r> {
     track: Thinned<Frame>,
     axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
     passage: Thinned<Frame>,
-    /// Those that ended, by what the rod dissipated in them, the most first.
+    /// Completed passages, in order of decreasing dissipation.
     passages: Vec<Vec<Frame>>,
-    /// True if figures want the motion closer than its samples.
+    /// True if figures need moments between the samples.
     dense: bool,
 }
 
-/// The strain table: of every `stride`-th sample.
+/// Strain table with every `stride`-th sample.
 struct Strain {
     table: usize,
     stride: usize,
     seen: usize,
 }
 
-/// One in so many samples makes up the strain table.
+/// Stride of the samples in the strain table.
 pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
     match fields {
         _ if prepared.strains().is_empty() => None,
@@ -80,7 +81,7 @@ pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
     }
 }
 
-/// The outcome; a run that is complete but for its ledger is not: none ends well that has lost or made energy.
+/// The outcome after the audit of the ledger: a complete run that lost or gained energy has ended early.
 pub(in crate::study) fn audited(
     outcome: Outcome,
     closing: &Closing,
@@ -98,10 +99,11 @@ pub(in crate::study) fn audited(
     ))
 }
 
-/// A motion is resolved if its speeds, in units of the rod, are so many tolerances.
+/// Speed of a resolved motion in units of the rod, as a multiple of the tolerance.
 const RESOLVED: f64 = 1e3;
 
-/// A stable key of how a run ended: that of the first outcome that fell short, branch_limit where branches were cut, or end_of_time.
+/// Stable key of the outcome: key of the first outcome that fell short, branch_limit where branches were cut, or
+/// end_of_time.
 pub(in crate::study) fn outcome_key<'a>(
     cut: usize,
     mut outcomes: impl Iterator<Item = &'a Outcome>,
@@ -113,14 +115,14 @@ pub(in crate::study) fn outcome_key<'a>(
     }
 }
 
-/// All of these times together; None if there is nothing of them.
+/// Sum of the times; `None` if zero.
 pub(in crate::study) fn spent(times: impl Iterator<Item = f64>) -> Option<f64> {
     let time: f64 = times.sum();
     (time > 0.0).then_some(time)
 }
 
-/// What is to be said of strain rates that the nodes do not hold, or of energies that the tolerance does not hold, from what each branch's ledger and the last
-/// coefficients of its strain rates tell.
+/// Warning about unresolved strain rates or energies beyond the tolerance, from ledger and last strain rate
+/// coefficients of each branch.
 pub(in crate::study) fn doubts<'a>(
     told: impl Iterator<Item = (&'a Closing, Option<f64>)> + Clone,
     (energy, units): (f64, Units),
@@ -133,7 +135,7 @@ pub(in crate::study) fn doubts<'a>(
     })
 }
 
-/// What is to be said of motions whose energies nobody can trust at the `tolerance`; one unit of energy is `energy`.
+/// Warning about motions with energies below the resolution of `tolerance`; `energy` is the unit of energy.
 fn untrusted<'a>(
     closings: impl Iterator<Item = &'a Closing>,
     (energy, units): (f64, Units),
@@ -141,7 +143,7 @@ fn untrusted<'a>(
 ) -> Option<String> {
     let mut open = closings.filter(|closing| closing.is_open(energy));
     let closing = open.next()?;
-    // Of mass 1.
+    // Speed of a unit mass.
     let speed = (2.0 * closing.largest / energy).sqrt();
     let off = format!(
         "the energies are off by {:.1e} of the largest, {:.1e}{}",
@@ -161,7 +163,8 @@ fn untrusted<'a>(
 }
 
 impl<'r> Recorder<'r> {
-    /// A recorder of the branch `id`, whose first state is `first`; `rest` is how the rod rests; `total` is what the ledger should keep, in the units of the rod.
+    /// A recorder of branch `id` from state `first`. `rest`: equilibrium with mass effects; `total`: expected total
+    /// of the ledger, in the units of the rod.
     pub fn new(
         (prepared, rest): (&'r Prepared, Option<&Rest>),
         sink: &'r mut dyn Sink,
@@ -209,7 +212,7 @@ impl<'r> Recorder<'r> {
         })
     }
 
-    /// Hands over what was kept; `branch` has the rest.
+    /// Returns the record: `branch` with the data that the recorder kept.
     pub fn finish(mut self, motion: &dyn Motion<'_>, branch: RunBranch) -> RunBranch {
         let last = motion.now();
         self.end_passage();
@@ -244,7 +247,7 @@ impl<'r> Recorder<'r> {
 
     fn frame(&self, state: &dyn State) -> Frame {
         let prepared = self.prepared;
-        // Without the index in space, which no figure has.
+        // Without the index in space, which no figure shows.
         let moment = match prepared.kind() {
             ModelKind::ElasticSpace => prepared.passing(state),
             _ => prepared.moment(state),
@@ -264,7 +267,7 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// Keeps a sample with its strains, if it is its turn and the rod has any; a frame that was made of it need not be made again.
+    /// Keeps a sample with its strains, at the stride of the track, if the rod has strains; `frame` if already made.
     fn show(&mut self, state: &dyn State, frame: Option<Frame>) {
         if self.prepared.kind() == ModelKind::Sheet {
             return;
@@ -277,7 +280,7 @@ impl<'r> Recorder<'r> {
     /// Writes the strain field of a state.
     fn write_strain(&mut self, table: usize, frame: &Frame) -> Result<()> {
         let length = self.prepared.scales.length;
-        // A tight rod next to its fold may have no shape to tell.
+        // A taut rod next to its fold may have no shape.
         let known = |strain: &Vec<f64>| strain.len() == self.places.len();
         if !frame.strains.iter().all(known) {
             return Ok(());
@@ -291,7 +294,7 @@ impl<'r> Recorder<'r> {
         Ok(())
     }
 
-    /// Writes the row of an event, but not between the points of a stroboscopic section.
+    /// Writes the row of an event, except in a stroboscopic section.
     fn write_event(&mut self, state: &dyn State) -> Result<()> {
         if self.prepared.run.strobe.is_some() {
             return Ok(());
@@ -305,7 +308,7 @@ impl<'r> Recorder<'r> {
         self.sink.row(self.trajectory, &row)
     }
 
-    /// The last axis in its place, or instead of one that is near in time.
+    /// Appends the last axis, or replaces a previous one at nearly the same time.
     fn end_axes(&mut self, last: &dyn State) {
         if !self.prepared.kind().in_space() {
             return;
@@ -323,7 +326,7 @@ impl<'r> Recorder<'r> {
         axes.push((t, self.prepared.sections(last, CURVE)));
     }
 
-    /// Keeps the passage, if it is among those in which most was dissipated.
+    /// Keeps the passage if its dissipation is among the largest.
     fn end_passage(&mut self) {
         let passage = std::mem::replace(&mut self.passage, Thinned::new(KEPT_OF_PASSAGE)).list;
         let lost = |passage: &[Frame]| match passage {
@@ -338,7 +341,7 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// The end of a step of a rod with strains. (On a sheet a state would have to be made to be looked at.)
+    /// Records the end of a step of a rod with strains. On a sheet the state would have to be computed.
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
         if self.prepared.kind() != ModelKind::Planar {
@@ -376,7 +379,7 @@ impl Observer for Recorder<'_> {
             self.axes.show(|| (t, prepared.sections(state, CURVE)));
         }
         self.show(state, frame);
-        // Steps bring the others.
+        // Other moments come from the steps.
         if !self.dense || self.way.list.is_empty() {
             self.way.show(|| moment);
         }
@@ -424,7 +427,7 @@ impl Observer for Recorder<'_> {
     }
 
     fn look(&mut self, state: &dyn State) {
-        // The first sample is there already.
+        // The first sample is already recorded.
         let unit = self.prepared.scales.time;
         let t = self.prepared.run.told(state.time(), unit);
         if let [only] = self.way.list.as_slice()
@@ -434,7 +437,7 @@ impl Observer for Recorder<'_> {
         }
         self.way.show(|| match self.prepared.kind() {
             ModelKind::Sheet => self.prepared.moment(state),
-            // Of the others no figure has the equilibrium nearby, or the index.
+            // For these models no figure needs the equilibrium labels or the index.
             ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => {
                 self.prepared.passing(state)
             }

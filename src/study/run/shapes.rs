@@ -1,4 +1,4 @@
-//! A run at any times: its shapes, and rows of its trajectory.
+//! Shapes and trajectory rows of a run at given times.
 
 use super::{Prepared, table};
 use crate::error::{Error, Result};
@@ -6,7 +6,8 @@ use crate::motion::{Event, Motion, RodCurve, State};
 use crate::study::{Hooks, Table};
 use nalgebra::Isometry3;
 
-/// The rods at one time: sections of each from its base to its end, by arclength and pose, in the world and the scene's units.
+/// The rods at one time: sections of each rod from base to end, as arclength and pose in the world and the units of
+/// the scene.
 pub type Shapes = Vec<RodCurve>;
 
 /// The poses of sections.
@@ -14,12 +15,13 @@ pub(in crate::study) fn poses(curve: RodCurve) -> Vec<Isometry3<f64>> {
     curve.into_iter().map(|(_, pose)| pose).collect()
 }
 
-/// The rod of a scene at these `times`, in the scene's units and in any order: at each a list of one rod, of no sections where its
-/// strains give no shape.
+/// The rod of a scene at `times`, in the units of the scene and in any order. The result at each time is a list of
+/// one rod, without sections where its strains give no shape.
 ///
-/// The motion is followed once more, to the last of the times, and stands at each of them exactly; its samples are not interpolated.
-/// A light elastic rod has `points` sections, in space evenly spaced, in the plane closer where the rod bends. One with strains of its own has
-/// the Gauss nodes at which these are known, `points` on every element, and its two ends. Of a run that branches the trunk is followed.
+/// The motion is computed again up to the last of the times and stops at each exactly, without interpolation. A light
+/// elastic rod has `points` sections, in space evenly spaced, in the plane closer where the rod bends. A rod with
+/// strain unknowns has its Gauss nodes, `points` per element, and its two ends. If the run branches, the trunk is
+/// followed.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::{Silent, run}};
@@ -62,8 +64,8 @@ pub fn shapes(
     )
 }
 
-/// The trajectory of a scene's run at these `times` alone, in the scene's units and in any order: a row for each, as the table
-/// `trajectory` of [`super::run`] has it. As in [`shapes`] nothing is interpolated.
+/// The trajectory of a scene's run at `times` only, in the units of the scene and in any order. Rows are as in the
+/// table `trajectory` of [`super::run`]. As in [`shapes`] nothing is interpolated.
 ///
 /// # Errors
 /// Those of [`shapes`].
@@ -79,7 +81,7 @@ pub fn samples(prepared: &Prepared, times: &[f64], hooks: &mut dyn Hooks) -> Res
     Ok(table)
 }
 
-/// What `seen` says of the states of a motion at `times`, in a unit that is `unit` of the motion's.
+/// Values of `seen` at `times` of a motion; `unit` is the unit of time of the motion in units of `times`.
 pub(in crate::study) fn at_times<T>(
     motion: &mut dyn Motion<'_>,
     times: &[f64],
@@ -119,7 +121,7 @@ pub(in crate::study) fn at_times<T>(
             return Err(Error::domain("it was interrupted"));
         }
     }
-    // The last moment, but for rounding of its time by the units.
+    // The last moment, up to rounding of its time by the units.
     let now = motion.now();
     let end = now.time() * (1.0 + 4.0 * f64::EPSILON);
     while let Some(i) = waiting.next_if(|i| times[*i] / unit <= end) {

@@ -1,4 +1,4 @@
-//! The spring and dashpot that some rods in space are exactly, in the scene's units.
+//! Spring and dashpot exactly equivalent to some rods in space, in the units of the scene.
 
 use crate::error::Result;
 use crate::motion::reduction::Reduction;
@@ -6,14 +6,14 @@ use crate::scene::{Scales, StrainName};
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-/// The spring and dashpot that a rod is exactly, per displacement of the end, and per angle for u3: AMV (6.3).
+/// Spring and dashpot exactly equivalent to a rod, per displacement of the end, and per angle for u3: AMV (6.3).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spring {
     /// The kind of motion: longitudinal, twisting or shearing.
     pub kind: String,
     /// The strains that move.
     pub moving: Vec<&'static str>,
-    /// True if every motion that starts in this way is exact, by symmetry; false if this one is by exception.
+    /// True if symmetry makes every such motion exact; false if only the given motion is.
     pub by_symmetry: bool,
     /// Stiffness, a row for each strain that moves.
     pub stiffness: Vec<Vec<f64>>,
@@ -32,9 +32,9 @@ pub struct Spring {
 /// A spring in series with a dashpot.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpringBranch {
-    /// Its stiffness.
+    /// Stiffness of the spring, a row for each moving strain.
     pub stiffness: Vec<Vec<f64>>,
-    /// Its relaxation time.
+    /// Relaxation time.
     pub time: f64,
 }
 
@@ -48,7 +48,7 @@ pub struct SpringMode {
 }
 
 impl Spring {
-    /// The equivalent of `reduction`, whose units have these scales.
+    /// Equivalent spring and dashpot of `reduction`; `k` are the scales of its units.
     ///
     /// # Errors
     /// Laws that cannot be evaluated on the unloaded rod.
@@ -90,7 +90,7 @@ impl Spring {
         })
     }
 
-    /// True if this strain turns sections: its spring is one of angles.
+    /// True for a strain of rotation (u): the spring acts on an angle.
     pub fn is_angle(name: &str) -> bool {
         name.starts_with('u')
     }

@@ -14,7 +14,7 @@ use nalgebra::DVector;
 use serde_json::{Map, Value, json};
 
 impl RunRecord {
-    /// What came of the run: outcome, first and last state, errors, cost, scales, the resolved scene.
+    /// Content of summary.json: outcome, first and last state, errors, cost, scales, the resolved scene.
     pub fn summary(&self) -> Value {
         let k = &self.scales;
         let (root, last) = (&self.branches[0], self.last());
@@ -62,7 +62,7 @@ impl RunRecord {
             add("drift", json!(drift.fold(0.0, f64::max)));
         }
         if self.kind.in_space() {
-            // null: contacts are not looked for.
+            // null: no contact detection.
             add("contact_diameter", json!(self.thickness));
         }
         if let Some(spring) = &self.spring {
@@ -130,7 +130,7 @@ impl RunRecord {
         self.folds.iter().filter(of)
     }
 
-    /// Layers, and folds of the light rod that the rod passed without a jump, by their times.
+    /// Layers and folds of the light rod passed without a jump, in the order of time.
     fn passages_of(&self, branch: &RunBranch) -> Vec<Value> {
         let mut all: Vec<(f64, Value)> = branch.layers.iter().map(|l| (l.from, layer(l))).collect();
         for crossed in &branch.crossed {
@@ -214,7 +214,7 @@ impl RunRecord {
                     "mode": sheet.mode,
                     "sign": sheet.sign.as_str(),
                 })),
-                // The base wrench, in the directors of the clamp.
+                // The base wrench along the directors of the clamp.
                 None => object(json!({
                     "couple": e.q.rows(0, 3).iter().map(|m| m * k.energy).collect::<Vec<_>>(),
                     "force": e.q.rows(3, 3).iter().map(|n| n * k.energy / k.length).collect::<Vec<_>>(),
@@ -237,7 +237,7 @@ impl RunRecord {
         Value::Object(event)
     }
 
-    /// Where the end is and how it moves, in two or three components.
+    /// Position and velocity of the end, in two or three components.
     fn place(&self, pose: &DVector<f64>, velocity: &DVector<f64>) -> Map<String, Value> {
         let k = &self.scales;
         let named = |names: [&'static str; 3], values: &DVector<f64>, unit: f64| {
@@ -280,7 +280,7 @@ impl RunRecord {
     }
 }
 
-/// What an elastic run cost.
+/// Cost of an elastic run.
 pub(in crate::study) fn elastic_cost(cost: &Cost) -> Value {
     json!({
         "evaluations": cost.evaluations,
@@ -304,8 +304,8 @@ fn layer(layer: &Layer) -> Value {
     })
 }
 
-/// The landings among which a rule chose, and whether the viscous flow leads to this one; empty without a rule that
-/// chooses.
+/// Landings among which a rule chose, and whether the viscous flow leads to the chosen one; empty without such a
+/// rule.
 pub(in crate::study) fn choice(snap: &Snap) -> Map<String, Value> {
     snap.choices.map_or_else(Map::new, |choices| {
         object(json!({ "choices": choices, "reached": snap.reached }))

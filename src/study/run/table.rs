@@ -8,12 +8,12 @@ use crate::motion::Ledger;
 use crate::scene::{Scene, Units};
 use crate::study::{Cell, Column, Table};
 
-/// The name of a branch's trajectory, without the ending.
+/// Name of a branch's trajectory, without extension.
 pub fn trajectory_name(branch: usize) -> String {
     name("trajectory", branch)
 }
 
-/// The name of a table of a branch.
+/// Name of a table of a branch.
 fn name(table: &str, branch: usize) -> String {
     match branch {
         0 => table.to_owned(),
@@ -103,13 +103,13 @@ pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
     Table::new(trajectory_name(branch), columns)
 }
 
-/// The kinetic energy of a rod with mass, a part of `total`.
+/// Column of the kinetic energy of a rod with mass, a part of `total`.
 pub(in crate::study) fn rod_kinetic(units: Units) -> Column {
     let meaning = "kinetic energy of the rod, one more term of the total";
     Column::reals("rod_kinetic", units.energy(), meaning)
 }
 
-/// The energies of a state.
+/// Energy columns of a state.
 pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
     let energy = |name, meaning| Column::reals(name, units.energy(), meaning);
     [
@@ -128,7 +128,7 @@ pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
     ]
 }
 
-/// The values of [`ledger_columns`].
+/// Values of [`ledger_columns`].
 pub(in crate::study) fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
     [
         ledger.kinetic,

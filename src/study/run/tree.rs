@@ -1,22 +1,22 @@
-//! The tree of runs that grows where landings fork.
+//! Tree of runs that fork at landings.
 
 use crate::error::Result;
 use crate::motion::{Motion, Outcome, Snap};
 use std::collections::VecDeque;
 
-/// Where a run of a tree comes from.
+/// Origin of a run in the tree.
 #[derive(Debug, Clone)]
 pub struct Stem {
-    /// Its number, in the order in which the runs are followed; 0 is the trunk.
+    /// Number in the order in which runs are followed; 0 is the trunk.
     pub id: usize,
-    /// The run it forks from.
+    /// Number of the parent run.
     pub parent: Option<usize>,
-    /// The snap by which it was entered.
+    /// Snap at which the run begins.
     pub entered: Option<Snap>,
 }
 
-/// Follows `trunk` and every run into which it branches, `most` whole ones at most: the records, each after its parent's, and how many
-/// runs were cut.
+/// Follows `trunk` and all its forks, at most `most` whole runs. Returns the records, each after its parent's, and
+/// the number of runs cut.
 ///
 /// # Errors
 /// Those of `follow`; a branch that cannot begin.
@@ -38,7 +38,7 @@ pub fn tree<'a, B>(
         match &outcome {
             Outcome::Branched(snaps) => {
                 for snap in snaps {
-                    // The bound counts whole runs: a fork replaces one by several.
+                    // The bound counts whole runs: a fork replaces one run by several.
                     if whole + waiting.len() < most {
                         waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
                     } else {

@@ -1,4 +1,4 @@
-//! The solution sheets S_j^+- of the planar elastica, its fold curves and its stable equilibria, sampled for figures and tables.
+//! Solution sheets S_j^+- of the planar elastica, fold curves and stable equilibria, sampled for figures and tables.
 //! Length 1, bending stiffness 1.
 
 mod portrait;
@@ -12,26 +12,26 @@ use crate::error::Result;
 use crate::manifold::{Sheet, Sign};
 use std::f64::consts::PI;
 
-/// Points of a sheet along p and along lam, for two modes or fewer.
+/// Points of a sheet along p and along lam, for at most two modes.
 const ROWS: f64 = 36.0;
 const COLUMNS: f64 = 48.0;
 /// Points of the map along either axis.
 const MAP: usize = 241;
-/// Fold curves at least.
+/// Smallest number of fold curves.
 const FOLDS: usize = 3;
 
-/// Sheets, fold curves and stable equilibria; what an interrupt left out is empty.
+/// Sheets, fold curves and stable equilibria; data missing after an interrupt are empty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SheetsRecord {
     /// The modes j, each once, in order.
     pub modes: Vec<u32>,
     /// S_j^+ and S_j^- of each mode, sampled evenly over the positions of the free end.
     pub over_disc: Vec<SheetGrid>,
-    /// The same, sampled evenly in (lam, alpha, theta(1)) for lam below `top_load`.
+    /// S_j^+ and S_j^- of each mode, sampled evenly in (lam, alpha, theta(1)) for lam below `top_load`.
     pub over_load: Vec<SheetGrid>,
-    /// The load lam up to which all sheets show what they are; S_j begins at lam = j pi.
+    /// Load lam up to which the sheets are shown; S_j begins at lam = j pi.
     pub top_load: f64,
-    /// The first fold curves, p > 0: the halves p < 0 are their mirror images. Stable equilibria lie below the first.
+    /// First fold curves for p > 0; for p < 0 they are mirror images. Stable equilibria lie below the first.
     pub folds: Vec<FoldLine>,
     /// The stable equilibria over the disc.
     pub stable: Option<StableMap>,
@@ -42,15 +42,15 @@ pub struct SheetsRecord {
 /// Stable equilibria on n x n points of the square [-1, 1]^2, row by row from y = -1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StableMap {
-    /// n.
+    /// Number n of points per side.
     pub points: usize,
-    /// How many of them have the end at the point; None outside the disc that the end can reach.
+    /// Number of stable equilibria with the end at the point; `None` outside the reachable disc.
     pub counts: Vec<Option<usize>>,
-    /// The energies of the two lowest; NaN where there is none, and beyond |r| = 0.985.
+    /// Energies of the two lowest equilibria; NaN if absent, and for |r| > 0.985.
     pub lowest: Vec<[f64; 2]>,
 }
 
-/// Samples the sheets of the modes `modes`, in about half a second.
+/// Samples the sheets of `modes`, in about half a second.
 ///
 /// ```
 /// use snaprod::study::{Silent, sheets};
@@ -64,7 +64,7 @@ pub struct StableMap {
 /// ```
 ///
 /// # Errors
-/// Those of the samples: none in practice for the first modes.
+/// Errors of the samples: none in practice for the first modes.
 pub fn sheets(modes: &[u32], hooks: &mut dyn Hooks) -> Result<SheetsRecord> {
     let mut modes = modes.to_vec();
     modes.sort_unstable();
@@ -115,7 +115,7 @@ impl SheetsRecord {
     fn sample_loads(&mut self) -> Result<()> {
         let (rows, columns) = self.size();
         let top = self.top_load;
-        // Distances as in AMV Fig. 3.22; beyond its box there is nothing to sample.
+        // Scaled as in AMV Fig. 3.22; loads beyond its box are clamped.
         let shown = |q: &GridPoint| {
             let lam = q.lambda.min(1.05 * top) / top;
             [lam, q.alpha / (2.0 * PI), q.theta1 / (4.0 * PI)]
@@ -146,14 +146,14 @@ impl SheetsRecord {
         Ok(())
     }
 
-    /// Points of a sheet along p and along lam: fewer for many sheets, for the sake of the size of a figure.
+    /// Points of a sheet along p and along lam: fewer for many sheets, to limit the size of a figure.
     fn size(&self) -> (usize, usize) {
         let share = (2.0 / self.modes.len().max(2) as f64).sqrt();
         ((ROWS * share) as usize, (COLUMNS * share) as usize)
     }
 }
 
-/// The point of number `m` of a map with n x n.
+/// Point number `m` of an n x n map.
 fn place(n: usize, m: usize) -> [f64; 2] {
     [m % n, m / n].map(|i| 2.0 * i as f64 / (n - 1) as f64 - 1.0)
 }

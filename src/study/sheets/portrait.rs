@@ -1,4 +1,4 @@
-//! The sheets in the phase plane of the pendulum (AMV Fig. 3.12).
+//! Phase portrait of the pendulum with the sheets (AMV Fig. 3.12).
 
 use super::pairs;
 use crate::manifold::{Sheet, Sign};
@@ -11,20 +11,20 @@ pub struct PhasePlane {
     pub orbits: Vec<Vec<[f64; 2]>>,
     /// The two halves of the separatrix.
     pub separatrix: [Vec<[f64; 2]>; 2],
-    /// psi = -alpha at the clamp of all arcs.
+    /// Angle psi = -alpha at the clamp of all arcs.
     pub clamp: f64,
-    /// Solutions with this alpha, on one orbit: from the clamp to the free end, where psi_s = 0.
+    /// Solutions with this alpha on one orbit, from the clamp to the free end with psi_s = 0.
     pub arcs: Vec<PhaseArc>,
-    /// The points A and C, where an arc may begin, and B and D, where it may end.
+    /// Points A and C, where an arc may begin, and B and D, where it may end.
     pub ends: [(char, [f64; 2]); 4],
 }
 
 /// A solution as an arc of an orbit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhaseArc {
-    /// The sheet on which it lies.
+    /// Sheet of the solution.
     pub sheet: Sheet,
-    /// The points that it passes: "ABCD".
+    /// Points passed by the arc: "ABCD".
     pub path: String,
     /// The arc.
     pub points: Vec<[f64; 2]>,
@@ -43,7 +43,7 @@ pub fn phase_plane(modes: &[u32]) -> PhasePlane {
     let a = ((0.5 * CLAMP).sin() / K).asin();
     let c = PI - a;
     let arcs = pairs(modes).map(|sheet| {
-        // Both ends, B and D, are passed in turn: S_j^+ starts at A and S_j^- at C.
+        // Arcs pass both ends, B and D, in turn: S_j^+ starts at A and S_j^- at C.
         let plus = sheet.sign == Sign::Plus;
         let (from, first) = if plus { (a, FRAC_PI_2) } else { (c, 1.5 * PI) };
         let letters = if plus { ["AB", "CD"] } else { ["CD", "AB"] };

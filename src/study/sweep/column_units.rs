@@ -1,4 +1,4 @@
-//! What is known of the columns of a sweep: their units, and what they mean.
+//! Units and meanings of the columns of a sweep.
 
 use super::Sweep;
 use super::extremes::{GREATEST, LEAST};
@@ -10,9 +10,10 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 const PARTS: [&str; 4] = ["w", "x", "y", "z"];
 
 impl Sweep {
-    /// The unit and the meaning of a column, of fields that vary and of what trajectories, summaries and events have, too; None where they are not known.
+    /// Unit and meaning of a column: of a varied field, or a quantity of trajectories, summaries and events; `None`
+    /// if unknown.
     pub fn described(&self, column: &str) -> Option<[String; 2]> {
-        // Where the first point is no scene, the last one is.
+        // The last point replaces an invalid first point.
         let ends = [0, self.points() - 1];
         let scene = ends.iter().find_map(|point| self.scene(*point).ok())?;
         if self.varied(column).is_some() {
@@ -28,7 +29,7 @@ impl Sweep {
     }
 }
 
-/// Of a state, an extreme or an event, what the trajectory says of its column.
+/// Unit and meaning of a state, an extreme or an event, from the trajectory column.
 fn of_trajectory(scene: &Scene, parts: &[&str]) -> Option<[String; 2]> {
     let (name, [before, after]) = match parts {
         ["start", state @ ..] => (of_state(state)?, ["", ", at the start"]),
@@ -48,7 +49,7 @@ fn of_trajectory(scene: &Scene, parts: &[&str]) -> Option<[String; 2]> {
     ])
 }
 
-/// The column of the trajectory that has a number of a state.
+/// Trajectory column of a number of a state.
 fn of_state(parts: &[&str]) -> Option<String> {
     Some(match parts {
         ["bodies", body, of, k] => {
@@ -60,12 +61,12 @@ fn of_state(parts: &[&str]) -> Option<String> {
                 "groove_force" => ("groove_", &AXES),
                 _ => return None,
             };
-            // A component by its number or by its letter.
+            // A component by index or by letter.
             let number = k.parse::<usize>().ok();
             let letter = number.map_or(Some(k), |k| letters.get(k))?;
             format!("{body}.{before}{letter}")
         }
-        // The ends of a bar: X = length is the one that every column means.
+        // Every column of a bar refers to the end X = length.
         ["tip", "stress"] => "tip_stress".to_owned(),
         ["tip", name] => (*name).to_owned(),
         ["base", name] => format!("base_{name}"),
@@ -74,7 +75,7 @@ fn of_state(parts: &[&str]) -> Option<String> {
     })
 }
 
-/// The unit of a number of a summary or of an event that no trajectory has, by its name, which means one thing everywhere.
+/// Unit of a number of a summary or event that no trajectory has. Each such name has one meaning everywhere.
 fn unit(units: Units, parts: &[&str]) -> Option<&'static str> {
     let mut names = parts.iter().rev();
     let name = names.find(|part| part.parse::<i64>().is_err() && !AXES.contains(part))?;

@@ -1,6 +1,6 @@
-//! CSV as tables are written: cells with commas, quotes or line feeds stand between quotes.
+//! CSV records and fields, with quoted cells (commas, quotes, line feeds).
 
-/// The records of a text, each to be read by [`fields`]: a line feed between quotes is one of a cell.
+/// The records of a text, each to be read by [`fields`]. A line feed between quotes belongs to a cell.
 pub fn records(text: &str) -> impl Iterator<Item = &str> {
     let mut quoted = false;
     let ends = move |c: char| {

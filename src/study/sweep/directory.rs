@@ -1,7 +1,7 @@
-//! The directory in which a sweep is made, by any number of threads, processes or machines.
+//! Directory of a sweep, filled by any number of threads, processes or machines.
 //!
-//! A chunk is written aside and renamed: whatever ends its maker, a file is whole or not there, and whoever comes next goes on with
-//! what is missing.
+//! A chunk is written to a temporary file and renamed. A file is thus complete or absent after any interruption, and
+//! the next process continues with the missing chunks.
 
 use super::{Interrupted, Sweep, fields, records};
 use crate::error::{Error, Result};
@@ -13,12 +13,12 @@ use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What the chunks belong to.
+/// File that identifies the sweep of the chunks.
 const PLAN: &str = "sweep.json";
-/// Where they are.
+/// Directory of the chunks.
 const CHUNKS: &str = "chunks";
 
-/// A sweep and the directory in which its chunks are.
+/// A sweep and the directory of its chunks.
 #[derive(Debug)]
 pub struct Directory {
     sweep: Sweep,
@@ -27,12 +27,12 @@ pub struct Directory {
 }
 
 impl Directory {
-    /// Makes the directory that of this sweep, or finds that it is. Before it becomes that, the quantities that were asked for are looked for in what
-    /// comes of a point, which `hooks` may interrupt.
+    /// Makes `path` the directory of this sweep, or finds it is so already. First the requested quantities are
+    /// checked against the results of a point, which `hooks` may interrupt.
     ///
     /// # Errors
-    /// One that holds another sweep, or files of somebody else where the chunks would be, or cannot be written; a quantity that no point has;
-    /// an interrupt.
+    /// A directory with another sweep, or with foreign files among the chunks, or that cannot be written; a quantity
+    /// that no point has; an interrupt.
     pub fn open(sweep: Sweep, path: &Path, hooks: &mut dyn Hooks) -> Result<Self> {
         let opened = Self {
             chunks: sweep.chunks(),
@@ -52,7 +52,7 @@ impl Directory {
             let chunks = path.join(CHUNKS);
             fs::create_dir_all(&chunks).map_err(|e| cannot("make", &chunks, e))?;
             let mut there = fs::read_dir(&chunks).into_iter().flatten().flatten();
-            // Another, who makes the same, writes the plan before any chunk.
+            // Another process with the same sweep writes the plan before any chunk.
             if let Some(stranger) = there.find(|entry| !is_aside(&entry.path()))
                 && !plan.exists()
             {
@@ -92,17 +92,17 @@ impl Directory {
         &self.sweep
     }
 
-    /// Where it is made.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// How many points this chunk has.
+    /// Number of points in a chunk.
     pub fn points_of(&self, chunk: usize) -> usize {
         self.chunks.get(chunk).map_or(0, ExactSizeIterator::len)
     }
 
-    /// What is there of the chunks, each of which is read for it.
+    /// State of the chunks, each of which is read for the check.
     pub fn made(&self) -> Made {
         let all = 0..self.chunks.len();
         let missing: Vec<usize> = all.filter(|k| self.chunk(*k).is_none()).collect();
@@ -115,7 +115,7 @@ impl Directory {
         }
     }
 
-    /// The text of a chunk and its cells; None if it is not there, or not whole.
+    /// Text and cells of a chunk; `None` if absent or incomplete.
     fn chunk(&self, k: usize) -> Option<(String, Vec<Vec<String>>)> {
         let text = fs::read_to_string(self.file(k)).ok()?;
         let cells: Vec<Vec<String>> = records(&text).map(fields).collect();
@@ -130,10 +130,10 @@ impl Directory {
         is_whole.then_some((text, cells))
     }
 
-    /// Makes a chunk, unless somebody has; false if `hooks` interrupted it.
+    /// Computes a chunk unless it exists; false if interrupted by `hooks`.
     ///
     /// # Errors
-    /// A number that no chunk has; a file that cannot be written.
+    /// A chunk number out of range; a file that cannot be written.
     pub fn make(&self, chunk: usize, hooks: &mut dyn Hooks) -> Result<bool> {
         let Some(points) = self.chunks.get(chunk) else {
             return Err(Error::domain(format!(
@@ -150,15 +150,15 @@ impl Directory {
         }
     }
 
-    /// All rows, once no chunk is missing; what makers that were ended have left aside is removed.
+    /// All rows, once no chunk is missing. Temporary files of interrupted processes are removed.
     ///
     /// # Errors
-    /// A chunk that is missing, or damaged.
+    /// A missing or damaged chunk.
     pub fn rows(&self) -> Result<Rows> {
         for directory in [&self.path, &self.path.join(CHUNKS)] {
             for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
                 if is_aside(&entry.path()) {
-                    // Another may have done it.
+                    // Another process may have removed the file.
                     let _ = fs::remove_file(entry.path());
                 }
             }
@@ -166,7 +166,7 @@ impl Directory {
         let names = self.sweep.table().columns.into_iter();
         let names: Vec<String> = names.map(|c| c.name.into_owned()).collect();
         let (mut csv, mut cells) = (Vec::new(), Vec::new());
-        // Nothing fails in memory.
+        // Tables in memory do not fail.
         let _ = Csv::new(&mut csv, &self.sweep.table());
         for k in 0..self.chunks.len() {
             let (text, rows) = self.chunk(k).ok_or_else(|| {
@@ -186,14 +186,14 @@ impl Directory {
     }
 }
 
-/// What is there of the chunks of a sweep.
+/// State of the chunks of a sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Made {
-    /// The chunks that are not made yet, or are damaged.
+    /// Chunks that are missing or damaged.
     pub missing: Vec<usize>,
-    /// The files of chunks that do not hold the rows of their points, since somebody changed them.
+    /// Files of damaged chunks, changed since the chunk was written.
     pub damaged: Vec<PathBuf>,
-    /// How many points are in chunks that are made.
+    /// Number of points in complete chunks.
     pub kept: usize,
 }
 
@@ -204,12 +204,12 @@ pub struct Rows {
     pub names: Vec<String>,
     /// The cells of each row.
     pub cells: Vec<Vec<String>>,
-    /// sweep.csv.
+    /// Content of sweep.csv.
     pub csv: Vec<u8>,
 }
 
 impl Rows {
-    /// The cells of a column; none if there is no such column.
+    /// Cells of a column; empty for an unknown name.
     pub fn column(&self, name: &str) -> impl Iterator<Item = &str> {
         let place = self.names.iter().position(|other| other == name);
         self.cells
@@ -217,7 +217,7 @@ impl Rows {
             .filter_map(move |row| Some(row[place?].as_str()))
     }
 
-    /// The columns as arrays: reals, NaN where a cell is empty, if all others are numbers; words otherwise.
+    /// The columns as arrays: reals (NaN for empty cells) if all other cells are numbers, words otherwise.
     pub fn arrays(&self) -> Vec<Array> {
         let array = |(k, name): (usize, &String)| {
             let cells = self.cells.iter().map(|row| row[k].as_str());
@@ -233,7 +233,7 @@ impl Rows {
         self.names.iter().enumerate().map(array).collect()
     }
 
-    /// How often each outcome came.
+    /// Number of points by outcome.
     pub fn outcomes(&self) -> BTreeMap<&str, usize> {
         let mut counts = BTreeMap::new();
         for outcome in self.column("outcome") {
@@ -243,20 +243,20 @@ impl Rows {
     }
 }
 
-/// Writes a file aside and gives it its name; of several processes that write the same, each has its own aside, `name.PROCESS.part`.
+/// Writes a temporary file `name.PROCESS.part`, one per process, and renames it.
 fn whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let aside = path.with_extension(format!("{}.{PART}", std::process::id()));
     match fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path)) {
-        // Another, who has made the same, may have tidied up.
+        // Another process may have renamed the same content.
         Err(e) if !path.exists() => Err(cannot("write", path, e)),
         _ => Ok(()),
     }
 }
 
-/// The end of the name of a file that is being written.
+/// Extension of temporary files.
 const PART: &str = "part";
 
-/// True if the name is one that [`whole`] writes aside.
+/// True if the file is a temporary one of [`whole`].
 fn is_aside(path: &Path) -> bool {
     let process = |stem: &Path| stem.extension()?.to_str()?.parse::<u32>().ok();
     path.extension().is_some_and(|end| end == PART) && process(&path.with_extension("")).is_some()

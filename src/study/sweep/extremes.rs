@@ -1,23 +1,23 @@
-//! The least and the greatest of what a run's trajectory has: `least.y` and `greatest.y` of its column `y`.
+//! Extremes of trajectory columns of a run: `least.y` and `greatest.y` for column `y`.
 
 use crate::error::Result;
 use crate::scene::Scene;
 use crate::study::{Cell, Sink, Table, Values};
 use serde_json::{Map, Value};
 
-/// What comes before the name of a column of the trajectory.
+/// Prefixes of the name of a trajectory column.
 pub const LEAST: &str = "least";
 pub const GREATEST: &str = "greatest";
-/// A run is looked at this often at least: where it is written at its ends alone, its peaks lie between.
+/// Smallest number of samples for extremes: a trajectory written at its ends only would miss the peaks.
 const LOOKS: usize = 400;
 
-/// True if a quantity is an extreme along the run.
+/// True if a quantity is an extreme of the trajectory.
 pub fn is_extreme(path: &str) -> bool {
     let first = path.split_once('.').map(|(first, _)| first);
     first == Some(LEAST) || first == Some(GREATEST)
 }
 
-/// How often a scene is to be looked at for extremes; a stroboscopic section has its own times.
+/// Raises the number of samples of a scene for extremes; a stroboscopic section keeps its own times.
 pub fn looked_at(scene: &mut Scene) {
     if let Some(run) = &mut scene.run
         && run.strobe.is_none()
@@ -29,13 +29,13 @@ pub fn looked_at(scene: &mut Scene) {
     }
 }
 
-/// A sink that keeps the extremes of the trajectory, of several branches that of the first.
+/// A sink that stores the extremes of the first trajectory.
 #[derive(Default)]
 pub struct Extremes {
     begun: usize,
-    /// The trajectory, without rows, and its number.
+    /// Trajectory without rows, and its table number.
     trajectory: Option<(usize, Table)>,
-    /// Least and greatest of each column; NaN of one without numbers.
+    /// Least and greatest of each column; NaN without numbers.
     ranges: Vec<[f64; 2]>,
 }
 
@@ -62,7 +62,7 @@ impl Sink for Extremes {
                     Cell::Integer(n) => *n as f64,
                     Cell::Word(_) | Cell::Missing => continue,
                 };
-                // What is no number is neither.
+                // NaN leaves both unchanged.
                 (*least, *greatest) = (least.min(x), greatest.max(x));
             }
         }
@@ -71,7 +71,7 @@ impl Sink for Extremes {
 }
 
 impl Extremes {
-    /// Puts them into a summary, a table within a table for each part of a name: `greatest.crown.z`.
+    /// Inserts the extremes into a summary, as nested tables by the parts of a name: `greatest.crown.z`.
     pub fn put_into(self, summary: &mut Value) {
         let Some((_, table)) = self.trajectory else {
             return;
@@ -85,7 +85,7 @@ impl Extremes {
                 }
                 *at = match column.values {
                     Values::Reals(_) => range[k].into(),
-                    // Whole numbers were read from such.
+                    // Integer columns were read as reals.
                     Values::Integers(_) if range[k].is_finite() => (range[k] as i64).into(),
                     Values::Integers(_) | Values::Words(_) => Value::Null,
                 };

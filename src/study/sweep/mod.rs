@@ -1,7 +1,7 @@
-//! Sweeps: one scene with some of its fields varied over a grid, or at random; a row of quantities for each point.
+//! Sweeps: one scene with some fields varied on a grid, or at random; a row of quantities for each point.
 //!
-//! A point is known by its number alone, and so is its row: chunks of rows can be made in any order, by any number of threads or
-//! machines, and are the same to the byte.
+//! A row depends on the number of its point only. Chunks of rows can therefore be computed in any order, by any
+//! number of threads or machines, with identical bytes.
 
 mod column_units;
 mod csv;
@@ -29,38 +29,38 @@ use std::ops::Range;
 pub struct Sweep {
     /// The text of the scene.
     scene: String,
-    /// What is set in it first, as in `rod.damping=0.2`.
+    /// Overrides applied before the varied fields, as `rod.damping=0.2`.
     set: Vec<String>,
     vary: Vec<Vary>,
-    /// How many points at random, with the seed; None: all points of the grid, the last field varying fastest.
+    /// Number of random points and seed; `None`: all points of the grid, the last field varying fastest.
     random: Option<(usize, u64)>,
     /// Paths into the summary, into `events`, or to an extreme of the trajectory: "end.x", "events.-1.t", "greatest.y".
     quantities: Vec<String>,
-    /// Those of them that were asked for; the others are what is usual, which some scenes do not have.
+    /// Quantities requested by the user. The others are the usual ones, which some scenes do not have.
     asked: Vec<String>,
 }
 
-/// The sweep was asked to end before the row of a point was whole.
+/// The sweep was interrupted before the row of a point was complete.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupted;
 
 /// Columns of every sweep.
 const POINT: &str = "point";
 const WHY: &str = "why";
-/// Most points of a sweep.
+/// Largest number of points of a sweep.
 const MOST: usize = 1_000_000_000;
-/// Points of a chunk at most; and about as many chunks as this at least.
+/// Largest number of points in a chunk, and approximate minimum of the number of chunks.
 const CHUNK: usize = 256;
 const CHUNKS: usize = 64;
 
 impl Sweep {
-    /// A sweep of a scene given as text. `set`: overrides of the scene; `quantities`: what is told of each point, by paths into
-    /// summary.json, with `events` for events.json, `least.` and `greatest.` for the extremes of a column of the trajectory; none: what is usual for the
-    /// scene. What is varied has a column anyway.
+    /// A sweep of a scene given as text. `set`: overrides of the scene. `quantities`: columns of the results, as
+    /// paths into summary.json, with `events` for events.json, `least.` and `greatest.` for the extremes of a
+    /// trajectory column. Without any, the usual ones of the scene are taken. Varied fields always have a column.
     ///
     /// # Errors
-    /// Nothing to vary, or a field twice; a count that is missing in a grid, or given in a random sweep; no points, or more than 1e9; a
-    /// quantity without a name, or with that of a column of every sweep.
+    /// No field to vary, or a repeated one; a count that is missing in a grid, or given in a random sweep; no points,
+    /// or more than 1e9; a quantity without a name, or with the name of a column of every sweep.
     pub fn new(
         scene: String,
         set: Vec<String>,
@@ -113,10 +113,10 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// The sweep that tells these quantities too; those that have a column already are not told twice.
+    /// The sweep with additional quantities; those that already have a column are not repeated.
     ///
     /// # Errors
-    /// One without a name, or with the name of a column that every sweep has.
+    /// A quantity without a name, or with the name of a column of every sweep.
     pub fn telling(mut self, quantities: Vec<String>) -> Result<Self> {
         for path in quantities {
             if path.trim().is_empty() {
@@ -141,7 +141,7 @@ impl Sweep {
         Ok(self)
     }
 
-    /// The name of the column of a quantity, or of a field that is varied, however its path is written.
+    /// Column name of a quantity or varied field, for any spelling of its path.
     pub fn column_of(&self, path: &str) -> String {
         let field = self.varied(path).map_or(path, |one| &one.path);
         field.to_owned()
@@ -151,28 +151,28 @@ impl Sweep {
         self.vary.iter().find(|one| one.is_of(path))
     }
 
-    /// How many points it has.
+    /// Number of points.
     pub fn points(&self) -> usize {
         let all = self.vary.iter().map(|one| one.count().unwrap_or(1));
         self.random.map_or_else(|| all.product(), |(n, _)| n)
     }
 
-    /// What is varied.
+    /// The varied fields.
     pub fn vary(&self) -> &[Vary] {
         &self.vary
     }
 
-    /// True if its points are those of a grid.
+    /// True for a grid, false for random points.
     pub fn is_grid(&self) -> bool {
         self.random.is_none()
     }
 
-    /// What is told of each point.
+    /// Paths of the quantities in a row.
     pub fn quantities(&self) -> &[String] {
         &self.quantities
     }
 
-    /// The points of each chunk, in order. They depend on the number of points alone.
+    /// Points of each chunk, in order; they depend on the number of points only.
     pub fn chunks(&self) -> Vec<Range<usize>> {
         let points = self.points();
         let size = (points / CHUNKS).clamp(1, CHUNK);
@@ -180,7 +180,7 @@ impl Sweep {
         starts.map(|from| from..(from + size).min(points)).collect()
     }
 
-    /// All that decides what the rows are: two sweeps with the same identity have the same rows.
+    /// Identity of the sweep: equal identities imply equal rows.
     pub fn identity(&self) -> Value {
         let texts = |i: usize| self.values(i);
         json!({
@@ -190,7 +190,7 @@ impl Sweep {
             "first": texts(0),
             "last": texts(self.points() - 1),
             "counts": self.vary.iter().map(Vary::count).collect::<Vec<_>>(),
-            // Of a range the ends, the count and the spacing say all, of a list only its values do.
+            // A range is determined by ends, count and spacing, a list by its values.
             "logarithmic": self.vary.iter().map(Vary::is_logarithmic).collect::<Vec<_>>(),
             "lists": self.vary.iter().map(Vary::listed).collect::<Vec<_>>(),
             "random": self.random.map(|(points, seed)| json!({ "points": points, "seed": seed })),
@@ -201,7 +201,7 @@ impl Sweep {
         })
     }
 
-    /// The values of the varied fields at a point, as TOML.
+    /// Values of the varied fields at a point, as TOML.
     pub fn values(&self, point: usize) -> Vec<String> {
         match self.random {
             Some((_, seed)) => {
@@ -225,7 +225,7 @@ impl Sweep {
         }
     }
 
-    /// What is wrong with the first point, if the last one is no scene either: then hardly any is.
+    /// Error of the first point if the last is invalid, too: then hardly any point is valid.
     pub fn refused(&self) -> Option<String> {
         match (self.scene(0), self.scene(self.points() - 1)) {
             (Err(why), Err(_)) => Some(why),
@@ -233,10 +233,10 @@ impl Sweep {
         }
     }
 
-    /// The scene of a point.
+    /// Scene of a point.
     ///
     /// # Errors
-    /// What is wrong with it, as text.
+    /// Errors of the scene, as text.
     pub fn scene(&self, point: usize) -> std::result::Result<Scene, String> {
         let varied = self.vary.iter().zip(self.values(point));
         let varied: Vec<String> = varied
@@ -246,7 +246,7 @@ impl Sweep {
         Scene::parse_with(&self.scene, &all).map_err(|faults| faults.to_string())
     }
 
-    /// What is usual for the scene of the first point, or of the last; nothing where both are refused.
+    /// Usual quantities for the scene of the first valid end point; empty if both ends are refused.
     fn usual(&self) -> Vec<String> {
         let scene = self.scene(0).or_else(|_| self.scene(self.points() - 1));
         let Ok(scene) = scene else {
@@ -295,9 +295,9 @@ impl Sweep {
         words.iter().map(|word| (*word).to_owned()).collect()
     }
 
-    /// The table of the sweep, without rows: the number of the point, what is varied, the quantities, and why a point has none.
+    /// Table of the sweep without rows: point number, varied fields, quantities, and the error of a point.
     pub fn table(&self) -> Table {
-        // Cells are written as they are: the type of a column is not known beforehand.
+        // Cells are written as text, since the type of a column is not known beforehand.
         let varied = self.vary.iter().map(|one| (&one.path, "varied"));
         let told = self.quantities.iter().map(|path| (path, "of the summary"));
         let middle = varied
@@ -309,10 +309,10 @@ impl Sweep {
         Table::new("sweep", columns.collect())
     }
 
-    /// The rows of some points as CSV, without the line of names. A point without a run has a row, which says why.
+    /// CSV rows of a range of points, without the line of names. A point without a run has a row with its error.
     ///
     /// # Errors
-    /// [`Interrupted`] if `hooks` says so; hooks are told of every point.
+    /// [`Interrupted`] on request of `hooks`, which see every point.
     pub fn rows(
         &self,
         points: Range<usize>,
@@ -326,13 +326,13 @@ impl Sweep {
         let mut text = Vec::new();
         let mut csv = Csv::without_names(&mut text);
         for row in &rows {
-            // Nothing fails in memory.
+            // Tables in memory do not fail.
             let _ = csv.row(row);
         }
         Ok(String::from_utf8(text).unwrap_or_default())
     }
 
-    /// The summary of a point with its events, or why it has no run.
+    /// Summary of a point with its events, or the reason for no run.
     fn comes_of(
         &self,
         point: usize,
@@ -366,7 +366,7 @@ impl Sweep {
                     "outcome" => "refused".into(),
                     _ => Cell::Missing,
                 }));
-                // One line: a fault says its place in others.
+                // One line: errors have their location in further lines.
                 let why: Vec<&str> = why.lines().map(str::trim).collect();
                 row.push(why.join(" ").into());
             }
@@ -375,7 +375,7 @@ impl Sweep {
     }
 }
 
-/// What comes of a scene of any kind, with its events; `extremes`: and with the least and the greatest of what its trajectory has.
+/// Summary of a scene of any kind with its events; `extremes`: including the extremes of the trajectory.
 pub(in crate::study) fn outcome(
     mut scene: Scene,
     extremes: bool,
@@ -384,7 +384,7 @@ pub(in crate::study) fn outcome(
     if extremes {
         looked_at(&mut scene);
     } else if let Some(run) = &mut scene.run {
-        // Two rows of a table that nobody reads.
+        // Two rows of an unread table.
         run.samples = 2;
     }
     if scene.bar.is_none() && !scene.is_motion() {
@@ -401,7 +401,7 @@ pub(in crate::study) fn outcome(
     Ok(summary)
 }
 
-/// What stands at a path of names and numbers, those below 0 counted from the end; missing where there is no word or number.
+/// Value at a path of names and indices (negative: from the end); missing unless a word or number.
 pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     let mut at = summary;
     for step in path.split('.') {
@@ -426,7 +426,7 @@ pub(in crate::study) fn cell(summary: &Value, path: &str) -> Cell {
     }
 }
 
-/// An element of a list by its number, below 0 counted from the end; a component of a vector by its letter, too.
+/// List element by index (negative: from the end), or vector component by its letter.
 fn element<'v>(list: &'v [Value], step: &str) -> Option<&'v Value> {
     let axis = || ["x", "y", "z"].iter().position(|axis| *axis == step);
     if let (true, Some(k)) = (list.len() <= 3, axis()) {
@@ -437,7 +437,7 @@ fn element<'v>(list: &'v [Value], step: &str) -> Option<&'v Value> {
     list.get(usize::try_from(from_start).ok()?)
 }
 
-/// A number in [0, 1) for each seed, point and field: two rounds of splitmix64's finaliser, a stream without a state.
+/// Hash of seed, point and field to [0, 1): two rounds of splitmix64's finaliser, a stream without state.
 pub(in crate::study) fn chance(seed: u64, point: u64, field: u64) -> f64 {
     let mixed = |x: u64| {
         let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);

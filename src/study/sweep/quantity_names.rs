@@ -1,16 +1,16 @@
-//! Names of quantities, held against what comes of a point before the others are made.
+//! Check of quantity names against the results of one point, before all others run.
 
 use super::{Interrupted, Sweep, element};
 use crate::scene::nearest;
 use crate::study::Hooks;
 use serde_json::Value;
 
-/// What comes before names in the list of events, whose length and kinds are other ones at every point.
+/// Prefix of paths into the event list, whose length and kinds differ between points.
 const EVENTS: &str = "events.";
 
 impl Sweep {
-    /// What is wrong with a quantity that was asked for: it is nothing that comes of the first point with a run, nor of the last point, of which
-    /// something else may come. None as well where nothing can be said, since none of the first points has a run.
+    /// Error message for a requested quantity that is found neither at the first point with a run nor at the last
+    /// point, whose results may differ. `None` as well if no point near the start has a run.
     ///
     /// # Errors
     /// [`Interrupted`] if `hooks` says so.
@@ -18,7 +18,7 @@ impl Sweep {
         &self,
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Option<String>, Interrupted> {
-        // What is usual is asked of scenes that do not have it, too: by who repeats the columns of another sweep.
+        // Usual quantities are allowed to be absent: callers may repeat the columns of another sweep.
         let usual = self.usual();
         let may_lack = |path: &String| path.starts_with(EVENTS) || usual.contains(path);
         let mut asked: Vec<&String> = self.asked.iter().filter(|path| !may_lack(path)).collect();
@@ -59,8 +59,8 @@ impl Sweep {
     }
 }
 
-/// Where a path leads to no number or word, in words; None if it leads to one, or to what another point may have: more elements of a
-/// list, fields of what is null.
+/// Message if a path leads to no number or word. `None` if it does, or if it may at another point: longer lists,
+/// fields of null.
 fn astray(summary: &Value, path: &str) -> Option<String> {
     let mut at = summary;
     let mut way = String::new();
@@ -85,7 +85,7 @@ fn astray(summary: &Value, path: &str) -> Option<String> {
     matches!(at, Value::Array(_) | Value::Object(_)).then(|| holds(&way, at))
 }
 
-/// What there is at a path.
+/// Message with the entries at a path.
 fn holds(way: &str, at: &Value) -> String {
     let way = if way.is_empty() { "the summary" } else { way };
     match at {
@@ -98,7 +98,7 @@ fn holds(way: &str, at: &Value) -> String {
     }
 }
 
-/// The paths of all numbers and words in tables.
+/// Paths of all numbers and words in nested tables.
 fn quantities(way: &str, at: &Value, all: &mut Vec<String>) {
     match at {
         Value::Object(fields) => {

@@ -1,14 +1,14 @@
-//! What a sweep varies: a field of the scene, and the values that it takes.
+//! A varied field of a scene, with its range or list of values.
 
 use crate::error::{Error, Result};
 use crate::scene::is_count;
 use crate::study::exact;
 
-/// A field of the scene and its values, written as `PATH=FROM:TO:COUNT`, `PATH=log:FROM:TO:COUNT` or `PATH=[A, B, ..]`; in a random
-/// sweep without the count.
+/// A field of the scene and its values, written as `PATH=FROM:TO:COUNT`, `PATH=log:FROM:TO:COUNT` or
+/// `PATH=[A, B, ..]`; without the count in a random sweep.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vary {
-    /// The dotted path of the field, as it was written: `start.velocity.1` or `start.velocity[1]`.
+    /// Dotted path of the field as written: `start.velocity.1` or `start.velocity[1]`.
     pub path: String,
     values: Values,
     /// True if the field is a whole number.
@@ -17,34 +17,35 @@ pub struct Vary {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Values {
-    /// From the first to the last, `count` of them; the logarithms are evenly spaced if `log`.
+    /// `count` values between the ends, evenly spaced, in the logarithm if `log`.
     Range {
         from: f64,
         to: f64,
         log: bool,
         count: Option<usize>,
     },
-    /// These, as TOML.
+    /// Listed values, as TOML.
     List(Vec<String>),
 }
 
-/// Most values of one field.
+/// Largest number of values of one field.
 const MOST: usize = 100_000_000;
-/// A value of a field that counts is whole within this, relatively: logarithms round.
+/// Relative tolerance within which values of an integer field are whole: logarithms round.
 const WHOLE: f64 = 1e-12;
 
 impl Vary {
-    /// Reads what stands after `--vary`.
+    /// Parses the argument of `--vary`.
     ///
     /// # Errors
-    /// A text that is none of the forms; ends that are not finite, or not positive where logarithms are spaced; a count of 0.
+    /// A text of none of the forms; infinite ends, or ends that are not positive with logarithmic spacing; a count of
+    /// 0.
     pub fn parse(text: &str) -> Result<Self> {
         let forms = "PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..], as in start.velocity.1=-2:2:9";
         Self::read(text)
             .map_err(|why| Error::domain(format!("--vary {text}: {why}; write {forms}")))
     }
 
-    /// The field and its values, or what is wrong with the text.
+    /// Field and values, or an error message.
     fn read(text: &str) -> std::result::Result<Self, &'static str> {
         let refuse = Err;
         let Some((path, values)) = text.split_once('=') else {
@@ -105,7 +106,7 @@ impl Vary {
         })
     }
 
-    /// The same as values of its field: where a scene has a whole number there, whole values of a range are written as one.
+    /// Marks the values of an integer field: whole values of a range are then written as integers.
     pub(super) fn of_field(self) -> Self {
         Self {
             counts: is_count(&self.path),
@@ -113,12 +114,12 @@ impl Vary {
         }
     }
 
-    /// True if it varies the field of this path, however that is written: `velocity.1` and `velocity.y` are `velocity[1]`.
+    /// True for the same field in any spelling: `velocity.1` and `velocity.y` are `velocity[1]`.
     pub fn is_of(&self, path: &str) -> bool {
         indexed(path.trim()) == indexed(&self.path)
     }
 
-    /// How many values a grid has in this direction; None if it is for random points alone.
+    /// Number of grid values; `None` for a range without a count (random points).
     pub fn count(&self) -> Option<usize> {
         match &self.values {
             Values::Range { count, .. } => *count,
@@ -126,12 +127,12 @@ impl Vary {
         }
     }
 
-    /// True if it is a list, whose number of values is no count of a grid.
+    /// True for a list, for which no count is given.
     pub fn is_list(&self) -> bool {
         matches!(self.values, Values::List(_))
     }
 
-    /// The values of a list, as TOML.
+    /// Values of a list, as TOML.
     pub(super) fn listed(&self) -> Option<&[String]> {
         match &self.values {
             Values::List(list) => Some(list),
@@ -139,7 +140,7 @@ impl Vary {
         }
     }
 
-    /// True if its values are spaced by their logarithms.
+    /// True for logarithmic spacing.
     pub fn is_logarithmic(&self) -> bool {
         matches!(self.values, Values::Range { log: true, .. })
     }
@@ -160,7 +161,7 @@ impl Vary {
         }
     }
 
-    /// The value at a part in [0, 1) of the range, or of the list, as TOML.
+    /// Value at a fraction in [0, 1) of the range or list, as TOML.
     pub fn at(&self, part: f64) -> String {
         match &self.values {
             Values::List(list) => {
@@ -177,12 +178,13 @@ impl Vary {
         }
     }
 
-    /// The value of a random point, by a number in [0, 1), as TOML: where the field is a whole number, one of those in the range.
+    /// Value of a random point from a number in [0, 1), as TOML; for an integer field one of the integers in the
+    /// range.
     pub(super) fn drawn(&self, part: f64) -> String {
         if let (true, Values::Range { from, to, log, .. }) = (self.counts, &self.values) {
             let (least, most) = (from.min(*to).ceil(), from.max(*to).floor());
             if least <= most {
-                // The first and the last have as much room as the others.
+                // First and last integer get as much room as the others.
                 let x = between(part, [least - 0.5, most + 0.5], *log).round();
                 return format!("{:.0}", x.clamp(least, most) + 0.0);
             }
@@ -190,10 +192,10 @@ impl Vary {
         self.at(part)
     }
 
-    /// Reads what stands after `--free`: a field and the range of the values that it may have.
+    /// Parses the argument of `--free`: a field and its range.
     ///
     /// # Errors
-    /// Those of [`Vary::parse`]; a list; a count; a range that is empty; a field that is a whole number.
+    /// As [`Vary::parse`]; a list; a count; an empty range; an integer field.
     pub fn free(text: &str) -> Result<Self> {
         let forms = "PATH=FROM:TO or PATH=log:FROM:TO, as in rod.damping=log:0.01:1";
         let refuse = |why: &str| Error::domain(format!("--free {text}: {why}; write {forms}"));
@@ -212,7 +214,7 @@ impl Vary {
         }
     }
 
-    /// The number at a part of the range, beyond it too, and its derivative by the part; of a list there is none.
+    /// Value and derivative by the fraction of the range, also outside [0, 1]; `None` for a list.
     pub fn number(&self, part: f64) -> Option<[f64; 2]> {
         match self.values {
             Values::List(_) => None,
@@ -225,7 +227,7 @@ impl Vary {
     }
 }
 
-/// The value at a part of a range, whose ends are hit exactly.
+/// Value at a fraction of a range, with exact ends.
 fn between(part: f64, [from, to]: [f64; 2], log: bool) -> f64 {
     let between = |a: f64, b: f64| a * (1.0 - part) + b * part;
     match (part, log) {
@@ -236,7 +238,7 @@ fn between(part: f64, [from, to]: [f64; 2], log: bool) -> f64 {
     }
 }
 
-/// `velocity.1` and `velocity.y` as `velocity[1]`.
+/// Spells `velocity.1` and `velocity.y` as `velocity[1]`.
 fn indexed(path: &str) -> String {
     let mut out = String::new();
     for step in path.split('.') {
@@ -255,7 +257,7 @@ fn indexed(path: &str) -> String {
     out
 }
 
-/// The items of a TOML array: commas inside brackets and quotes do not part them.
+/// Items of a TOML array; commas inside brackets and quotes do not separate.
 fn items(list: &str) -> Vec<String> {
     let (mut depth, mut quote, mut out) = (0i32, None, vec![String::new()]);
     for c in list.chars() {
