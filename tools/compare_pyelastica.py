@@ -1,4 +1,4 @@
-"""Cost of a rod with all of its mass beside PyElastica, at equal error (docs/mass.md).
+"""Cost of a rod with all of its mass beside PyElastica, at equal error (docs/validation/mass.md).
 
 A straight rod of mass 0.01 with a point mass 1 at its end is held straight and let go under the dead load (0, -2) on the mass; length and bending stiffness
 are 1. Errors are those of the end's place at t = 0.5 against snaprod on 8 nodes at a tolerance of 1e-6. PyElastica's rod can be sheared and stretched: its

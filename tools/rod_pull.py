@@ -1,4 +1,4 @@
-"""Accuracy of a cantilever under a transverse dead force F against the closed form; the table of docs/rods.md.
+"""Accuracy of a cantilever under a transverse dead force F against the closed form; the table of docs/validation/rods.md.
 
 Run from the repository with the program built: python tools/rod_pull.py
 """
