@@ -4,7 +4,7 @@ use snaprod_systems::error::Cause;
 use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes};
 
 /// Node counts of the elements over a run, and the largest total so far.
-pub(super) struct Following {
+pub(super) struct AdaptiveNodes {
     nodes: Nodes,
     /// Number of steps in a row after which unneeded nodes are given up.
     patience: u32,
@@ -13,7 +13,7 @@ pub(super) struct Following {
     most: usize,
 }
 
-impl Following {
+impl AdaptiveNodes {
     /// Starts with the total number of nodes `at_start`.
     pub fn new(nodes: Nodes, patience: u32, at_start: usize) -> Self {
         Self {
@@ -35,7 +35,7 @@ impl Following {
     ///
     /// # Errors
     /// More nodes on an element than [`MOST_NODES`].
-    pub fn asked(&mut self, demand: Demand, tail: f64) -> Result<(), Cause> {
+    pub fn register_demand(&mut self, demand: Demand, tail: f64) -> Result<(), Cause> {
         if self.nodes != Nodes::Adaptive {
             return Ok(());
         }
@@ -61,7 +61,7 @@ impl Following {
     }
 
     /// Records the total number of nodes.
-    pub fn became(&mut self, nodes: usize) {
+    pub fn record_total(&mut self, nodes: usize) {
         self.most = self.most.max(nodes);
     }
 

@@ -21,7 +21,7 @@ use implicit::Implicit;
 pub use sample::AssemblySample;
 
 use super::event::{Bounce, Event, Outcome};
-use super::ledger::Closing;
+use super::ledger::LedgerClosure;
 use super::locate::Timed;
 use super::options::Options;
 use super::snap::{LandingRule, Landings, Snap, SnapEnd};
@@ -60,9 +60,9 @@ const FOLDING: f64 = 0.3;
 
 /// State vector; time is third from the end.
 #[derive(Debug, Clone)]
-struct Numbers(DVector<f64>);
+struct StateVector(DVector<f64>);
 
-impl State for Numbers {
+impl State for StateVector {
     fn axpy(&mut self, a: f64, x: &Self) {
         State::axpy(&mut self.0, a, &x.0);
     }
@@ -72,20 +72,20 @@ impl State for Numbers {
     }
 }
 
-impl Reversible for Numbers {
+impl Reversible for StateVector {
     /// sigma runs like time while det J is of its initial size: for t' = det J/d, dt/dsigma = t'/Q.
     fn pace_squared(&self, _at: &Self) -> f64 {
         self.time().powi(2) + FOLDING * FOLDING
     }
 }
 
-impl Timed for Numbers {
+impl Timed for StateVector {
     fn time(&self) -> f64 {
         self.0[self.0.len() - 3]
     }
 }
 
-impl Numbers {
+impl StateVector {
     fn at_time(mut self, t: f64) -> Self {
         let slot = self.0.len() - 3;
         self.0[slot] = t;
@@ -115,10 +115,10 @@ enum Pending {
 pub struct AssemblyRun {
     assembly: Arc<Assembly>,
     options: Options,
-    solver: Stepper<Numbers>,
+    solver: Stepper<StateVector>,
     implicit: Implicit,
-    step: Option<Taken<Numbers>>,
-    dense: Option<Inside<Numbers>>,
+    step: Option<Taken<StateVector>>,
+    dense: Option<Inside<StateVector>>,
     slowed: Option<Slowed>,
     /// Latest time at which loads and supports are evaluated, just before the next break.
     until: f64,
@@ -210,17 +210,17 @@ impl AssemblyRun {
             )));
         }
         let links = assembly.links().len();
-        let mut numbers = Numbers(state);
+        let mut numbers = StateVector(state);
         let mut slope = numbers.clone();
         let mut watch = vec![Sight::default(); links];
-        let mut begin = |assembly: &Assembly, numbers: &Numbers| {
+        let mut begin = |assembly: &Assembly, numbers: &StateVector| {
             let see = |k: usize, sight| watch[k] = sight;
             assembly.write_slope(&numbers.0, None, along, &mut slope.0, see)
         };
         let mut defined = begin(&assembly, &numbers);
         if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
             let ends = followed(&assembly, &numbers.0)?;
-            numbers = Numbers(assembly.slid(numbers.0, &ends));
+            numbers = StateVector(assembly.slid(numbers.0, &ends));
             at = followed(&assembly, &numbers.0)?;
             defined = begin(&assembly, &numbers);
         }
@@ -346,7 +346,7 @@ impl AssemblyRun {
 
     /// Continues from `state` with the clock `slowed` and a first step of the length `h`. Symmetric steps have a
     /// clock of their own and are always slowed for a rod: the slowing is smooth, and harmless away from folds.
-    fn resume(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+    fn resume(&mut self, state: StateVector, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let is_slowed = slowed.is_some();
         self.go_on(state.clone(), slowed, h)?;
         if is_slowed || !self.solver.is_symmetric() {
@@ -358,7 +358,7 @@ impl AssemblyRun {
         self.go_on(state, Some(Slowed::one(link, scale)), h)
     }
 
-    fn go_on(&mut self, state: Numbers, slowed: Option<Slowed>, h: f64) -> Option<()> {
+    fn go_on(&mut self, state: StateVector, slowed: Option<Slowed>, h: f64) -> Option<()> {
         let along = self.along();
         let mut slope = state.clone();
         let watch = &mut self.watch;
@@ -379,7 +379,7 @@ impl AssemblyRun {
 
     /// Slows time for rod `link`, from a state with determinants `dets`, and for all rods about as near their
     /// folds. By the clock of one rod, the slopes of another that folds with it would be 0/0.
-    fn slow(&mut self, state: Numbers, link: usize, dets: &[f64]) -> Option<()> {
+    fn slow(&mut self, state: StateVector, link: usize, dets: &[f64]) -> Option<()> {
         let near = |k: usize| (dets[k] / self.largest[k]).abs();
         let others = (0..dets.len()).filter(|k| {
             *k != link && !self.unpushed.contains(k) && near(*k) < COMPANY * near(link)
@@ -416,7 +416,7 @@ impl AssemblyRun {
         }
         let along = self.along();
         let here = self.sample_now();
-        let mut closing = Closing::new(self.first.ledger.total());
+        let mut closing = LedgerClosure::new(self.first.ledger.total());
         closing.look(&self.first.ledger);
         closing.look(&here.ledger);
         if closing.is_lost() {
@@ -484,7 +484,7 @@ impl AssemblyRun {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
         let state = self.assembly.with_chart(state, snap.rod, &q);
-        let state = Numbers(self.assembly.aligned(state, self.along()));
+        let state = StateVector(self.assembly.aligned(state, self.along()));
         self.see_anew(&state, snap.rod)?;
         self.released += snap.released;
         self.snaps += 1;
@@ -519,7 +519,7 @@ impl AssemblyRun {
 }
 
 /// Length of the first step.
-fn first_step(state: &Numbers, slope: &Numbers, tolerance: f64) -> f64 {
+fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
     let rate = slope.mean_square(state, state).sqrt();
     FIRST * tolerance.powf(0.125) / rate.max(0.1)
 }

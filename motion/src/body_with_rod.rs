@@ -3,13 +3,13 @@
 use super::sheet::Phase;
 use nalgebra::{SMatrix, SVector};
 use snaprod_systems::body::{Body, EndMotion};
-use snaprod_systems::manifold::{ManifoldPoint, RodMass};
+use snaprod_systems::manifold::{FirstOrderInertia, ManifoldPoint};
 
 /// A rod with a followed mass, and the tolerance of that mass.
 #[derive(Clone, Copy)]
-pub(super) struct Carried<'a, const N: usize> {
+pub(super) struct FollowedMass<'a, const N: usize> {
     /// The rod.
-    pub rod: &'a dyn RodMass<N>,
+    pub rod: &'a dyn FirstOrderInertia<N>,
     /// Bound of the error of the rod's mass, in units of the body's.
     pub error: f64,
 }
@@ -22,27 +22,27 @@ pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
 /// Force on the body by the inertia of its rod, and by the part of the rod's weight that the equilibria do
 /// not bear. None where the mass cannot be followed.
 pub(super) fn force_of_mass<const N: usize>(
-    rod: &dyn RodMass<N>,
+    rod: &dyn FirstOrderInertia<N>,
     body: &Body<N>,
     (y, point): (&Phase<N>, &ManifoldPoint<N>),
     error: f64,
 ) -> Option<SVector<f64, N>> {
     let mut action = body.action(y.t, &point.pose, &y.v, &point.force);
     let alone = action.acceleration;
-    with_rod(Carried { rod, error }, body, (y, point), &mut action)?;
+    with_rod(FollowedMass { rod, error }, body, (y, point), &mut action)?;
     Some((action.acceleration - alone) * body.mass())
 }
 
 /// Adds the rod to the motion of the body: (mu I + A) v' = mu a + b, a the acceleration without the rod. On a
 /// moving clamp the clamp bears the rod's inertia at its end and along it.
 pub(super) fn with_rod<const N: usize>(
-    Carried { rod, error }: Carried<N>,
+    FollowedMass { rod, error }: FollowedMass<N>,
     body: &Body<N>,
     (y, point): (&Phase<N>, &ManifoldPoint<N>),
     action: &mut EndMotion<N>,
 ) -> Option<()> {
     let (frame, mass) = (body.support().map(|support| support.at(y.t)), body.mass());
-    let felt = rod.added(frame.as_ref(), [&y.q, &y.v], point, error)?;
+    let felt = rod.end_inertia(frame.as_ref(), [&y.q, &y.v], point, error)?;
     let all = (felt.mass + SMatrix::identity() * mass).try_inverse()?;
     let alone = action.acceleration;
     action.acceleration = all * (alone * mass + felt.force);

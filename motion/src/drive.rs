@@ -2,7 +2,7 @@
 
 use super::event::{Event, Outcome};
 use super::snap::Snap;
-use super::state::{Seen, State};
+use super::state::{State, StateRef};
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::rod::Fallen;
 use snaprod_systems::solve::cost::Cost;
@@ -13,13 +13,13 @@ pub trait Motion<'a> {
     fn advance(&mut self) -> Option<Event>;
 
     /// The initial state as given. It may lie a first small step before the integration, as for starts on a fold.
-    fn given(&self) -> Seen<'_>;
+    fn given(&self) -> StateRef<'_>;
 
     /// The state now.
-    fn now(&self) -> Seen<'_>;
+    fn now(&self) -> StateRef<'_>;
 
     /// The state just before the last snap, with the same pose and velocity.
-    fn before_snap(&self) -> Option<Seen<'_>> {
+    fn before_snap(&self) -> Option<StateRef<'_>> {
         None
     }
 
@@ -30,7 +30,7 @@ pub trait Motion<'a> {
     }
 
     /// The state at a time within the last step; None outside it.
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>>;
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>>;
 
     /// End of time.
     fn duration(&self) -> f64;
@@ -42,7 +42,7 @@ pub trait Motion<'a> {
     fn cost(&self) -> Cost;
 
     /// State variables of the integration at present, in no order.
-    fn carries(&self) -> Vec<Carried>;
+    fn carries(&self) -> Vec<StateVariables>;
 
     /// Resolution of the strains along the rod; None for models without strain fields.
     fn resolution(&self) -> Option<Resolution> {
@@ -50,7 +50,7 @@ pub trait Motion<'a> {
     }
 
     /// Total time in which the first-order mass of a rod was not followed, as between a fold and the landing.
-    fn unfelt(&self) -> f64 {
+    fn time_without_mass(&self) -> f64 {
         0.0
     }
 
@@ -65,14 +65,14 @@ pub trait Motion<'a> {
 
 /// A group of the numbers that make up the state of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Carried {
+pub struct StateVariables {
     /// Name of the group.
     pub what: &'static str,
     /// Size of the group.
     pub numbers: usize,
 }
 
-impl Carried {
+impl StateVariables {
     /// The groups of `parts` that are not empty.
     pub(super) fn some<const K: usize>(parts: [(&'static str, usize); K]) -> Vec<Self> {
         let parts = parts.into_iter().filter(|(_, numbers)| *numbers > 0);

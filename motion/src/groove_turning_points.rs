@@ -11,7 +11,7 @@ pub(super) const ON_END: f64 = 1e-12;
 /// The fraction of a step at which a body turns back beyond the end of its groove; None if it does not.
 /// `from`, `to`: parameter along the groove and its rate at the start and end of the step, which takes the
 /// time `span`. `first`, `last`: the ends of the groove. `at` gives parameter and rate at a fraction.
-pub(super) fn turned(
+pub(super) fn turning_fraction(
     [from, to]: [[f64; 2]; 2],
     span: f64,
     [first, last]: [f64; 2],

@@ -100,7 +100,7 @@ impl Ledger {
 
 /// Closure of the energy ledger over all states that were measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Closing {
+pub struct LedgerClosure {
     /// The initial total.
     total: f64,
     /// Largest term so far.
@@ -115,7 +115,7 @@ pub struct Closing {
 /// Number of tolerances by which the ledger of a sound run may be open.
 const ALLOWED: f64 = 1e3;
 /// Largest relative error of a ledger, whatever the tolerance: beyond it the motion is another one.
-const MOST: f64 = 0.1;
+const LARGEST_OPEN_PART: f64 = 0.1;
 /// Smallest tolerance of the ledger: smaller errors drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Error relative to the largest term beyond which no energy of the motion can be trusted.
@@ -123,7 +123,7 @@ const OPEN: f64 = 1e-3;
 /// Energy, in the units of the rod, up to which a rod at rest has rounding.
 const REST: f64 = 1e-29;
 
-impl Closing {
+impl LedgerClosure {
     /// A ledger with the initial total `total` and no measurements yet.
     pub fn new(total: f64) -> Self {
         Self {
@@ -181,12 +181,12 @@ impl Closing {
     /// strains becomes an error in the energy: sqrt(2 E) tolerances for small E (x dx with x^2/2 = E), E tolerances
     /// for large E. A sound run may gather such errors step by step, whatever the size of its energies.
     pub fn is_closed(&self, tolerance: f64) -> bool {
-        self.within((ALLOWED * tolerance.max(FINEST)).min(MOST))
+        self.within((ALLOWED * tolerance.max(FINEST)).min(LARGEST_OPEN_PART))
     }
 
     /// True if the energy error is so large that the motion is no longer the one that began: its snaps mean nothing.
     pub fn is_lost(&self) -> bool {
-        !self.within(MOST)
+        !self.within(LARGEST_OPEN_PART)
     }
 
     fn within(&self, part: f64) -> bool {

@@ -33,13 +33,15 @@ mod state;
 mod straight_release;
 pub mod viscoelastic;
 
-pub use drive::{Carried, Motion, Observer, Resolution, drive};
+pub use drive::{Motion, Observer, Resolution, StateVariables, drive};
 pub use event::{Bounce, Event, Outcome};
-pub use ledger::{Closing, Ledger};
-pub use light_rod_reference::{Beside, Crossed, Light, LightInSpace, Loss, Lost};
+pub use ledger::{Ledger, LedgerClosure};
+pub use light_rod_reference::{
+    LightInSpace, LightReference, LightSnap, LossReason, MasslessRod, UnknownInterval,
+};
 pub use options::{Nodes, Options};
 pub use run::{Run, Sample, on_elastica};
 pub use sheet::{OnSheet, Phase, Progress};
 pub use snap::{LandingRule, Snap, SnapEnd};
 pub use snaprod_systems::error::{Cause, Error, Result, Stuck};
-pub use state::{Labels, RodCurve, Seen, State, curve_outward, outward};
+pub use state::{Labels, RodCurve, State, StateRef, curve_outward, outward};

@@ -2,7 +2,7 @@
 //!
 //! A rod with friction or mass does not jump. A light rod, with neither, whose end is moved along the same
 //! path does: it follows its sheet, falls at the fold and lands where the viscous layer takes it. This light
-//! rod is followed from step to step, in the plane and in space ([`Light`]).
+//! rod is followed from step to step, in the plane and in space ([`MasslessRod`]).
 
 mod plane;
 mod space;
@@ -52,7 +52,7 @@ fn places() -> Vec<f64> {
 
 /// A fold that the light rod has passed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Crossed {
+pub struct LightSnap {
     /// The snap of the light rod.
     pub snap: Snap,
     /// Energies of the rod with friction or mass at that time. They are interpolated linearly over the step
@@ -62,7 +62,7 @@ pub struct Crossed {
 
 /// A time interval in which the light rod is unknown; folds in the interval are not reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Lost {
+pub struct UnknownInterval {
     /// Number of the rod in an assembly.
     pub rod: usize,
     /// Start of the interval.
@@ -70,12 +70,12 @@ pub struct Lost {
     /// Time at which the light rod was found again; None if never.
     pub until: Option<f64>,
     /// Reason of the loss.
-    pub why: Loss,
+    pub why: LossReason,
 }
 
 /// Reason why a light rod is unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Loss {
+pub enum LossReason {
     /// No equilibrium resembles the rod at the start.
     Unlike,
     /// Neither the next equilibrium nor a fold was found.
@@ -84,7 +84,7 @@ pub enum Loss {
     NoLanding,
 }
 
-impl fmt::Display for Loss {
+impl fmt::Display for LossReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Unlike => "no stable equilibrium was found whose shape is like that of the rod",
@@ -97,7 +97,7 @@ impl fmt::Display for Loss {
 }
 
 /// A rod without mass and friction, given by its equilibria with the end held at a pose seen from the clamp.
-pub trait Light {
+pub trait MasslessRod {
     /// Number of the rod in an assembly.
     fn number(&self) -> usize {
         0
@@ -112,13 +112,13 @@ pub trait Light {
     }
 
     /// Residual of the end under the chart point `q` at the site, to this tolerance; None outside the chart.
-    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held>;
+    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<EndResidual>;
 
     /// The equilibrium at `site` by Newton's method from `guess`.
     fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
 
     /// The stable equilibrium with a shape like that of the rod in `state`.
-    fn like(&self, state: &dyn State) -> Option<DVector<f64>>;
+    fn matching_equilibrium(&self, state: &dyn State) -> Option<DVector<f64>>;
 
     /// The landing after `fold`.
     fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>>;
@@ -130,7 +130,7 @@ pub trait Light {
     fn apart(&self, a: &Place, b: &Place) -> f64;
 
     /// Pose and velocity of the end in the form a snap reports, and the configuration.
-    fn told(
+    fn report_end(
         &self,
         q: &DVector<f64>,
         site: &Place,
@@ -138,7 +138,7 @@ pub trait Light {
 }
 
 /// Residual of a light rod whose end is to be at a given site.
-pub struct Held {
+pub struct EndResidual {
     /// Difference: site minus end.
     pub gap: DVector<f64>,
     /// Derivative of the end by the chart point.
@@ -152,26 +152,26 @@ pub struct Held {
 }
 
 /// The light rod beside a rod with friction or mass, seen from the clamp.
-pub struct Beside {
-    rod: Box<dyn Light>,
+pub struct LightReference {
+    rod: Box<dyn MasslessRod>,
     /// None while the light rod is lost, as next to a straight rod in the plane.
-    at: Option<At>,
-    lost: Vec<Lost>,
-    last: Seen,
+    at: Option<LightEquilibrium>,
+    lost: Vec<UnknownInterval>,
+    last: EndSample,
     patience: usize,
 }
 
 /// An equilibrium of the light rod.
 #[derive(Debug, Clone)]
-struct At {
+struct LightEquilibrium {
     /// Chart point.
     q: DVector<f64>,
     /// Sign of the fold function (true: positive), and whether the chart is the alternative one.
     side: (bool, bool),
 }
 
-impl At {
-    fn new(rod: &dyn Light, q: DVector<f64>, site: &Place) -> Option<Self> {
+impl LightEquilibrium {
+    fn new(rod: &dyn MasslessRod, q: DVector<f64>, site: &Place) -> Option<Self> {
         let held = rod.held(&q, site, FOLLOWED)?;
         Some(Self {
             q,
@@ -180,21 +180,21 @@ impl At {
     }
 
     /// The equilibrium with a shape like that of the rod in `state`.
-    fn like(rod: &dyn Light, state: &dyn State) -> Option<Self> {
-        Self::new(rod, rod.like(state)?, &rod.end(state))
+    fn matching_equilibrium(rod: &dyn MasslessRod, state: &dyn State) -> Option<Self> {
+        Self::new(rod, rod.matching_equilibrium(state)?, &rod.end(state))
     }
 }
 
 /// Motion of the end at one moment.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct EndSample {
     t: f64,
     place: Place,
     ledger: Ledger,
 }
 
-impl Seen {
-    fn new(rod: &dyn Light, state: &dyn State) -> Self {
+impl EndSample {
+    fn new(rod: &dyn MasslessRod, state: &dyn State) -> Self {
         Self {
             t: state.time(),
             place: rod.end(state),
@@ -228,30 +228,30 @@ impl Seen {
     }
 }
 
-impl Beside {
+impl LightReference {
     /// The light `rod` that starts from the equilibrium resembling `state`.
-    pub fn new(rod: Box<dyn Light>, state: &dyn State) -> Self {
+    pub fn new(rod: Box<dyn MasslessRod>, state: &dyn State) -> Self {
         let mut beside = Self {
-            at: At::like(&*rod, state),
+            at: LightEquilibrium::matching_equilibrium(&*rod, state),
             lost: Vec::new(),
-            last: Seen::new(&*rod, state),
+            last: EndSample::new(&*rod, state),
             rod,
             patience: PATIENCE,
         };
         if beside.at.is_none() {
-            beside.lose(state.time(), Loss::Unlike);
+            beside.lose(state.time(), LossReason::Unlike);
         }
         beside
     }
 
     /// Intervals in which the light rod was unknown.
-    pub fn lost(&self) -> &[Lost] {
+    pub fn lost(&self) -> &[UnknownInterval] {
         &self.lost
     }
 
-    fn lose(&mut self, from: f64, why: Loss) {
+    fn lose(&mut self, from: f64, why: LossReason) {
         self.patience = PATIENCE;
-        self.lost.push(Lost {
+        self.lost.push(UnknownInterval {
             rod: self.rod.number(),
             from,
             until: None,
@@ -261,7 +261,7 @@ impl Beside {
 
     /// Restarts the light rod at the equilibrium resembling `state`, if one is found.
     pub fn land(&mut self, state: &dyn State) {
-        let Some(like) = At::like(&*self.rod, state) else {
+        let Some(like) = LightEquilibrium::matching_equilibrium(&*self.rod, state) else {
             return;
         };
         if self.at.is_none()
@@ -273,8 +273,8 @@ impl Beside {
     }
 
     /// Follows the end through a step to `state`; returns the folds passed in the step.
-    pub fn step(&mut self, state: &dyn State) -> Vec<Crossed> {
-        let next = Seen::new(&*self.rod, state);
+    pub fn step(&mut self, state: &dyn State) -> Vec<LightSnap> {
+        let next = EndSample::new(&*self.rod, state);
         let last = std::mem::replace(&mut self.last, next);
         let mut passed = Vec::new();
         let Some(mut at) = self.at.take() else {
@@ -285,7 +285,7 @@ impl Beside {
             }
             return passed;
         };
-        let way = Way {
+        let way = EndPath {
             rod: &*self.rod,
             ends: (last, next),
         };
@@ -293,7 +293,7 @@ impl Beside {
         let pieces = (length / PIECE).ceil().clamp(1.0, PIECES);
         for k in 0..pieces as usize {
             let piece = [k as f64 / pieces, (k + 1) as f64 / pieces];
-            match way.over(at, piece, &mut passed) {
+            match way.cross_piece(at, piece, &mut passed) {
                 Ok(there) => at = there,
                 Err((x, why)) => {
                     self.lose(last.t + x * (next.t - last.t), why);
@@ -307,64 +307,75 @@ impl Beside {
 }
 
 /// Outcome of a piece that Newton's method does not bridge.
-enum Passed {
+enum PieceOutcome {
     /// The fold is still ahead; the equilibrium at the end of the piece.
-    Before(At),
+    Before(LightEquilibrium),
     /// The fold was passed: its chart point, and the fraction of the path.
     Fold(DVector<f64>, f64),
 }
 
 /// The path of the end of the light rod through one step.
-struct Way<'a> {
-    rod: &'a dyn Light,
-    ends: (Seen, Seen),
+struct EndPath<'a> {
+    rod: &'a dyn MasslessRod,
+    ends: (EndSample, EndSample),
 }
 
-impl Way<'_> {
+impl EndPath<'_> {
     fn place(&self, x: f64) -> Place {
         self.ends.0.towards(&self.ends.1, x)
     }
 
     /// The equilibrium at the end of a piece of the path; its folds are added to `passed`. On failure the
     /// fraction at which the rod was lost, and why.
-    fn over(
+    fn cross_piece(
         &self,
-        at: At,
+        at: LightEquilibrium,
         [from, to]: [f64; 2],
-        passed: &mut Vec<Crossed>,
-    ) -> Result<At, (f64, Loss)> {
+        passed: &mut Vec<LightSnap>,
+    ) -> Result<LightEquilibrium, (f64, LossReason)> {
         if let Some(there) = self.followed(&at, to) {
             return Ok(there);
         }
-        match self.passed(at, from, to) {
-            Some(Passed::Before(there)) => Ok(there),
-            Some(Passed::Fold(fold, x)) => {
-                let (crossed, landed) = self.crossed(&fold, x).ok_or((x, Loss::NoLanding))?;
+        match self.resolve_piece(at, from, to) {
+            Some(PieceOutcome::Before(there)) => Ok(there),
+            Some(PieceOutcome::Fold(fold, x)) => {
+                let (crossed, landed) = self.snap_at(&fold, x).ok_or((x, LossReason::NoLanding))?;
                 passed.push(crossed);
-                self.followed(&landed, to).ok_or((x, Loss::Unfollowed))
+                self.followed(&landed, to)
+                    .ok_or((x, LossReason::Unfollowed))
             }
-            None => Err((from, Loss::Unfollowed)),
+            None => Err((from, LossReason::Unfollowed)),
         }
     }
 
     /// The equilibrium at the fraction `to` of the path, on the same sheet as `at`.
-    fn followed(&self, at: &At, to: f64) -> Option<At> {
-        self.found(at, &at.q, to)
+    fn followed(&self, at: &LightEquilibrium, to: f64) -> Option<LightEquilibrium> {
+        self.solve_near(at, &at.q, to)
     }
 
     /// The equilibrium at the fraction `to` on the sheet of `at`, sought from `guess`.
-    fn found(&self, at: &At, guess: &DVector<f64>, to: f64) -> Option<At> {
+    fn solve_near(
+        &self,
+        at: &LightEquilibrium,
+        guess: &DVector<f64>,
+        to: f64,
+    ) -> Option<LightEquilibrium> {
         let site = self.place(to);
         let found = self.rod.inverted(guess, &site, FOLLOWED)?;
         let near = (&found - &at.q).norm() < JUMP * (1.0 + at.q.norm());
-        let found = At::new(self.rod, found, &site)?;
+        let found = LightEquilibrium::new(self.rod, found, &site)?;
         let same = found.side.1 != at.side.1 || found.side.0 == at.side.0;
         (near && same).then_some(found)
     }
 
     /// Treats a piece over which Newton's method fails between the fractions `from` and `end`. If the fold is
     /// not found either, the rod is followed closer to it by bisection.
-    fn passed(&self, mut at: At, mut from: f64, end: f64) -> Option<Passed> {
+    fn resolve_piece(
+        &self,
+        mut at: LightEquilibrium,
+        mut from: f64,
+        end: f64,
+    ) -> Option<PieceOutcome> {
         let mut to = end;
         for _ in 0..HALVINGS {
             let slack = SLACK * (to - from);
@@ -375,16 +386,16 @@ impl Way<'_> {
                 let left = (x - to) / (x - from);
                 let guess = &fold + (&at.q - &fold) * left.max(0.0).sqrt();
                 if x > to
-                    && let Some(found) = self.found(&at, &guess, to)
+                    && let Some(found) = self.solve_near(&at, &guess, to)
                 {
                     if to == end {
-                        return Some(Passed::Before(found));
+                        return Some(PieceOutcome::Before(found));
                     }
                     (at, from, to) = (found, to, end);
                     continue;
                 }
                 if x <= to + slack {
-                    return Some(Passed::Fold(fold, x));
+                    return Some(PieceOutcome::Fold(fold, x));
                 }
             }
             let middle = 0.5 * (from + to);
@@ -403,7 +414,7 @@ impl Way<'_> {
         let unit = self.rod.held(q, &self.place(from), FINE)?;
         let span = to - from;
         // Residual as a function of chart point and fraction of the piece.
-        let system = |q: &DVector<f64>, part: f64| -> Option<(Held, DVector<f64>)> {
+        let system = |q: &DVector<f64>, part: f64| -> Option<(EndResidual, DVector<f64>)> {
             let mut held = self.rod.held(q, &self.place(from + part * span), FINE)?;
             if held.other != unit.other {
                 return None;
@@ -460,7 +471,7 @@ impl Way<'_> {
     }
 
     /// The snap of the light rod at `fold`, and the equilibrium of the landing.
-    fn crossed(&self, fold: &DVector<f64>, x: f64) -> Option<(Crossed, At)> {
+    fn snap_at(&self, fold: &DVector<f64>, x: f64) -> Option<(LightSnap, LightEquilibrium)> {
         let (last, next) = &self.ends;
         let h = next.t - last.t;
         let mut site = self.place(x);
@@ -468,7 +479,7 @@ impl Way<'_> {
         let landed = self.rod.landing(fold, &site)?;
         let (from, before) = self.rod.snap_end(fold, &site)?;
         let (to, after) = self.rod.snap_end(&landed, &site)?;
-        let (pose, velocity, moving) = self.rod.told(fold, &site);
+        let (pose, velocity, moving) = self.rod.report_end(fold, &site);
         let snap = Snap {
             base: UnitQuaternion::identity(),
             t: last.t + x * h,
@@ -484,6 +495,9 @@ impl Way<'_> {
             moving: moving.map(Box::new),
         };
         let ledger = last.ledger.between(&next.ledger, x);
-        Some((Crossed { snap, ledger }, At::new(self.rod, landed, &site)?))
+        Some((
+            LightSnap { snap, ledger },
+            LightEquilibrium::new(self.rod, landed, &site)?,
+        ))
     }
 }

@@ -139,7 +139,11 @@ pub fn first_fold<S: Timed>(
 
 /// The first fraction of a step at which `room` is not positive, to rounding. The search samples at `places` equal
 /// intervals and at the minima between them. None if `room` is not positive at the start, or positive all along.
-pub fn changes<S>(inside: impl Fn(f64) -> S, places: u32, room: impl Fn(&S) -> f64) -> Option<f64> {
+pub fn first_change<S>(
+    inside: impl Fn(f64) -> S,
+    places: u32,
+    room: impl Fn(&S) -> f64,
+) -> Option<f64> {
     let place = |k: usize| k as f64 / f64::from(places);
     let gone = |room: f64| !(room > 0.0);
     let at = |x: f64| room(&inside(x));
@@ -193,7 +197,7 @@ fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f
 }
 
 /// The step shortened to `fraction` of its length; None if the shorter step fails or takes no time.
-pub fn part<S: Timed>(
+pub fn shorten_step<S: Timed>(
     step: &Taken<S>,
     f: &mut impl Slopes<S>,
     fraction: f64,

@@ -43,14 +43,14 @@ use std::fmt;
 
 /// The body at the end of the rod.
 #[derive(Debug, Clone)]
-pub enum Carried {
+pub enum TipBody {
     /// A rigid body welded to the end.
     Welded(Box<RigidBody>),
     /// A point mass on an end that is free to turn: m(1) = 0.
     BallJoint(Body<3>),
 }
 
-impl Carried {
+impl TipBody {
     /// A rigid body welded to the end.
     pub fn welded(body: RigidBody) -> Self {
         Self::Welded(Box::new(body))
@@ -114,7 +114,7 @@ impl std::error::Error for Refusal {}
 #[derive(Debug, Clone)]
 pub struct Reduction {
     section: Viscoelastic,
-    carried: Carried,
+    carried: TipBody,
     kind: ReductionKind,
     slots: Slots,
     start: State,
@@ -139,7 +139,7 @@ impl Reduction {
     /// [`Refusal`]: why the motion is of none.
     pub fn recognise(
         section: &Viscoelastic,
-        carried: &Carried,
+        carried: &TipBody,
         start: &ReducedStart,
     ) -> Result<Self, Refusal> {
         let refuse = |why: Message| Err(Refusal(why));
@@ -181,7 +181,7 @@ impl Reduction {
             Ok(branches) => branches,
             Err(why) => return refuse(why),
         };
-        let given = Given {
+        let given = UniformStart {
             time: start.time,
             strain: *strain,
             branches,
@@ -210,8 +210,8 @@ impl Reduction {
     fn of_kind(
         kind: ReductionKind,
         section: &Viscoelastic,
-        carried: &Carried,
-        given: &Given,
+        carried: &TipBody,
+        given: &UniformStart,
     ) -> Result<Self, Message> {
         let rigid = section.rate.rigid();
         let e = &given.strain;
@@ -225,7 +225,7 @@ impl Reduction {
         match kind {
             ReductionKind::Longitudinal if rigid[5] => return Err("the rod is inextensible".into()),
             ReductionKind::Twisting if rigid[2] => return Err("the section cannot twist".into()),
-            ReductionKind::Twisting if matches!(carried, Carried::BallJoint(_)) => {
+            ReductionKind::Twisting if matches!(carried, TipBody::BallJoint(_)) => {
                 return Err("the end is free to turn, so that no couple twists the rod".into());
             }
             ReductionKind::Shearing if rigid[3] && rigid[4] => {
@@ -261,7 +261,7 @@ impl Reduction {
                     .words(" along the clamp's directors"),
             );
         }
-        if let Carried::Welded(body) = carried {
+        if let TipBody::Welded(body) = carried {
             let (c, j) = (body.offset(), body.inertia());
             let off = c.x.abs().max(c.y.abs()) > SAME;
             if kind != ReductionKind::Shearing && off && !rigid[..3].iter().all(|r| *r) {
@@ -370,7 +370,7 @@ impl Reduction {
 }
 
 /// The initial state, constant along the rod.
-struct Given {
+struct UniformStart {
     time: f64,
     strain: Strain,
     branches: Vec<Strain>,

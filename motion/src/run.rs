@@ -5,14 +5,14 @@ mod first_order_mass;
 
 pub use elastica::on_elastica;
 
-use super::drive::{Carried, Motion};
+use super::drive::{Motion, StateVariables};
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::Ledger;
 use super::options::Options;
 use super::sheet::{OnSheet, Phase, Progress};
 use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
-use super::state::{Seen, State};
+use super::state::{State, StateRef};
 use nalgebra::{DVector, SVector, UnitQuaternion};
 use snaprod_systems::body::Body;
 use snaprod_systems::error::{Cause, Error, Result};
@@ -130,7 +130,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 phase.v.as_slice()
             )));
         }
-        manifold.resolved(&phase.q)?;
+        manifold.check_resolution(&phase.q)?;
         let given = phase;
         let departure = depart(manifold, body, &phase)?;
         let (phase, orientation, index, pending) = match departure {
@@ -146,7 +146,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
                 (phase, orientation(manifold, &phase.q)?, index, Some(0.0))
             }
         };
-        let rod = (body.rod()).filter(|rod| rod.room(&phase.q, &phase.v, true) > 0.0);
+        let rod = (body.rod()).filter(|rod| rod.validity_margin(&phase.q, &phase.v, true) > 0.0);
         let mut run = Self {
             manifold,
             body,
@@ -298,7 +298,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Number of further steps the run would take at the rate of the last stretch, if hopeless for
     /// [`PATIENCE`] estimates in a row. A mass close to the straight rod shakes along it ever faster, without
     /// bound; one that only passes gets slower again.
-    fn hopeless(&mut self, steps: u64) -> Option<f64> {
+    fn steps_out_of_reach(&mut self, steps: u64) -> Option<f64> {
         let (before, since) = self.milestone;
         let time = self.time();
         self.milestone = (steps, time);
@@ -325,7 +325,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if !turned {
             return None;
         }
-        let there = self.motion.hardest()?;
+        let there = self.motion.at_largest_energy()?;
         let lambda = self.manifold.tautness(Patch::Global, &there.q)?;
         let at = self.manifold.point(&there.q)?;
         Some(Bounce {
@@ -472,7 +472,7 @@ impl<M: Multivalued<N>, const N: usize> Iterator for Run<'_, M, N> {
         }
         if self.options.max_steps > 20 * STRETCH
             && steps >= self.milestone.0 + STRETCH
-            && let Some(steps) = self.hopeless(steps)
+            && let Some(steps) = self.steps_out_of_reach(steps)
         {
             return Some(self.stuck(
                 Cause::TooSlow { steps },
@@ -520,20 +520,20 @@ where
         self.next()
     }
 
-    fn given(&self) -> Seen<'_> {
-        Seen::Made(Box::new(self.given()))
+    fn given(&self) -> StateRef<'_> {
+        StateRef::Made(Box::new(self.given()))
     }
 
-    fn now(&self) -> Seen<'_> {
-        Seen::Made(Box::new(self.now()))
+    fn now(&self) -> StateRef<'_> {
+        StateRef::Made(Box::new(self.now()))
     }
 
-    fn before_snap(&self) -> Option<Seen<'_>> {
-        self.before_snap.as_ref().map(|state| Seen::Kept(state))
+    fn before_snap(&self) -> Option<StateRef<'_>> {
+        self.before_snap.as_ref().map(|state| StateRef::Kept(state))
     }
 
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
-        Some(Seen::Made(Box::new(self.sample(t)?)))
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
+        Some(StateRef::Made(Box::new(self.sample(t)?)))
     }
 
     fn duration(&self) -> f64 {
@@ -548,12 +548,12 @@ where
         self.cost()
     }
 
-    fn unfelt(&self) -> f64 {
+    fn time_without_mass(&self) -> f64 {
         self.unfelt
     }
 
-    fn carries(&self) -> Vec<Carried> {
-        Carried::some([
+    fn carries(&self) -> Vec<StateVariables> {
+        StateVariables::some([
             ("chart of the sheet", N),
             ("velocity of the body", N),
             ("time, work and loss to drag", 3),

@@ -15,17 +15,17 @@ mod multi_period;
 mod sheet8;
 mod slow_beam;
 
-use super::body_with_rod::{Carried, rod_error, with_rod};
+use super::body_with_rod::{FollowedMass, rod_error, with_rod};
 use super::locate::{Guess, Located, Timed, first_fold, locate};
 use super::options::Options;
-pub use beam_with_mass::Passage;
+pub use beam_with_mass::MassTreatment;
 use fast_oscillation::Shaking;
 use nalgebra::SVector;
-use sheet8::{Both, Eight};
+use sheet8::{EightfoldSteps, OneOrEight};
 pub use slow_beam::Glide;
 use snaprod_systems::body::Body;
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::manifold::{Multivalued, Patch, RodMass, adjugate_times};
+use snaprod_systems::manifold::{FirstOrderInertia, Multivalued, Patch, adjugate_times};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::State;
 use snaprod_systems::solve::gauss::Reversible;
@@ -104,7 +104,7 @@ pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
     body: &'a Body<N>,
     /// The mass of the rod; None if it is not followed.
-    rod: Option<Carried<'a, N>>,
+    rod: Option<FollowedMass<'a, N>>,
     /// The chart of the solver's states.
     patch: Patch,
     orientation: f64,
@@ -113,7 +113,7 @@ pub struct OnSheet<'a, M, const N: usize> {
     until: f64,
     solver: Stepper<Phase<N>>,
     /// Steps with slopes at eight places at once; None if the chart has none.
-    eight: Option<Eight<'a, N>>,
+    eight: Option<EightfoldSteps<'a, N>>,
     last: Option<Taken<Phase<N>>>,
     dense: Option<Inside<Phase<N>>>,
     /// State of the search for strides and glides next to the straight rod.
@@ -144,11 +144,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         body: &'a Body<N>,
         start: Phase<N>,
         orientation: f64,
-        rod: Option<&'a dyn RodMass<N>>,
+        rod: Option<&'a dyn FirstOrderInertia<N>>,
         options: &Options,
     ) -> Result<Self> {
         let tolerance = options.tolerance;
-        let rod = rod.map(|rod| Carried {
+        let rod = rod.map(|rod| FollowedMass {
             rod,
             error: rod_error(body, tolerance),
         });
@@ -163,7 +163,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             ))
         };
         let start = Phase {
-            q: manifold.carried(&start.q, Patch::Global, patch),
+            q: manifold.change_patch(&start.q, Patch::Global, patch),
             ..start
         };
         let slope = slope(manifold, patch, body, rod, orientation, &start).ok_or_else(outside)?;
@@ -173,7 +173,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let symmetric = options.method == Method::Symmetric;
         let eight = match symmetric || rod.is_some() {
             true => None,
-            false => Eight::new(manifold, body, orientation, h, local),
+            false => EightfoldSteps::new(manifold, body, orientation, h, local),
         };
         Ok(Self {
             eight,
@@ -209,7 +209,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// `phase`, given in the chart of the solver's states, in the global one.
     fn global(&self, phase: Phase<N>) -> Phase<N> {
         Phase {
-            q: (self.manifold).carried(&phase.q, self.patch, Patch::Global),
+            q: (self.manifold).change_patch(&phase.q, self.patch, Patch::Global),
             ..phase
         }
     }
@@ -220,7 +220,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The chart point is not resolved; the error says why.
     pub fn resolved(&self) -> Result<()> {
         match self.patch {
-            Patch::Global => self.manifold.resolved(&self.solver.state().q),
+            Patch::Global => self.manifold.check_resolution(&self.solver.state().q),
             Patch::Near(_) => Ok(()),
         }
     }
@@ -244,7 +244,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return;
         }
         let carried = Phase {
-            q: self.manifold.carried(&now.q, self.patch, patch),
+            q: self.manifold.change_patch(&now.q, self.patch, patch),
             ..now
         };
         let Some(slope) = slope(
@@ -408,9 +408,9 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// The right-hand side, with the eightfold version if the chart has one.
-    fn both<F>(&mut self, one: F) -> Both<'_, 'a, F, N> {
+    fn both<F>(&mut self, one: F) -> OneOrEight<'_, 'a, F, N> {
         let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
-        Both { one, eight }
+        OneOrEight { one, eight }
     }
 
     /// Ends `step`, which reaches or passes `end`, exactly at `end`. None, with the state back at its start,
@@ -491,7 +491,7 @@ fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     patch: Patch,
     body: &Body<N>,
-    rod: Option<Carried<N>>,
+    rod: Option<FollowedMass<N>>,
     orientation: f64,
     y: &Phase<N>,
 ) -> Option<Phase<N>> {

@@ -113,14 +113,14 @@ pub fn curve_outward(clamp: &Isometry3<f64>, length: f64, curve: &mut RodCurve) 
 }
 
 /// A state, borrowed from the motion or made on demand.
-pub enum Seen<'a> {
+pub enum StateRef<'a> {
     /// Stored in the motion.
     Kept(&'a dyn State),
     /// Made on demand.
     Made(Box<dyn State + 'a>),
 }
 
-impl<'a> std::ops::Deref for Seen<'a> {
+impl<'a> std::ops::Deref for StateRef<'a> {
     type Target = dyn State + 'a;
 
     fn deref(&self) -> &Self::Target {

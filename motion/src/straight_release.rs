@@ -23,7 +23,7 @@ use snaprod_systems::body::{Body, EndMotion};
 use snaprod_systems::elastica::Equilibrium;
 use snaprod_systems::elastica::straight_beam::{AlmostStraight, EULER, MOST_PULL, unstable};
 use snaprod_systems::error::{Error, Message, Quantity, Result};
-use snaprod_systems::manifold::{Across, Deflected};
+use snaprod_systems::manifold::{DeflectionInertia, DeflectionState};
 use snaprod_systems::math::gauss::{Rule, legendre};
 
 /// Collocation points.
@@ -245,15 +245,15 @@ impl Opening {
     /// The rod's part in the motion at the time t, for an end that moves across at `height` with `speed`.
     /// None for a rod without mass or outside the range of validity. The rate of the pull counts in
     /// proportion to the deflection, which is small.
-    fn of_mass(&self, t: f64, pull: f64, height: f64, speed: f64) -> Option<Across> {
+    fn of_mass(&self, t: f64, pull: f64, height: f64, speed: f64) -> Option<DeflectionInertia> {
         let frame = self.body.support().map(|support| support.at(t));
-        let at = Deflected {
+        let at = DeflectionState {
             pull,
             tightening: 0.0,
             height,
             speed,
         };
-        self.body.rod()?.beside(frame.as_ref(), &at)
+        self.body.rod()?.deflection_inertia(frame.as_ref(), &at)
     }
 
     /// The motion across of body and rod together, and the power of a moving clamp on both; None outside the

@@ -1,7 +1,7 @@
 //! Input data of the figures: plain numbers.
 
 use super::canvas::Pen;
-use super::legend::{Drawn, Key, Mark, mark};
+use super::legend::{Key, Mark, PlottedCurve, mark};
 use super::palette::category;
 use snaprod_core::error::{Error, Result};
 
@@ -192,7 +192,7 @@ pub struct Series {
 
 impl Series {
     /// The drawn form of the i-th series of a list.
-    pub(crate) fn drawn(&self, i: usize, width: f64) -> Drawn {
+    pub(crate) fn drawn(&self, i: usize, width: f64) -> PlottedCurve {
         let look = self.colour.unwrap_or(i);
         let pen = Pen::new(category(look), width);
         let key = match self.trace {
@@ -202,7 +202,7 @@ impl Series {
             Trace::LineMarks => Key::LineMark(pen, mark(look)),
             Trace::DashedMarks => Key::LineMark(pen.dashed(6.0, 4.0), mark(look)),
         };
-        Drawn::new(key, &self.name, &self.x, &self.y)
+        PlottedCurve::new(key, &self.name, &self.x, &self.y)
     }
 }
 

@@ -4,7 +4,7 @@ use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::AxisUnits;
 use super::history::{History, thinned};
-use super::legend::{Drawn, Entry, Key, named};
+use super::legend::{Entry, Key, PlottedCurve, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
@@ -80,7 +80,7 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
             )
         })
         .collect();
-    let curves: Vec<Drawn> = histories.iter().map(|one| one.line.clone()).collect();
+    let curves: Vec<PlottedCurve> = histories.iter().map(|one| one.line.clone()).collect();
     let sizes = used.flat_map(|((_, values, _), _)| values.iter().filter(|v| v.is_finite()));
     let largest = sizes.fold(0.0, |most, v| f64::max(most, v.abs()));
     let y = Axis::fit(
@@ -113,7 +113,7 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let error_axis = error_scale(&data.error, rounding, &data.units);
     let sizes = data.error.iter().map(|e| e.abs().max(error_axis.lo));
     let (time, sizes) = thinned(&data.time, &sizes.collect::<Vec<_>>());
-    let error = Drawn::line_of(Pen::new(category(0), 1.0), &time, &sizes);
+    let error = PlottedCurve::line_of(Pen::new(category(0), 1.0), &time, &sizes);
     let lower = Block::plane(x, error_axis, Height::Pixels(110.0), vec![error]).under(snaps);
     let page = Page::new("Energies of a motion", "", vec![entries]);
     page.column(Width::Whole(WIDTH), vec![upper, lower])

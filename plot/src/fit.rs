@@ -3,7 +3,7 @@
 use super::axes::Axis;
 use super::canvas::Pen;
 use super::data::{as_many, with_unit};
-use super::legend::{Drawn, Key, Mark, mark, named};
+use super::legend::{Key, Mark, PlottedCurve, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, category};
 use super::paper::Paper;
@@ -65,16 +65,16 @@ pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
             Axis::fit(all, false, &with_unit(&curve.name, &curve.unit), 5).ok_or_else(nothing)?;
         let below = Axis::fit(&left, false, &with_unit("data − model", &curve.unit), 4);
         let dots = |name: &str, y: &[f64]| {
-            Drawn::new(Key::Mark(Mark::Dot, category(0)), name, &figure.x, y)
+            PlottedCurve::new(Key::Mark(Mark::Dot, category(0)), name, &figure.x, y)
         };
         let model = match figure.between.is_empty() {
             true => {
                 let key = Key::Mark(mark(1), category(1));
-                Drawn::new(key, "model", &figure.x, &curve.model)
+                PlottedCurve::new(key, "model", &figure.x, &curve.model)
             }
             false => {
                 let key = Key::Line(Pen::new(category(1), 1.5));
-                Drawn::new(key, "model", &figure.between, &curve.curve)
+                PlottedCurve::new(key, "model", &figure.between, &curve.curve)
             }
         };
         let curves = vec![model, dots("measured", &curve.data)];

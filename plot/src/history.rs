@@ -2,7 +2,7 @@
 
 use super::axes::{Panel, extent};
 use super::canvas::{Canvas, Pen};
-use super::legend::{Drawn, Key};
+use super::legend::{Key, PlottedCurve};
 use super::page::WIDTH;
 
 /// Number of turns in a panel above which a curve becomes a band: they are less than five pixels apart.
@@ -19,7 +19,7 @@ const BAND: f64 = 0.25;
 /// The drawn form of a curve over time.
 pub(crate) struct History {
     /// The curve itself, or the mean of a band.
-    pub line: Drawn,
+    pub line: PlottedCurve,
     pen: Pen,
     /// Outline of the band: times and values, the upper edge and then the lower one backwards.
     band: [Vec<f64>; 2],
@@ -35,7 +35,7 @@ impl History {
         if turns <= TURNS || !whole {
             let (time, values) = thinned(time, values);
             return Self {
-                line: Drawn::new(key, name, &time, &values),
+                line: PlottedCurve::new(key, name, &time, &values),
                 pen,
                 band: Default::default(),
             };
@@ -52,7 +52,7 @@ impl History {
         let (times, edge): (Vec<f64>, Vec<f64>) = upper.chain(lower.rev()).unzip();
         let means: Vec<f64> = steps.iter().map(|step| step.mean()).collect();
         Self {
-            line: Drawn::new(key, name, &at, &means),
+            line: PlottedCurve::new(key, name, &at, &means),
             pen,
             band: [times, edge],
         }

@@ -3,7 +3,7 @@
 use super::axes::{Axis, Panel, extent};
 use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, as_many};
-use super::legend::{Drawn, Entry, Key};
+use super::legend::{Entry, Key, PlottedCurve};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{GREY, INK, category};
 use super::paper::Paper;
@@ -101,7 +101,7 @@ pub fn kernel(data: &KernelFigure, paper: &Paper) -> Result<String> {
         let y = Axis::fit(&values, data.log, label, 6)
             .filter(|axis| (axis.hi - axis.lo).is_finite())
             .ok_or_else(|| Error::domain(format!("{FIGURE}: {label}: no value to show")))?;
-        let drawn = |c: &KernelCurve| Drawn::line_of(look(c), &data.time, &c.values);
+        let drawn = |c: &KernelCurve| PlottedCurve::line_of(look(c), &data.time, &c.values);
         let drawn = curves.iter().map(drawn).collect();
         let block = Block::plane(x.clone(), y, Height::Pixels(height), drawn);
         blocks.push(block.under(move |canvas, panel| {

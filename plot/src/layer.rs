@@ -3,7 +3,7 @@
 use super::axes::{Axis, extent};
 use super::canvas::Pen;
 use super::data::{AxisUnits, Curve, as_many, rising, with_unit};
-use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark, named};
+use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, draw_mark, named};
 use super::motion::{Shape, seen, wall};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
@@ -88,13 +88,13 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
     let unit = data.units.stretched_time();
     let tones = Tones::over(shapes.iter().map(|s| &s.time));
     let tone = |t: f64| tones.map_or(INK, |tones| tones.colour(t));
-    let mut curves: Vec<Drawn> = Vec::new();
+    let mut curves: Vec<PlottedCurve> = Vec::new();
     for shape in &shapes {
         let pen = Pen::new(tone(shape.time), 1.5);
-        curves.push(Drawn::line_of(pen, &shape.axis.x, &shape.axis.y));
+        curves.push(PlottedCurve::line_of(pen, &shape.axis.x, &shape.axis.y));
     }
     for (curve, pen, name) in ends.into_iter().filter(|end| end.0.has_points()) {
-        curves.push(Drawn::new(Key::Line(pen), name, &curve.x, &curve.y));
+        curves.push(PlottedCurve::new(Key::Line(pen), name, &curve.x, &curve.y));
     }
     let mut entries = named(&curves);
     let mark = Key::Mark(Mark::Square, INK);
@@ -117,8 +117,12 @@ pub fn layer(data: &LayerFigure, paper: &Paper) -> Result<String> {
         let mut curves = Vec::new();
         for (i, run) in data.runs.iter().enumerate() {
             let [solid, dashed] = pens(i, data.runs.len());
-            curves.push(Drawn::line_of(solid, &run.stretched, &run.elastic));
-            curves.push(Drawn::line_of(dashed, &run.stretched, &run.dissipated));
+            curves.push(PlottedCurve::line_of(solid, &run.stretched, &run.elastic));
+            curves.push(PlottedCurve::line_of(
+                dashed,
+                &run.stretched,
+                &run.dissipated,
+            ));
         }
         let mut block = Block::plane(x, y, Height::Pixels(210.0), curves);
         block.legend = lower_entries(data);

@@ -68,13 +68,13 @@ pub(crate) enum Key {
 
 /// A curve of a panel: sample, name and points; points that are not finite break the curve.
 #[derive(Debug, Clone)]
-pub(crate) struct Drawn {
+pub(crate) struct PlottedCurve {
     pub entry: Entry,
     x: Vec<f64>,
     y: Vec<f64>,
 }
 
-impl Drawn {
+impl PlottedCurve {
     pub(crate) fn new(key: Key, name: &str, x: &[f64], y: &[f64]) -> Self {
         Self {
             entry: Entry::new(key, name),
@@ -109,7 +109,7 @@ impl Drawn {
 }
 
 /// Legend entries of the named curves.
-pub(crate) fn named(curves: &[Drawn]) -> Vec<Entry> {
+pub(crate) fn named(curves: &[PlottedCurve]) -> Vec<Entry> {
     let named = curves.iter().filter(|c| !c.entry.text.is_empty());
     named.map(|c| c.entry.clone()).collect()
 }

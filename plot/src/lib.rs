@@ -98,7 +98,7 @@ pub use modes::{ModeShape, ModeShapes, mode_shapes};
 pub use motion::{Shape, Snapshots, snapshots};
 pub use outcome::{OutcomeMap, Outcomes, SweptAxis, outcome_map};
 pub use paper::Paper;
-pub use portrait::{Arc, Named, Portrait, phase_portrait};
+pub use portrait::{Arc, NamedPoint, Portrait, phase_portrait};
 pub use rods::{RodShapes, rod_shapes};
 pub use scenery::{Ground, SpaceBody, SpaceRod};
 pub use slopes::Slope;

@@ -3,7 +3,7 @@
 use super::axes::Axis;
 use super::data::{Series, as_many};
 use super::geometry::Pixel;
-use super::legend::{Drawn, Entry, named};
+use super::legend::{Entry, PlottedCurve, named};
 use super::page::{Block, Height, Page, Width};
 use super::paper::Paper;
 use super::slopes::{self, Slope};
@@ -107,7 +107,7 @@ impl Lines {
         Ok(())
     }
 
-    fn curves(&self) -> Vec<Drawn> {
+    fn curves(&self) -> Vec<PlottedCurve> {
         let series = self.series.iter().enumerate();
         series.map(|(i, s)| s.drawn(i, 1.5)).collect()
     }

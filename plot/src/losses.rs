@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, Series, as_many, rising};
 use super::geometry::Pixel;
 use super::labels;
-use super::legend::{Drawn, Entry, Key, mark, named};
+use super::legend::{Entry, Key, PlottedCurve, mark, named};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{Colour, GREY, category};
 use super::paper::Paper;
@@ -73,10 +73,10 @@ pub fn dissipated_against_released(data: &SnapLosses, paper: &Paper) -> Result<S
     let below = Axis::fit(&differences, true, "relative difference", 5);
     let groups = data.groups.iter().enumerate();
     let groups = groups.filter(|(_, group)| finite(group).next().is_some());
-    let marks = |f: fn(&[f64; 2]) -> f64| -> Vec<Drawn> {
+    let marks = |f: fn(&[f64; 2]) -> f64| -> Vec<PlottedCurve> {
         let drawn = groups.clone().map(|(i, group)| {
             let (x, y): (Vec<f64>, Vec<f64>) = finite(group).map(|p| (p[0], f(&p))).unzip();
-            Drawn::new(Key::Mark(mark(i), category(i)), &group.name, &x, &y)
+            PlottedCurve::new(Key::Mark(mark(i), category(i)), &group.name, &x, &y)
         });
         drawn.collect()
     };
@@ -191,14 +191,14 @@ pub fn losses_over_time(data: &LossesOverTime, paper: &Paper) -> Result<String> 
 
     let stairs = (!data.snaps.is_empty()).then(|| {
         let name = "released in the elastic limit";
-        Drawn::new(Key::Line(LIMIT), name, &step_times, &step_levels)
+        PlottedCurve::new(Key::Line(LIMIT), name, &step_times, &step_levels)
     });
     let runs = data
         .runs
         .iter()
         .enumerate()
         .map(|(i, run)| run.drawn(i, 1.6));
-    let curves: Vec<Drawn> = stairs.into_iter().chain(runs).collect();
+    let curves: Vec<PlottedCurve> = stairs.into_iter().chain(runs).collect();
     let x = Axis::linear(start, end, &data.units.time_of("time t"), 8);
     let page = Page::new("Energy lost over time", &data.title, vec![named(&curves)]);
     let block = Block::plane(x, y, Height::Pixels(320.0), curves);

@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen, Side, Type};
 use super::contour::{areas, at_least, extend};
 use super::data::{AxisUnits, Curve, Field};
 use super::geometry::{Pixel, thin};
-use super::legend::{ColourBar, Drawn, Entry, Key, Mark, named};
+use super::legend::{ColourBar, Entry, Key, Mark, PlottedCurve, named};
 use super::motion::{circle, disc_axes, wall};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, WHITE, category, sequential};
@@ -60,7 +60,12 @@ pub fn fold_map(data: &FoldMap, paper: &Paper) -> Result<String> {
     for (i, fold) in data.folds.iter().enumerate() {
         let mut name = NAMES.get(i).copied().unwrap_or("further fold");
         for piece in fold.iter().filter(|piece| piece.has_points()) {
-            curves.push(Drawn::new(Key::Line(fold_pen(i)), name, &piece.x, &piece.y));
+            curves.push(PlottedCurve::new(
+                Key::Line(fold_pen(i)),
+                name,
+                &piece.x,
+                &piece.y,
+            ));
             name = "";
         }
     }
@@ -191,9 +196,9 @@ pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String>
     let curves = |pen: Pen| {
         data.folds
             .iter()
-            .map(move |f| Drawn::line_of(pen, &f.x, &f.y))
+            .map(move |f| PlottedCurve::line_of(pen, &f.x, &f.y))
     };
-    let curves: Vec<Drawn> = curves(ON_COLOUR_RIM).chain(curves(ON_COLOUR)).collect();
+    let curves: Vec<PlottedCurve> = curves(ON_COLOUR_RIM).chain(curves(ON_COLOUR)).collect();
     let entries = match data.folds.iter().any(Curve::has_points) {
         true => vec![Entry::new(Key::Line(ON_COLOUR), "fold")],
         false => Vec::new(),

@@ -4,7 +4,7 @@ use super::axes::Axis;
 use super::canvas::Pen;
 use super::data::AxisUnits;
 use super::geometry::{along, drawable};
-use super::legend::{Drawn, Entry, Key, Mark};
+use super::legend::{Entry, Key, Mark, PlottedCurve};
 use super::motion::wall;
 use super::page::{Block, Height, Page, Width};
 use super::painter::Painter;
@@ -203,7 +203,7 @@ fn plane<'a>(rods: &'a [SpaceRod], units: &AxisUnits) -> Option<Block<'a>> {
     };
     let curves = rods.iter().map(|rod| {
         let pen: Pen = pen(rod, colour(rod));
-        Drawn::line_of(pen, &of(rod, 0), &of(rod, 1))
+        PlottedCurve::line_of(pen, &of(rod, 0), &of(rod, 1))
     });
     let (x, y) = (axis(0, "x")?, axis(1, "y")?);
     let block = Block::plane(x, y, Height::Equal(140.0, 420.0), curves.collect());

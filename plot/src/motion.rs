@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Pen};
 use super::data::{AxisUnits, Curve};
 use super::energies::snap_name;
 use super::geometry::{Pixel, finite, heading};
-use super::legend::{Drawn, Entry, Key, Mark, Tones, named};
+use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, named};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{ALARM, Colour, GREY, INK};
 use super::paper::Paper;
@@ -55,20 +55,21 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
 
     let folds = data.folds.iter().enumerate();
     let name = |i: usize| if i == 0 { "fold" } else { "" };
-    let folds = folds.map(|(i, fold)| Drawn::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
+    let folds =
+        folds.map(|(i, fold)| PlottedCurve::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
     // A long path covers itself; transparency then shows how often.
     let pen = match way(&data.path) < LONG * data.units.radius() {
         true => PATH,
         false => Pen { width: 0.6, ..PATH }.alpha(0.4),
     };
-    let path = Drawn::new(
+    let path = PlottedCurve::new(
         Key::Line(pen),
         "path of the mass",
         &data.path.x,
         &data.path.y,
     );
     let path = data.path.has_points().then_some(path);
-    let lines: Vec<Drawn> = folds.chain(path).collect();
+    let lines: Vec<PlottedCurve> = folds.chain(path).collect();
     let mut before = "before a snap";
     let rods = shapes.iter().enumerate().map(|(i, shape)| {
         let pen = Pen::new(tones.colour(shape.time), 1.8);
@@ -80,9 +81,9 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
             true => (pen.dashed(5.0, 3.0), std::mem::take(&mut before)),
             false => (pen, ""),
         };
-        Drawn::new(Key::Line(pen), name, &shape.axis.x, &shape.axis.y)
+        PlottedCurve::new(Key::Line(pen), name, &shape.axis.x, &shape.axis.y)
     });
-    let curves: Vec<Drawn> = lines.iter().cloned().chain(rods).collect();
+    let curves: Vec<PlottedCurve> = lines.iter().cloned().chain(rods).collect();
     let mut entries = named(&curves);
     let ends: Vec<(f64, f64)> = (data.path.points().next().into_iter())
         .chain(data.path.points().next_back())
@@ -143,7 +144,7 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     };
     // This panel shows the path; rods and masses would hide it.
     let rim = circle(data.units.radius());
-    let rim = Drawn::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
+    let rim = PlottedCurve::line_of(Pen::new(GREY, 0.9), &rim.x, &rim.y);
     let still = lines.into_iter().chain([rim]).collect();
     let mut near = Block::plane(x, y, Height::Equal(0.0, 1e3), still).over(marks);
     near.title = "the path, closer";

@@ -3,7 +3,7 @@
 
 use super::axes::{Axis, Panel, ROOM_BELOW, TITLE, room_left};
 use super::canvas::{Canvas, Side, Type, draw};
-use super::legend::{ColourBar, Drawn, Entry, Legend};
+use super::legend::{ColourBar, Entry, Legend, PlottedCurve};
 use super::paper::{Paper, Print};
 use super::stage::Stage;
 use snaprod_core::error::Result;
@@ -41,7 +41,7 @@ struct Plane<'a> {
     x: Axis,
     y: Axis,
     height: Height,
-    curves: Vec<Drawn>,
+    curves: Vec<PlottedCurve>,
     grid: bool,
     under: Paint<'a, Panel>,
     over: Paint<'a, Panel>,
@@ -67,7 +67,7 @@ pub(crate) struct Block<'a> {
 
 impl<'a> Block<'a> {
     /// A panel with curves.
-    pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<Drawn>) -> Self {
+    pub(crate) fn plane(x: Axis, y: Axis, height: Height, curves: Vec<PlottedCurve>) -> Self {
         Self::new(Body::Plane(Box::new(Plane {
             x,
             y,
@@ -221,7 +221,7 @@ pub(crate) struct Page<'a> {
 }
 
 /// A block as laid out: [left, top, width, height] of its panel or box.
-struct Laid<'p> {
+struct PlacedBlock<'p> {
     block: &'p Block<'p>,
     legend: Legend,
     place: [f64; 4],
@@ -305,7 +305,7 @@ impl<'a> Page<'a> {
         };
 
         let (mut edge, mut bottom) = (0.0, 0.0);
-        let mut laid: Vec<Laid> = Vec::new();
+        let mut laid: Vec<PlacedBlock> = Vec::new();
         for ((_, blocks), [room, inner, width]) in self.columns.iter().zip(measures) {
             let mut below = ABOVE + titled + legend.height();
             for (i, block) in blocks.iter().enumerate() {
@@ -314,7 +314,7 @@ impl<'a> Page<'a> {
                 let top = below + above + own.height();
                 let place = [edge + room, top, inner, block.height(inner)];
                 below = top + place[3] + block.gap(shared);
-                laid.push(Laid {
+                laid.push(PlacedBlock {
                     block,
                     legend: own,
                     place,
@@ -403,7 +403,7 @@ fn measure(width: Width, blocks: &mut [Block]) -> [f64; 3] {
     [room, inner, room + inner + right]
 }
 
-impl Laid<'_> {
+impl PlacedBlock<'_> {
     fn paint(&self, canvas: &mut Canvas) {
         let [left, top, width, height] = self.place;
         let words = top - self.legend.height();

@@ -4,7 +4,7 @@ use super::axes::{Axis, Panel, SMALL, TITLE};
 use super::canvas::{Canvas, Pen, Side, Type};
 use super::data::Curve;
 use super::geometry::{Pixel, apart, finite, heading, tangent};
-use super::legend::{Drawn, Entry, Key, Mark};
+use super::legend::{Entry, Key, Mark, PlottedCurve};
 use super::page::{Block, Height, Page, Width};
 use super::palette::{Colour, GREY, INK, category};
 use super::paper::Paper;
@@ -23,7 +23,7 @@ pub struct Arc {
 
 /// A named point.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Named {
+pub struct NamedPoint {
     /// Name of the point.
     pub name: String,
     /// Position in the phase plane.
@@ -42,7 +42,7 @@ pub struct Portrait {
     /// Solutions; arcs of one orbit are drawn side by side, a little outside the orbit.
     pub arcs: Vec<Arc>,
     /// Named points.
-    pub points: Vec<Named>,
+    pub points: Vec<NamedPoint>,
 }
 
 /// Draws the phase portrait with the arcs that are solutions as SVG. AMV's Fig. 3.12.
@@ -73,7 +73,7 @@ pub fn phase_portrait(data: &Portrait, paper: &Paper) -> Result<String> {
         "",
         vec![arcs.map(entry).collect()],
     );
-    let line = |pen: Pen| move |c: &Curve| Drawn::line_of(pen, &c.x, &c.y);
+    let line = |pen: Pen| move |c: &Curve| PlottedCurve::line_of(pen, &c.x, &c.y);
     let orbits = data
         .orbits
         .iter()

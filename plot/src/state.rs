@@ -4,7 +4,7 @@ use super::axes::{Axis, extent};
 use super::canvas::Pen;
 use super::data::{AxisUnits, View, with_unit};
 use super::geometry::{Point, along, dot, unit};
-use super::legend::{Drawn, Entry, Key, named};
+use super::legend::{Entry, Key, PlottedCurve, named};
 use super::page::{Block, Height, Page, Width};
 use super::painter::Painter;
 use super::palette::{ALARM, Colour, GREY, category};
@@ -213,10 +213,11 @@ fn group(
     let zero = Pen::new(GREY, 0.9);
     let grey = none
         .iter()
-        .map(|&k| Drawn::line_of(zero, &data.s, &values[k]));
+        .map(|&k| PlottedCurve::line_of(zero, &data.s, &values[k]));
     let pens = some.iter().map(|&k| (k, Pen::new(category(k), 1.7)));
-    let drawn = pens.map(|(k, pen)| Drawn::new(Key::Line(pen), names[k], &data.s, &values[k]));
-    let curves: Vec<Drawn> = grey.chain(drawn).collect();
+    let drawn =
+        pens.map(|(k, pen)| PlottedCurve::new(Key::Line(pen), names[k], &data.s, &values[k]));
+    let curves: Vec<PlottedCurve> = grey.chain(drawn).collect();
     let mut entries = named(&curves);
     if !none.is_empty() {
         let names: Vec<&str> = none.iter().map(|&k| names[k]).collect();

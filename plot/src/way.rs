@@ -6,7 +6,7 @@ use super::data::{AxisUnits, as_many};
 use super::energies::{SNAP, snap_lines, snap_name};
 use super::geometry::{Pixel, Point, box_of, drawable, finite, thin};
 use super::history::History;
-use super::legend::{Drawn, Entry, Key, Mark, Tones, draw_mark};
+use super::legend::{Entry, Key, Mark, PlottedCurve, Tones, draw_mark};
 use super::page::{Block, Height, Page, WIDTH, Width};
 use super::palette::{ALARM, INK, category};
 use super::paper::Paper;
@@ -86,7 +86,7 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
         };
         let y = Axis::over(&values, None, &data.units.length_of(name), 4).ok_or_else(nothing)?;
         let history = History::new("", Pen::new(category(i), 1.4), &data.time, &values);
-        let curves: Vec<Drawn> = vec![history.line.clone()];
+        let curves: Vec<PlottedCurve> = vec![history.line.clone()];
         let block = Block::plane(x.clone(), y, Height::Pixels(112.0), curves);
         panels.push(block.under(move |canvas, panel| {
             history.band(canvas, panel);

@@ -10,7 +10,7 @@ use clap::Args;
 use rayon::prelude::*;
 use snaprod::plot::{self, FitFigure, FittedCurve};
 use snaprod::scene::Units;
-use snaprod::study::fit::Found;
+use snaprod::study::fit::SearchEnd;
 use snaprod::study::{Data, Fit, FitRecord, Values, Vary};
 use std::fmt::Write;
 use std::fs;
@@ -66,7 +66,7 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     signals::watch();
     let starts = args.starts;
     let tally = Tally::new(starts, !args.quiet && !args.json);
-    let searched: snaprod::Result<Vec<Option<Found>>> = (0..starts)
+    let searched: snaprod::Result<Vec<Option<SearchEnd>>> = (0..starts)
         .into_par_iter()
         .map(|k| {
             let found = fit.search(&fit.start(k, args.seed), &mut Signals);

@@ -14,7 +14,7 @@ use snaprod::plot::{
     StrainMap, Trace,
 };
 use snaprod::scene::Units;
-use snaprod::study::run::{Frame, Line, ModelKind, Moment, RunBranch, RunRecord, places};
+use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, SingleMotion, places};
 
 /// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
 const SHAPES_ON_SHEET: usize = 9;
@@ -183,7 +183,7 @@ pub fn snaps_name(record: &RunRecord) -> &'static str {
 /// What the figures show: one motion, in the units of its labels.
 struct Drawn<'r> {
     record: &'r RunRecord,
-    line: Line,
+    line: SingleMotion,
     units: AxisUnits,
 }
 

@@ -4,7 +4,7 @@ use super::files::{number, rounded, settled};
 use snaprod::motion::viscoelastic::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
-use snaprod::study::neglected_mass::{FoldPassed, Follows, Validity};
+use snaprod::study::neglected_mass::{FoldPassed, FoldTreatment, Validity};
 use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 
@@ -62,8 +62,12 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.extend(cost(record, branch));
     }
     lines.extend(record.bounces());
-    lines.extend(record.unfelt().map(|time| unfelt(time, u)));
-    lines.extend(record.untold().map(|why| format!("note: {why}")));
+    lines.extend(record.time_without_mass().map(|time| unfelt(time, u)));
+    lines.extend(
+        record
+            .missing_folds_note()
+            .map(|why| format!("note: {why}")),
+    );
     lines.extend(record.validity.as_ref().map(mass));
     if let Some(out) = out {
         lines.push(match record.strain_stride {
@@ -189,7 +193,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
 pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String> {
     let folds = folds.iter().filter(|fold| fold.branch == branch);
     let told = folds
-        .filter(|fold| fold.follows == Follows::Mass)
+        .filter(|fold| fold.follows == FoldTreatment::Mass)
         .take(SHOWN);
     let text = told.filter_map(|fold| {
         let ledger = fold.changes?;

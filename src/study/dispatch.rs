@@ -1,6 +1,6 @@
 //! Studies for a scene of any kind: one rod, an assembly or a bar.
 
-use super::neglected_mass::SmallMass;
+use super::neglected_mass::MassEffect;
 use super::run::{Fields, Prepared, Shapes};
 use super::{Hooks, Sink, Table, assembly, bar, equilibrium, run};
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use serde_json::Value;
 
 /// Result of a scene.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct SceneResult {
     /// Content of summary.json.
     pub summary: Value,
     /// Snaps, layers or shocks.
@@ -31,10 +31,10 @@ pub fn motion(
     fields: Fields,
     sink: &mut dyn Sink,
     hooks: &mut dyn Hooks,
-) -> Result<Found> {
+) -> Result<SceneResult> {
     if scene.bar.is_some() {
         let record = bar::run(&BarPrepared::new(scene)?, sink, hooks)?;
-        return Ok(Found {
+        return Ok(SceneResult {
             summary: record.summary(),
             events: record.events(),
             reason: record.reason(),
@@ -46,7 +46,7 @@ pub fn motion(
         let prepared = AssemblyPrepared::new(scene)?;
         let start = prepared.motion()?;
         let record = assembly::run(&prepared, start, sink, hooks)?;
-        return Ok(Found {
+        return Ok(SceneResult {
             summary: record.summary(),
             events: record.events(),
             reason: record.reason(),
@@ -54,7 +54,7 @@ pub fn motion(
         });
     }
     let record = run::run(&Prepared::new(scene)?, fields, sink, hooks)?;
-    Ok(Found {
+    Ok(SceneResult {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
@@ -138,7 +138,7 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
 ///
 /// # Errors
 /// A start without motion; data without a well-posed problem.
-pub fn check(scene: &Scene) -> Result<Option<SmallMass>> {
+pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     if scene.bar.is_some() {
         return BarPrepared::new(scene).map(|_| None);
     }

@@ -3,7 +3,9 @@
 
 use super::record::{Cell, Column, Table};
 use crate::elastica::inversion::STRAIGHT;
-use crate::elastica::{Elastica, Equilibrium, Found, PlanarSection, equilibria_at, fold_distance};
+use crate::elastica::{
+    Elastica, Equilibrium, FoundEquilibrium, PlanarSection, equilibria_at, fold_distance,
+};
 use crate::error::{Error, Result};
 use crate::manifold::EquilibriumManifold;
 use nalgebra::Vector2;
@@ -107,7 +109,7 @@ pub struct EquilibriaRecord {
     /// Upper bound of lambda.
     pub lambda_max: f64,
     /// Equilibria by growing lambda.
-    pub found: Vec<Found>,
+    pub found: Vec<FoundEquilibrium>,
     /// Remark on the point: at (1, 0) the rod is straight, and the list is empty.
     pub note: Option<&'static str>,
 }
@@ -143,7 +145,7 @@ pub fn equilibria(at: [f64; 2], lambda_max: f64) -> Result<EquilibriaRecord> {
 impl EquilibriaRecord {
     /// JSON form.
     pub fn summary(&self) -> Value {
-        let one = |f: &Found| {
+        let one = |f: &FoundEquilibrium| {
             let mut one = labels(&f.equilibrium);
             one["elastic"] = f.equilibrium.energy.into();
             one["force"] = json!(f.equilibrium.force);

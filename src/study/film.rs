@@ -30,14 +30,14 @@ pub struct Film {
     /// The pictures, in the order of time.
     pub stills: Vec<Still>,
     /// Bodies and energies, at more times than the pictures.
-    pub trace: Vec<Traced>,
+    pub trace: Vec<TracePoint>,
     /// Steps of the run.
     pub steps: usize,
 }
 
 /// A point of the trace, in the world and the scene's units.
 #[derive(Debug, Clone)]
-pub struct Traced {
+pub struct TracePoint {
     /// Time.
     pub t: f64,
     /// Pose and velocity of each body; for a single rod, of its end.
@@ -50,18 +50,18 @@ pub struct Traced {
 #[derive(Debug, Clone)]
 pub struct Still {
     /// Time, bodies and energies.
-    pub now: Traced,
+    pub now: TracePoint,
     /// Sections of each rod, from base to end.
     pub rods: Vec<Vec<Isometry3<f64>>>,
     /// Labels of the equilibrium of the elastica in or near the state.
     pub labels: Option<Labels>,
     /// Role of the picture in the motion.
-    pub place: Place,
+    pub place: PictureRole,
 }
 
 /// Role of a picture in a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum PictureRole {
     /// In the course of the motion.
     Way,
     /// At a fold, before the snap.
@@ -75,7 +75,7 @@ pub enum Place {
 /// A source of a film: a scene of motion ready to run.
 pub trait Filmed {
     /// Bodies and energies of a state.
-    fn traced(&self, state: &dyn State) -> Traced;
+    fn traced(&self, state: &dyn State) -> TracePoint;
 
     /// Shapes of the rods, with `sections` sections for light ones.
     ///
@@ -88,9 +88,9 @@ pub trait Filmed {
 }
 
 impl Filmed for Prepared {
-    fn traced(&self, state: &dyn State) -> Traced {
-        let now = self.passing(state);
-        Traced {
+    fn traced(&self, state: &dyn State) -> TracePoint {
+        let now = self.moment_without_index(state);
+        TracePoint {
             t: now.t,
             bodies: vec![(now.pose, now.velocity)],
             ledger: now.ledger,
@@ -108,10 +108,10 @@ impl Filmed for Prepared {
 }
 
 impl Filmed for AssemblyPrepared {
-    fn traced(&self, state: &dyn State) -> Traced {
+    fn traced(&self, state: &dyn State) -> TracePoint {
         let now = self.passing(state);
         let bodies = now.bodies.iter();
-        Traced {
+        TracePoint {
             t: now.t,
             bodies: bodies.map(|body| (body.pose, body.velocity)).collect(),
             ledger: now.ledger,
@@ -176,15 +176,15 @@ pub fn film<'m>(
     let mut camera = Camera {
         of,
         whole: motion.resolution().is_some(),
-        pictures: Reel::new(pictures),
-        trace: Reel::new(points),
-        measure: Measure {
+        pictures: ThinnedList::new(pictures),
+        trace: ThinnedList::new(points),
+        measure: StateDistance {
             length: of.scales()[0],
             duration: duration * time,
             moments,
         },
     };
-    let mut last = camera.keep(&*motion.given(), Place::Way)?;
+    let mut last = camera.keep(&*motion.given(), PictureRole::Way)?;
     let mut branches = line.iter();
     let (mut snaps, mut steps) = (0, 0);
     while let Some(event) = motion.advance() {
@@ -221,12 +221,12 @@ pub fn film<'m>(
                     continue;
                 }
                 if let Some(state) = motion.before_snap() {
-                    camera.keep(&*state, Place::Fold)?;
+                    camera.keep(&*state, PictureRole::Fold)?;
                     if snaps <= LAYERS {
                         camera.fall(&snap, motion.fall(&snap));
                     }
                 }
-                last = camera.keep(&*motion.now(), Place::Landing)?;
+                last = camera.keep(&*motion.now(), PictureRole::Landing)?;
             }
             Event::Stop(Outcome::Branched(snaps)) => {
                 let Some(next) = branches.next() else { break };
@@ -234,9 +234,9 @@ pub fn film<'m>(
                 let found = found.ok_or_else(|| {
                     Error::domain("the motion does not branch as it did when it was run")
                 })?;
-                camera.keep(&*motion.now(), Place::Fold)?;
+                camera.keep(&*motion.now(), PictureRole::Fold)?;
                 motion = motion.branch(found)?;
-                last = camera.keep(&*motion.now(), Place::Landing)?;
+                last = camera.keep(&*motion.now(), PictureRole::Landing)?;
             }
             Event::Stop(_) => break,
             Event::Layer(_) | Event::Bounce(_) => {}
@@ -245,7 +245,7 @@ pub fn film<'m>(
     camera.thin();
     // The last state may have been skipped or dropped.
     if camera.pictures.lacks(last.t) {
-        camera.keep(&*motion.now(), Place::Way)?;
+        camera.keep(&*motion.now(), PictureRole::Way)?;
     }
     if camera.trace.lacks(last.t) {
         let traced = of.traced(&*motion.now());
@@ -263,7 +263,7 @@ pub fn film<'m>(
 
 /// Fingerprint of a state by which distances of states are measured.
 #[derive(Debug, Clone)]
-struct Glimpse {
+struct StateFingerprint {
     t: f64,
     places: Vec<Vector3<f64>>,
 }
@@ -273,13 +273,13 @@ struct Camera<'f> {
     of: &'f dyn Filmed,
     /// True if rods move while their ends are fixed.
     whole: bool,
-    pictures: Reel<Still>,
-    trace: Reel<Traced>,
-    measure: Measure<'f>,
+    pictures: ThinnedList<Still>,
+    trace: ThinnedList<TracePoint>,
+    measure: StateDistance<'f>,
 }
 
 impl Camera<'_> {
-    fn look(&self, state: &dyn State) -> Result<(Glimpse, Traced)> {
+    fn look(&self, state: &dyn State) -> Result<(StateFingerprint, TracePoint)> {
         let now = self.of.traced(state);
         let arm = ARM * self.measure.length;
         let seen = |(pose, _): &(Isometry3<f64>, Vector3<f64>)| {
@@ -291,10 +291,10 @@ impl Camera<'_> {
             let rods = self.of.rods(state, 9)?;
             places.extend(rods.iter().flatten().map(|(_, at)| at.translation.vector));
         }
-        Ok((Glimpse { t: now.t, places }, now))
+        Ok((StateFingerprint { t: now.t, places }, now))
     }
 
-    fn still(&self, state: &dyn State, now: Traced, place: Place) -> Result<Still> {
+    fn still(&self, state: &dyn State, now: TracePoint, place: PictureRole) -> Result<Still> {
         let rods = self.of.rods(state, SECTIONS)?;
         Ok(Still {
             now,
@@ -305,7 +305,7 @@ impl Camera<'_> {
     }
 
     /// Traces a state if it is far enough from the previous one; true if also far enough for a picture.
-    fn follow(&mut self, (seen, traced): &(Glimpse, Traced)) -> bool {
+    fn follow(&mut self, (seen, traced): &(StateFingerprint, TracePoint)) -> bool {
         if self.trace.wants(&self.measure, seen) {
             self.trace
                 .keep(&self.measure, (seen.clone(), traced.clone(), false));
@@ -314,18 +314,22 @@ impl Camera<'_> {
     }
 
     /// Takes a picture.
-    fn picture(&mut self, state: &dyn State, (seen, traced): &(Glimpse, Traced)) -> Result<()> {
-        let still = self.still(state, traced.clone(), Place::Way)?;
+    fn picture(
+        &mut self,
+        state: &dyn State,
+        (seen, traced): &(StateFingerprint, TracePoint),
+    ) -> Result<()> {
+        let still = self.still(state, traced.clone(), PictureRole::Way)?;
         self.pictures
             .keep(&self.measure, (seen.clone(), still, false));
         Ok(())
     }
 
     /// Keeps a picture of a state unconditionally.
-    fn keep(&mut self, state: &dyn State, place: Place) -> Result<Glimpse> {
+    fn keep(&mut self, state: &dyn State, place: PictureRole) -> Result<StateFingerprint> {
         let (seen, traced) = self.look(state)?;
         let still = self.still(state, traced.clone(), place)?;
-        let held = place != Place::Way;
+        let held = place != PictureRole::Way;
         self.trace.keep(&self.measure, (seen.clone(), traced, held));
         self.pictures
             .keep(&self.measure, (seen.clone(), still, held));
@@ -390,7 +394,7 @@ fn falling(
         rods[snap.rod] = sections.iter().map(placed).collect();
         Still {
             rods,
-            now: Traced {
+            now: TracePoint {
                 ledger: Ledger {
                     elastic: ledger.elastic - lost,
                     dissipated: ledger.dissipated + lost,
@@ -399,23 +403,23 @@ fn falling(
                 ..fold.now.clone()
             },
             labels: None,
-            place: Place::Layer,
+            place: PictureRole::Layer,
         }
     };
     chosen.into_iter().map(still).collect()
 }
 
 /// Distance between states.
-struct Measure<'a> {
+struct StateDistance<'a> {
     length: f64,
     duration: f64,
     moments: &'a [f64],
 }
 
-impl Measure<'_> {
+impl StateDistance<'_> {
     /// Largest displacement in rod lengths plus elapsed fraction of the duration, weighted more near moments of
     /// attention.
-    fn way(&self, a: &Glimpse, b: &Glimpse) -> f64 {
+    fn way(&self, a: &StateFingerprint, b: &StateFingerprint) -> f64 {
         let both = a.places.iter().zip(&b.places);
         let moved = both.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
         let near = |moment: &f64| {
@@ -429,14 +433,14 @@ impl Measure<'_> {
 
 /// A list of bounded length. At the bound the minimum distance grows, and items closer to each other are dropped,
 /// except held ones.
-struct Reel<T> {
-    kept: Vec<(Glimpse, T, bool)>,
+struct ThinnedList<T> {
+    kept: Vec<(StateFingerprint, T, bool)>,
     /// Current minimum distance.
     step: f64,
     most: usize,
 }
 
-impl<T> Reel<T> {
+impl<T> ThinnedList<T> {
     fn new(most: usize) -> Self {
         Self {
             kept: Vec::new(),
@@ -446,8 +450,8 @@ impl<T> Reel<T> {
         }
     }
 
-    fn wants(&self, measure: &Measure, at: &Glimpse) -> bool {
-        let far = |(last, ..): &(Glimpse, T, bool)| measure.way(last, at) >= self.step;
+    fn wants(&self, measure: &StateDistance, at: &StateFingerprint) -> bool {
+        let far = |(last, ..): &(StateFingerprint, T, bool)| measure.way(last, at) >= self.step;
         self.kept.last().is_none_or(far)
     }
 
@@ -456,7 +460,7 @@ impl<T> Reel<T> {
         self.kept.last().is_none_or(|(at, ..)| at.t < t)
     }
 
-    fn keep(&mut self, measure: &Measure, one: (Glimpse, T, bool)) {
+    fn keep(&mut self, measure: &StateDistance, one: (StateFingerprint, T, bool)) {
         self.kept.push(one);
         if self.kept.len() > 2 * self.most {
             self.thin(measure, 3 * self.most / 2);
@@ -464,7 +468,7 @@ impl<T> Reel<T> {
     }
 
     /// Drops items until at most `most` remain, besides held ones.
-    fn thin(&mut self, measure: &Measure, most: usize) {
+    fn thin(&mut self, measure: &StateDistance, most: usize) {
         while self.kept.iter().filter(|(.., held)| !held).count() > most {
             self.step *= 1.05;
             for one in std::mem::take(&mut self.kept) {

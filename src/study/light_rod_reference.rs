@@ -1,18 +1,18 @@
 //! Light rods that accompany rods with friction or mass in a run.
 
 use super::exact;
-use crate::motion::{Beside, Crossed, Lost, Motion, State};
+use crate::motion::{LightReference, LightSnap, Motion, State, UnknownInterval};
 use crate::scene::{Scales, Units};
 use serde_json::{Value, json};
 
 /// Light rods of a run, with the folds they have passed.
 pub(super) struct LightRods {
-    rods: Vec<Beside>,
-    crossed: Vec<Crossed>,
+    rods: Vec<LightReference>,
+    crossed: Vec<LightSnap>,
 }
 
 impl LightRods {
-    pub fn new(rods: Vec<Beside>) -> Self {
+    pub fn new(rods: Vec<LightReference>) -> Self {
         Self {
             rods,
             crossed: Vec::new(),
@@ -40,10 +40,10 @@ impl LightRods {
     }
 
     /// Passed folds, and intervals without a light rod, in the order of time.
-    pub fn told(mut self) -> (Vec<Crossed>, Vec<Lost>) {
+    pub fn told(mut self) -> (Vec<LightSnap>, Vec<UnknownInterval>) {
         self.crossed.sort_by(|a, b| a.snap.t.total_cmp(&b.snap.t));
-        let lost = self.rods.iter().flat_map(Beside::lost).copied();
-        let mut lost: Vec<Lost> = lost.collect();
+        let lost = self.rods.iter().flat_map(LightReference::lost).copied();
+        let mut lost: Vec<UnknownInterval> = lost.collect();
         lost.sort_by(|a, b| a.from.total_cmp(&b.from));
         (self.crossed, lost)
     }
@@ -51,7 +51,7 @@ impl LightRods {
 
 /// Sentence on times and reasons of missing folds; `names` of the rods of an assembly.
 pub(super) fn note(
-    lost: &[&Lost],
+    lost: &[&UnknownInterval],
     names: &[String],
     (scales, units): (&Scales, Units),
 ) -> Option<String> {
@@ -86,7 +86,7 @@ pub(super) fn note(
 }
 
 /// Event of a lost light rod.
-pub(super) fn event(lost: &Lost, names: &[String], scales: &Scales) -> Value {
+pub(super) fn event(lost: &UnknownInterval, names: &[String], scales: &Scales) -> Value {
     let mut event = json!({
         "kind": "light_rod_lost",
         "t": lost.from * scales.time,

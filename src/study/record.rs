@@ -101,9 +101,9 @@ pub trait Sink {
 }
 
 /// A sink that discards rows.
-pub(in crate::study) struct Nowhere;
+pub(in crate::study) struct DiscardRows;
 
-impl Sink for Nowhere {
+impl Sink for DiscardRows {
     fn begin(&mut self, _table: Table) -> Result<usize> {
         Ok(0)
     }

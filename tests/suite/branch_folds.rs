@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use serde_json::Value;
 use snaprod::elastica::folds::fold_at;
 use snaprod::elastica::{
-    Passage,
+    FoldNormalForm,
     first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE},
 };
 use snaprod::scene::Scene;
@@ -90,7 +90,7 @@ fn held_ends_have_the_normal_form_of_the_plane() {
     let (length, mass, stiffness) = (2.0, 0.3, 1.5);
     let time = f64::sqrt(mass * length * length * length / stiffness);
     let v = Vector2::new(0.0, time / length);
-    let expected = Passage::new(at.p, at.w, &v).unwrap();
+    let expected = FoldNormalForm::new(at.p, at.w, &v).unwrap();
     let end = r#"
 [end]
 position = [0.6, 0.0, 1.2]
@@ -176,7 +176,7 @@ duration = 0.1
         });
         [small.map(|of| of.0), small.map(|of| of.1)]
     };
-    let Passage {
+    let FoldNormalForm {
         drive,
         bend,
         mass,

@@ -37,7 +37,7 @@ impl Multivalued<2> for OneByOne {
         Elastica.better_patch(patch, q)
     }
 
-    fn carried(&self, q: &Pair, from: Patch, to: Patch) -> Pair {
+    fn change_patch(&self, q: &Pair, from: Patch, to: Patch) -> Pair {
         Elastica.carried(q, from, to)
     }
 
@@ -45,15 +45,15 @@ impl Multivalued<2> for OneByOne {
         Elastica.point_in(patch, q)
     }
 
-    fn shaking(&self, patch: Patch) -> Option<Pair> {
+    fn shaking_direction(&self, patch: Patch) -> Option<Pair> {
         Elastica.shaking(patch)
     }
 
-    fn held(&self, pull: f64) -> Option<Held<2>> {
+    fn axial_constraint(&self, pull: f64) -> Option<Held<2>> {
         Elastica.held(pull)
     }
 
-    fn beside(&self, pull: f64, across: f64) -> Option<(Patch, Pair)> {
+    fn deflected_point(&self, pull: f64, across: f64) -> Option<(Patch, Pair)> {
         Elastica.beside(pull, across)
     }
 

@@ -117,7 +117,7 @@ fn folds_have_the_normal_form_of_the_plane() {
     ] {
         let v = Vector2::from(v);
         let at = fold_at(1, p).unwrap().equilibrium;
-        let expected = elastica::Passage::new(at.p, at.w, &v).unwrap();
+        let expected = elastica::FoldNormalForm::new(at.p, at.w, &v).unwrap();
         let now = laid(link, &at, &v);
         let point = link.point(0.0, &now.bodies, &now.charts[0], 1e-13).unwrap();
         let rod = (link, &now.charts[0], &point);

@@ -4,7 +4,7 @@ use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
 use snaprod::body::Body;
 use snaprod::elastica::{
-    Elastica, Equilibrium, LightRod, Passage, RodInertia, fold_at, held_modes,
+    Elastica, Equilibrium, FoldNormalForm, LightRod, RodInertia, fold_at, held_modes,
 };
 use snaprod::math::gauss::Rule;
 use snaprod::motion::{Event, Options, Outcome, Run};
@@ -140,7 +140,7 @@ fn folds_have_the_numbers_of_their_normal_form() {
         });
         let snap = snap.expect("a snap");
         let q = &snap.from.q;
-        let fold = Passage::new(
+        let fold = FoldNormalForm::new(
             q[0],
             q[1],
             &Vector2::new(snap.velocity[0], snap.velocity[1]),
@@ -234,7 +234,7 @@ fn the_mass_of_a_critical_shape_is_below_one() {
             };
             let at = fold.equilibrium;
             // Pulls beyond lam = 100 are refused.
-            let Ok(passage) = Passage::new(at.p, at.w, &v) else {
+            let Ok(passage) = FoldNormalForm::new(at.p, at.w, &v) else {
                 continue;
             };
             assert!(passage.mass > 0.0 && passage.mass < 1.0, "{passage:?}");

@@ -17,7 +17,7 @@ pub use rigid::RigidBody;
 pub use support::Support;
 
 use crate::error::{Error, Result};
-use crate::manifold::RodMass;
+use crate::manifold::FirstOrderInertia;
 use nalgebra::SVector;
 use std::sync::Arc;
 
@@ -85,7 +85,7 @@ pub struct Body<const N: usize> {
     drag: f64,
     forces: Vec<TimeLoad<N>>,
     support: Option<Box<Support<N>>>,
-    rod: Option<Arc<dyn RodMass<N>>>,
+    rod: Option<Arc<dyn FirstOrderInertia<N>>>,
 }
 
 /// The drag, if it is one.
@@ -175,13 +175,13 @@ impl<const N: usize> Body<N> {
 
     /// Has it feel the mass of its rod.
     #[must_use]
-    pub fn with_rod(mut self, rod: Arc<dyn RodMass<N>>) -> Self {
+    pub fn with_rod(mut self, rod: Arc<dyn FirstOrderInertia<N>>) -> Self {
         self.rod = Some(rod);
         self
     }
 
     /// The mass of its rod, if it feels that.
-    pub fn rod(&self) -> Option<&dyn RodMass<N>> {
+    pub fn rod(&self) -> Option<&dyn FirstOrderInertia<N>> {
         self.rod.as_deref()
     }
 

@@ -1,8 +1,8 @@
 //! Straight rod as a beam under a pull N along it, for small deflections y of its end (theory 2.3): cross force k(N)
 //! y, 1 - x = c(N) y^2, with k' = 2 c.
 
-use super::straight_chart::{GENTLE, Moments};
-use crate::manifold::Held;
+use super::straight_chart::{Moments, SERIES_MAX_PULL};
+use crate::manifold::AxialConstraint;
 use nalgebra::Vector2;
 
 /// Least pull at which the end counts as held along the axis, somewhat above [`BUCKLED`].
@@ -34,7 +34,7 @@ impl Beam {
             return Self::taut(pull);
         }
         let Moments { g, m, slope } = Moments::new(pull);
-        let rise = if pull < -GENTLE {
+        let rise = if pull < -SERIES_MAX_PULL {
             // (cos b - sin b/b)/(cos b - 1) at b = b* - e.
             let root = (-pull).sqrt();
             let e = more / (BUCKLED_ROOT + root);
@@ -70,10 +70,10 @@ impl Beam {
 
 /// Straight rod under the pull; `None` near the push at which it buckles with the end on the axis, since the end is
 /// not held along the rod there.
-pub(super) fn held(pull: f64) -> Option<Held<2>> {
+pub(super) fn held(pull: f64) -> Option<AxialConstraint<2>> {
     (pull > MOST_HELD).then(|| {
         let beam = Beam::new(pull - BUCKLED);
-        Held {
+        AxialConstraint {
             pose: Vector2::x(),
             along: Vector2::x(),
             across: Vector2::y(),

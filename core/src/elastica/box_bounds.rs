@@ -6,7 +6,7 @@
 use super::chart::{ChartPoint, Modulus};
 use super::curvature::{TipDerivatives, cross, dot};
 use super::equilibrium::{closed_tip, tip};
-use super::shape_by_theta::Along;
+use super::shape_by_theta::RodTheta;
 use super::small_load::SLIGHT;
 use crate::error::Result;
 use std::f64::consts::LN_2;
@@ -154,7 +154,7 @@ pub(super) fn chart_point(kind: Column, first: f64, lam: f64) -> Result<(f64, Ch
 /// kap^2 and kap, the scales on which weakly bent rods move.
 fn quick_point(p: f64, lam: f64) -> ((f64, f64), ChartPoint) {
     let modulus = Modulus::new(p);
-    let integrals = Along::new(&modulus, lam).clamp(&modulus);
+    let integrals = RodTheta::new(&modulus, lam).clamp(&modulus);
     let at = ChartPoint::from_integrals(p, integrals);
     (closed_tip(&at), at)
 }
@@ -247,7 +247,7 @@ pub(super) fn mirrored(at: &ChartPoint, v: [f64; 2]) -> [f64; 2] {
 }
 
 /// Range of the tip over a box: expansion about the centre, with each coordinate in half widths of the box.
-pub(super) struct Reach {
+pub(super) struct TipRange {
     along_first: [f64; 2],
     along_lam: [f64; 2],
     /// Half the pure second derivatives, and the mixed one.
@@ -258,7 +258,7 @@ pub(super) struct Reach {
     rest: [f64; 2],
 }
 
-impl Reach {
+impl TipRange {
     pub(super) fn new(local: &Local, bending: &Bending, (a, b): (f64, f64)) -> Self {
         let [pp, pl, ll] = bending.second;
         let cubic = [a * a * a, 3.0 * a * a * b, 3.0 * a * b * b, b * b * b].map(|v| v / 6.0);

@@ -34,7 +34,7 @@ const MOST_SNAPS: usize = 16;
 /// # Ok::<(), snaprod::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Dragged {
+pub struct DraggedRod {
     q: Vector2<f64>,
     place: Vector2<f64>,
 }
@@ -54,7 +54,7 @@ pub struct DraggedSnap {
     pub shapes: Vec<LayerShape>,
 }
 
-impl Dragged {
+impl DraggedRod {
     /// The rod at the stable equilibrium `q` = (p, w).
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl Dragged {
     /// # Errors
     /// A target outside the disc |r| < 1, which no bent rod reaches, a layer that does not settle, or a loop drawn
     /// too tight for double precision. The rod then stays at the last equilibrium.
-    pub fn to(&mut self, target: &Vector2<f64>) -> Result<Vec<DraggedSnap>> {
+    pub fn drag_to(&mut self, target: &Vector2<f64>) -> Result<Vec<DraggedSnap>> {
         if !(target.norm() < 1.0) {
             return Err(Error::domain(
                 Message::from("the end cannot be dragged to ")
@@ -101,7 +101,7 @@ impl Dragged {
         }
         let mut snaps = Vec::new();
         while let Some(direction) = self.glide(target)? {
-            Elastica.resolved(&self.q)?;
+            Elastica.check_resolution(&self.q)?;
             if snaps.len() == MOST_SNAPS {
                 return Err(Error::no_convergence(format!(
                     "the rod snapped {MOST_SNAPS} times on one way; drag it in shorter ones"

@@ -19,16 +19,16 @@ mod near_straight;
 mod small_force;
 mod taut_inertia;
 
-pub use fold_ahead::{INERTIAL_ESCAPE, Passage, VISCOUS_ESCAPE};
+pub use fold_ahead::{FoldNormalForm, INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 pub use follow_mass::LightRod;
 pub use taut_inertia::TautInertia;
 
-use end_inertia::{Moving, aside, dot, heavy, pushed};
-use moving_clamp::CarriedRod;
+use end_inertia::{EndMotion, aside, dot, inertia_integrand, inertia_integrand_with_weight};
+use moving_clamp::MovingClampInertia;
 
 use super::chart::{ChartPoint, Integrals, Modulus};
 use super::curvature::{Swing, TipDerivatives};
-use super::shape_by_theta::{Along, DRAWS, drawn};
+use super::shape_by_theta::{DRAWS, RodTheta, graded_node};
 use super::simd_sums::{self, InLanes, Lanes, WIDEST};
 use crate::error::{Error, Result};
 use crate::math::frame::Frame;
@@ -53,7 +53,7 @@ pub struct RodInertia {
     /// The chart's integrals at (p, lam).
     integrals: Integrals,
     clamp: Swing,
-    along: Along,
+    along: RodTheta,
     /// Relative error allowed in the integrals along the rod.
     error: f64,
     /// [`RodInertia::field`] of the end section.
@@ -64,7 +64,7 @@ pub struct RodInertia {
 
 /// Contribution of a unit of the rod's mass to the equation of motion of the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Added {
+pub struct AddedInertia {
     /// Added mass A = int P^T P ds.
     pub mass: Matrix2<f64>,
     /// Force int P^T (g - e) ds, with e the acceleration of the sections at zero acceleration of the end.
@@ -76,7 +76,7 @@ pub struct Added {
 /// Equilibrium rod, in coordinates that keep all digits along the rod.
 trait OnEquilibria {
     /// [`RodInertia::added`].
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added>;
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia>;
 
     /// First-order inertia on a moving clamp: the end moves with `v` seen from the clamp, gravity is given in the
     /// world; `None` at a fold.
@@ -85,7 +85,7 @@ trait OnEquilibria {
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<CarriedRod>;
+    ) -> Option<MovingClampInertia>;
 }
 
 impl RodInertia {
@@ -104,7 +104,7 @@ impl RodInertia {
             kap, kap_c, lam, ..
         } = integrals;
         let modulus = Modulus { kap, kap_c };
-        let along = Along::new(&modulus, pulled(lam)?);
+        let along = RodTheta::new(&modulus, pulled(lam)?);
         Ok(Self::of(p, modulus, integrals, along))
     }
 
@@ -115,20 +115,20 @@ impl RodInertia {
     #[inline(always)]
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
         let modulus = Modulus::new(p);
-        let along = Along::new(&modulus, pulled(lam)?);
+        let along = RodTheta::new(&modulus, pulled(lam)?);
         Ok(Self::of(p, modulus, along.clamp(&modulus), along))
     }
 
     /// Allows the relative error `error`, between 1e-12 and 1e-4, in the integrals along the rod.
     #[must_use]
     #[inline(always)]
-    pub fn to_part(self, error: f64) -> Self {
+    pub fn with_error(self, error: f64) -> Self {
         let error = error.clamp(EXACT, ROUGH);
         Self { error, ..self }
     }
 
     #[inline(always)]
-    fn of(p: f64, modulus: Modulus, integrals: Integrals, along: Along) -> Self {
+    fn of(p: f64, modulus: Modulus, integrals: Integrals, along: RodTheta) -> Self {
         let mut rod = Self {
             p,
             modulus,
@@ -225,7 +225,7 @@ impl RodInertia {
     }
 
     /// Added mass, force and centre per unit of mass, for the end velocity `v` and gravity; `None` at a fold.
-    pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+    pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
         let (moving, turning) = self.moving(v)?;
         moving.added(self.integrals(&Heavy(&turning)), gravity)
     }
@@ -233,10 +233,10 @@ impl RodInertia {
     /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it; `None`
     /// at a fold.
     #[inline(always)]
-    fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Turning)> {
+    fn moving(&self, v: &Vector2<f64>) -> Option<(EndMotion, Turning)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = self.turning(rate);
-        let moving = Moving {
+        let moving = EndMotion {
             scale: self.integrals.lam,
             turn: self.turn(),
             inverse,
@@ -299,7 +299,7 @@ fn nodes(least: f64, draw: usize) -> [&'static [f64]; 2] {
     let rule = KEPT[draw][full - 1].get_or_init(|| {
         let mut rule = Rule::new(WIDEST * full);
         for (x, weight) in rule.nodes.iter_mut().zip(&mut rule.weights) {
-            let [part, stretch] = drawn(draw, *x);
+            let [part, stretch] = graded_node(draw, *x);
             (*x, *weight) = (part, *weight * stretch);
         }
         rule
@@ -326,13 +326,13 @@ impl<E: AtSection<K>, const K: usize> InLanes<K> for Sections<'_, E> {
     }
 }
 
-/// Integrand [`pushed`], without gravity.
+/// Integrand [`inertia_integrand`], without gravity.
 struct Weightless<'a>(&'a Turning);
 
 impl AtSection<6> for Weightless<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
-        pushed(&rod.field(part, here), &self.0.left(part, here))
+        inertia_integrand(&rod.field(part, here), &self.0.left(part, here))
     }
 }
 
@@ -352,7 +352,7 @@ impl WithSimd for Adding {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let rod = RodInertia::known(self.p, self.integrals).ok()?;
-        let rod = rod.to_part(self.error);
+        let rod = rod.with_error(self.error);
         let (moving, turning) = rod.moving(&self.v)?;
         let ([places, weights], rod) = (rod.nodes(), &rod);
         if self.gravity == Vector2::zeros() {
@@ -368,14 +368,14 @@ impl WithSimd for Adding {
     }
 }
 
-/// Integrand [`heavy`], with gravity.
+/// Integrand [`inertia_integrand_with_weight`], with gravity.
 struct Heavy<'a>(&'a Turning);
 
 impl AtSection<12> for Heavy<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 12] {
         let field = rod.field(part, here);
-        heavy(&field, &self.0.left(part, here))
+        inertia_integrand_with_weight(&field, &self.0.left(part, here))
     }
 }
 

@@ -18,12 +18,12 @@ use std::f64::consts::LN_2;
 /// Lower bound of lambda at a fold, and of lambda in quarter periods K. The least lambda of the first fold curve is
 /// 5.7658925 (at kap = 0.9428598, by golden sections over tools/ref_folds.py). Both bounds are proven for |p| < 30
 /// (boxes/proof.rs; beyond see theory 2.4).
-pub(super) const FIRST: f64 = 5.6;
+pub(super) const MIN_FOLD_LAM: f64 = 5.6;
 pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.
 const SCAN: f64 = 0.9;
 /// Largest number of a fold curve.
-const MOST: usize = 4096;
+const MAX_CURVE_NUMBER: usize = 4096;
 /// Largest Morse index counted, which takes a second.
 const COUNTED: usize = 1 << 20;
 
@@ -47,7 +47,7 @@ fn scan_start(p: f64) -> f64 {
     } else {
         complete_kb(kap_c).0
     };
-    FIRST.max(QUARTERS * quarter)
+    MIN_FOLD_LAM.max(QUARTERS * quarter)
 }
 
 /// Nearest p off the axis: kap = 0 holds only the straight rod, and its neighbours stand in for it.
@@ -129,13 +129,13 @@ pub struct FoldPoint {
 /// # Errors
 /// number = 0, or a p too large for double precision.
 pub fn fold_at(number: usize, p: f64) -> Result<FoldPoint> {
-    if number == 0 || number > MOST {
+    if number == 0 || number > MAX_CURVE_NUMBER {
         return Err(Error::domain(format!(
-            "fold curves are numbered 1 to {MOST}; there is no number {number}"
+            "fold curves are numbered 1 to {MAX_CURVE_NUMBER}; there is no number {number}"
         )));
     }
     let q = off_axis(p);
-    let quarter = scan_start(q).max(QUARTERS * FIRST);
+    let quarter = scan_start(q).max(QUARTERS * MIN_FOLD_LAM);
     // Fold n lies below 2 (n + 1) quarter periods.
     let lam_max = (number as f64 + 1.5) * 2.0 * quarter;
     let all = brackets(q, lam_max, number)?;

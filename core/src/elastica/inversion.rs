@@ -14,7 +14,7 @@
 //! count.
 
 use super::box_bounds::{
-    Bending, Column, Local, Reach, chart_point, injective, mirrored, quick_tip,
+    Bending, Column, Local, TipRange, chart_point, injective, mirrored, quick_tip,
 };
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
@@ -26,7 +26,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Equilibrium at a given end position.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Found {
+pub struct FoundEquilibrium {
     /// The equilibrium.
     pub equilibrium: Equilibrium,
     /// Morse index with the end position held; at a fold, the index on its lower side.
@@ -37,7 +37,7 @@ pub struct Found {
     pub residual: f64,
 }
 
-impl Found {
+impl FoundEquilibrium {
     /// Stable: index 0 and not about to vanish.
     pub fn stable(&self) -> bool {
         self.index == 0 && !self.degenerate
@@ -56,7 +56,7 @@ const MOST_BOXES: usize = 4_000_000;
 const FOLD_WIDTH: f64 = 2e-8;
 /// Least lam of the boxes, a little less than pi/2, and largest p - lam of their region.
 pub(super) const LOADED: f64 = 1.5;
-pub(super) const TAUT: f64 = 1.1;
+pub(super) const MAX_P_BEYOND_LAM: f64 = 1.1;
 /// Distance of equilibria that may be the pair of a fold: a pair is resolved only to the square root of rounding.
 const NEIGHBOURS: f64 = 1e-5;
 /// Value of p at which logarithmic columns (small p: the tip scales with p) give way to linear ones.
@@ -72,7 +72,7 @@ const WIDEN: f64 = 1.25;
 /// # Errors
 /// A point outside the disc |r| < 1 (unreachable, or only the straight rod), lambda_max not in
 /// (0, 60], or a search that failed its count.
-pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
+pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<FoundEquilibrium>> {
     if !(x.is_finite() && y.is_finite()) {
         return Err(Error::domain(format!(
             "the position ({x}, {y}) must be finite"
@@ -103,7 +103,7 @@ pub fn equilibria_at(x: f64, y: f64, lambda_max: f64) -> Result<Vec<Found>> {
 }
 
 /// Merges two neighbours with the same sign of det: a fold lies between them, within rounding of the target.
-fn pair_up(found: &mut Vec<Found>) {
+fn pair_up(found: &mut Vec<FoundEquilibrium>) {
     found.dedup_by(|next, one| {
         let [e, f] = [&one.equilibrium, &next.equilibrium];
         let near = (e.p - f.p).abs() < NEIGHBOURS * (1.0 + e.p.abs()) * e.p.abs().min(1.0)
@@ -133,7 +133,7 @@ struct Search {
     targets: [[f64; 2]; 2],
     lambda_max: f64,
     queue: Vec<Cell>,
-    found: Vec<Found>,
+    found: Vec<FoundEquilibrium>,
     /// Shrunk boxes without a decision, with the index of their target.
     pieces: Vec<(Cell, usize)>,
     boxes: usize,
@@ -145,7 +145,7 @@ impl Search {
         // |theta| <= 4 asin kap, so the tip is within 2 sin(2 asin kap) < 4 kap of (1, 0): p > kap >
         // distance/4.
         let p_min = (distance / 8.0).min(0.5);
-        let p_max = lambda_max + TAUT;
+        let p_max = lambda_max + MAX_P_BEYOND_LAM;
         let mut queue = Vec::new();
         let rows = (lambda_max - LOADED).max(0.0).ceil();
         let b = 0.5 * (lambda_max - LOADED) / rows;
@@ -179,7 +179,7 @@ impl Search {
     }
 
     fn run(&mut self) -> Result<()> {
-        self.alone()?;
+        self.find_unique_roots()?;
         while let Some(cell) = self.queue.pop() {
             self.boxes += 1;
             if self.boxes > MOST_BOXES {
@@ -200,7 +200,7 @@ impl Search {
     /// force. For a nearly straight rod 1 - x is proportional to y^2, by a factor that changes little with the force.
     /// The unknowns are therefore fitted to y and (1 - x)/y^2 of the target, down to rounding. Roots of other kinds
     /// are left to the boxes.
-    fn alone(&mut self) -> Result<()> {
+    fn find_unique_roots(&mut self) -> Result<()> {
         let side = usize::from(self.targets[0][1] < 0.0);
         let [one_minus_x, y] = self.targets[side];
         if y == 0.0 {
@@ -251,7 +251,7 @@ impl Search {
     }
 
     fn examine(&mut self, mut cell: Cell) -> Result<()> {
-        let taut = cell.first - cell.a > cell.lam + cell.b + TAUT;
+        let taut = cell.first - cell.a > cell.lam + cell.b + MAX_P_BEYOND_LAM;
         if taut && cell.kind == Column::Linear {
             return Ok(());
         }
@@ -261,7 +261,7 @@ impl Search {
         let radius = length(at.turned);
         let third = Bending::third(cell.kind, (p, wide.0), (cell.lam, wide.1), radius);
         let bending = Local::bending(cell.kind, p, &at, third);
-        let reach = Reach::new(&local, &bending, (cell.a, cell.b));
+        let reach = TipRange::new(&local, &bending, (cell.a, cell.b));
         let mut one_to_one = None;
         for side in 0..2 {
             if !cell.alive[side] {
@@ -347,7 +347,7 @@ impl Search {
         }
         let signed = if side == 0 { p } else { -p };
         // The mirror image of the target was sought on p > 0; for a target on the axis both searches count.
-        let is_here = |f: &Found| {
+        let is_here = |f: &FoundEquilibrium| {
             let e = &f.equilibrium;
             let tolerance = if degenerate || f.degenerate {
                 NEIGHBOURS
@@ -357,7 +357,7 @@ impl Search {
             (e.p - signed).abs() < tolerance * (1.0 + p) * p.min(1.0)
                 && (e.lambda - lam).abs() < tolerance * (1.0 + lam)
         };
-        let here: Vec<&Found> = self.found.iter().filter(|f| is_here(f)).collect();
+        let here: Vec<&FoundEquilibrium> = self.found.iter().filter(|f| is_here(f)).collect();
         // Newton's method may have found one of an unresolved pair.
         let half_a_pair = degenerate && matches!(here[..], [one] if !one.degenerate);
         if half_a_pair {
@@ -368,7 +368,7 @@ impl Search {
         let equilibrium = Equilibrium::from_lambda_p(lam, signed)?;
         let target = self.targets[0];
         let residual = (equilibrium.one_minus_x - target[0]).hypot(equilibrium.y - target[1]);
-        self.found.push(Found {
+        self.found.push(FoundEquilibrium {
             equilibrium,
             index: if degenerate {
                 // On the fold rounding decides: take the lower side.
@@ -421,7 +421,7 @@ fn aside(e: &Equilibrium) -> f64 {
 }
 
 /// Checks the signed count of the equilibria against the winding number of lam = lam_max.
-fn check_count(found: &[Found], x: f64, y: f64, lambda_max: f64) -> Result<()> {
+fn check_count(found: &[FoundEquilibrium], x: f64, y: f64, lambda_max: f64) -> Result<()> {
     // Near the border rounding decides whether an equilibrium is found, and the curve passes through the target.
     if found
         .iter()
@@ -506,11 +506,11 @@ mod tests {
                 0 => (0.03 + 1.47 * part(37), (4.0 * part(61) - 3.0).exp()),
                 _ => {
                     let lam = LOADED + 12.0 * part(53);
-                    (lam, lam + TAUT + 9.0 * part(41).powi(2))
+                    (lam, lam + MAX_P_BEYOND_LAM + 9.0 * part(41).powi(2))
                 }
             };
             let one = Equilibrium::from_lambda_p(lam, p).unwrap();
-            let alone = |f: &Found| {
+            let alone = |f: &FoundEquilibrium| {
                 let e = &f.equilibrium;
                 if i % 2 == 0 {
                     e.lambda < LOADED + 0.01
@@ -538,7 +538,7 @@ mod tests {
             let fold = folds::fold_at(1, 0.1 * f64::from(i) - 5.97).unwrap();
             let fold = fold.equilibrium;
             let found = equilibria_at(fold.x, fold.y, 14.0).unwrap();
-            let here = |f: &&Found| {
+            let here = |f: &&FoundEquilibrium| {
                 let e = &f.equilibrium;
                 (e.p - fold.p).abs() < 1e-4 && (e.lambda - fold.lambda).abs() < 1e-4
             };

@@ -25,14 +25,14 @@ mod straight_chart;
 mod viscous_landing;
 
 pub use atlas::{GridPoint, SheetGrid, sheet_grid, sheet_grid_in, stable_grid};
-pub use dragged_end::{Dragged, DraggedSnap};
+pub use dragged_end::{DraggedRod, DraggedSnap};
 pub use equilibrium::{Equilibrium, PlanarSection};
-pub use first_order_mass::{LightRod, Passage, RodInertia, TautInertia};
+pub use first_order_mass::{FoldNormalForm, LightRod, RodInertia, TautInertia};
 pub use folds::{FoldPoint, fold_at, fold_curve, fold_distance};
 pub use held_vibrations::{HeldMode, held_modes};
-pub use inversion::{Found, equilibria_at};
+pub use inversion::{FoundEquilibrium, equilibria_at};
 pub use model::Elastica;
-pub use rest_under_load::{settled, settled_with};
+pub use rest_under_load::{equilibrium_under_load, equilibrium_under_load_and_weight};
 pub use stable_over_disc::{FoldLine, StableRegion};
 pub use stiffness::EndStiffness;
 pub use viscous_landing::LayerShape;

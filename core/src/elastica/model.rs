@@ -7,8 +7,8 @@ use super::viscous_landing::LayerShape;
 use super::{beam, folds, inversion, shaking_average, straight_chart, viscous_landing};
 use crate::error::{Error, Result};
 use crate::manifold::{
-    Eightfold, EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Shaken, Sheet, Sign,
-    TAUT, invert_near,
+    AxialConstraint, Eightfold, EquilibriumManifold, ManifoldPoint, Multivalued, Patch,
+    ShakingTurn, Sheet, Sign, TAUT, invert_near,
 };
 use crate::math::small_sort::sort_few;
 use nalgebra::{Matrix2, Vector2};
@@ -93,13 +93,15 @@ impl Multivalued<2> for Elastica {
 
     fn better_patch(&self, patch: Patch, q: &Vector2<f64>) -> Patch {
         match patch {
-            Patch::Near(side) if straight_chart::holds(side, q) => patch,
+            Patch::Near(side) if straight_chart::stays_in_chart(side, q) => patch,
             Patch::Near(_) => Patch::Global,
-            Patch::Global => straight_chart::side(q[0], q[1]).map_or(Patch::Global, Patch::Near),
+            Patch::Global => {
+                straight_chart::entry_side(q[0], q[1]).map_or(Patch::Global, Patch::Near)
+            }
         }
     }
 
-    fn carried(&self, q: &Vector2<f64>, from: Patch, to: Patch) -> Vector2<f64> {
+    fn change_patch(&self, q: &Vector2<f64>, from: Patch, to: Patch) -> Vector2<f64> {
         match (from, to) {
             (Patch::Global, Patch::Near(_)) => straight_chart::from_amplitude(q[0], q[1]),
             (Patch::Near(side), Patch::Global) => straight_chart::to_amplitude(side, q),
@@ -123,22 +125,22 @@ impl Multivalued<2> for Elastica {
     }
 
     /// Direction along the straight rod.
-    fn shaking(&self, patch: Patch) -> Option<Vector2<f64>> {
+    fn shaking_direction(&self, patch: Patch) -> Option<Vector2<f64>> {
         matches!(patch, Patch::Near(_)).then(Vector2::x)
     }
 
-    fn shaken(&self, patch: Patch, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
+    fn shaking_turn(&self, patch: Patch, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
         match patch {
             Patch::Global => None,
             Patch::Near(side) => shaking_average::shaken(side, q, load),
         }
     }
 
-    fn held(&self, pull: f64) -> Option<Held<2>> {
+    fn axial_constraint(&self, pull: f64) -> Option<AxialConstraint<2>> {
         beam::held(pull)
     }
 
-    fn beside(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {
+    fn deflected_point(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {
         let side = Sign::of(across);
         Some((
             Patch::Near(side),
@@ -148,7 +150,7 @@ impl Multivalued<2> for Elastica {
 
     /// Near w = n pi a rod with a loop has D(w) ~ kap' = sech p, and dlam = dw/D. The force then lacks the digits of
     /// lam that w as a double cannot hold, and the energy ledger opens.
-    fn resolved(&self, q: &Vector2<f64>) -> Result<()> {
+    fn check_resolution(&self, q: &Vector2<f64>) -> Result<()> {
         let (p, w) = (q[0], q[1]);
         // Outside this range D is far from 0, or of the order of w.
         if !(p.abs() > 15.0 && w > 2.5) {

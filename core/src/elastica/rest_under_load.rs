@@ -2,7 +2,7 @@
 
 use super::{Elastica, Equilibrium, LightRod, straight_chart};
 use crate::error::{Error, Message, Quantity, Result};
-use crate::manifold::{Deflected, EquilibriumManifold, RodMass};
+use crate::manifold::{DeflectionState, EquilibriumManifold, FirstOrderInertia};
 use crate::math::frame::Frame;
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix2, Vector2};
@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_2;
 /// # Errors
 /// A load that is not finite or has lambda beyond 340, or 1.2e5 EI/L^2; a push along the rod beyond Euler's load,
 /// under which the rod may buckle to either side.
-pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
+pub fn equilibrium_under_load(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let lambda = load.norm().sqrt();
     if !(lambda <= LAMBDA_MOST) {
         return Err(Error::domain(
@@ -46,7 +46,7 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
         return Ok(None);
     }
     let bent = |p: f64| Equilibrium::from_lambda_p(lambda, p.copysign(load.y));
-    if let Some(p) = straight_chart::pulled(load) {
+    if let Some(p) = straight_chart::modulus_under_pull(load) {
         return bent(p).map(Some);
     }
     let at = |ln_p: f64| Equilibrium::from_lambda_p(lambda, ln_p.exp());
@@ -82,37 +82,37 @@ pub fn settled(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
 /// rod's mass, as under a strong pull.
 ///
 /// # Errors
-/// As [`settled`]; no convergence, for rods that are not light.
-pub fn settled_with(
+/// As [`equilibrium_under_load`]; no convergence, for rods that are not light.
+pub fn equilibrium_under_load_and_weight(
     rod: &LightRod,
     frame: Option<&Frame<2>>,
     load: &Vector2<f64>,
 ) -> Result<Option<Equilibrium>> {
     let none = Vector2::zeros();
     let felt = |total: &Vector2<f64>| -> Result<Option<Vector2<f64>>> {
-        let Some(at) = settled(total)? else {
+        let Some(at) = equilibrium_under_load(total)? else {
             return Ok(None);
         };
         let q = Vector2::new(at.p, at.w);
-        if !(rod.room(&q, &none, false) > 0.0) {
+        if !(rod.validity_margin(&q, &none, false) > 0.0) {
             return Ok(None);
         }
         let Some(point) = Elastica.point(&q) else {
             return Ok(None);
         };
-        let felt = rod.added(frame, [&q, &none], &point, f64::EPSILON);
+        let felt = rod.end_inertia(frame, [&q, &none], &point, f64::EPSILON);
         Ok(felt.map(|felt| load + felt.force))
     };
     let weight = frame.map_or(rod.gravity, |frame| frame.inward(&rod.gravity)) * rod.mass;
-    let mut total = load + weight * SHARE;
-    let slack = settled(&total)?.map_or(0.0, |at| at.one_minus_x);
-    if slack < HAIR {
+    let mut total = load + weight * WEIGHT_AT_END;
+    let slack = equilibrium_under_load(&total)?.map_or(0.0, |at| at.one_minus_x);
+    if slack < BEAM_REQUIRED_BELOW {
         return slightly_bent(rod, frame, load);
     }
     let mut last = f64::INFINITY;
     for _ in 0..STEPS {
         let Some(there) = felt(&total)? else {
-            return settled(load);
+            return equilibrium_under_load(load);
         };
         let size = total.norm();
         let mut slope = Matrix2::identity();
@@ -131,7 +131,7 @@ pub fn settled_with(
         // For slightly bent rods the weight's force is noisy, and steps stop falling.
         let step = step.norm() / size;
         if step <= ROUNDING || (step <= NOISE && step >= 0.5 * last) {
-            return settled(&total);
+            return equilibrium_under_load(&total);
         }
         last = step;
     }
@@ -150,15 +150,15 @@ fn slightly_bent(
 ) -> Result<Option<Equilibrium>> {
     let mut total = *load;
     for _ in 0..STEPS {
-        let at = settled(&total)?;
-        let deflected = Deflected {
+        let at = equilibrium_under_load(&total)?;
+        let deflected = DeflectionState {
             pull: load.x,
             tightening: 0.0,
             height: at.map_or(0.0, |at| at.y),
             speed: 0.0,
         };
-        let Some(felt) = rod.beside(frame, &deflected) else {
-            return settled(load);
+        let Some(felt) = rod.deflection_inertia(frame, &deflected) else {
+            return equilibrium_under_load(load);
         };
         let next = load.y + felt.force;
         if (next - total.y).abs() <= ROUNDING * next.abs() {
@@ -176,7 +176,7 @@ fn unfound() -> Error {
 }
 
 /// Fraction of a cantilever's weight that, concentrated at the end, deflects the end as far: 3/8.
-const SHARE: f64 = 0.375;
+const WEIGHT_AT_END: f64 = 0.375;
 /// Newton's method: most steps, and in parts of the load the finite difference, the step that counts as rounding, and
 /// the largest step due to noise.
 const STEPS: usize = 40;
@@ -186,7 +186,7 @@ const NOISE: f64 = 1e-7;
 /// 1 - x below which the model of the nearly straight rod is the fallback (its error is of order 1 - x), and below
 /// which it is required: the general inertia drowns in rounding.
 const SLIGHT: f64 = 1e-5;
-const HAIR: f64 = 1e-8;
+const BEAM_REQUIRED_BELOW: f64 = 1e-8;
 /// Ratio of cross load to axial load below which the load lies along the rod.
 const ALONG: f64 = 4.0 * f64::EPSILON;
 /// Largest lambda: for stronger loads the chart serves only rods that are taut all along.

@@ -10,7 +10,7 @@
 
 use super::beam::{BUCKLED, Beam, MOST_HELD};
 use super::straight_chart;
-use crate::manifold::{Shaken, Sign};
+use crate::manifold::{ShakingTurn, Sign};
 use crate::solve::roots::chandrupatla;
 use nalgebra::Vector2;
 use std::f64::consts::{PI, SQRT_2};
@@ -29,7 +29,7 @@ fn level(beam: &Beam, load: f64) -> f64 {
 }
 
 /// Turn with the inner turning point q; `None` where the rod does not push at q, or where the shaking is weak.
-pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<Shaken> {
+pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
     let rod = straight_chart::point(side, q)?;
     let height = rod.pose[1] * side.value();
     let inward = straight_chart::inward(side, q)?;
@@ -66,7 +66,7 @@ pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<Shaken> 
     }
     let [stiffness, shortening, left] = sums.map(|sum| sum / time);
     let at_inner = Beam::new(inner.exp());
-    Some(Shaken {
+    Some(ShakingTurn {
         period: SQRT_2 * height * time * PI / points,
         height: height * side.value(),
         stiffness,

@@ -19,7 +19,7 @@ use std::f64::consts::{FRAC_2_PI, LN_2, PI};
 
 /// One or several sections of a rod: [`Integrals`](super::chart::Integrals) at u = lam part.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Places<T> {
+pub(super) struct SectionIntegrals<T> {
     pub u: T,
     pub s: T,
     pub c: T,
@@ -27,7 +27,7 @@ pub(super) struct Places<T> {
     pub b: T,
 }
 
-impl<T: Real> Places<T> {
+impl<T: Real> SectionIntegrals<T> {
     /// Pendulum at the section.
     #[inline(always)]
     pub fn swing(&self, modulus: &Modulus) -> Swing<T> {
@@ -37,7 +37,7 @@ impl<T: Real> Places<T> {
 
 /// Theta functions of a rod of one modulus and one load.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Along {
+pub(super) struct RodTheta {
     lam: f64,
     /// True if v is real: the nome is that of the modulus.
     real: bool,
@@ -59,7 +59,7 @@ pub(super) struct Along {
     turns: f64,
 }
 
-impl Along {
+impl RodTheta {
     /// Coefficients of the rod with this modulus and lam > 0.
     #[inline(always)]
     pub fn new(modulus: &Modulus, lam: f64) -> Self {
@@ -138,12 +138,12 @@ impl Along {
             false => (other, quarter),
         };
         let digits = binary_digits(error);
-        if self.lam > NARROW * away && self.lam < k + ABOUT * away {
-            let (range, draw) = drawn_so_far(self.lam / away);
+        if self.lam > NARROW * away && self.lam < k + MAX_BEYOND_QUARTER * away {
+            let (range, draw) = grading_for_length(self.lam / away);
             return (DRAWN[0] + DRAWN[1] * range + DRAWN[2] * digits, draw);
         }
         let per = 2.0 / self.lam;
-        let slowness = slow((k * per - 1.0).min(1.0), away * per);
+        let slowness = inverse_log_ellipse_sum((k * per - 1.0).min(1.0), away * per);
         let nodes = (NODES + 0.5 * LN_2 * digits) * slowness;
         (nodes.max(FEWEST[0] + FEWEST[1] * digits), 0)
     }
@@ -151,7 +151,7 @@ impl Along {
     /// Integrals of the whole rod, of the modulus of `self`.
     #[inline(always)]
     pub fn clamp(&self, modulus: &Modulus) -> Integrals {
-        let Places { s, c, d, b, .. } = self.place_at(1.0);
+        let SectionIntegrals { s, c, d, b, .. } = self.place_at(1.0);
         Integrals {
             kap: modulus.kap,
             kap_c: modulus.kap_c,
@@ -177,7 +177,7 @@ impl Along {
 
     /// One section, at u = lam part.
     #[inline(always)]
-    pub fn place_at(&self, part: f64) -> Places<f64> {
+    pub fn place_at(&self, part: f64) -> SectionIntegrals<f64> {
         let (v, wound) = self.unwound(part * self.whole);
         let turned = match self.real {
             true => v.sin_cos(),
@@ -188,7 +188,7 @@ impl Along {
 
     /// Sections in lanes, at u = lam part.
     #[inline(always)]
-    pub fn at<S: Simd>(&self, part: Lanes<S>) -> Places<Lanes<S>> {
+    pub fn at<S: Simd>(&self, part: Lanes<S>) -> SectionIntegrals<Lanes<S>> {
         let (v, wound) = self.unwound(part * self.whole);
         let turned = match self.real {
             true => v.sin_cos(),
@@ -200,7 +200,12 @@ impl Along {
     /// Section with the fraction `part` of the rod beyond it, from (sin v, cos v) or (sinh v, cosh v). `wound`: half
     /// turns taken off v, and their sign in s and c.
     #[inline(always)]
-    fn place<T: Real>(&self, part: T, (sin, cos): (T, T), wound: Option<[T; 2]>) -> Places<T> {
+    fn place<T: Real>(
+        &self,
+        part: T,
+        (sin, cos): (T, T),
+        wound: Option<[T; 2]>,
+    ) -> SectionIntegrals<T> {
         // Either 2 q cos 2v or 2 q cosh 2v.
         let twice = 2.0 * self.nome.q;
         let bent = if self.real { -2.0 } else { 2.0 } * twice;
@@ -211,7 +216,7 @@ impl Along {
         let (c, d) = if self.real { (p2, p4) } else { (p4, p2) };
         let u = part * self.lam;
         let slope = sin * cos * (self.nome.slope(z) * over);
-        let mut place = Places {
+        let mut place = SectionIntegrals {
             u,
             s: p1 * (over * self.by_s),
             c: c * (over * self.by_c),
@@ -231,21 +236,24 @@ impl Along {
 /// `error`.
 #[inline(always)]
 pub(super) fn reach_of_bend(ln_t: f64, error: f64) -> f64 {
-    STRAIGHT[0] + STRAIGHT[1] * binary_digits(error) + ln_t.max(0.0)
+    BEND_REACH[0] + BEND_REACH[1] * binary_digits(error) + ln_t.max(0.0)
 }
 
 /// Gauss rule to the relative error `error` up to lam s = `reach`, where the rod becomes straight or ends: number of
 /// nodes, and grading towards the clamp. Bends beyond T = 1 lie inside the rod, where graded nodes are sparser.
 #[inline(always)]
 pub(super) fn rule_of_bend(reach: f64, ln_t: f64, error: f64) -> (f64, usize) {
-    let (_, draw) = drawn_so_far(reach * FRAC_2_PI);
-    let at_clamp = TAUT[0] + TAUT[1] * binary_digits(error);
-    (at_clamp * (INSIDE[0] + INSIDE[1] * ln_t).max(1.0), draw)
+    let (_, draw) = grading_for_length(reach * FRAC_2_PI);
+    let at_clamp = BEND_NODES[0] + BEND_NODES[1] * binary_digits(error);
+    (
+        at_clamp * (INNER_BEND_FACTOR[0] + INNER_BEND_FACTOR[1] * ln_t).max(1.0),
+        draw,
+    )
 }
 
 /// Range and number of the grading for a rod as long as `widths` widths of its bend.
 #[inline(always)]
-fn drawn_so_far(widths: f64) -> (f64, usize) {
+fn grading_for_length(widths: f64) -> (f64, usize) {
     let most = (DRAWS - 1) as f64;
     let draw = (rough_log(2.0 * widths) / DRAW + 0.5).clamp(1.0, most) as usize;
     (DRAW * draw as f64, draw)
@@ -254,7 +262,7 @@ fn drawn_so_far(widths: f64) -> (f64, usize) {
 /// Position, as a fraction of the rod from the tip, of the node `x` of a rule on [0, 1], and its derivative. The map
 /// 1 - sinh(range (1 - x))/sinh(range) grades nodes towards the narrow bend at the clamp of a rod under strong pull.
 /// In x the poles are then a quarter turn away from the bend, however narrow it is. `draw` = 0 is the identity.
-pub(super) fn drawn(draw: usize, x: f64) -> [f64; 2] {
+pub(super) fn graded_node(draw: usize, x: f64) -> [f64; 2] {
     if draw == 0 {
         return [x, 1.0];
     }
@@ -270,7 +278,7 @@ const DRAW: f64 = 0.25;
 /// 1/log rho of Bernstein's ellipse about [-1, 1] through x + i y, approximately: sinh log rho = z, and 1/asinh
 /// z = 1/z + Z[0] z/(z + Z[1]).
 #[inline(always)]
-fn slow(x: f64, y: f64) -> f64 {
+fn inverse_log_ellipse_sum(x: f64, y: f64) -> f64 {
     const Z: [f64; 2] = [0.25, 0.8];
     let z = if x > 0.0 {
         let [more, less] = [1.0 + x, 1.0 - x].map(|x| (x * x + y * y).sqrt());
@@ -306,16 +314,16 @@ const FARTHEST: f64 = 6.0;
 /// Limits of graded rules: lam is longer than NARROW K', and longer than K by less than ABOUT K'. Such a rod is
 /// straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
-const ABOUT: f64 = 0.25;
+const MAX_BEYOND_QUARTER: f64 = 0.25;
 /// Number of graded nodes: constant, and growth with the range and with every binary digit. Measured by the inertia
 /// at the end for relative errors from 1e-4 to 1e-10 and lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
 /// Taut rods. STRAIGHT: reach of the bend, which counts ln 2 a binary digit, and more for the powers of lam s beside
 /// it. TAUT: number of its nodes, and their growth with every digit. INSIDE: factor for bends inside the rod, which
 /// grows with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
-const STRAIGHT: [f64; 2] = [3.0, LN_2 + 0.1];
-const TAUT: [f64; 2] = [-1.0, 0.6];
-const INSIDE: [f64; 2] = [0.5, 1.0];
+const BEND_REACH: [f64; 2] = [3.0, LN_2 + 0.1];
+const BEND_NODES: [f64; 2] = [-1.0, 0.6];
+const INNER_BEND_FACTOR: [f64; 2] = [0.5, 1.0];
 
 #[cfg(test)]
 mod tests {
@@ -330,7 +338,7 @@ mod tests {
         for p in [1e-3, -0.3, 0.88, -0.8815, 1.6, -3.2, 6.0, 12.0] {
             for lam in [0.1, 1.4, 4.6, 9.0, 29.0] {
                 let modulus = Modulus::new(p);
-                let along = Along::new(&modulus, lam);
+                let along = RodTheta::new(&modulus, lam);
                 let places = [0.0005, 0.115, 0.295, 0.515, 0.705, 0.885, 0.9995, 1.0];
                 for (k, part) in places.iter().enumerate() {
                     let at = Integrals::at_load(p, lam * part).unwrap();
@@ -355,7 +363,7 @@ mod tests {
         }
     }
 
-    struct Pendulum<'a>(&'a Along);
+    struct Pendulum<'a>(&'a RodTheta);
 
     impl InLanes<4> for Pendulum<'_> {
         fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; 4] {

@@ -149,7 +149,7 @@ impl StableRegion {
 }
 
 /// Stable equilibrium, p > 0, with its end at a grid point.
-struct Met {
+struct StablePoint {
     q: [f64; 2],
     energy: f64,
 }
@@ -157,7 +157,7 @@ struct Met {
 /// Stable half p > 0, cast on a grid.
 struct Raster {
     n: usize,
-    found: Vec<Vec<Met>>,
+    found: Vec<Vec<StablePoint>>,
 }
 
 /// Rows and columns of the sampled half region: interpolation between them starts Newton's method.
@@ -253,7 +253,7 @@ impl Raster {
         };
         // Two triangles with a common side may both hold the point.
         let close = |a: f64, b: f64| (a - b).abs() < 1e-7 * (1.0 + a.abs());
-        let known = |f: &Met| close(f.q[0], met.q[0]) && close(f.q[1], met.q[1]);
+        let known = |f: &StablePoint| close(f.q[0], met.q[0]) && close(f.q[1], met.q[1]);
         let list = &mut self.found[place];
         if !list.iter().any(known) {
             list.push(met);
@@ -263,7 +263,7 @@ impl Raster {
 
 /// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it leaves the neighbourhood of the
 /// start or the stable region.
-fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
+fn polished(start: [f64; 2], r: [f64; 2]) -> Option<StablePoint> {
     let mut q = start;
     for _ in 0..12 {
         if !(q[0] > 0.0 && q[1] > 0.0) {
@@ -276,7 +276,7 @@ fn polished(start: [f64; 2], r: [f64; 2]) -> Option<Met> {
             let strayed = (q[0] - start[0]).abs() > 0.9 * (0.9 + start[0])
                 || (q[1] - start[1]).abs() > 0.9 * (0.9 + start[1]);
             // On the stable side the fold function is positive, as for slightly loaded rods.
-            return (!strayed && at.fold_function() > 0.0).then(|| Met {
+            return (!strayed && at.fold_function() > 0.0).then(|| StablePoint {
                 q,
                 energy: at.energy(),
             });

@@ -36,7 +36,7 @@ pub const MOST_PULL: f64 = 3600.0;
 
 /// Nearly straight rod, made by [`AlmostStraight::at`].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bent {
+pub struct NearlyStraightShape {
     /// Pull N: the x component of the force on the rod's end.
     pub pull: f64,
     /// Cross force F: the y component of the force on the rod's end.
@@ -77,7 +77,7 @@ impl AlmostStraight {
 
     /// Rod under the pull `pull` > -[`EULER`] with its end at the height `y`, by Newton's method from the straight
     /// rod; `None` if y is too large for convergence.
-    pub fn at(&self, pull: f64, y: f64) -> Option<Bent> {
+    pub fn at(&self, pull: f64, y: f64) -> Option<NearlyStraightShape> {
         let (theta, across) = self.solved(pull, y)?;
         Some(self.bent(pull, across, &theta))
     }
@@ -119,11 +119,11 @@ impl AlmostStraight {
         (theta.amax() < 1.0).then_some((theta, across))
     }
 
-    fn bent(&self, pull: f64, across: f64, theta: &Field) -> Bent {
+    fn bent(&self, pull: f64, across: f64, theta: &Field) -> NearlyStraightShape {
         let couple = theta.map(|t| pull * t.sin() - across * t.cos());
         let curvature = &self.once * &couple;
         let weights = &self.weights;
-        Bent {
+        NearlyStraightShape {
             pull,
             across,
             one_minus_x: weights.dot(&theta.map(|t| 2.0 * (0.5 * t).sin().powi(2))),
@@ -141,7 +141,7 @@ impl AlmostStraight {
     }
 }
 
-impl Bent {
+impl NearlyStraightShape {
     /// Amplitude chart point (p, w).
     ///
     /// The first integral of the rod's equation gives kap sin w = theta'(0)/(2 lam) and kap cos w = -sin(alpha/2),

@@ -27,18 +27,18 @@ use nalgebra::{Matrix2, Vector2};
 
 /// Largest z at which a motion stays in this chart; there the terms left out of the series are of relative size
 /// 3e-16.
-const LARGEST: f64 = 1e-2;
-/// Largest z of any point of the chart: an integrator's trial step may pass [`LARGEST`], but not reach where the
+const MAX_Z: f64 = 1e-2;
+/// Largest z of any point of the chart: an integrator's trial step may pass [`MAX_Z`], but not reach where the
 /// series lose digits.
-const BEYOND: f64 = 2.0 * LARGEST;
-/// Largest z at which a motion enters this chart, below [`LARGEST`] for hysteresis.
-const SMALL: f64 = 0.6 * LARGEST;
+const MAX_TRIAL_Z: f64 = 2.0 * MAX_Z;
+/// Largest z at which a motion enters this chart, below [`MAX_Z`] for hysteresis.
+const ENTRY_Z: f64 = 0.6 * MAX_Z;
 /// Largest Z of the pulled rods served by [`pulled`].
-const SLIGHT: f64 = 0.1 * LARGEST;
+const MAX_PULLED_Z: f64 = 0.1 * MAX_Z;
 /// Smallest Z of the chart: its square is still a normal number.
-const LEAST: f64 = 1e-100;
+const MIN_Z: f64 = 1e-100;
 /// Smallest Z given to a rod on the axis.
-const SMALLEST: f64 = 1e-90;
+const ON_AXIS_Z: f64 = 1e-90;
 /// Largest push -P of the chart, beyond that of the first fold, 36.21. At 4 pi^2 the end is parallel to the clamp for
 /// every shape.
 const MOST_PUSH: f64 = 38.0;
@@ -61,7 +61,7 @@ const ROUNDS: usize = 3;
 
 /// |P| below which the moments come from their series in P (which converges for |P| < 4 pi^2), and its number
 /// of terms.
-pub(super) const GENTLE: f64 = 3.0;
+pub(super) const SERIES_MAX_PULL: f64 = 3.0;
 const TERMS: usize = 18;
 /// Highest moment.
 const ORDER: usize = 8;
@@ -128,7 +128,7 @@ impl Moments {
     #[inline]
     pub fn new(pull: f64) -> Self {
         let mut slope = [0.0; ORDER + 1];
-        if pull.abs() < GENTLE {
+        if pull.abs() < SERIES_MAX_PULL {
             let mut value = SERIES[TERMS - 1];
             for row in SERIES[..TERMS - 1].iter().rev() {
                 for k in 0..=ORDER {
@@ -227,7 +227,7 @@ impl Rod {
     fn new(sigma: f64, ln_z: f64) -> Option<Self> {
         let z = ln_z.exp();
         let (pull, root) = pull_of(sigma);
-        if !(pull > -MOST_PUSH && z >= LEAST && largest(pull, z) < BEYOND) {
+        if !(pull > -MOST_PUSH && z >= MIN_Z && largest(pull, z) < MAX_TRIAL_Z) {
             return None;
         }
         let moments = Moments::new(pull);
@@ -300,7 +300,7 @@ pub(super) fn point(side: Sign, q: &Vector2<f64>) -> Option<ManifoldPoint<2>> {
 /// rod with this end. Its (1 - x, y) is that of the fold to full relative accuracy, and its pull is [`LANDING`] up to
 /// terms of order Z^2.
 pub(super) fn landing(q: &Vector2<f64>) -> Option<Vector2<f64>> {
-    let fold_side = side(q[0], q[1])?;
+    let fold_side = entry_side(q[0], q[1])?;
     let fold = from_amplitude(q[0], q[1]);
     let rod = Rod::new(fold_side.value() * fold[0], fold[1])?;
     // On the first fold y has the sign opposite to Z.
@@ -334,10 +334,10 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     let height = across.abs();
     let sigma = sigma_of(pull);
     let z = 0.5 * height / (1.0 - Moments::new(pull).m[1]);
-    let mut ln_z = z.max(SMALLEST).ln();
+    let mut ln_z = z.max(ON_AXIS_Z).ln();
     // The first guess is right to leading order; each Newton step squares its error, which is of order y^2.
     for _ in 0..ROUNDS {
-        let Some(rod) = Rod::new(sigma, ln_z).filter(|_| z > SMALLEST) else {
+        let Some(rod) = Rod::new(sigma, ln_z).filter(|_| z > ON_AXIS_Z) else {
             break;
         };
         ln_z += (height - rod.tip[1]) / rod.by_ln[1];
@@ -346,15 +346,15 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
 }
 
 /// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a push or Z
-/// beyond [`SLIGHT`].
+/// beyond [`MAX_PULLED_Z`].
 ///
 /// In the axes of the tip's tangent, at the angle 2 atan Z, the load is (P l^2, g Z l^2).
-pub(super) fn pulled(load: &Vector2<f64>) -> Option<f64> {
+pub(super) fn modulus_under_pull(load: &Vector2<f64>) -> Option<f64> {
     let (along, across) = (load.x, load.y.abs());
     // Start: the linear beam. Each round reduces the error by the factor Z^2.
     let mut pull = along;
     let mut z = across / (Moments::new(pull).g + 2.0 * pull);
-    if !(along > 0.0 && (LEAST..SLIGHT).contains(&z)) {
+    if !(along > 0.0 && (MIN_Z..MAX_PULLED_Z).contains(&z)) {
         return None;
     }
     for _ in 0..ROUNDS {
@@ -374,21 +374,21 @@ pub(super) fn lambda(side: Sign, q: &Vector2<f64>) -> Option<f64> {
 }
 
 /// True if a motion through q = (+-sigma, ln Z) may stay in this chart.
-pub(super) fn holds(side: Sign, q: &Vector2<f64>) -> bool {
+pub(super) fn stays_in_chart(side: Sign, q: &Vector2<f64>) -> bool {
     let (pull, _) = pull_of(side.value() * q[0]);
     let z = q[1].exp();
-    pull > -MOST_PUSH && z > LEAST && largest(pull, z) < LARGEST
+    pull > -MOST_PUSH && z > MIN_Z && largest(pull, z) < MAX_Z
 }
 
 /// Side of the straight rod on which (p, w) lies, if a motion should enter this chart there; `None` otherwise.
-pub(super) fn side(p: f64, w: f64) -> Option<Sign> {
+pub(super) fn entry_side(p: f64, w: f64) -> Option<Sign> {
     if !(w < MOST_W && p != 0.0) {
         return None;
     }
     let (Modulus { kap, kap_c }, z) = tip(p, w);
     // For w > pi/2 the rod is pushed, and |z| is at most 2 kap/kap' along it.
     let most = if w < 1.5 { z } else { 2.0 * kap / kap_c };
-    (z.abs() > 2.0 * LEAST && most.abs() < SMALL).then(|| Sign::of(p))
+    (z.abs() > 2.0 * MIN_Z && most.abs() < ENTRY_Z).then(|| Sign::of(p))
 }
 
 /// Modulus, and Z = tan((alpha + 2 asin kap)/2) with alpha = -2 atan2(kap cos w, D), by the addition theorem.

@@ -9,7 +9,7 @@
 use super::chart::amplitude;
 use super::equilibrium::Equilibrium;
 use crate::error::{Error, Result};
-use crate::manifold::{ENERGY_ROUNDING, Multivalued, can_fall, invert_near};
+use crate::manifold::{ENERGY_ROUNDING, Multivalued, energy_allows_landing, invert_near};
 use crate::math::gauss::Rule;
 use crate::math::product::{Matrix, cosines_and_sines};
 use crate::solve::dop853::Dop853;
@@ -41,7 +41,7 @@ const STEERED: f64 = 1e-10;
 /// double root only to about the square root of rounding.
 const SAME: f64 = 1e-4;
 /// Step control of the flow.
-struct Care {
+struct StepControl {
     /// Longest departure. Its square is an error, below exp(-lam), the force that moves a loop, up to lam = 10 or so.
     /// For larger lam the shortest departure is taken.
     departure: f64,
@@ -53,13 +53,13 @@ struct Care {
 
 /// Step control if only the landing counts: the flow must choose the basin, with errors below the departure. The
 /// landing itself is polished.
-const LANDING: Care = Care {
+const LANDING: StepControl = StepControl {
     departure: 3e-2,
     tolerance: 2e-3,
     stride: 4.5,
 };
 /// Step control if the shapes on the way are shown.
-const SHOWN: Care = Care {
+const SHOWN: StepControl = StepControl {
     departure: DEPARTURE,
     tolerance: 2e-4,
     stride: 0.5,
@@ -157,7 +157,7 @@ pub(super) fn shapes(
 fn flow(
     rods: &impl Multivalued<2>,
     (q, leaving): (&Vector2<f64>, &Vector2<f64>),
-    care: &Care,
+    care: &StepControl,
     seen: &mut dyn FnMut(&Rod, &Field, f64),
 ) -> Result<Vector2<f64>> {
     let start = Equilibrium::new(q[0], q[1])?;
@@ -172,7 +172,7 @@ fn flow(
     let mut rejected = false;
     let lies_lower = |landed: &Vector2<f64>| {
         let at = rods.point(landed);
-        at.is_some_and(|at| can_fall(start.energy, at.energy, ENERGY_ROUNDING))
+        at.is_some_and(|at| energy_allows_landing(start.energy, at.energy, ENERGY_ROUNDING))
     };
     seen(&rod, &u, time);
     for _ in 0..MOST_STEPS {
@@ -183,7 +183,7 @@ fn flow(
             break;
         }
         if speed < SLOW * size
-            && let Some((landed, shape)) = rod.arrive(rods, &u, n)
+            && let Some((landed, shape)) = rod.polish_landing(rods, &u, n)
             && ((shape - &origin).norm() > SAME * size || speed < AT_REST * size)
             && lies_lower(&landed)
             && rods.index(&landed)? == 0
@@ -254,7 +254,7 @@ struct Nodes {
 }
 
 /// Shape of the rod.
-struct Bent {
+struct ShapeAtNodes {
     cos: Field,
     sin: Field,
     /// Lever q(s) = J (r(1) - r(s)), by components.
@@ -265,7 +265,7 @@ struct Bent {
 /// The flow linearised at a shape: I - gamma h J, factorised.
 struct Linearised<'a> {
     rod: &'a Rod,
-    bent: &'a Bent,
+    bent: &'a ShapeAtNodes,
     /// 1/(1 + gamma h).
     damped: f64,
     /// n . (cos, sin), times gamma h/(1 + gamma h).
@@ -276,7 +276,7 @@ struct Linearised<'a> {
 impl<'a> Linearised<'a> {
     fn new(
         rod: &'a Rod,
-        bent: &'a Bent,
+        bent: &'a ShapeAtNodes,
         (rate, n): (&Field, Vector2<f64>),
         gamma: f64,
     ) -> Option<Self> {
@@ -404,11 +404,11 @@ impl Rod {
         )))
     }
 
-    fn bent(&self, u: &Field) -> Bent {
+    fn bent(&self, u: &Field) -> ShapeAtNodes {
         let [theta] = self.on.integrate.times([u]);
         let [cos, sin] = cosines_and_sines(&theta);
         let [q_x, less_q_y] = self.on.outer.times([&sin, &cos]);
-        Bent {
+        ShapeAtNodes {
             lever: [q_x, -less_q_y],
             tip: Vector2::new(self.on.weights.dot(&cos), self.on.weights.dot(&sin)),
             cos,
@@ -441,7 +441,7 @@ impl Rod {
     fn step(
         &self,
         u: &Field,
-        bent: &Bent,
+        bent: &ShapeAtNodes,
         (rate, n): (&Field, Vector2<f64>),
         h: f64,
     ) -> Option<(Field, f64)> {
@@ -465,7 +465,7 @@ impl Rod {
         u: &Field,
         rate: &Field,
         h: f64,
-        care: &Care,
+        care: &StepControl,
     ) -> Option<(Field, f64, f64)> {
         let size = u.norm_squared();
         let mut solver = Dop853::new(u.clone(), rate.clone(), h, care.tolerance);
@@ -481,7 +481,7 @@ impl Rod {
     }
 
     /// Flow and resultant (u_T, n); the resultant n holds the end.
-    fn rate(&self, u: &Field, bent: &Bent) -> (Field, Vector2<f64>) {
+    fn rate(&self, u: &Field, bent: &ShapeAtNodes) -> (Field, Vector2<f64>) {
         let [q_x, q_y] = &bent.lever;
         let [xx, xy, yy] = [(q_x, q_x), (q_x, q_y), (q_y, q_y)].map(|(a, b)| self.mean(a, b));
         // r_T(1) = int q u_T = held - tip: a drift correction draws the end back to its place.
@@ -494,7 +494,7 @@ impl Rod {
 
     /// Equilibrium near a slow shape, polished so that its end is at the held place, and its curvature; `None` if the
     /// shape is not yet near an equilibrium.
-    fn arrive(
+    fn polish_landing(
         &self,
         rods: &impl Multivalued<2>,
         u: &Field,

@@ -10,7 +10,7 @@ use std::fmt::Debug;
 ///
 /// Positions, velocities and forces are seen from the clamp, in its axes. `frame` is the clamp in the world; `None`
 /// stands for a clamp at rest at the origin, along the axes of the world.
-pub trait RodMass<const N: usize>: Debug + Send + Sync {
+pub trait FirstOrderInertia<const N: usize>: Debug + Send + Sync {
     /// Mass of the whole rod.
     fn mass(&self) -> f64;
 
@@ -19,18 +19,22 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
 
     /// Inertia felt at the end, `at` = [q, v] with q the chart point and v the velocity of the end; `None` outside
     /// the chart and at folds. `point`: the manifold at q. `error`: allowed error of the mass.
-    fn added(
+    fn end_inertia(
         &self,
         frame: Option<&Frame<N>>,
         at: [&SVector<f64, N>; 2],
         point: &ManifoldPoint<N>,
         error: f64,
-    ) -> Option<Felt<N>>;
+    ) -> Option<EndInertia<N>>;
 
     /// Inertia felt by the deflection of a nearly straight rod, which holds its end along a line and bends across it
     /// ([`Held`](super::Held)); the chart has collapsed there. `None` outside the range of the model, and in models
     /// without such a state.
-    fn beside(&self, _frame: Option<&Frame<N>>, _at: &Deflected) -> Option<Across> {
+    fn deflection_inertia(
+        &self,
+        _frame: Option<&Frame<N>>,
+        _at: &DeflectionState,
+    ) -> Option<DeflectionInertia> {
         None
     }
 
@@ -47,12 +51,12 @@ pub trait RodMass<const N: usize>: Debug + Send + Sync {
     /// limits are folds too near for the rod to stay on its equilibria, and shapes so straight that sections move far
     /// faster than the end. Values of 1 and more are far from both; towards a limit the value falls steadily to 0.
     /// `followed`: the mass is followed now; the decision has hysteresis.
-    fn room(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> f64;
+    fn validity_margin(&self, q: &SVector<f64, N>, v: &SVector<f64, N>, followed: bool) -> f64;
 }
 
 /// First-order inertia of a rod, as felt at its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Felt<const N: usize> {
+pub struct EndInertia<const N: usize> {
     /// Mass added to that of the body.
     pub mass: SMatrix<f64, N, N>,
     /// Force of the rod's weight and motion on the end.
@@ -66,7 +70,7 @@ pub struct Felt<const N: usize> {
 
 /// State of a nearly straight rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Deflected {
+pub struct DeflectionState {
     /// Pull.
     pub pull: f64,
     /// Rate of the pull.
@@ -80,7 +84,7 @@ pub struct Deflected {
 /// First-order inertia of a nearly straight rod, as felt by the deflection of its end. The pull is that of the body
 /// alone (theory 2.9).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Across {
+pub struct DeflectionInertia {
     /// Mass added to that of the body.
     pub mass: f64,
     /// Force of the rod's weight and motion on the deflection.
@@ -90,7 +94,7 @@ pub struct Across {
     /// Term of the clamp's power without acceleration.
     pub power: f64,
     /// Part of inertia and weight that bends the rod away from the beam under the pull.
-    pub bending: Bending,
+    pub bending: BendingLoad,
     /// Kinetic energy in the world, and potential.
     pub energies: [f64; 2],
 }
@@ -98,7 +102,7 @@ pub struct Across {
 /// Inertia and weight of the rod, projected on w_N, the change of the beam's shape with the pull: they bend the rod
 /// while its end is held.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bending {
+pub struct BendingLoad {
     /// Coefficient m int w w_N ds of the acceleration of the deflection.
     pub by_rise: f64,
     /// Constant m int w_N e ds, with e the acceleration of the sections less gravity at zero acceleration of the end.

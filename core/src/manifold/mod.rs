@@ -8,7 +8,9 @@ mod added_inertia;
 mod manifold8;
 pub mod truss;
 
-pub use added_inertia::{Across, Bending, Deflected, Felt, RodMass};
+pub use added_inertia::{
+    BendingLoad, DeflectionInertia, DeflectionState, EndInertia, FirstOrderInertia,
+};
 pub use manifold8::{EightPoints, Eightfold};
 
 use crate::error::{Error, Result};
@@ -23,7 +25,7 @@ pub const ENERGY_ROUNDING: f64 = 1e-12;
 
 /// True if a rod whose end is held can fall from an equilibrium of the energy `from` to one of the energy `to`:
 /// friction takes energy and gives none. `error`: how well energies are known, relative to their size.
-pub fn can_fall(from: f64, to: f64, error: f64) -> bool {
+pub fn energy_allows_landing(from: f64, to: f64, error: f64) -> bool {
     to - from <= error * (from.abs() + to.abs())
 }
 
@@ -108,7 +110,7 @@ pub enum Patch {
 /// Rod at a state onto which its chart collapses: it holds the body along a line and bends across it. Under the small
 /// deflection y the end moves back by shortening y^2, against the cross force stiffness y.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held<const N: usize> {
+pub struct AxialConstraint<const N: usize> {
     /// Pose at the state.
     pub pose: SVector<f64, N>,
     /// The direction in which the rod holds the body, outward.
@@ -127,7 +129,7 @@ pub struct Held<const N: usize> {
 /// the next. The chart collapses onto this state. The small deflection y and the load along the line are fixed.
 /// Averages are over time.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shaken {
+pub struct ShakingTurn {
     /// Duration of the turn, which grows as the root of the body's mass.
     pub period: f64,
     /// Deflection y.
@@ -182,7 +184,7 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
 
     /// Coordinates in the chart `to` of the point `q` of the chart `from`. Changes of chart keep the sign of
     /// det(jacobian).
-    fn carried(&self, q: &SVector<f64, N>, _from: Patch, _to: Patch) -> SVector<f64, N> {
+    fn change_patch(&self, q: &SVector<f64, N>, _from: Patch, _to: Patch) -> SVector<f64, N> {
         *q
     }
 
@@ -199,25 +201,25 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
 
     /// Direction along which a body shakes near the state that `patch` surrounds, so fast that the motion is averaged
     /// over many turns; `None` in other charts, and in models without such a state.
-    fn shaking(&self, _patch: Patch) -> Option<SVector<f64, N>> {
+    fn shaking_direction(&self, _patch: Patch) -> Option<SVector<f64, N>> {
         None
     }
 
     /// Turn of a body near the state that `patch` surrounds, with the inner turning point `q`, under `load` along the
     /// direction of [`Multivalued::shaking`]; `None` where the turn has no closed form.
-    fn shaken(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<Shaken> {
+    fn shaking_turn(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<ShakingTurn> {
         None
     }
 
     /// Rod under a pull along the line at a state onto which the chart collapses, if stable; `None` in models without
     /// one.
-    fn held(&self, _pull: f64) -> Option<Held<N>> {
+    fn axial_constraint(&self, _pull: f64) -> Option<AxialConstraint<N>> {
         None
     }
 
     /// Chart and point of the rod under `pull` with the small deflection `across`, where [`Multivalued::held`] is
     /// Some.
-    fn beside(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
+    fn deflected_point(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
         None
     }
 
@@ -225,7 +227,7 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     ///
     /// # Errors
     /// The reason why not.
-    fn resolved(&self, _q: &SVector<f64, N>) -> Result<()> {
+    fn check_resolution(&self, _q: &SVector<f64, N>) -> Result<()> {
         Ok(())
     }
 
@@ -258,7 +260,10 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
             // Rounding may leave a twin of the fold in the list.
             let is_other = (other - q).norm() > 1e-4 * (1.0 + q.norm());
             let landing = self.point(other);
-            is_other && landing.is_some_and(|at| can_fall(fold.energy, at.energy, ENERGY_ROUNDING))
+            is_other
+                && landing.is_some_and(|at| {
+                    energy_allows_landing(fold.energy, at.energy, ENERGY_ROUNDING)
+                })
         });
         Ok(stable)
     }
@@ -376,7 +381,7 @@ pub fn fold_kernel<const N: usize>(jacobian: &SMatrix<f64, N, N>) -> Result<SVec
 
 /// Result of a warm-started inversion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inverted<const N: usize> {
+pub struct Inversion<const N: usize> {
     /// The chart point.
     pub q: SVector<f64, N>,
     /// |g(q) - pose|.
@@ -396,7 +401,7 @@ pub fn invert_near<const N: usize>(
     pose: &SVector<f64, N>,
     guess: &SVector<f64, N>,
     tolerance: f64,
-) -> Result<Inverted<N>> {
+) -> Result<Inversion<N>> {
     const LIMIT: usize = 60;
     let outside = || {
         Error::domain(format!(
@@ -437,7 +442,7 @@ pub fn invert_near<const N: usize>(
             q.as_slice()
         )));
     }
-    Ok(Inverted {
+    Ok(Inversion {
         q,
         residual,
         evaluations,

@@ -78,7 +78,7 @@ impl<const D: usize> Frame<D> {
     }
 
     /// Acceleration in the world of a point fixed in the frame.
-    pub fn drawn(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
+    pub fn acceleration_of_fixed_point(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.turn * self.swept(x, &SVector::zeros())
     }
 

@@ -6,7 +6,7 @@
 //! J touches 0 without a change of sign, so the resistance in the neutral direction is watched instead.
 
 use super::step::Progress;
-use super::{AssemblyRun, Numbers};
+use super::{AssemblyRun, StateVector};
 use crate::event::{Event, Outcome};
 use crate::locate::{Guess, Timed, locate};
 use snaprod_systems::assembly::{LinkPoint, Neutral, Sight, Slowed};
@@ -18,7 +18,7 @@ use snaprod_systems::solve::stepper::Taken;
 /// 1e-6, are larger, and followed.
 const ROUNDING: f64 = 1e-14;
 /// Resistance that counts as zero, relative to the value at the start of the step.
-const NONE: f64 = 1e-6;
+const ZERO_RESISTANCE: f64 = 1e-6;
 /// Singular values of J, in radians and lengths of the rod, that count as 0 beside the vanishing one.
 const ALL_ROUND: f64 = 1e-6;
 
@@ -75,7 +75,7 @@ impl AssemblyRun {
     /// at the start of the step.
     pub(super) fn branch_point(
         &mut self,
-        step: &mut Taken<Numbers>,
+        step: &mut Taken<StateVector>,
         before: &[Sight],
     ) -> Option<Progress> {
         let span = step.to().time() - step.from().time();
@@ -87,7 +87,7 @@ impl AssemblyRun {
         });
         let (k, next) = passed.min_by(|a, b| a.1.left.total_cmp(&b.1.left))?;
         let (assembly, along) = (self.taken_by.0.clone(), self.along());
-        let seen = |state: &Numbers| {
+        let seen = |state: &StateVector| {
             let mut sight = None;
             let mut slope = state.0.clone();
             let slowed = None;
@@ -99,7 +99,7 @@ impl AssemblyRun {
             sight
         };
         let was = next.resistance(&before[k].jacobian);
-        let resistance = |state: &Numbers, _: &Numbers| {
+        let resistance = |state: &StateVector, _: &StateVector| {
             seen(state).map_or(f64::NAN, |sight| next.resistance(&sight.jacobian) / was)
         };
         let h = (1.0 + next.left) * step.h();
@@ -119,7 +119,7 @@ impl AssemblyRun {
         self.extra.evaluations += cost.evaluations;
         let found = found?;
         let to = found.step.to();
-        let there = seen(to).filter(|_| resistance(to, to).abs() <= NONE)?;
+        let there = seen(to).filter(|_| resistance(to, to).abs() <= ZERO_RESISTANCE)?;
         *step = found.step;
         self.solver
             .rewind(step.to().clone(), step.end_slope().clone());

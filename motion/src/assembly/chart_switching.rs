@@ -1,7 +1,7 @@
 //! Changes of the rods' charts as they are pulled taut and let go, and of their axial compliance.
 
 use super::step::LOOSE;
-use super::{AssemblyRun, Chart, Numbers};
+use super::{AssemblyRun, Chart, StateVector};
 use crate::locate::Timed;
 use snaprod_systems::assembly::Assembly;
 use snaprod_systems::error::Result;
@@ -10,7 +10,7 @@ use std::sync::Arc;
 impl AssemblyRun {
     /// Changes the kind of charts whose rods are pulled taut or let go; true if one changed. A rod whose
     /// other chart disagrees with the present state keeps its own.
-    pub(super) fn look(&mut self) -> bool {
+    pub(super) fn update_charts(&mut self) -> bool {
         let links = self.assembly.links().iter().zip(&self.watch).enumerate();
         let changed: Vec<_> = links
             .filter(|(_, (link, rod))| {
@@ -38,7 +38,7 @@ impl AssemblyRun {
             .filter(|there| other.drift(there) <= LOOSE * self.options.tolerance)
             .and_then(|there| other.joined(told, &there));
         self.extra.evaluations += 2;
-        let Some(state) = agrees.map(Numbers) else {
+        let Some(state) = agrees.map(StateVector) else {
             return false;
         };
         // A rod with mass sways differently under the same motion of the bodies if the compliance of its end
@@ -68,7 +68,7 @@ impl AssemblyRun {
     }
 
     /// Changes the chart of a rod after a landing to the kind best suited to the new state.
-    pub(super) fn see_anew(&mut self, state: &Numbers, link: usize) -> Result<()> {
+    pub(super) fn see_anew(&mut self, state: &StateVector, link: usize) -> Result<()> {
         let (t, now) = (state.time(), self.assembly.configuration(&state.0));
         let rod = &self.assembly.links()[link];
         let q = &now.charts[link];

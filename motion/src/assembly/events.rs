@@ -2,11 +2,11 @@
 
 use super::step::Progress;
 use super::{AssemblyRun, Pending};
-use crate::drive::{Carried, Motion};
+use crate::drive::{Motion, StateVariables};
 use crate::event::{Event, Outcome};
 use crate::locate::Timed;
 use crate::snap::Snap;
-use crate::state::Seen;
+use crate::state::StateRef;
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::rod::{Fallen, Wrench};
 use snaprod_systems::solve::cost::Cost;
@@ -86,18 +86,18 @@ impl<'a> Motion<'a> for AssemblyRun {
         })
     }
 
-    fn given(&self) -> Seen<'_> {
-        Seen::Kept(&self.first)
+    fn given(&self) -> StateRef<'_> {
+        StateRef::Kept(&self.first)
     }
 
-    fn now(&self) -> Seen<'_> {
-        Seen::Made(Box::new(self.sample_now()))
+    fn now(&self) -> StateRef<'_> {
+        StateRef::Made(Box::new(self.sample_now()))
     }
 
-    fn before_snap(&self) -> Option<Seen<'_>> {
+    fn before_snap(&self) -> Option<StateRef<'_>> {
         self.before_snap
             .as_ref()
-            .map(|sample| Seen::Kept(sample as _))
+            .map(|sample| StateRef::Kept(sample as _))
     }
 
     fn fall(&self, snap: &Snap) -> Option<Vec<Fallen>> {
@@ -109,8 +109,8 @@ impl<'a> Motion<'a> for AssemblyRun {
         snap.lands(landed.as_slice()).then_some(shapes)
     }
 
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
-        Some(Seen::Made(Box::new(self.state_at(t)?)))
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
+        Some(StateRef::Made(Box::new(self.state_at(t)?)))
     }
 
     fn duration(&self) -> f64 {
@@ -121,7 +121,7 @@ impl<'a> Motion<'a> for AssemblyRun {
         self.interrupted = true;
     }
 
-    fn unfelt(&self) -> f64 {
+    fn time_without_mass(&self) -> f64 {
         self.unfelt
     }
 
@@ -129,11 +129,11 @@ impl<'a> Motion<'a> for AssemblyRun {
         self.solver.cost() + self.extra
     }
 
-    fn carries(&self) -> Vec<Carried> {
+    fn carries(&self) -> Vec<StateVariables> {
         let links = self.assembly.links().len();
         let bodies = self.assembly.chart_slots(0).start;
         let spins = self.assembly.time_slot() - self.assembly.chart_slots(links).start;
-        Carried::some([
+        StateVariables::some([
             ("charts of the rods", 6 * links),
             ("turns and spins of rods about their chords", spins),
             ("places and velocities of the bodies", bodies),

@@ -2,8 +2,8 @@
 //! at each change (theory 3.9).
 
 use super::step::Progress;
-use super::{AssemblyRun, Numbers};
-use crate::locate::{Timed, changes, part};
+use super::{AssemblyRun, StateVector};
+use crate::locate::{Timed, first_change, shorten_step};
 use crate::options::Options;
 use snaprod_systems::assembly::{Assembly, Evaluated};
 use snaprod_systems::error::{Error, Result};
@@ -76,8 +76,8 @@ impl AssemblyRun {
         };
         let (assembly, slowed) = self.taken_by.clone();
         let along = self.along();
-        let evaluated = |state: &Numbers| assembly.evaluated(&state.0, along);
-        let room_at = |state: &Numbers| {
+        let evaluated = |state: &StateVector| assembly.evaluated(&state.0, along);
+        let room_at = |state: &StateVector| {
             let rooms = evaluated(state).map(|at| self.rooms(&assembly, &at));
             let rooms = rooms.into_iter().flatten().map(|(.., room)| room);
             rooms.fold(f64::INFINITY, f64::min)
@@ -93,9 +93,9 @@ impl AssemblyRun {
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
         let found = step.inside(&mut { f }, &mut cost).and_then(|dense| {
-            let fraction = changes(|x| dense.at(x), PLACES, room_at)?;
+            let fraction = first_change(|x| dense.at(x), PLACES, room_at)?;
             let due = self.changing(&assembly, &evaluated(&dense.at(fraction))?, FOUND);
-            Some((part(&step, &mut { f }, fraction, &mut cost)?, due))
+            Some((shorten_step(&step, &mut { f }, fraction, &mut cost)?, due))
         });
         self.extra.evaluations += cost.evaluations;
         self.extra.samples += cost.samples;
@@ -176,7 +176,7 @@ impl AssemblyRun {
     }
 
     /// Goes back to `state` and continues without the mass of `rods`, until they have landed.
-    pub(super) fn give_up(&mut self, state: Numbers, rods: &[usize]) -> Option<()> {
+    pub(super) fn give_up(&mut self, state: StateVector, rods: &[usize]) -> Option<()> {
         let h = self.solver.next_step();
         self.resume(state, None, h)?;
         (self.due, self.room) = (None, None);

@@ -8,7 +8,7 @@
 //! these. The unknowns of Newton's iteration are the accelerations at the stages. Its matrix is known at each
 //! stage and is used as it is, since it costs nothing beside the rods.
 
-use super::{AssemblyRun, Numbers};
+use super::{AssemblyRun, StateVector};
 use nalgebra::{DMatrix, DVector};
 use snaprod_systems::assembly::{Assembly, Linearised};
 use snaprod_systems::rod::Wrench;
@@ -107,7 +107,7 @@ impl Implicit {
 }
 
 /// A step whose stages are solved.
-struct Solved {
+struct SolvedStep {
     stages: Vec<DVector<f64>>,
     unknowns: Stages,
     /// Linearisation at the last stage.
@@ -124,7 +124,7 @@ fn solve(
     mut unknowns: Stages,
     (goal, along): (f64, f64),
     cost: &mut Cost,
-) -> Option<Solved> {
+) -> Option<SolvedStep> {
     let table = tableau();
     let (places, velocities) = assembly.slots();
     let count = velocities.len();
@@ -207,7 +207,7 @@ fn solve(
                 }
             }
             let dets = here.iter().map(|at| at.dets.clone()).collect();
-            return Some(Solved {
+            return Some(SolvedStep {
                 stages,
                 unknowns,
                 last: here.into_iter().last()?,
@@ -298,7 +298,7 @@ fn place(
 fn error(
     (from, slope): (&DVector<f64>, &DVector<f64>),
     h: f64,
-    solved: &Solved,
+    solved: &SolvedStep,
     velocities: &[usize],
     quiet: usize,
 ) -> f64 {
@@ -349,10 +349,10 @@ impl AssemblyRun {
 
     /// Counts the votes of an explicit step for implicit ones, with time at the `rate`: more if stability
     /// bounds the step.
-    pub(super) fn judge(&mut self, step: &Taken<Numbers>, rate: f64) {
+    pub(super) fn judge(&mut self, step: &Taken<StateVector>, rate: f64) {
         let Taken::Explicit(step) = step else { return };
         let state = &mut self.implicit;
-        let stiff = step.stiffness(Numbers::mean_square);
+        let stiff = step.stiffness(StateVector::mean_square);
         let speaks = state.asked || stiff.is_some_and(|size| size > STIFF);
         state.votes += if speaks { OTHERS } else { 1 };
         state.explicit = rate * self.solver.next_step();
@@ -398,7 +398,7 @@ impl AssemblyRun {
 
     /// One implicit step of at most `h_max`. None, with explicit steps from then on, if implicit steps do not
     /// pay or converge, or a rod would pass its fold.
-    pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
+    pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<Taken<StateVector>> {
         let trial = !self.implicit.on;
         if trial {
             let longest = if self.implicit.asked {
@@ -426,7 +426,7 @@ impl AssemblyRun {
         taken
     }
 
-    fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<Taken<Numbers>> {
+    fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<Taken<StateVector>> {
         let (from, slope) = (self.solver.state().clone(), self.solver.slope().clone());
         let (_, velocities) = self.assembly.slots();
         let local = self.local();
@@ -485,8 +485,8 @@ impl AssemblyRun {
             if !asked && h < h_max && spent > if trial { 1.0 / GAIN } else { 1.0 } {
                 return None;
             }
-            let stages: Vec<Numbers> = solved.stages.into_iter().map(Numbers).collect();
-            let stages: [Numbers; S] = stages.try_into().ok()?;
+            let stages: Vec<StateVector> = solved.stages.into_iter().map(StateVector).collect();
+            let stages: [StateVector; S] = stages.try_into().ok()?;
             let mut end = slope.clone();
             let along = self.along();
             let watch = &mut self.watch;

@@ -1,9 +1,9 @@
 //! Steps of an assembly: plain ones, slowed ones near a fold, and their ends at events.
 
 use super::branching::Crossing;
-use super::{AssemblyRun, Numbers, first_step};
+use super::{AssemblyRun, StateVector, first_step};
 use crate::event::Outcome;
-use crate::groove_turning_points::turned;
+use crate::groove_turning_points::turning_fraction;
 use crate::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Sight, Slowed};
@@ -47,10 +47,10 @@ pub(super) enum Progress {
 
 impl AssemblyRun {
     /// Takes one step of at most `h_max`; it is kept for interpolation.
-    fn take_step(&mut self, h_max: f64) -> Option<Taken<Numbers>> {
+    fn take_step(&mut self, h_max: f64) -> Option<Taken<StateVector>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
         let (watch, until) = (&mut self.watch, self.until);
-        let f = |y: &Numbers, out: &mut Numbers| {
+        let f = |y: &StateVector, out: &mut StateVector| {
             let y = y.seen(until);
             assembly.write_slope(&y.0, slowed, along, &mut out.0, |k, sight| watch[k] = sight)
         };
@@ -138,7 +138,7 @@ impl AssemblyRun {
             return branching;
         }
         self.hold()?;
-        if !self.look() && !is_implicit {
+        if !self.update_charts() && !is_implicit {
             let near = NEAR * self.solver.next_step() / h;
             let falling = self.falling(&watched, near);
             if let Some(link) = falling.into_iter().find(|k| !self.unpushed.contains(k)) {
@@ -170,7 +170,7 @@ impl AssemblyRun {
         self.extra.evaluations += 1;
         let held = self.assembly.joined(state.0, &at)?;
         let h = self.solver.next_step();
-        self.resume(Numbers(held), self.slowed.clone(), h)
+        self.resume(StateVector(held), self.slowed.clone(), h)
     }
 
     /// The rod whose end cannot be held, if there is one: its number, its gap, and sqrt(F L^2/B).
@@ -231,10 +231,10 @@ impl AssemblyRun {
                 rate: passed / step.h(),
                 t: end,
             };
-            let missing = |state: &Numbers, _: &Numbers| state.time() - end;
+            let missing = |state: &StateVector, _: &StateVector| state.time() - end;
             let found = locate(&step, &mut { f }, guess, missing, &mut cost);
             let near = ON_TIME * (1.0 + end);
-            let hit = |found: &Located<Numbers>| (found.step.to().time() - end).abs() <= near;
+            let hit = |found: &Located<StateVector>| (found.step.to().time() - end).abs() <= near;
             let Some(found) = found.filter(hit) else {
                 // The state is unchanged.
                 self.solver
@@ -280,7 +280,7 @@ impl AssemblyRun {
         }
         if whole && rate > CLEAR {
             self.hold()?;
-            self.look();
+            self.update_charts();
         }
         self.reconsider(&before, rate)?;
         Some(progress)
@@ -318,7 +318,7 @@ impl AssemblyRun {
     }
 
     /// det J of all rods in a state.
-    fn determinants(&mut self, state: &Numbers) -> Option<Vec<f64>> {
+    fn determinants(&mut self, state: &StateVector) -> Option<Vec<f64>> {
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
         let dets = at
@@ -331,7 +331,7 @@ impl AssemblyRun {
     /// The rods at their folds in a state, each with its det J when time was last slowed. If time `stands`,
     /// the rod that makes it do so is one; others count if their folds differ in time by less than rounding.
     /// On the way to a fold det J goes with the root of the time left.
-    fn at_folds(&mut self, to: &Numbers, stands: bool) -> Option<Vec<(usize, f64)>> {
+    fn at_folds(&mut self, to: &StateVector, stands: bool) -> Option<Vec<(usize, f64)>> {
         let after = self.determinants(to)?;
         let x = |(k, scale): &(usize, f64)| (after[*k] / scale).abs();
         let clock = self.slowed.iter().flat_map(|slowed| &slowed.rods);
@@ -350,7 +350,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to its first event: a break or end of a groove, or a contact.
-    fn cut(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+    fn cut(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
         let knot = self.knot(step);
         if let Some(None) = knot {
             return knot;
@@ -359,13 +359,14 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first contact of rods.
-    fn touch(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+    fn touch(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
         if !self.assembly.looks_for_contacts() {
             return None;
         }
         let assembly = self.assembly.clone();
-        let nearness =
-            |state: &Numbers| assembly.nearness(state.time(), &assembly.configuration(&state.0));
+        let nearness = |state: &StateVector| {
+            assembly.nearness(state.time(), &assembly.configuration(&state.0))
+        };
         let after = nearness(step.to());
         let before = std::mem::replace(&mut self.near, after.clone());
         let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
@@ -386,7 +387,7 @@ impl AssemblyRun {
             }
         }
         let contact = found?;
-        let gap = |state: &Numbers| {
+        let gap = |state: &StateVector| {
             let now = assembly.configuration(&state.0);
             let there = assembly.contact(state.time(), &now, &contact);
             there.map_or(1.0, |contact| contact.gap)
@@ -416,7 +417,7 @@ impl AssemblyRun {
 
     /// The step shortened to the moment at which a body first turns back beyond the end of its groove; None
     /// if no body does.
-    fn turned(&mut self, step: &mut Taken<Numbers>) -> Option<Taken<Numbers>> {
+    fn turned(&mut self, step: &mut Taken<StateVector>) -> Option<Taken<StateVector>> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let span = step.to().time() - step.from().time();
@@ -426,7 +427,7 @@ impl AssemblyRun {
         let turns = from.iter().zip(&to).enumerate();
         let turns = turns.filter_map(|(k, ((body, from), (_, to)))| {
             let ends = assembly.carriers()[*body].groove()?.ends()?;
-            turned([*from, *to], span, ends, |x| {
+            turning_fraction([*from, *to], span, ends, |x| {
                 if dense.is_none() {
                     dense = step.inside(&mut { f }, &mut cost);
                 }
@@ -441,7 +442,7 @@ impl AssemblyRun {
 
     /// First passage of a body over a break or an end of its groove in a step: the body, the parameter, the
     /// fraction of the step and the rate by h.
-    fn passed(&self, step: &Taken<Numbers>) -> Option<(usize, f64, f64, f64)> {
+    fn passed(&self, step: &Taken<StateVector>) -> Option<(usize, f64, f64, f64)> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let passed = from
@@ -462,7 +463,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first passage of a break or an end of a groove.
-    fn knot(&mut self, step: &mut Taken<Numbers>) -> Option<Option<Progress>> {
+    fn knot(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
         if self.assembly.along_grooves(&step.from().0).is_empty() {
             return None;
         }
@@ -475,7 +476,7 @@ impl AssemblyRun {
             None => (&*step, self.passed(step)?),
         };
         let assembly = self.assembly.clone();
-        let along = |state: &Numbers| {
+        let along = |state: &StateVector| {
             let all = assembly.along_grooves(&state.0);
             all.iter().find(|(b, _)| *b == body).map_or(0.0, |x| x.1[0])
         };
@@ -510,10 +511,10 @@ impl AssemblyRun {
     }
 
     /// The right-hand side of the last step.
-    pub(super) fn right_hand_side(&self) -> impl Fn(&Numbers) -> Option<Numbers> + use<> {
+    pub(super) fn right_hand_side(&self) -> impl Fn(&StateVector) -> Option<StateVector> + use<> {
         let ((assembly, slowed), along) = (self.taken_by.clone(), self.along());
         let until = self.until;
-        move |y: &Numbers| {
+        move |y: &StateVector| {
             let mut out = y.clone();
             assembly.write_slope(
                 &y.seen(until).0,

@@ -1,6 +1,6 @@
 //! Runs of an assembly of rods with mass.
 
-use super::model::{Begun, Model};
+use super::model::{MassiveRods, ModelAndState};
 use super::sample::HeavySample;
 use crate::State;
 use nalgebra::{DVector, UnitQuaternion};
@@ -103,12 +103,12 @@ pub(super) fn begun(
     given: &HeavyAssembly,
     start: &HeavyAssemblyStart<'_>,
     counts: &[usize],
-) -> Result<Begun> {
+) -> Result<ModelAndState> {
     let (assembly, y) = start.at_nodes(given, counts)?;
     Ok((Box::new(Arc::new(assembly)), y))
 }
 
-impl Model for Arc<HeavyAssembly> {
+impl MassiveRods for Arc<HeavyAssembly> {
     fn system(&self) -> &dyn AnySystem {
         &**self
     }
@@ -131,13 +131,13 @@ impl Model for Arc<HeavyAssembly> {
         Some(rods.zip(self.at(y)?.rods).collect())
     }
 
-    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun> {
+    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState> {
         let next = self.with_nodes(&split(self, counts)).ok()?;
         let state = next.closed(&next.carried(self, y)?).ok()?;
         Some((Box::new(Arc::new(next)), state))
     }
 
-    fn held(&self, y: &DVector<f64>, bound: f64) -> Option<DVector<f64>> {
+    fn project_constraints(&self, y: &DVector<f64>, bound: f64) -> Option<DVector<f64>> {
         let [gap, leaving] = self.gap(&self.at(y)?);
         match gap.max(leaving) > bound {
             true => self.closed(y).ok(),

@@ -14,10 +14,10 @@ use snaprod_systems::viscoelastic::resolution::{Demand, Nodes, ROUNDING, demand}
 const ROOT: f64 = 0.1;
 /// Ratio of the bounds of strain rates and strains: rates of passing waves are rougher, and enter the motion
 /// by less than 1/LATE.
-const LATE: f64 = 10.0;
+const RATE_BOUND_RATIO: f64 = 10.0;
 
 /// Massive rods at given nodes, with their bodies.
-pub(super) trait Model {
+pub(super) trait MassiveRods {
     /// The equations.
     fn system(&self) -> &dyn AnySystem;
 
@@ -31,10 +31,10 @@ pub(super) trait Model {
     fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>>;
 
     /// Model and state with `counts` nodes on the elements of all rods in a row.
-    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun>;
+    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState>;
 
     /// The state projected to the constraints, if farther from them than `bound`; else None.
-    fn held(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
+    fn project_constraints(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
         None
     }
 
@@ -59,10 +59,10 @@ pub(super) trait Model {
 }
 
 /// A model with a state.
-pub(super) type Begun = (Box<dyn Model>, DVector<f64>);
+pub(super) type ModelAndState = (Box<dyn MassiveRods>, DVector<f64>);
 
 /// Resolution of a state by the nodes of all rods.
-pub(super) struct Judged {
+pub(super) struct NodeResolution {
     /// Largest of the last coefficients of strains and of weighted rates, relative to 1 + their size.
     pub tails: [f64; 2],
     /// Demand for nodes that follows, for the elements of all rods in a row.
@@ -73,9 +73,9 @@ pub(super) struct Judged {
     pub nodes: usize,
 }
 
-impl Judged {
+impl NodeResolution {
     /// Judges a state of a model; None if the strains give no shape.
-    pub fn new(model: &dyn Model, y: &DVector<f64>, options: &Options) -> Option<Self> {
+    pub fn new(model: &dyn MassiveRods, y: &DVector<f64>, options: &Options) -> Option<Self> {
         let mut tails = [0.0_f64; 2];
         let (mut more, mut excess) = (false, 0.0_f64);
         let mut nodes = 0;
@@ -115,13 +115,13 @@ impl Judged {
     }
 }
 
-/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`LATE`] of a
+/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`RATE_BOUND_RATIO`] of a
 /// strain of that size, and less where the corresponding strains are smaller ([`HeavyRod::delays`]). A rod that is
 /// let go begins with waves shorter than any nodes. Their rates do not vanish, but have almost no effect.
 fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
     let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {
-        delays.map(|delays| delays.map(|delay| (LATE * delay).min(1.0)))
+        delays.map(|delays| delays.map(|delay| (RATE_BOUND_RATIO * delay).min(1.0)))
     });
     weights.map(|weights| {
         let rates = moving.rates.iter();
@@ -142,11 +142,11 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64,
     let defect = moving.shape.defect;
     let (tail, _) = demand(grid, &strains, bound);
     let [moves, energy] = entering(rod, moving);
-    let (spill, of_rates) = demand(grid, &[&moves], LATE * bound);
+    let (spill, of_rates) = demand(grid, &[&moves], RATE_BOUND_RATIO * bound);
     let shown = match options.nodes {
         Nodes::Adaptive => spill,
         // Fixed nodes were not chosen for the motion of the body.
-        Nodes::Fixed(_) => demand(grid, &[&energy], LATE * bound).0,
+        Nodes::Fixed(_) => demand(grid, &[&energy], RATE_BOUND_RATIO * bound).0,
     };
     let (_, of_strains) = demand(grid, &strains, bound);
     let demand = match (of_strains, of_rates) {
@@ -162,6 +162,6 @@ fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64,
         }
         _ => Demand::Enough,
     };
-    let excess = (tail / bound).max(spill / (LATE * bound));
+    let excess = (tail / bound).max(spill / (RATE_BOUND_RATIO * bound));
     ([tail, shown], excess, demand)
 }

@@ -1,6 +1,6 @@
 //! Runs of one rod with mass and its body.
 
-use super::model::{Begun, Model};
+use super::model::{MassiveRods, ModelAndState};
 use super::sample::HeavySample;
 use crate::State;
 use nalgebra::{DVector, Vector3, Vector6};
@@ -56,7 +56,7 @@ impl EndVelocity {
     }
 }
 
-impl Model for Arc<HeavyRod> {
+impl MassiveRods for Arc<HeavyRod> {
     fn system(&self) -> &dyn AnySystem {
         &**self
     }
@@ -81,7 +81,7 @@ impl Model for Arc<HeavyRod> {
         Some(vec![(&**self, self.at(y)?)])
     }
 
-    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<Begun> {
+    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState> {
         let at = self.at(y)?;
         let old = &self.sections.grid;
         let grid = Grid::new(&old.breaks(), counts);
@@ -122,7 +122,11 @@ fn write_dashpots(rod: &HeavyRod, y: &mut DVector<f64>, z: &[f64]) {
 }
 
 /// The model of the rod with `counts` nodes on the elements, and the initial state.
-pub(super) fn begun(given: &Given, start: &HeavyStart<'_>, counts: &[usize]) -> Result<Begun> {
+pub(super) fn begun(
+    given: &Given,
+    start: &HeavyStart<'_>,
+    counts: &[usize],
+) -> Result<ModelAndState> {
     let grid = Grid::new(&given.breaks(), counts);
     let places = grid.nodes().to_vec();
     let rod = HeavyRod::new(given.clone(), grid)?;

@@ -1,11 +1,11 @@
 //! Runs of rods with mass, step by step.
 
 use super::assembly::{self, HeavyAssemblyStart};
-use super::model::{Begun, Judged, Model};
+use super::model::{MassiveRods, ModelAndState, NodeResolution};
 use super::rod::{self, HeavyStart};
-use crate::adaptive_nodes::Following;
-use crate::groove_turning_points::{ON_END, turned};
-use crate::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
+use crate::adaptive_nodes::AdaptiveNodes;
+use crate::groove_turning_points::{ON_END, turning_fraction};
+use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Carrier, Nearness};
 use snaprod_systems::error::{Cause, Error, Result};
@@ -40,15 +40,15 @@ const CLOSE: f64 = 1e-13;
 /// Smallest tolerance: below it no room is left for the errors along the rod.
 const LEAST_TOLERANCE: f64 = 1e-13;
 /// Event function; zero at the end of a run.
-type Seek<'a> = &'a dyn Fn(&dyn Model, &DVector<f64>) -> Option<f64>;
+type Seek<'a> = &'a dyn Fn(&dyn MassiveRods, &DVector<f64>) -> Option<f64>;
 
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
-    model: Box<dyn Model>,
+    model: Box<dyn MassiveRods>,
     integrator: Integrator,
     options: Options,
     tails: [f64; 2],
-    nodes: Following,
+    nodes: AdaptiveNodes,
     first: Box<dyn State>,
     current: Box<dyn State>,
     /// Distances between rods with a contact diameter.
@@ -93,7 +93,7 @@ impl HeavyRun {
 
     fn begun(
         elements: usize,
-        begin: &dyn Fn(&[usize]) -> Result<Begun>,
+        begin: &dyn Fn(&[usize]) -> Result<ModelAndState>,
         options: Options,
     ) -> Result<Self> {
         if !(options.tolerance >= LEAST_TOLERANCE) {
@@ -119,7 +119,7 @@ impl HeavyRun {
         };
         let (model, mut y, nodes) = loop {
             let (model, y) = begin(&counts)?;
-            let judged = Judged::new(&*model, &y, &options).ok_or_else(outside)?;
+            let judged = NodeResolution::new(&*model, &y, &options).ok_or_else(outside)?;
             match judged.demand {
                 Demand::More(more) if options.nodes == Nodes::Adaptive => {
                     if more.iter().any(|n| *n > MOST_NODES) {
@@ -152,7 +152,7 @@ impl HeavyRun {
         // Factors are dense, and every sample computes some of its own.
         integrator.keep_order();
         Ok(Self {
-            nodes: Following::new(options.nodes, PATIENCE, nodes),
+            nodes: AdaptiveNodes::new(options.nodes, PATIENCE, nodes),
             model,
             integrator,
             options,
@@ -188,7 +188,7 @@ impl HeavyRun {
 
     /// Judges the nodes after a step.
     fn judge(&mut self) -> std::result::Result<(), Cause> {
-        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options);
+        let judged = NodeResolution::new(&*self.model, self.integrator.state(), &self.options);
         let Some(judged) = judged else {
             return Err(Cause::EdgeOfDomain);
         };
@@ -198,7 +198,7 @@ impl HeavyRun {
         if !self.nodes.grows(&demand) {
             self.tails[1] = self.tails[1].max(spill);
         }
-        self.nodes.asked(demand, tail)
+        self.nodes.register_demand(demand, tail)
     }
 
     /// Node counts for another try of the last step; None if the present nodes suffice.
@@ -206,7 +206,7 @@ impl HeavyRun {
         if self.options.nodes != Nodes::Adaptive {
             return None;
         }
-        let judged = Judged::new(&*self.model, self.integrator.state(), &self.options)?;
+        let judged = NodeResolution::new(&*self.model, self.integrator.state(), &self.options)?;
         match judged.demand {
             Demand::More(counts) if judged.excess > FAR => {
                 Some(counts).filter(|counts| counts.iter().all(|n| *n <= MOST_NODES))
@@ -234,15 +234,19 @@ impl HeavyRun {
         let (model, state) = self.model.regridded(from, counts)?;
         self.integrator.restart(model.system(), state, None)?;
         self.model = model;
-        let nodes = Judged::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
-        self.nodes.became(nodes);
+        let nodes =
+            NodeResolution::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
+        self.nodes.record_total(nodes);
         Some(())
     }
 
     /// Brings the ends of rods back to their attachments after a drift by integration errors.
     fn hold(&mut self) -> Option<()> {
         let bound = DRIFTED * self.options.tolerance;
-        match self.model.held(self.integrator.state(), bound) {
+        match self
+            .model
+            .project_constraints(self.integrator.state(), bound)
+        {
             Some(state) => self.integrator.restart(self.model.system(), state, None),
             None => Some(()),
         }
@@ -330,7 +334,7 @@ impl HeavyRun {
             }
         }
         if let Some((contact, part)) = found {
-            let gap = |model: &dyn Model, y: &DVector<f64>| {
+            let gap = |model: &dyn MassiveRods, y: &DVector<f64>| {
                 Some(
                     model
                         .contact(y, &contact)
@@ -362,7 +366,7 @@ impl HeavyRun {
         let (model, integrator) = (&*self.model, &mut self.integrator);
         let turns = before.iter().zip(&after).enumerate();
         let turns = turns.filter_map(|(k, (from, to))| {
-            turned([from.1, to.1], span, from.2, |x| {
+            turning_fraction([from.1, to.1], span, from.2, |x| {
                 let y = integrator.at(model.system(), x)?;
                 Some(model.along_grooves(&y)[k].1)
             })
@@ -380,8 +384,9 @@ impl HeavyRun {
             if (phi - end).abs() <= rounding {
                 continue;
             }
-            let beyond =
-                |model: &dyn Model, y: &DVector<f64>| Some(model.along_grooves(y)[k].1[0] - end);
+            let beyond = |model: &dyn MassiveRods, y: &DVector<f64>| {
+                Some(model.along_grooves(y)[k].1[0] - end)
+            };
             let part = self.crossing(from, part, rounding, &beyond)?;
             if first.is_none_or(|(least, _)| part < least) {
                 first = Some((part, body));
@@ -449,22 +454,22 @@ impl<'a> Motion<'a> for HeavyRun {
         (!self.stopped).then(|| self.go_on())
     }
 
-    fn given(&self) -> Seen<'_> {
-        Seen::Kept(&*self.first)
+    fn given(&self) -> StateRef<'_> {
+        StateRef::Kept(&*self.first)
     }
 
-    fn now(&self) -> Seen<'_> {
-        Seen::Kept(&*self.current)
+    fn now(&self) -> StateRef<'_> {
+        StateRef::Kept(&*self.current)
     }
 
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
         if t == self.time() {
-            return Some(Seen::Kept(&*self.current));
+            return Some(StateRef::Kept(&*self.current));
         }
         let fraction = self.integrator.fraction(self.model.time(), t)?;
         let mut y = self.integrator.at(self.model.system(), fraction)?;
         y[self.model.time()] = t;
-        Some(Seen::Made(self.sample_of(&y)?))
+        Some(StateRef::Made(self.sample_of(&y)?))
     }
 
     fn duration(&self) -> f64 {
@@ -479,12 +484,12 @@ impl<'a> Motion<'a> for HeavyRun {
         self.integrator.cost()
     }
 
-    fn carries(&self) -> Vec<Carried> {
+    fn carries(&self) -> Vec<StateVariables> {
         let y = self.integrator.state();
         let rods = self.model.rods(y).unwrap_or_default();
         let strains: usize = rods.iter().map(|(rod, _)| rod.size()).sum();
         let time = self.model.time();
-        Carried::some([
+        StateVariables::some([
             ("strains at the nodes", strains),
             ("rates of the strains", strains),
             (

@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct HeavySample {
     t: f64,
-    of: Of,
+    of: SampledModel,
     /// Power lost per length, at the nodes.
     lost: Vec<f64>,
     /// (couple, force) of the rod on the body or support at its end.
@@ -27,13 +27,13 @@ pub struct HeavySample {
 }
 
 #[derive(Debug, Clone)]
-enum Of {
+enum SampledModel {
     Rod(Arc<HeavyRod>, Box<Moving>),
-    Assembly(Box<Several>),
+    Assembly(Box<SampledAssembly>),
 }
 
 #[derive(Debug, Clone)]
-struct Several {
+struct SampledAssembly {
     assembly: Arc<HeavyAssembly>,
     at: HeavyState,
     places: Vec<Place>,
@@ -73,7 +73,7 @@ impl HeavySample {
             ledger: ledger(energies, y, time),
             friction: y[time + 1],
             lost,
-            of: Of::Rod(rod.clone(), Box::new(at)),
+            of: SampledModel::Rod(rod.clone(), Box::new(at)),
         })
     }
 
@@ -93,7 +93,7 @@ impl HeavySample {
             ledger: ledger(energies, y, time),
             friction: y[time + 1],
             lost: lost.swap_remove(0),
-            of: Of::Assembly(Box::new(Several {
+            of: SampledModel::Assembly(Box::new(SampledAssembly {
                 places: at.places(),
                 grooves: assembly.groove_forces(&at, unknowns.as_slice())?,
                 drift,
@@ -105,8 +105,10 @@ impl HeavySample {
 
     fn rod(&self, k: usize) -> (&HeavyRod, &Moving) {
         match &self.of {
-            Of::Rod(rod, at) => (rod, at),
-            Of::Assembly(several) => (&several.assembly.links[k].rod, &several.at.rods[k]),
+            SampledModel::Rod(rod, at) => (rod, at),
+            SampledModel::Assembly(several) => {
+                (&several.assembly.links[k].rod, &several.at.rods[k])
+            }
         }
     }
 
@@ -114,10 +116,10 @@ impl HeavySample {
         self.rod(0)
     }
 
-    fn several(&self) -> Option<&Several> {
+    fn several(&self) -> Option<&SampledAssembly> {
         match &self.of {
-            Of::Rod(..) => None,
-            Of::Assembly(several) => Some(several),
+            SampledModel::Rod(..) => None,
+            SampledModel::Assembly(several) => Some(several),
         }
     }
 }
@@ -165,7 +167,7 @@ impl State for HeavySample {
     }
 
     fn curves(&self, points: usize) -> Vec<RodCurve> {
-        let Some(Several { assembly, at, .. }) = self.several() else {
+        let Some(SampledAssembly { assembly, at, .. }) = self.several() else {
             return Vec::new();
         };
         let rods = assembly.links.iter().zip(&at.rods).enumerate();

@@ -1,6 +1,6 @@
 //! The light rod in the plane: the elastica.
 
-use super::{ALIKE, Held, Light, places};
+use super::{ALIKE, EndResidual, MasslessRod, places};
 use crate::State;
 use crate::snap::{LandingRule, SnapEnd, landings};
 use nalgebra::{DMatrix, DVector, Vector2};
@@ -23,11 +23,11 @@ fn velocity(site: &Place) -> Vector2<f64> {
 }
 
 /// Chart points are (p, w).
-impl Light for Elastica {
-    fn held(&self, q: &DVector<f64>, site: &Place, _tolerance: f64) -> Option<Held> {
+impl MasslessRod for Elastica {
+    fn held(&self, q: &DVector<f64>, site: &Place, _tolerance: f64) -> Option<EndResidual> {
         let q = flat(q);
         let at = self.point(&q)?;
-        Some(Held {
+        Some(EndResidual {
             gap: dynamic(&(site.pose.translation.vector.xy() - at.pose)),
             jacobian: DMatrix::from_column_slice(2, 2, at.jacobian.as_slice()),
             drive: dynamic(&velocity(site)),
@@ -42,7 +42,7 @@ impl Light for Elastica {
         Some(dynamic(&found.q))
     }
 
-    fn like(&self, state: &dyn State) -> Option<DVector<f64>> {
+    fn matching_equilibrium(&self, state: &dyn State) -> Option<DVector<f64>> {
         if let Some(labels) = state.equilibrium() {
             return Some(DVector::from_column_slice(&[labels.p, labels.w]));
         }
@@ -86,7 +86,7 @@ impl Light for Elastica {
             .norm()
     }
 
-    fn told(
+    fn report_end(
         &self,
         _q: &DVector<f64>,
         site: &Place,

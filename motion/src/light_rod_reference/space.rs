@@ -1,6 +1,6 @@
 //! The light rod in space, in the chart of its base wrench.
 
-use super::{ALIKE, FINE, Held, Light, places};
+use super::{ALIKE, EndResidual, FINE, MasslessRod, places};
 use crate::State;
 use crate::snap::SnapEnd;
 use nalgebra::{DMatrix, DVector};
@@ -80,7 +80,7 @@ fn dynamic(q: &Wrench) -> DVector<f64> {
     DVector::from_column_slice(q.as_slice())
 }
 
-impl Light for LightInSpace {
+impl MasslessRod for LightInSpace {
     fn number(&self) -> usize {
         self.member.as_ref().map_or(0, |rod| rod.number)
     }
@@ -95,9 +95,9 @@ impl Light for LightInSpace {
         }
     }
 
-    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<Held> {
+    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<EndResidual> {
         let point = self.point(q, site, tolerance)?;
-        Some(Held {
+        Some(EndResidual {
             gap: dynamic(&point.gap(self.link.joint())),
             jacobian: DMatrix::from_column_slice(6, 6, point.end.jacobian.as_slice()),
             drive: dynamic(&point.drive()),
@@ -112,7 +112,7 @@ impl Light for LightInSpace {
         Some(dynamic(&found))
     }
 
-    fn like(&self, state: &dyn State) -> Option<DVector<f64>> {
+    fn matching_equilibrium(&self, state: &dyn State) -> Option<DVector<f64>> {
         let (link, held) = (&self.link, self.end(state).pose);
         let length = link.rod().length();
         let strains = |places: &[f64]| self.strains(state, places);
@@ -164,7 +164,7 @@ impl Light for LightInSpace {
         }
     }
 
-    fn told(
+    fn report_end(
         &self,
         q: &DVector<f64>,
         site: &Place,

@@ -1,6 +1,6 @@
 //! Forces on the body in a motion with strains that are constant along the rod.
 
-use super::{Carried, Reduction};
+use super::{Reduction, TipBody};
 use nalgebra::{
     Isometry3, Matrix3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
 };
@@ -174,7 +174,7 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
     )))
 }
 
-impl Carried {
+impl TipBody {
     /// Acceleration of the end; an end on a ball joint does not turn.
     pub(super) fn acceleration(
         &self,
@@ -270,7 +270,7 @@ impl Reduction {
     pub(super) fn balance(&self, at: &State) -> Result<Balance> {
         let (e, rate) = (&at.strain, &at.rate);
         let rigid = self.section.rate.rigid();
-        let welded = matches!(self.carried, Carried::Welded(_));
+        let welded = matches!(self.carried, TipBody::Welded(_));
         let elastic = stored(&self.section, e)?;
         let viscous = self.section.rate.overstress(0.0, e, rate)?;
         let branches = self.section.branches.iter().zip(&at.branches);

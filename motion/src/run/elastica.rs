@@ -3,7 +3,7 @@
 use super::{Phase, Run};
 use crate::drive::Motion;
 use crate::options::Options;
-use crate::sheet::Passage;
+use crate::sheet::MassTreatment;
 use crate::straight_release::Opening;
 use nalgebra::Vector2;
 use snaprod_systems::body::Body;
@@ -29,7 +29,7 @@ impl<'a> Run<'a, Elastica, 2> {
         let given = Phase { v, ..state(0.0)? };
         let mut run = Self::start(&Elastica, body, state(opening.until)?, options, 0.0, 0)?;
         if let Some(rod) = body.rod()
-            && let Passage::Glides(glide) = run
+            && let MassTreatment::Glides(glide) = run
                 .motion
                 .nears_straight(rod, (false, false), false)
                 .passage

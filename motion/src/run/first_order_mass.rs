@@ -3,10 +3,10 @@
 
 use super::{OnSheet, Phase, Progress, Run, Sample};
 use crate::body_with_rod::{force_of_mass, rod_error};
-use crate::locate::changes;
-use crate::sheet::{Glide, Passage};
+use crate::locate::first_change;
+use crate::sheet::{Glide, MassTreatment};
 use snaprod_systems::error::Result;
-use snaprod_systems::manifold::{Multivalued, RodMass};
+use snaprod_systems::manifold::{FirstOrderInertia, Multivalued};
 use std::mem;
 use std::ops::ControlFlow;
 
@@ -87,7 +87,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         progress
     }
 
-    fn step_on(&mut self, rod: &'a dyn RodMass<N>) -> Result<Option<Progress>> {
+    fn step_on(&mut self, rod: &'a dyn FirstOrderInertia<N>) -> Result<Option<Progress>> {
         let end = self.options.duration;
         let (due, mut room) = (self.due.take(), self.room.take());
         let distance = match self.step_past_straight(rod)? {
@@ -122,8 +122,8 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// Event function, positive as long as `followed` is to stay as it is. Without the rod's mass, a body
     /// that shakes along a nearly straight rod sweeps the rod across. The kinetic energy of the rod would
     /// have to come from nowhere: there the rod itself shakes and is not on its equilibria.
-    fn room(&self, rod: &'a dyn RodMass<N>, at: &Phase<N>) -> f64 {
-        let room = rod.room(&at.q, &at.v, self.followed);
+    fn room(&self, rod: &'a dyn FirstOrderInertia<N>, at: &Phase<N>) -> f64 {
+        let room = rod.validity_margin(&at.q, &at.v, self.followed);
         if self.followed {
             return room;
         }
@@ -136,7 +136,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// missed within a step. False if the step is unchanged.
     fn ends_where_it_changes(
         &mut self,
-        rod: &'a dyn RodMass<N>,
+        rod: &'a dyn FirstOrderInertia<N>,
         (from, room): (&Phase<N>, Option<f64>),
     ) -> bool {
         let now = self.followed;
@@ -147,14 +147,19 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
             return false;
         }
         let inside = self.motion.inside();
-        let fraction = inside.and_then(|inside| changes(inside, PLACES, |at| self.room(rod, at)));
+        let fraction =
+            inside.and_then(|inside| first_change(inside, PLACES, |at| self.room(rod, at)));
         let ends = fraction.is_some_and(|fraction| self.motion.end_after(fraction));
         self.due = (ends || after > 0.0).then_some(ends != now);
         ends
     }
 
     /// Continues next to the straight rod with the rod's mass; false if that fails.
-    pub(super) fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> bool {
+    pub(super) fn go_straight(
+        &mut self,
+        rod: &'a dyn FirstOrderInertia<N>,
+        glide: Glide<N>,
+    ) -> bool {
         let before = self.now().ledger.total();
         if self.motion.go_straight(rod, glide).is_none() {
             return false;
@@ -170,7 +175,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// from the straight rod.
     fn step_past_straight(
         &mut self,
-        rod: &'a dyn RodMass<N>,
+        rod: &'a dyn FirstOrderInertia<N>,
     ) -> Result<ControlFlow<Option<Progress>, f64>> {
         let (from, end) = (self.motion.phase(), self.options.duration);
         if let Some(left) = self.motion.leaves_straight() {
@@ -180,15 +185,15 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
         if !self.motion.passes_straight() {
             let (at_edge, known) = (mem::take(&mut self.at_edge), (self.followed, self.shakes));
             let near = self.motion.nears_straight(rod, known, at_edge);
-            self.shakes = matches!(near.passage, Passage::Shakes);
+            self.shakes = matches!(near.passage, MassTreatment::Shakes);
             match near.passage {
-                Passage::None => return Ok(ControlFlow::Continue(near.distance)),
-                Passage::Glides(glide) => {
+                MassTreatment::None => return Ok(ControlFlow::Continue(near.distance)),
+                MassTreatment::Glides(glide) => {
                     if !self.go_straight(rod, *glide) {
                         return Ok(ControlFlow::Continue(near.distance));
                     }
                 }
-                Passage::Shakes => {
+                MassTreatment::Shakes => {
                     if self.followed {
                         self.follow(false, from, from)?;
                     }

@@ -12,19 +12,19 @@
 //! States keep this rest, and its rate, as their component along the rod.
 
 use super::slow_beam::{Glide, Gliding, Moment, aside};
-use super::{Carried, OnSheet, Phase, rod_error, slope};
-use crate::locate::changes;
+use super::{FollowedMass, OnSheet, Phase, rod_error, slope};
+use crate::locate::first_change;
 use nalgebra::SVector;
-use snaprod_systems::manifold::{Bending, Multivalued, Patch, RodMass};
+use snaprod_systems::manifold::{BendingLoad, FirstOrderInertia, Multivalued, Patch};
 
 /// Deflection |y| of the end above which the chart takes over, and below which its motion ends.
-const HEIGHT: [f64; 2] = [3e-3, 2e-3];
+const DEFLECTION_LIMITS: [f64; 2] = [3e-3, 2e-3];
 /// Difference between the pull of the equilibria and the body's own, as a part of |N|: below the first the
 /// chart may take over, above the second its motion ends.
 const SHIFTED: [f64; 2] = [0.5, 1.0];
 /// Pull |N| above which the chart may take over, and below which its motion ends: the global chart is polar
 /// about N = 0, and loses digits of the rod's mass there.
-const SLACK: [f64; 2] = [0.3, 0.2];
+const PULL_LIMITS: [f64; 2] = [0.3, 0.2];
 /// Deflection above which the chart takes over in any case, and below which its motion may end.
 const HIGHEST: [f64; 2] = [0.016, 0.012];
 /// Radius of the neighbourhood of the straight rod: farther out the rod is not next to it, whether or not it shakes.
@@ -36,7 +36,7 @@ const PLACES: u32 = 16;
 const WITHIN: f64 = 0.5;
 /// Tolerance in the event functions (of size 1) for a step that was ended at an event: the event is found on
 /// the interpolant, and the step to it is integrated again.
-const FOUND_NEAR: f64 = 1e-2;
+const EVENT_TOLERANCE: f64 = 1e-2;
 /// Largest amplitude of the shaking in the pull, relative to 1 + |N|, for a linear oscillator.
 const SHAKEN: f64 = 10.0;
 /// Time increment of the differences that give the rates of the bend by the rod's own inertia.
@@ -45,7 +45,7 @@ const SOON: f64 = 1e-4;
 const FOUND: f64 = 1e-8;
 
 /// A moment of a rod bent by its own inertia.
-struct Shifted<const N: usize> {
+struct InertiaBend<const N: usize> {
     now: Moment<N>,
     /// Excess of the pull of equilibria over the body's own, u/y; bounds of its slaved and of its shaking part.
     more: f64,
@@ -56,7 +56,7 @@ struct Shifted<const N: usize> {
 }
 
 /// A chart state with its event functions near the straight rod, each of size 1 and zero at its event.
-struct Beside<const N: usize> {
+struct NearStraight<const N: usize> {
     /// Distance of the end from the end of the straight rod.
     distance: f64,
     /// Positive outside the neighbourhood of the straight rod.
@@ -72,7 +72,7 @@ struct Beside<const N: usize> {
 }
 
 /// Treatment of the rod's mass next to the straight configuration.
-pub enum Passage<const N: usize> {
+pub enum MassTreatment<const N: usize> {
     /// No change: the rod is not near the straight one, or the chart still serves.
     None,
     /// The body shakes too hard along the rod: the rod's mass is left out.
@@ -82,14 +82,14 @@ pub enum Passage<const N: usize> {
 }
 
 /// Position of a motion relative to the straight rod.
-pub struct Nearness<const N: usize> {
+pub struct StraightProximity<const N: usize> {
     /// Distance of the end from the end of the straight rod; 0 if unknown.
     pub distance: f64,
     /// Treatment of the rod's mass at this position.
-    pub passage: Passage<N>,
+    pub passage: MassTreatment<N>,
 }
 
-impl<const N: usize> Beside<N> {
+impl<const N: usize> NearStraight<N> {
     /// Event function of a step. Not `shakes`: positive outside the neighbourhood, or inside while the
     /// shaking is weak and the chart serves. `shakes`: positive inside the neighbourhood.
     fn room(&self, shakes: bool) -> f64 {
@@ -107,13 +107,13 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// pull of equilibria over the body's own.
     fn bent(&self, at: &Phase<N>) -> Option<(Moment<N>, f64)> {
         let now = self.moment(at)?;
-        let Bending { by_rise, rest, .. } = now.felt?.bending;
+        let BendingLoad { by_rise, rest, .. } = now.felt?.bending;
         let bent = (by_rise * now.rise() + rest) / now.rod.softening;
         Some((now, bent))
     }
 
     /// The bend with the inertia of u itself: m b u'' + |c'| u equals the load on it.
-    fn shifted(&self, at: &Phase<N>) -> Option<Shifted<N>> {
+    fn shifted(&self, at: &Phase<N>) -> Option<InertiaBend<N>> {
         let (now, bent) = self.bent(at)?;
         let rise = now.rod.across * now.rise();
         let aside = |time: f64| Some(self.bent(&aside(at, &rise, time))?.1);
@@ -126,7 +126,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         let (softening, lever) = (now.rod.softening, self.lever(&now));
         let mass = now.felt?.bending.inertia + lever * now.height;
         let swing = (shaken * shaken - shaking * shaking * mass / softening).sqrt();
-        Some(Shifted {
+        Some(InertiaBend {
             more: bent / now.height,
             apart: [slaved.abs(), swing].map(|bent| bent / now.height.abs()),
             missing: now.rod.softening * bent * now.height,
@@ -160,11 +160,12 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
 
     /// True if the chart is to take over at the deflection `at`.
     pub(super) fn leaves(&self, at: &Phase<N>) -> Option<bool> {
-        let Shifted { now, apart, .. } = self.shifted(at)?;
+        let InertiaBend { now, apart, .. } = self.shifted(at)?;
         let height = now.height.abs();
         let outward = now.height * now.speed >= 0.0;
-        let calm = apart[0] + apart[1] < SHIFTED[0] * now.pull.abs() && now.pull.abs() > SLACK[0];
-        Some(outward && (height > HIGHEST[0] || height > HEIGHT[0] && calm))
+        let calm =
+            apart[0] + apart[1] < SHIFTED[0] * now.pull.abs() && now.pull.abs() > PULL_LIMITS[0];
+        Some(outward && (height > HIGHEST[0] || height > DEFLECTION_LIMITS[0] && calm))
     }
 
     /// The longest time step at the deflection `at`: it ends not far beyond the handover to the chart.
@@ -172,7 +173,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         if self.rod.is_none() {
             return Some(f64::INFINITY);
         }
-        let across = self.manifold.held(0.0)?.across;
+        let across = self.manifold.axial_constraint(0.0)?.across;
         let [height, speed] = [at.q, at.v].map(|of| of.dot(&across).abs());
         Some((0.1 * HIGHEST[0] + (HIGHEST[0] - height).max(0.0)) / speed)
     }
@@ -183,14 +184,14 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         &self,
         (patch, at): (Patch, &Phase<N>),
         (followed, shakes): (bool, bool),
-    ) -> Option<Beside<N>> {
-        let straight = self.manifold.held(0.0)?;
+    ) -> Option<NearStraight<N>> {
+        let straight = self.manifold.axial_constraint(0.0)?;
         let point = self.manifold.point_in(patch, &at.q)?;
         let off = point.pose - straight.pose;
         let distance = off.norm();
         let far = distance.max(off.dot(&straight.along).abs() / distance) / FARTHEST - 1.0;
         if shakes || !(far < 1.0) {
-            return Some(Beside {
+            return Some(NearStraight {
                 distance,
                 far,
                 shaking: -1.0,
@@ -205,7 +206,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
             v: only_across(&at.v),
             ..*at
         };
-        let Shifted {
+        let InertiaBend {
             now,
             missing,
             shortening,
@@ -227,15 +228,15 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         let shaking = (rate / now.rod.softening - now.speed * shaken) / now.height;
         start.q += now.rod.along * shaken;
         start.v += now.rod.along * shaking;
-        let Shifted { apart, .. } = self.shifted(&start)?;
+        let InertiaBend { apart, .. } = self.shifted(&start)?;
         let (pull, height) = (now.pull.abs(), now.height.abs());
-        let unsteady = ((apart[0] + apart[1]) / (SHIFTED[1] * pull)).max(SLACK[1] / pull);
+        let unsteady = ((apart[0] + apart[1]) / (SHIFTED[1] * pull)).max(PULL_LIMITS[1] / pull);
         let low = (1.0 - unsteady).max(height / HIGHEST[1] - 1.0);
-        Some(Beside {
+        Some(NearStraight {
             distance,
             far,
             shaking: apart[1] / (SHAKEN * (1.0 + pull)) - 1.0,
-            steady: low.min(height / HEIGHT[1] - 1.0),
+            steady: low.min(height / DEFLECTION_LIMITS[1] - 1.0),
             start,
             apart: (softened * apart[1] * now.height).abs() / distance.powi(2),
         })
@@ -245,43 +246,48 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// neighbourhood, since at turning points it looks calm.
     fn passage(
         &self,
-        beside: &Beside<N>,
+        beside: &NearStraight<N>,
         (shakes, at_edge): (bool, bool),
         tolerance: f64,
-    ) -> Passage<N> {
-        let slack = if at_edge { FOUND_NEAR } else { 0.0 };
-        // At an event the watched quantity equals its threshold up to `FOUND_NEAR`, and counts as crossed.
+    ) -> MassTreatment<N> {
+        let slack = if at_edge { EVENT_TOLERANCE } else { 0.0 };
+        // At an event the watched quantity equals its threshold up to `EVENT_TOLERANCE`, and counts as crossed.
         let near = beside.far < if shakes { -slack } else { slack };
         if near && (shakes || !(beside.shaking < -slack)) {
-            return Passage::Shakes;
+            return MassTreatment::Shakes;
         }
         if !(near && beside.steady < slack) {
-            return Passage::None;
+            return MassTreatment::None;
         }
-        let Some(across) = self.manifold.held(0.0).map(|straight| straight.across) else {
-            return Passage::None;
+        let Some(across) = self
+            .manifold
+            .axial_constraint(0.0)
+            .map(|straight| straight.across)
+        else {
+            return MassTreatment::None;
         };
         let mut start = beside.start;
         if beside.apart < tolerance {
             (start.q, start.v) = (across * start.q.dot(&across), across * start.v.dot(&across));
         }
-        (self.started(start, tolerance, f64::INFINITY))
-            .map_or(Passage::Shakes, |glide| Passage::Glides(Box::new(glide)))
+        (self.started(start, tolerance, f64::INFINITY)).map_or(MassTreatment::Shakes, |glide| {
+            MassTreatment::Glides(Box::new(glide))
+        })
     }
 
     /// The equilibrium under `pull` with its end at the height `height`: its chart point (global), and the
     /// position of its end along the rod.
     fn placed(&self, pull: f64, height: f64) -> Option<(SVector<f64, N>, f64)> {
-        let along = self.manifold.held(0.0)?.along;
-        let (patch, q) = self.manifold.beside(pull, height)?;
-        let q = self.manifold.carried(&q, patch, Patch::Global);
+        let along = self.manifold.axial_constraint(0.0)?.along;
+        let (patch, q) = self.manifold.deflected_point(pull, height)?;
+        let q = self.manifold.change_patch(&q, patch, Patch::Global);
         Some((q, self.manifold.point(&q)?.pose.dot(&along)))
     }
 
     /// The chart state at a handover at the deflection `at`. A mass let go with the body's own pull would shake along
     /// the rod, so the pull exceeds it by u/y and 1 - x by c' u y. None if the secant search fails.
     fn handed_over(&self, at: &Phase<N>) -> Option<Phase<N>> {
-        let Shifted {
+        let InertiaBend {
             now,
             more,
             missing,
@@ -307,7 +313,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
 }
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
-    fn with_mass(&self, rod: &'a dyn RodMass<N>) -> Gliding<'a, M, N> {
+    fn with_mass(&self, rod: &'a dyn FirstOrderInertia<N>) -> Gliding<'a, M, N> {
         Gliding {
             rod: Some(rod),
             ..self.gliding()
@@ -319,16 +325,16 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// was ended at an event of either kind.
     pub fn nears_straight(
         &self,
-        rod: &'a dyn RodMass<N>,
+        rod: &'a dyn FirstOrderInertia<N>,
         (followed, shakes): (bool, bool),
         at_edge: bool,
-    ) -> Nearness<N> {
+    ) -> StraightProximity<N> {
         let at = (self.patch, self.solver.state());
         let motion = self.with_mass(rod);
         let beside = motion.beside(at, (followed, shakes));
-        Nearness {
+        StraightProximity {
             distance: beside.as_ref().map_or(0.0, |beside| beside.distance),
-            passage: beside.map_or(Passage::None, |beside| {
+            passage: beside.map_or(MassTreatment::None, |beside| {
                 motion.passage(&beside, (shakes, at_edge), self.tolerance)
             }),
         }
@@ -340,7 +346,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(
         &mut self,
-        rod: &'a dyn RodMass<N>,
+        rod: &'a dyn FirstOrderInertia<N>,
         (followed, shakes): (bool, bool),
         distance: f64,
     ) -> bool {
@@ -354,7 +360,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let inside = self.inside();
         let fraction = inside.and_then(|inside| {
             let motion = self.with_mass(rod);
-            changes(inside, PLACES, |at| {
+            first_change(inside, PLACES, |at| {
                 let beside = motion.beside((Patch::Global, at), (followed, shakes));
                 beside.map_or(1.0, |beside| beside.room(shakes))
             })
@@ -373,7 +379,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// True if a shaking motion was well inside the neighbourhood at both ends of the last step.
-    fn stays_near(&self, rod: &'a dyn RodMass<N>) -> bool {
+    fn stays_near(&self, rod: &'a dyn FirstOrderInertia<N>) -> bool {
         let motion = self.with_mass(rod);
         let well_within = |at: &Phase<N>| {
             let beside = motion.beside((Patch::Global, at), (false, true));
@@ -383,7 +389,11 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// Continues with `glide`, the motion of a beam with mass; None if its state has no chart point.
-    pub fn go_straight(&mut self, rod: &'a dyn RodMass<N>, glide: Glide<N>) -> Option<()> {
+    pub fn go_straight(
+        &mut self,
+        rod: &'a dyn FirstOrderInertia<N>,
+        glide: Glide<N>,
+    ) -> Option<()> {
         let (patch, charted) = self.with_mass(rod).charted(glide.state())?;
         let slope = slope(
             self.manifold,
@@ -393,7 +403,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             self.orientation,
             &charted,
         )?;
-        self.rod = Some(Carried {
+        self.rod = Some(FollowedMass {
             rod,
             error: rod_error(self.body, self.tolerance),
         });
@@ -420,7 +430,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// Kinetic and potential energy of the rod in a state next to the straight rod.
     pub fn energies_beside(&self, phase: &Phase<N>) -> Option<[f64; 2]> {
-        let straight = self.manifold.held(0.0)?;
+        let straight = self.manifold.axial_constraint(0.0)?;
         let across = |v: SVector<f64, N>| straight.across * v.dot(&straight.across);
         let q = across(self.manifold.point(&phase.q)?.pose - straight.pose);
         let at = Phase {

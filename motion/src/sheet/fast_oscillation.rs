@@ -1,7 +1,7 @@
 //! Longitudinal oscillation of a body next to the straight rod: strides over many turns, and glides without
 //! oscillation.
 
-use super::multi_period::{FEWEST, LONGEST, Strides, Turns};
+use super::multi_period::{FEWEST, LONGEST, Strides, TurnMap};
 use super::slow_beam::{Glide, Gliding};
 use super::{OnSheet, Phase, Progress, locate};
 use snaprod_systems::manifold::{Multivalued, Patch};
@@ -22,12 +22,12 @@ pub(super) struct Shaking<const N: usize> {
     /// Present during a glide, a motion without oscillation along the rod.
     glide: Option<Glide<N>>,
     /// Kind of the last step.
-    last: Kind,
+    last: StepKind,
 }
 
 /// Kind of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum StepKind {
     /// A step in a chart.
     Single,
     /// A stride over many turns.
@@ -43,7 +43,7 @@ impl<const N: usize> Default for Shaking<N> {
             patience: (0, PATIENCE.0),
             strides: None,
             glide: None,
-            last: Kind::Single,
+            last: StepKind::Single,
         }
     }
 }
@@ -51,24 +51,24 @@ impl<const N: usize> Default for Shaking<N> {
 impl<const N: usize> Shaking<N> {
     /// True if the last step was a stride over many turns.
     pub fn strode(&self) -> bool {
-        self.last == Kind::Stride
+        self.last == StepKind::Stride
     }
 
     /// True if the last step was one of a glide.
     pub fn glides(&self) -> bool {
-        self.last == Kind::Glide
+        self.last == StepKind::Glide
     }
 
     /// True if the last step was one in a chart.
     pub fn single(&self) -> bool {
-        self.last == Kind::Single
+        self.last == StepKind::Single
     }
 
     /// Continues with `glide`.
     pub fn glide_by(&mut self, glide: Glide<N>) {
         *self = Self {
             glide: Some(glide),
-            last: Kind::Glide,
+            last: StepKind::Glide,
             ..Self::default()
         };
     }
@@ -86,13 +86,13 @@ impl<const N: usize> Shaking<N> {
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The map over turns in the present chart; None if the chart has no shaking direction.
-    fn turns(&self) -> Option<Turns<'a, M, N>> {
-        Some(Turns {
+    fn turns(&self) -> Option<TurnMap<'a, M, N>> {
+        Some(TurnMap {
             manifold: self.manifold,
             body: self.body,
             patch: self.patch,
             orientation: self.orientation,
-            along: self.manifold.shaking(self.patch)?,
+            along: self.manifold.shaking_direction(self.patch)?,
         })
     }
 
@@ -115,7 +115,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.rewind(step.to, slope);
         self.dense = None;
         self.last = Some(Taken::Explicit(step));
-        self.shaking.last = Kind::Stride;
+        self.shaking.last = StepKind::Stride;
         self.shaking.patience = (0, PATIENCE.0);
         self.shaking.strides = Some(strides);
         true
@@ -198,7 +198,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// One step of a glide; None if the motion oscillates along the rod.
     pub fn glide(&mut self, end: f64) -> Option<Progress> {
-        self.shaking.last = Kind::Single;
+        self.shaking.last = StepKind::Single;
         if self.patch == Patch::Global {
             return None;
         }
@@ -227,7 +227,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.shaking.forget();
         self.shaking.strides = None;
         self.shaking.glide = Some(glide);
-        self.shaking.last = Kind::Glide;
+        self.shaking.last = StepKind::Glide;
         self.last = None;
         Some(if charted.t >= end {
             Progress::Arrived
@@ -244,7 +244,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let gliding = self.gliding();
         let (patch, at) = self.shaking.glide.as_mut()?.at(&gliding, t)?;
         Some(Phase {
-            q: self.manifold.carried(&at.q, patch, Patch::Global),
+            q: self.manifold.change_patch(&at.q, patch, Patch::Global),
             ..at
         })
     }

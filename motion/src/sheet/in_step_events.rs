@@ -1,8 +1,8 @@
 //! Interpolated states inside the last step: at a time, at the largest stored energy, at a new end of the step.
 
-use super::sheet8::Both;
+use super::sheet8::OneOrEight;
 use super::{OnSheet, Phase};
-use crate::locate::{Guess, at_time, locate, part};
+use crate::locate::{Guess, at_time, locate, shorten_step};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::roots::chandrupatla;
@@ -23,7 +23,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let (dense, manifold, patch) = (dense?, self.manifold, self.patch);
         Some(move |x| {
             let there = dense.at(x);
-            let q = manifold.carried(&there.q, patch, Patch::Global);
+            let q = manifold.change_patch(&there.q, patch, Patch::Global);
             Phase { q, ..there }
         })
     }
@@ -34,7 +34,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
             return false;
         };
         let (f, mut cost) = (self.right_hand_side(), Cost::default());
-        let part = part(&step, &mut self.both(f), fraction, &mut cost);
+        let part = shorten_step(&step, &mut self.both(f), fraction, &mut cost);
         let total = self.solver.cost_mut();
         *total = *total + cost;
         let Some(part) = part else {
@@ -47,7 +47,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
 
     /// The state within the last step at which the stored energy is largest: the power on the rod changes
     /// from positive to negative. Evaluations are not counted as cost.
-    pub fn hardest(&mut self) -> Option<Phase<N>> {
+    pub fn at_largest_energy(&mut self) -> Option<Phase<N>> {
         if !self.shaking.single() {
             return None;
         }
@@ -92,7 +92,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
         let mut cost = Cost::default();
         let eight = self.eight.as_mut().map(|eight| &mut eight.motion);
-        let both = &mut Both { one: f, eight };
+        let both = &mut OneOrEight { one: f, eight };
         let found = at_time(self.last.as_mut()?, &mut self.dense, both, t, &mut cost);
         let total = self.solver.cost_mut();
         *total = *total + cost;

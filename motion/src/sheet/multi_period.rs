@@ -49,7 +49,7 @@ const FIRST: f64 = 0.05;
 
 /// The oscillation in one chart, with the direction of the shaking.
 #[derive(Clone, Copy)]
-pub(super) struct Turns<'a, M, const N: usize> {
+pub(super) struct TurnMap<'a, M, const N: usize> {
     pub manifold: &'a M,
     pub body: &'a Body<N>,
     pub patch: Patch,
@@ -60,7 +60,7 @@ pub(super) struct Turns<'a, M, const N: usize> {
 
 /// Scales of the errors of a motion next to the straight rod.
 #[derive(Debug, Clone, Copy)]
-struct Sizes {
+struct ErrorScales {
     /// Of velocities: the speed that holds all the energy of the motion.
     speed: f64,
     /// Of energies.
@@ -69,7 +69,7 @@ struct Sizes {
     time: f64,
 }
 
-impl Sizes {
+impl ErrorScales {
     fn mean_square<const N: usize>(&self, error: &Phase<N>, at: &Phase<N>) -> f64 {
         let energies = error.work * error.work + error.drag_loss * error.drag_loss;
         // The pull is enormous at the outer turning points.
@@ -96,11 +96,11 @@ enum Field {
 /// A motion integrated in strides over turns.
 pub(super) struct Strides<const N: usize> {
     solver: Dop853<Phase<N>>,
-    sizes: Sizes,
+    sizes: ErrorScales,
     field: Field,
 }
 
-impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
+impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
     /// True if the velocity along the rod turns from inward to outward between two states.
     pub fn turned(&self, from: &Phase<N>, to: &Phase<N>) -> bool {
         from.v.dot(&self.along) < 0.0 && to.v.dot(&self.along) >= 0.0
@@ -126,10 +126,10 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         Some(change.max(to.t - from.t))
     }
 
-    fn sizes(&self, at: &Phase<N>, time: f64) -> Option<Sizes> {
+    fn sizes(&self, at: &Phase<N>, time: f64) -> Option<ErrorScales> {
         let stored = self.manifold.point_in(self.patch, &at.q)?.energy;
         let speed = (at.v.norm_squared() + 2.0 * stored / self.body.mass()).sqrt();
-        Some(Sizes {
+        Some(ErrorScales {
             speed,
             energy: 10.0 * self.body.mass() * speed * speed,
             time,
@@ -163,7 +163,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         from: &Phase<N>,
         clock: f64,
         sense: f64,
-        sizes: Sizes,
+        sizes: ErrorScales,
         event: impl Fn(&Phase<N>) -> f64,
         cost: &mut Cost,
     ) -> Option<Phase<N>> {
@@ -209,7 +209,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
         from: &Phase<N>,
         clock: f64,
         sense: f64,
-        sizes: Sizes,
+        sizes: ErrorScales,
         cost: &mut Cost,
     ) -> Option<Phase<N>> {
         let event = |at: &Phase<N>| sense * at.v.dot(&self.along);
@@ -231,13 +231,13 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
     /// change of 1 - x. None where there are no averages.
     fn averaged(&self, at: &Phase<N>, most: f64) -> Option<Phase<N>> {
         let (body, mass) = (self.body, self.body.mass());
-        let across = self.manifold.held(0.0)?.across;
+        let across = self.manifold.axial_constraint(0.0)?.across;
         let point = self.manifold.point_in(self.patch, &at.q)?;
         let speed = at.v.dot(&across);
         let free = |t: f64| body.action(t, &point.pose, &(across * speed), &SVector::zeros());
         let load = |t: f64| mass * free(t).acceleration.dot(&self.along);
         let pulled = load(at.t);
-        let turn = self.manifold.shaken(self.patch, &at.q, pulled)?;
+        let turn = self.manifold.shaking_turn(self.patch, &at.q, pulled)?;
         let (height, period) = (turn.height, turn.period * mass.sqrt());
         let reach = turn.inner_shortening.sqrt().max(1.0) * height.abs();
         if !(period * (1.0 + speed.abs() / reach) < most) {
@@ -269,7 +269,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
     fn change_by_turn(
         &self,
         at: &Phase<N>,
-        sizes: Sizes,
+        sizes: ErrorScales,
         field: Field,
         cost: &mut Cost,
     ) -> Option<Phase<N>> {
@@ -308,7 +308,7 @@ impl<M: Multivalued<N>, const N: usize> Turns<'_, M, N> {
 impl<const N: usize> Strides<N> {
     /// Begins strides at the turning point `at`, with turns of about `period`; None if strides do not pay.
     pub fn begin<M: Multivalued<N>>(
-        turns: &Turns<'_, M, N>,
+        turns: &TurnMap<'_, M, N>,
         at: &Phase<N>,
         period: f64,
         tolerance: f64,
@@ -348,7 +348,7 @@ impl<const N: usize> Strides<N> {
     /// One stride of a whole number of turns, at most to a few turns before `end`; None if it would be too short.
     pub fn stride<M: Multivalued<N>>(
         &mut self,
-        turns: &Turns<'_, M, N>,
+        turns: &TurnMap<'_, M, N>,
         end: f64,
         cost: &mut Cost,
     ) -> Option<Step<Phase<N>>> {
@@ -357,7 +357,7 @@ impl<const N: usize> Strides<N> {
         let end = end.min(turns.body.next_break(now.t - MARGIN * period));
         let mut most = ((end - now.t) / period - MARGIN).floor();
         let sizes = self.sizes;
-        let slow = Sizes { time: 1.0, ..sizes };
+        let slow = ErrorScales { time: 1.0, ..sizes };
         loop {
             most = most.min(self.solver.next_step().floor());
             if !(most >= FEWEST) {
@@ -404,7 +404,7 @@ impl<const N: usize> Strides<N> {
     /// Interpolates the turning points of `step`.
     pub fn dense<M: Multivalued<N>>(
         &self,
-        turns: &Turns<'_, M, N>,
+        turns: &TurnMap<'_, M, N>,
         step: &mut Step<Phase<N>>,
         cost: &mut Cost,
     ) -> Option<Dense<Phase<N>>> {
@@ -418,7 +418,7 @@ impl<const N: usize> Strides<N> {
     /// The state at the time `t` within `step`, integrated from the last turning point before `t`.
     pub fn at<M: Multivalued<N>>(
         &self,
-        turns: &Turns<'_, M, N>,
+        turns: &TurnMap<'_, M, N>,
         step: &Step<Phase<N>>,
         dense: &Dense<Phase<N>>,
         t: f64,

@@ -10,7 +10,7 @@ use snaprod_systems::solve::lobatto::{
 };
 
 /// Steps with slopes at eight places at once, and the eightfold motion of the body.
-pub(super) struct Eight<'a, const N: usize> {
+pub(super) struct EightfoldSteps<'a, const N: usize> {
     pub steps: Lobatto<Phase<N>>,
     pub motion: EightMotion<'a, N>,
 }
@@ -18,7 +18,7 @@ pub(super) struct Eight<'a, const N: usize> {
 /// Error of poses and forces, as a part of the local error.
 const PART: f64 = 0.03;
 
-impl<'a, const N: usize> Eight<'a, N> {
+impl<'a, const N: usize> EightfoldSteps<'a, N> {
     /// Steps in the global chart whose local errors are about `tolerance`, the first of the length `h`. None
     /// for models that evaluate one place at a time.
     pub fn new<M: Multivalued<N>>(
@@ -74,12 +74,14 @@ impl<const N: usize> Eightwise<Phase<N>> for EightMotion<'_, N> {
 }
 
 /// The right-hand side at one place, with the eightfold one where the model has it.
-pub(super) struct Both<'b, 'a, F, const N: usize> {
+pub(super) struct OneOrEight<'b, 'a, F, const N: usize> {
     pub one: F,
     pub eight: Option<&'b mut EightMotion<'a, N>>,
 }
 
-impl<F: Fn(&Phase<N>) -> Option<Phase<N>>, const N: usize> Slopes<Phase<N>> for Both<'_, '_, F, N> {
+impl<F: Fn(&Phase<N>) -> Option<Phase<N>>, const N: usize> Slopes<Phase<N>>
+    for OneOrEight<'_, '_, F, N>
+{
     fn slope(&mut self, at: &Phase<N>) -> Option<Phase<N>> {
         (self.one)(at)
     }

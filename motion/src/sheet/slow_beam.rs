@@ -10,10 +10,12 @@
 //! [`across`](super::across).
 
 use super::{LOCAL, Phase};
-use crate::locate::changes;
+use crate::locate::first_change;
 use nalgebra::SVector;
 use snaprod_systems::body::{Body, EndMotion};
-use snaprod_systems::manifold::{Across, Deflected, Held, Multivalued, Patch, RodMass};
+use snaprod_systems::manifold::{
+    AxialConstraint, DeflectionInertia, DeflectionState, FirstOrderInertia, Multivalued, Patch,
+};
 use snaprod_systems::solve::dop853::{Dense, Dop853, Step};
 use snaprod_systems::solve::roots::chandrupatla;
 
@@ -35,12 +37,12 @@ pub(super) struct Gliding<'a, M, const N: usize> {
     pub manifold: &'a M,
     pub body: &'a Body<N>,
     /// The mass of the rod; None if it is not followed.
-    pub rod: Option<&'a dyn RodMass<N>>,
+    pub rod: Option<&'a dyn FirstOrderInertia<N>>,
 }
 
 /// The rod and the body at one moment.
 pub(super) struct Moment<const N: usize> {
-    pub rod: Held<N>,
+    pub rod: AxialConstraint<N>,
     /// Pull N and its rate.
     pub pull: f64,
     pub tightening: f64,
@@ -48,7 +50,7 @@ pub(super) struct Moment<const N: usize> {
     pub height: f64,
     pub speed: f64,
     pub action: EndMotion<N>,
-    pub felt: Option<Across>,
+    pub felt: Option<DeflectionInertia>,
 }
 
 impl<const N: usize> Moment<N> {
@@ -88,7 +90,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// The pull slaved to the deflection `at`; None outside the range of validity.
     fn pulled(&self, at: &Phase<N>) -> Option<Pulled> {
         let mass = self.body.mass();
-        let straight = self.manifold.held(0.0)?;
+        let straight = self.manifold.axial_constraint(0.0)?;
         let (height, speed) = (at.q.dot(&straight.across), at.v.dot(&straight.across));
         let (pose, v) = (
             straight.pose + straight.across * height,
@@ -96,7 +98,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         );
         let free = self.body.action(at.t, &pose, &v, &SVector::zeros());
         let load = mass * free.acceleration.dot(&straight.along);
-        let rod = self.manifold.held(load)?;
+        let rod = self.manifold.axial_constraint(load)?;
         let rise = free.acceleration.dot(&rod.across) - rod.stiffness * height / mass;
         let pull = load + 2.0 * mass * rod.shortening * (speed * speed + height * rise);
         Some(Pulled { pull, rise })
@@ -123,13 +125,13 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     pub(super) fn moment(&self, at: &Phase<N>) -> Option<Moment<N>> {
         let (body, mass) = (self.body, self.body.mass());
         let Pulled { pull, rise } = self.pulled(at)?;
-        let rod = self.manifold.held(pull)?;
+        let rod = self.manifold.axial_constraint(pull)?;
         let (height, speed) = (at.q.dot(&rod.across), at.v.dot(&rod.across));
         let [tightening, tightened] = self.rates(at, pull, &(rod.across * rise))?;
         // m (c y^2)'' also has terms in N' and N''.
         let rates = 4.0 * tightening * speed + tightened * height;
         let pull = pull + mass * rod.softening * height * rates;
-        let rod = self.manifold.held(pull)?;
+        let rod = self.manifold.axial_constraint(pull)?;
         let back = rod.shortening * height;
         let pose = rod.pose + rod.across * height - rod.along * (back * height);
         let v = rod.across * speed - rod.along * (2.0 * back * speed);
@@ -145,9 +147,9 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         };
         if let Some(rod) = self.rod {
             let frame = body.support().map(|support| support.at(at.t));
-            let felt = rod.beside(
+            let felt = rod.deflection_inertia(
                 frame.as_ref(),
-                &Deflected {
+                &DeflectionState {
                     pull,
                     tightening,
                     height,
@@ -180,7 +182,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
 
     /// Velocity along the rod that is slaved to the deflection and the loads.
     pub(super) fn slaved(now: &Moment<N>) -> f64 {
-        let Held {
+        let AxialConstraint {
             shortening,
             softening,
             ..
@@ -191,7 +193,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
     /// The state `at` in a chart.
     pub fn charted(&self, at: &Phase<N>) -> Option<(Patch, Phase<N>)> {
         let now = self.moment(at)?;
-        let (patch, q) = self.manifold.beside(now.pull, now.height)?;
+        let (patch, q) = self.manifold.deflected_point(now.pull, now.height)?;
         let v = now.rod.across * now.speed + now.rod.along * Self::slaved(&now);
         Some((patch, Phase { q, v, ..*at }))
     }
@@ -202,7 +204,7 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
         if !(at.v.norm() < farthest) {
             return None;
         }
-        let rod = self.manifold.held(0.0)?;
+        let rod = self.manifold.axial_constraint(0.0)?;
         let point = self.manifold.point_in(patch, &at.q)?;
         let only_across = |v: &SVector<f64, N>| rod.across * v.dot(&rod.across);
         let start = Phase {
@@ -295,7 +297,7 @@ impl<const N: usize> Glide<N> {
                 Some(false) => 1.0,
                 _ => -1.0,
             };
-            if let Some(fraction) = changes(|x| dense.at(x), 1, room) {
+            if let Some(fraction) = first_change(|x| dense.at(x), 1, room) {
                 let part = fraction * step.h;
                 self.solver.rewind(from, gliding.slope(&from)?);
                 (self

@@ -1,7 +1,7 @@
 //! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs again.
 
 use super::run::{ViscousRun, ViscousStart};
-use crate::reduction::Carried;
+use crate::reduction::TipBody;
 use crate::{Motion, Options};
 use nalgebra::Isometry3;
 use snaprod_systems::body::{Body, EndBody};
@@ -16,7 +16,7 @@ use snaprod_systems::viscoelastic::space::Space;
 
 /// The strains of a rod in space that move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Moving {
+pub enum FreeStrains {
     /// u1, u2, u3: shear and stretch are rigid.
     Flexure,
     /// u1, u2, u3, v3: shear is rigid.
@@ -25,7 +25,7 @@ pub enum Moving {
     All,
 }
 
-impl Moving {
+impl FreeStrains {
     /// The strains that a section leaves free; `rigid`: whether v1, v2, v3 are held.
     ///
     /// # Errors
@@ -86,12 +86,17 @@ pub fn in_plane<'a>(
 /// As [`ViscousRun::new`].
 pub fn in_space<'a>(
     section: Viscoelastic,
-    (strains, load): (Moving, Option<&Distributed>),
-    carried: &'a Carried,
+    (strains, load): (FreeStrains, Option<&Distributed>),
+    carried: &'a TipBody,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
-    dispatch((section, load), strains, carried, Begun { start, options })
+    dispatch(
+        (section, load),
+        strains,
+        carried,
+        StartRun { start, options },
+    )
 }
 
 /// A task on a rod in space, generic in the numbers of its strains (M) and of its end velocities (D).
@@ -112,19 +117,19 @@ pub(super) trait InSpace<'a> {
 /// Chooses M and D by strains and joint, and runs the task.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
     (section, load): (Viscoelastic, Option<&Distributed>),
-    strains: Moving,
-    carried: &'a Carried,
+    strains: FreeStrains,
+    carried: &'a TipBody,
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        Carried::Welded(body) => with_body::<_, _, 6>((section, load), strains, &**body, task),
-        Carried::BallJoint(body) => with_body::<_, _, 3>((section, load), strains, body, task),
+        TipBody::Welded(body) => with_body::<_, _, 6>((section, load), strains, &**body, task),
+        TipBody::BallJoint(body) => with_body::<_, _, 3>((section, load), strains, body, task),
     }
 }
 
 fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
     (section, load): (Viscoelastic, Option<&Distributed>),
-    strains: Moving,
+    strains: FreeStrains,
     body: &'a B,
     task: T,
 ) -> Result<T::Output>
@@ -132,15 +137,15 @@ where
     B: EndBody<D, Pose = Isometry3<f64>>,
 {
     match strains {
-        Moving::Flexure => task.with::<B, 3, D>(
+        FreeStrains::Flexure => task.with::<B, 3, D>(
             Material::new(section, Space::<3, D>::places())?.under(load.cloned()),
             body,
         ),
-        Moving::Stretch => task.with::<B, 4, D>(
+        FreeStrains::Stretch => task.with::<B, 4, D>(
             Material::new(section, Space::<4, D>::places())?.under(load.cloned()),
             body,
         ),
-        Moving::All => task.with::<B, 6, D>(
+        FreeStrains::All => task.with::<B, 6, D>(
             Material::new(section, Space::<6, D>::places())?.under(load.cloned()),
             body,
         ),
@@ -148,12 +153,12 @@ where
 }
 
 /// The task that begins a run.
-struct Begun<'s, 'f> {
+struct StartRun<'s, 'f> {
     start: &'s ViscousStart<'f, 6, 6>,
     options: Options,
 }
 
-impl<'a> InSpace<'a> for Begun<'_, '_> {
+impl<'a> InSpace<'a> for StartRun<'_, '_> {
     type Output = Box<dyn Motion<'a> + 'a>;
 
     fn with<B, const M: usize, const D: usize>(

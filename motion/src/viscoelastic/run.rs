@@ -2,8 +2,8 @@
 
 use super::sample::ViscousSample;
 use super::snap_layer::LayerWatch;
-use crate::adaptive_nodes::Following;
-use crate::{Carried, Event, Motion, Options, Outcome, Resolution, Seen, State};
+use crate::adaptive_nodes::AdaptiveNodes;
+use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
 use snaprod_systems::body::EndBody;
 use snaprod_systems::error::{Cause, Error, Message, Quantity, Result};
@@ -59,7 +59,7 @@ where
     /// An event of the last step that is still to be reported.
     found: Option<Event>,
     tail: f64,
-    nodes: Following,
+    nodes: AdaptiveNodes,
     first: ViscousSample<K, M, D>,
     current: ViscousSample<K, M, D>,
     stopped: bool,
@@ -137,7 +137,7 @@ where
         let tolerance = (LOCAL * options.tolerance).max(FINEST);
         let integrator = Integrator::new(&system, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
-        let nodes = Following::new(options.nodes, PATIENCE, system.rod.grid.len());
+        let nodes = AdaptiveNodes::new(options.nodes, PATIENCE, system.rod.grid.len());
         let watch = LayerWatch::new(&first);
         Ok(Self {
             system,
@@ -263,7 +263,7 @@ where
             demand = Demand::More(rod.grid.counts().into_iter().map(more).collect());
         }
         self.tail = self.tail.max(tail);
-        self.nodes.asked(demand, tail)
+        self.nodes.register_demand(demand, tail)
     }
 
     /// Carries the state over to a grid with these node counts on the elements.
@@ -276,7 +276,7 @@ where
         let memory: Vec<_> = self.system.memory(y).iter().map(|z| carry(z)).collect();
         let integrals = y.as_slice()[self.system.layout().time()..].to_vec();
         let velocity = self.system.velocity(y);
-        self.nodes.became(grid.len());
+        self.nodes.record_total(grid.len());
         self.system.rod.grid = grid;
         let mut next = self.system.state(&strains, &memory, &velocity);
         next.as_mut_slice()[self.system.layout().time()..].copy_from_slice(&integrals);
@@ -373,16 +373,16 @@ where
         self.next()
     }
 
-    fn given(&self) -> Seen<'_> {
-        Seen::Kept(self.first())
+    fn given(&self) -> StateRef<'_> {
+        StateRef::Kept(self.first())
     }
 
-    fn now(&self) -> Seen<'_> {
-        Seen::Kept(self.now())
+    fn now(&self) -> StateRef<'_> {
+        StateRef::Kept(self.now())
     }
 
-    fn sample(&mut self, t: f64) -> Option<Seen<'_>> {
-        Some(Seen::Made(Box::new(self.sample(t)?)))
+    fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
+        Some(StateRef::Made(Box::new(self.sample(t)?)))
     }
 
     fn duration(&self) -> f64 {
@@ -397,9 +397,9 @@ where
         self.cost()
     }
 
-    fn carries(&self) -> Vec<Carried> {
+    fn carries(&self) -> Vec<StateVariables> {
         let layout = self.system.layout();
-        Carried::some([
+        StateVariables::some([
             ("strains at the nodes", layout.field()),
             (
                 "strains of the dashpots there",

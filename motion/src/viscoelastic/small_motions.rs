@@ -1,7 +1,7 @@
 //! Small motions of a body on a viscoelastic rod about an equilibrium.
 
-use super::motions::{InSpace, Moving, dispatch};
-use crate::reduction::Carried;
+use super::motions::{FreeStrains, InSpace, dispatch};
+use crate::reduction::TipBody;
 use nalgebra::Isometry3;
 use snaprod_systems::body::{Body, EndBody};
 use snaprod_systems::error::{Error, Result};
@@ -53,8 +53,8 @@ pub fn small_in_plane(
 /// As [`small_in_plane`].
 pub fn small_in_space(
     section: Viscoelastic,
-    (moving, load): (Moving, Option<&Distributed>),
-    carried: &Carried,
+    (moving, load): (FreeStrains, Option<&Distributed>),
+    carried: &TipBody,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {
     dispatch((section, load), moving, carried, Small { strains })

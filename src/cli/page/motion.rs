@@ -11,7 +11,7 @@ use snaprod::motion::Ledger;
 use snaprod::plot::Curve;
 use snaprod::scene::Units;
 use snaprod::study::Solid;
-use snaprod::study::film::{Film, Place, Still, Traced};
+use snaprod::study::film::{Film, PictureRole, Still, TracePoint};
 
 /// Sections of a rod, fewer of many rods; in all pictures together no more than this, in the plane and in space.
 const SECTIONS: usize = 41;
@@ -83,10 +83,10 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
 
 fn letter(still: &Still) -> char {
     match still.place {
-        Place::Way => '.',
-        Place::Fold => 'f',
-        Place::Layer => 'y',
-        Place::Landing => 'l',
+        PictureRole::Way => '.',
+        PictureRole::Fold => 'f',
+        PictureRole::Layer => 'y',
+        PictureRole::Landing => 'l',
     }
 }
 
@@ -133,10 +133,10 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
 /// Each body: its frame's place, turn and velocity in all pictures, and place and velocity along the trace; a range for each component.
 fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
     let body = |(k, (name, solid)): (usize, &(String, Solid))| {
-        let stills: Vec<&Traced> = film.stills.iter().map(|at| &at.now).collect();
-        let trace: Vec<&Traced> = film.trace.iter().collect();
+        let stills: Vec<&TracePoint> = film.stills.iter().map(|at| &at.now).collect();
+        let trace: Vec<&TracePoint> = film.trace.iter().collect();
         type Part = fn(&(Isometry3<f64>, Vector3<f64>), usize) -> f64;
-        let part = |of: &[&Traced], part: Part, i: usize| {
+        let part = |of: &[&TracePoint], part: Part, i: usize| {
             let all = of.iter().map(|at| part(&at.bodies[k], i));
             coarse(&all.collect::<Vec<f64>>())
         };
@@ -144,7 +144,7 @@ fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
         let velocity: Part = |(_, velocity), i| velocity[i];
         let turn: Part = |(pose, _), i| pose.rotation.coords[i];
         let turns = [0, 1, 2, 3].map(|i| part(&stills, turn, i));
-        let three = |of: &[&Traced], which: Part| [0, 1, 2].map(|i| part(of, which, i));
+        let three = |of: &[&TracePoint], which: Part| [0, 1, 2].map(|i| part(of, which, i));
         json!({
             "name": name,
             "at": three(&stills, place),

@@ -4,7 +4,7 @@ use snaprod::elastica::folds::index;
 use snaprod::elastica::{FoldLine, GridPoint, SheetGrid};
 use snaprod::manifold::{Sheet, Sign};
 use snaprod::plot::{
-    Arc, AxisUnits, Curve, EnergyLandscape, Field, FoldMap, Named, Patch, Portrait, Sheets,
+    Arc, AxisUnits, Curve, EnergyLandscape, Field, FoldMap, NamedPoint, Patch, Portrait, Sheets,
     SpaceCurve, View,
 };
 use snaprod::study::SheetsRecord;
@@ -191,7 +191,7 @@ pub fn portrait(modes: &[u32]) -> Portrait {
             })
             .collect(),
         points: (plane.ends.iter())
-            .map(|(name, at)| Named {
+            .map(|(name, at)| NamedPoint {
                 name: name.to_string(),
                 at: *at,
             })

@@ -10,7 +10,7 @@ use crate::body::{Frame, Groove, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::motion::assembly::AssemblyRun;
-use crate::motion::reduction::Carried;
+use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
 use crate::scene::{Place, Scene, StrainName};
@@ -41,7 +41,7 @@ pub struct ElasticSpace {
     /// The mass of the rod, where it is followed to first order.
     light: Option<LightRod>,
     /// The body as the world sees it and the clamp that turns, where the run is in the world.
-    in_world: Option<(Carried, Support<3>)>,
+    in_world: Option<(TipBody, Support<3>)>,
 }
 
 impl ElasticSpace {
@@ -138,8 +138,8 @@ impl ElasticSpace {
             ),
         };
         let (mut carrier, joint) = match carried {
-            Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
-            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+            TipBody::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
+            TipBody::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
         };
         if let Some(groove) = &self.groove {
             carrier = carrier.in_groove(groove.clone());

@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::rod::{Given, HeavyRod};
 use crate::motion::full_mass::{HeavyAssemblyStart, RodStart};
-use crate::motion::reduction::Carried;
+use crate::motion::reduction::TipBody;
 use crate::scene::{Inertia, Scene};
 use crate::section::Strain;
 use crate::viscoelastic::grid::Grid;
@@ -37,8 +37,8 @@ impl HeavySpace {
             return Ok(None);
         };
         let (carrier, joint) = match &self.common.carried {
-            Carried::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
-            Carried::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+            TipBody::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
+            TipBody::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
         };
         let here = Isometry3::identity();
         let link = HeavyLink {

@@ -15,7 +15,7 @@ use crate::full_mass::mass::Mass;
 use crate::full_mass::rod::Given;
 use crate::math::se3::joined;
 use crate::motion::full_mass::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
-use crate::motion::reduction::Carried;
+use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
 use crate::scene::{
@@ -272,8 +272,8 @@ impl HeavySpace {
             common.strain = grooved::settled(scene)?;
         }
         let (body, support) = match &common.carried {
-            Carried::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
-            Carried::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
+            TipBody::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
+            TipBody::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
         };
         let start = &plain.start;
         let velocity = match &support {

@@ -7,7 +7,7 @@ use crate::assembly::{Assembly, Attachment, Carrier, Link};
 use crate::body::{Frame, RigidBody, Support};
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, joined};
-use crate::motion::reduction::Carried;
+use crate::motion::reduction::TipBody;
 use crate::motion::viscoelastic::MOST_NODES;
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 #[derive(Debug, Clone)]
 pub struct InSpace {
     /// The body with its loads.
-    pub carried: Carried,
+    pub carried: TipBody,
     /// The strains at the start, in the scene's units.
     pub strain: SpaceField,
     /// (angular velocity, velocity) of the end at the start.
@@ -167,8 +167,8 @@ impl InSpace {
     /// The clamp, if it moves.
     pub(super) fn support(&self) -> Option<&Support<3>> {
         match &self.carried {
-            Carried::Welded(body) => body.support(),
-            Carried::BallJoint(body) => body.support(),
+            TipBody::Welded(body) => body.support(),
+            TipBody::BallJoint(body) => body.support(),
         }
     }
 
@@ -186,8 +186,8 @@ impl InSpace {
     /// True if forces in time do work on the body.
     pub(super) fn is_driven(&self) -> bool {
         match &self.carried {
-            Carried::Welded(body) => body.is_driven(),
-            Carried::BallJoint(body) => body.is_driven(),
+            TipBody::Welded(body) => body.is_driven(),
+            TipBody::BallJoint(body) => body.is_driven(),
         }
     }
 }
@@ -277,11 +277,11 @@ impl Inward {
 }
 
 /// The body as the world sees it.
-pub(super) fn in_world(plain: &Dimensionless) -> Result<Carried> {
+pub(super) fn in_world(plain: &Dimensionless) -> Result<TipBody> {
     carried(plain, &Inward(Isometry3::identity()), None)
 }
 
-fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<Carried> {
+fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<TipBody> {
     let loads = &plain.loads;
     // The support of a clamp that moves leads the loads inwards by itself.
     let vector = |v: &[f64; 3]| match support {
@@ -291,7 +291,7 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
     match &plain.body.joint {
         Joint::Ball => {
             let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
-            Ok(Carried::BallJoint(body))
+            Ok(TipBody::BallJoint(body))
         }
         Joint::Weld {
             offset,
@@ -304,7 +304,7 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
                 .with_centre((*offset).into())?
                 .with_rotor((*rotor).into())?;
             let body = acting_on(body, loads, |v| vector(&v))?;
-            Ok(Carried::welded(match support {
+            Ok(TipBody::welded(match support {
                 None => body,
                 Some(support) => body.with_support(support),
             }))
@@ -359,7 +359,7 @@ fn under_followers(
     (plain, scales): (&Dimensionless, &Scales),
     tolerance: f64,
 ) -> Result<Option<SpaceField>> {
-    let Carried::Welded(body) = in_world(plain)? else {
+    let TipBody::Welded(body) = in_world(plain)? else {
         return Ok(None);
     };
     if !body.is_followed(0.0) {

@@ -4,7 +4,10 @@ use super::clamp::{self, Seen};
 use super::loads::point_mass;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
-use crate::elastica::{Elastica, Equilibrium, LightRod, equilibria_at, settled, settled_with};
+use crate::elastica::{
+    Elastica, Equilibrium, LightRod, equilibria_at, equilibrium_under_load,
+    equilibrium_under_load_and_weight,
+};
 use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::small_sort::sort_few;
@@ -55,7 +58,7 @@ impl ElasticPlane {
                 let frame = body
                     .support()
                     .map(|support| support.standing_at(0.0).at(0.0));
-                start = settled_with(&rod, frame.as_ref(), &body.load(0.0))
+                start = equilibrium_under_load_and_weight(&rod, frame.as_ref(), &body.load(0.0))
                     .map_err(|e| e.context("[start]"))?;
             }
             body = body.with_rod(Arc::new(rod));
@@ -151,7 +154,7 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
             // On the verge of buckling: a push along the clamp holds it, alpha = 0 and theta(1) = 2 asin kappa.
             angle => Equilibrium::new((0.5 * angle).sin().atanh(), FRAC_PI_2).map(Some),
         },
-        Place::Settled { .. } => settled(&body(plain)?.load(0.0)),
+        Place::Settled { .. } => equilibrium_under_load(&body(plain)?.load(0.0)),
         _ => Err(Error::domain(
             "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",
         )),

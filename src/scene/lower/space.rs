@@ -5,7 +5,7 @@ use super::{ModelKind, MotionModel};
 use crate::body::Frame;
 use crate::error::Result;
 use crate::motion::reduction::{ReducedStart, Reduction, Refusal};
-use crate::motion::viscoelastic::{Moving, ViscousStart, in_space};
+use crate::motion::viscoelastic::{FreeStrains, ViscousStart, in_space};
 use crate::motion::{Motion, Options};
 use crate::scene::Scene;
 use crate::section::Strain;
@@ -19,7 +19,7 @@ pub struct ViscousSpace {
     /// The section, in the scene's units.
     pub section: Viscoelastic,
     /// Which strains move.
-    pub strains: Moving,
+    pub strains: FreeStrains,
     /// Where the Maxwell branches are relaxed at the start, if not there.
     pub relaxed: Option<SpaceField>,
 }
@@ -29,8 +29,8 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::cosserat_rod`]; shear and stretch held rigid in a combination that has no kinematics.
-    pub fn moving(&self) -> Result<Moving> {
-        Moving::of(self.cosserat_rod()?.law().rigid())
+    pub fn moving(&self) -> Result<FreeStrains> {
+        FreeStrains::of(self.cosserat_rod()?.law().rigid())
     }
 }
 
@@ -44,7 +44,7 @@ impl ViscousSpace {
         let section = scene.viscoelastic()?;
         let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
         Ok(Self {
-            strains: Moving::of(section.elastic.rigid())?,
+            strains: FreeStrains::of(section.elastic.rigid())?,
             section,
             relaxed: common.relaxed(scene),
             common,

@@ -3,7 +3,9 @@
 use super::equilibrium::pose_json;
 use crate::assembly::Contact;
 use crate::math::se3::halves;
-use crate::motion::{Bounce, Closing, Crossed, Ledger, Lost, Outcome, Resolution, Snap, SnapEnd};
+use crate::motion::{
+    Bounce, Ledger, LedgerClosure, LightSnap, Outcome, Resolution, Snap, SnapEnd, UnknownInterval,
+};
 use crate::scene::{Inertia, RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::Solid;
@@ -11,10 +13,10 @@ use crate::study::light_rod_reference;
 use crate::study::neglected_mass::{FoldPassed, Validity};
 use crate::study::run::bounces::bounce_json;
 use crate::study::run::record::at_time;
-use crate::study::run::recorder::{doubts, outcome_key, spent};
+use crate::study::run::recorder::{outcome_key, resolution_warning, total_time};
 use crate::study::run::summary::{choice, elastic_cost, object};
 use crate::study::run::trajectory_name;
-use crate::study::run::tree::Stem;
+use crate::study::run::tree::BranchOrigin;
 use crate::study::run::{Bounces, Bounds};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use serde_json::{Map, Value, json};
@@ -60,7 +62,7 @@ pub struct AssemblyRunRecord {
 #[derive(Debug, Clone)]
 pub struct AssemblyRunBranch {
     /// Origin of the branch; snaps in the units of the rod.
-    pub stem: Stem,
+    pub stem: BranchOrigin,
     /// The first state.
     pub first: AssemblyMoment,
     /// The last state.
@@ -89,13 +91,13 @@ pub struct AssemblyRunBranch {
     /// along the directors of the base, in the units of the scene.
     pub snap_wrenches: Vec<[Vector6<f64>; 2]>,
     /// Folds passed by the light rods that accompany rods with mass, in the units of the rod.
-    pub crossed: Vec<Crossed>,
+    pub crossed: Vec<LightSnap>,
     /// Wrenches at the folds in `crossed`, as in `snap_wrenches`.
     pub crossed_wrenches: Vec<[Vector6<f64>; 2]>,
     /// Intervals without light rods, in the units of the rod.
-    pub lost: Vec<Lost>,
+    pub lost: Vec<UnknownInterval>,
     /// Closure of the energy ledger, in the units of the scene.
-    pub closing: Closing,
+    pub closing: LedgerClosure,
 }
 
 impl AssemblyRunBranch {
@@ -191,7 +193,8 @@ impl AssemblyRunRecord {
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
-        doubts(told, (self.scales.energy, self.units), &self.bounds).or_else(|| self.unstable())
+        resolution_warning(told, (self.scales.energy, self.units), &self.bounds)
+            .or_else(|| self.unstable())
     }
 
     fn unstable(&self) -> Option<String> {
@@ -204,19 +207,19 @@ impl AssemblyRunRecord {
 
     /// Times and reasons of missing folds of light rods; `None` if all are known, or there are no light rods.
     pub fn untold(&self) -> Option<String> {
-        let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
+        let lost: Vec<&UnknownInterval> = self.branches.iter().flat_map(|b| &b.lost).collect();
         light_rod_reference::note(&lost, &self.rods, (&self.scales, self.units))
     }
 
     /// Time during which the mass of a light rod was inactive, over all branches; `None` if it never was.
     pub fn unfelt(&self) -> Option<f64> {
-        spent(self.branches.iter().map(|branch| branch.unfelt))
+        total_time(self.branches.iter().map(|branch| branch.unfelt))
     }
 
     /// Content of summary.json.
     pub fn summary(&self) -> Value {
         let (k, reason, last) = (&self.scales, self.reason(), self.last());
-        let worst = |error: fn(&Closing) -> f64| {
+        let worst = |error: fn(&LedgerClosure) -> f64| {
             let each = self.branches.iter().map(|branch| error(&branch.closing));
             each.fold(0.0, f64::max)
         };
@@ -230,7 +233,7 @@ impl AssemblyRunRecord {
             "units": self.units,
             "start": self.state(&self.branches[0].first, &self.branches[0].first_shapes),
             "end": self.state(&last.last, &last.last_shapes),
-            "energy_error": { "absolute": worst(|c| c.error), "relative": worst(Closing::relative) },
+            "energy_error": { "absolute": worst(|c| c.error), "relative": worst(LedgerClosure::relative) },
             "drift": worst(|c| c.drift),
             "snaps": self.branches.iter().map(snaps).sum::<usize>(),
             "start_index": self.start_index,
@@ -343,7 +346,8 @@ impl AssemblyRunRecord {
             )
         });
         let mut all: Vec<(f64, Value)> = lost.collect();
-        for (Crossed { snap, .. }, wrenches) in branch.crossed.iter().zip(&branch.crossed_wrenches)
+        for (LightSnap { snap, .. }, wrenches) in
+            branch.crossed.iter().zip(&branch.crossed_wrenches)
         {
             let fold = self.fold_of(snap, branch);
             all.push((

@@ -4,15 +4,18 @@ use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMo
 use crate::assembly::{Contact, Joint, Place};
 use crate::error::{Error, Result};
 use crate::motion::{
-    Beside, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, SnapEnd, State, drive,
+    Event, LedgerClosure, LightReference, LightSnap, Motion, Observer, Outcome, Snap, SnapEnd,
+    State, drive,
 };
 use crate::scene::{AssemblyScene, AssemblySetup, Run, Scales, Scene, Units};
 use crate::study::decimate::Thinned;
 use crate::study::light_rod_reference::LightRods;
-use crate::study::neglected_mass::{FoldPassed, Follows, Resting, SmallMass, Validity, passed};
+use crate::study::neglected_mass::{
+    FoldPassed, FoldTreatment, MassEffect, RodsAtRest, Validity, passed,
+};
 use crate::study::run::Bounces;
 use crate::study::run::Bounds;
-use crate::study::run::recorder::{INNER_IN_SPACE, STEP_ENDS, audited};
+use crate::study::run::recorder::{INNER_IN_SPACE, STEP_ENDS, outcome_after_audit};
 use crate::study::run::shapes::{Shapes, at_times, poses};
 use crate::study::run::table::{ledger_cells, ledger_columns, rod_kinetic};
 use crate::study::run::trajectory_name;
@@ -114,7 +117,7 @@ impl AssemblyPrepared {
     /// Light rods that accompany the rods with fully followed mass, from the first state.
     fn beside(&self, first: &dyn State) -> LightRods {
         let rods = self.setup.light_rods(&self.scene).into_iter();
-        let rods = rods.map(|rod| Beside::new(Box::new(rod), first));
+        let rods = rods.map(|rod| LightReference::new(Box::new(rod), first));
         LightRods::new(rods.collect())
     }
 
@@ -209,12 +212,12 @@ impl AssemblyPrepared {
 ///
 /// # Errors
 /// As [`AssemblyPrepared::new`].
-pub fn small_mass(scene: &Scene) -> Result<Option<SmallMass>> {
+pub fn small_mass(scene: &Scene) -> Result<Option<MassEffect>> {
     let setup = AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?;
     if setup.is_heavy() {
         return Ok(None);
     }
-    Ok(Resting::assembly(scene, &setup).map(|resting| resting.mass))
+    Ok(RodsAtRest::assembly(scene, &setup).map(|resting| resting.mass))
 }
 
 /// The rods of an assembly at `times`, as in [`crate::study::run::shapes`] for one rod; rods with a free end come
@@ -273,7 +276,7 @@ pub fn run(
             let now = motion.now();
             (prepared.moment(&*now), prepared.sections(&*now, SECTIONS)?)
         };
-        let mut closing = Closing::new(total);
+        let mut closing = LedgerClosure::new(total);
         closing.look(&motion.now().ledger());
         let trajectory = sink.begin(prepared.trajectory(stem.id))?;
         let moments = match motion.resolution() {
@@ -315,7 +318,7 @@ pub fn run(
             let q = Vector6::from_column_slice(end.q.as_slice());
             prepared.setup.light_wrench(rod, &q)
         };
-        let of = |Crossed { snap, .. }: &Crossed| {
+        let of = |LightSnap { snap, .. }: &LightSnap| {
             Ok([light(&snap.from, snap.rod)?, light(&snap.to, snap.rod)?])
         };
         let branch = AssemblyRunBranch {
@@ -337,14 +340,14 @@ pub fn run(
                 _ => None,
             },
             track: track.list,
-            outcome: audited(
+            outcome: outcome_after_audit(
                 outcome.clone(),
                 &closing,
                 prepared.run.tolerance,
                 last.time(),
             ),
             cost: motion.cost(),
-            unfelt: motion.unfelt() * scales.time,
+            unfelt: motion.time_without_mass() * scales.time,
             resolution: motion.resolution(),
             snaps,
             bounces,
@@ -357,7 +360,7 @@ pub fn run(
     let asked = !heavy || branches.iter().any(|branch| !branch.crossed.is_empty());
     let resting = match asked {
         false => None,
-        true => Resting::assembly(&prepared.scene, &prepared.setup),
+        true => RodsAtRest::assembly(&prepared.scene, &prepared.setup),
     };
     let folds = resting
         .as_ref()
@@ -399,17 +402,17 @@ pub fn run(
 }
 
 /// Folds passed in the branches of a run: snaps of the rods, or of the light rods that accompany them.
-fn folds(resting: &Resting, branches: &[AssemblyRunBranch], scales: &Scales) -> Vec<FoldPassed> {
+fn folds(resting: &RodsAtRest, branches: &[AssemblyRunBranch], scales: &Scales) -> Vec<FoldPassed> {
     let of = |branch: &AssemblyRunBranch| {
         let last = (branch.last.t, branch.last.ledger);
         let rest = (scales, &resting.mass);
         let snaps: Vec<_> = branch.all_snaps().map(|snap| (snap, None)).collect();
-        let jumps = (branch.stem.id, Follows::Jump);
+        let jumps = (branch.stem.id, FoldTreatment::Jump);
         let mut all = passed(jumps, &snaps, last, rest, |snap| resting.passed(snap));
         let crossed = branch.crossed.iter();
         let crossed = crossed.map(|c| (&c.snap, Some(c.ledger.scaled(scales.energy))));
         let crossed: Vec<_> = crossed.collect();
-        let heavy = (branch.stem.id, Follows::Mass);
+        let heavy = (branch.stem.id, FoldTreatment::Mass);
         let alone = |snap: &Snap| resting.passed_alone(snap);
         all.extend(passed(heavy, &crossed, last, rest, alone));
         all
@@ -465,7 +468,7 @@ struct Recorder<'r> {
     sink: &'r mut dyn Sink,
     hooks: &'r mut dyn Hooks,
     trajectory: usize,
-    closing: Closing,
+    closing: LedgerClosure,
     snaps: Vec<Snap>,
     bounces: Bounces,
     beside: LightRods,

@@ -1,6 +1,6 @@
 //! Branches of an assembly.
 
-use super::follow::TYPICAL;
+use super::follow::TYPICAL_WRENCH;
 use super::subject::{INDEX, Loads, State, Subject};
 use crate::assembly::{Assembly, AssemblyFamily, Joint, Motion};
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use crate::scene::{AssemblySetup, Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
-use crate::study::neglected_mass::{FoldAtRest, Masses, Resting, SmallMass};
+use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, RodsAtRest};
 use crate::study::space::upward;
 use nalgebra::{DVector, Isometry3};
 
@@ -19,7 +19,7 @@ use nalgebra::{DVector, Isometry3};
 const SECTIONS: usize = 100;
 /// Finest tolerance of the integration along the rods, and its ratio to the tolerance of the points.
 const FINEST: f64 = 1e-14;
-const PART: f64 = 0.01;
+const INTEGRATION_TOLERANCE_RATIO: f64 = 0.01;
 /// Size of rotations (rad) and displacements (mean rod lengths) of the first guesses of deflation.
 const MOVED: f64 = 1.0;
 
@@ -35,14 +35,14 @@ pub struct Assembled<'a> {
 }
 
 /// Maps a value of `parameter` to the assembly of the scene.
-fn over(scene: &Scene, parameter: Parameter) -> Maker {
+fn assemblies_over(scene: &Scene, parameter: Parameter) -> Maker {
     let scene = scene.clone();
     Box::new(move |p| Ok(AssemblySetup::new(&scene.with(&parameter, p))?.assembly))
 }
 
 /// Tolerance of the integration along the rods: PART of the tolerance of the points, at least FINEST.
 fn tolerance(scene: &Scene) -> f64 {
-    (PART * scene.solve.tolerance).max(FINEST)
+    (INTEGRATION_TOLERANCE_RATIO * scene.solve.tolerance).max(FINEST)
 }
 
 impl<'a> Assembled<'a> {
@@ -54,7 +54,7 @@ impl<'a> Assembled<'a> {
         let first = AssemblySetup::new(&scene.with(&wanted.parameter, wanted.from))?;
         let start = first.meant()?.now;
         let from_start = AssemblyFamily::new(
-            over(scene, wanted.parameter),
+            assemblies_over(scene, wanted.parameter),
             (&start, wanted.from),
             false,
             wanted.to - wanted.from,
@@ -72,7 +72,10 @@ impl<'a> Assembled<'a> {
     }
 
     /// The assembly with every parameter of the scene fixed, as a family of one member.
-    fn only(&self, setup: &AssemblySetup) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly>> {
+    fn fixed_family(
+        &self,
+        setup: &AssemblySetup,
+    ) -> AssemblyFamily<impl Fn(f64) -> Result<Assembly>> {
         let assembly = setup.assembly.clone();
         let at = move |_| Ok(assembly.clone());
         self.from_start.over(at, false, 1.0, tolerance(self.scene))
@@ -87,18 +90,18 @@ fn placed(pose: &Isometry3<f64>) -> impl Iterator<Item = f64> {
 
 impl Subject for Assembled<'_> {
     fn family(&self, scene: &Scene, parameter: Parameter, span: f64) -> Box<dyn Family + '_> {
-        let at = over(scene, parameter);
+        let at = assemblies_over(scene, parameter);
         // No parameter of an assembly changes its rods.
         Box::new(self.from_start.over(at, false, span, tolerance(scene)))
     }
 
     fn finest(&self) -> f64 {
-        FINEST / PART
+        FINEST / INTEGRATION_TOLERANCE_RATIO
     }
 
     fn state(&self, scene: &Scene, x: &DVector<f64>, error: f64) -> Result<State> {
         let setup = AssemblySetup::new(scene)?;
-        let state = self.only(&setup).state(x, 0.0)?;
+        let state = self.fixed_family(&setup).state(x, 0.0)?;
         let k = &setup.scales;
         let mut numbers = Vec::new();
         for place in &state.now.bodies {
@@ -121,12 +124,12 @@ impl Subject for Assembled<'_> {
         })
     }
 
-    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass> {
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<MassEffect> {
         let setup = AssemblySetup::new(scene)
             .ok()
             .filter(|setup| !setup.is_heavy())?;
-        let now = self.only(&setup).state(x, 0.0).ok()?.now;
-        let resting = Resting::new(scene, (setup.assembly, now), &setup.scales).ok()?;
+        let now = self.fixed_family(&setup).state(x, 0.0).ok()?.now;
+        let resting = RodsAtRest::new(scene, (setup.assembly, now), &setup.scales).ok()?;
         Some(resting.mass).filter(|mass| !mass.rods.is_empty())
     }
 
@@ -140,7 +143,7 @@ impl Subject for Assembled<'_> {
         if massive.iter().all(Option::is_none) {
             return Ok(None);
         }
-        let of = over(scene, wanted.parameter);
+        let of = assemblies_over(scene, wanted.parameter);
         let span = wanted.to - wanted.from;
         let fold = self
             .from_start
@@ -175,7 +178,7 @@ impl Subject for Assembled<'_> {
         }
         let form = [fold.drive, fold.bend].map(|x| x * k.energy);
         let resistances = [mass * k.energy * k.time * k.time, friction * k.energy];
-        FoldAtRest::new(form, resistances, Masses::Everything)
+        FoldAtRest::new(form, resistances, MassOrigin::Everything)
             .map(Some)
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
     }
@@ -241,7 +244,7 @@ impl Subject for Assembled<'_> {
 
     fn shapes(&self, scene: &Scene, x: &DVector<f64>) -> Result<Vec<Vec<RodSection>>> {
         let setup = AssemblySetup::new(scene)?;
-        let now = self.only(&setup).state(x, 0.0)?.now;
+        let now = self.fixed_family(&setup).state(x, 0.0)?.now;
         let length = setup.scales.length;
         let rods = setup
             .assembly
@@ -280,7 +283,7 @@ impl Subject for Assembled<'_> {
             }
         };
         let rod = |i: usize| Some((i.checked_sub(bodies)? / 6, (i - bodies) % 6));
-        add(&rod, TYPICAL);
+        add(&rod, TYPICAL_WRENCH);
         let body = |i: usize| {
             let mut start = 0;
             self.freedoms.iter().enumerate().find_map(|(number, size)| {
@@ -293,7 +296,7 @@ impl Subject for Assembled<'_> {
         guesses
     }
 
-    fn sought(&self, size: f64) -> String {
+    fn search_description(&self, size: f64) -> String {
         format!(
             "turns and displacements of the bodies and base wrenches of the rods up to {size:.0} all together (in radians, mean lengths \
              of the rods, B/L and B/L^2)"

@@ -1,7 +1,9 @@
 //! Fold curves in two parameters.
 
-use super::compared;
-use super::follow::{Located, Row, SAME, Study, TYPICAL, Watch, number_labels, signed};
+use super::follow::{
+    Located, Row, SAME_EQUILIBRIUM, Study, TYPICAL_WRENCH, Watch, number_labels, signed,
+};
+use super::other_tolerances;
 use super::record::{self, CurveRecord, CurveSet};
 use super::subject::Subject;
 use crate::error::Result;
@@ -38,7 +40,7 @@ struct Window<'a> {
 pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     let (scene, wanted, subject) = (study.scene, study.wanted, study.subject);
     let (p_span, q_span) = (wanted.to - wanted.from, second.to - second.from);
-    let unit = p_span.abs() / TYPICAL;
+    let unit = p_span.abs() / TYPICAL_WRENCH;
     let size = study.family.size();
     let crossed = |(scene, part): (Scene, f64)| {
         let other = scene.clone();
@@ -52,7 +54,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         };
         Crossed::new(in_p, in_q, size, unit)
     };
-    let others = compared(scene, subject.finest());
+    let others = other_tolerances(scene, subject.finest());
     let [given, others] = [vec![(scene.clone(), 1.0)], others.into()]
         .map(|scenes| scenes.into_iter().map(crossed).collect::<Vec<_>>());
     let family = FoldCurve::new(&given[0]);
@@ -62,11 +64,11 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
     let options = |direction: Direction| Options {
         at: vec![here],
         direction,
-        initial_step: TYPICAL * second.step,
-        min_step: TYPICAL * second.min_step,
-        max_step: TYPICAL * second.max_step,
+        initial_step: TYPICAL_WRENCH * second.step,
+        min_step: TYPICAL_WRENCH * second.min_step,
+        max_step: TYPICAL_WRENCH * second.max_step,
         tolerance: scene.solve.tolerance,
-        weight: TYPICAL / q_span.abs(),
+        weight: TYPICAL_WRENCH / q_span.abs(),
         max_points: second.points,
         ..Options::between(second.from, second.to)
     };
@@ -96,7 +98,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         let point = &fold.special.point;
         let y = FoldCurve::unknowns(&point.x, point.p / unit);
         // Another fold of the branch may lie on a curve which returns to the same q.
-        let same = |z: &DVector<f64>| (&y - z).norm() <= SAME * (1.0 + y.norm());
+        let same = |z: &DVector<f64>| (&y - z).norm() <= SAME_EQUILIBRIUM * (1.0 + y.norm());
         if study.watch.interrupted || this.landed.iter().any(same) {
             continue;
         }

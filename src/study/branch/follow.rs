@@ -12,16 +12,16 @@ use crate::study::Hooks;
 use nalgebra::DVector;
 
 /// Norm of the wrench that weighs as much as the whole range of the parameter.
-pub(in crate::study) const TYPICAL: f64 = Continue::TYPICAL;
+pub(in crate::study) const TYPICAL_WRENCH: f64 = Continue::TYPICAL;
 /// Largest number of branches followed by switching, the first included.
-const MOST: usize = 24;
+const MAX_BRANCHES: usize = 24;
 /// Distance from a branch point at which another branch starts, as a fraction of the whole range.
-const AWAY: f64 = 0.003;
+const SWITCHING_DISTANCE: f64 = 0.003;
 /// Relative distance of unknowns below which two solutions count as one equilibrium.
-pub const SAME: f64 = 1e-6;
+pub const SAME_EQUILIBRIUM: f64 = 1e-6;
 /// Length of the initial part of a branch. If this part meets a known branch at a station, both are one branch:
 /// starts from two neighbouring branch points lie close together on one branch.
-const BESIDE: f64 = 3.0 * TYPICAL * AWAY;
+const INITIAL_PART: f64 = 3.0 * TYPICAL_WRENCH * SWITCHING_DISTANCE;
 
 /// A row of the table of branches: a point or special point with its equilibrium.
 pub struct Row {
@@ -135,11 +135,11 @@ impl<'a> Study<'a> {
         Options {
             at,
             direction,
-            initial_step: TYPICAL * wanted.step,
-            min_step: TYPICAL * wanted.min_step,
-            max_step: TYPICAL * wanted.max_step,
+            initial_step: TYPICAL_WRENCH * wanted.step,
+            min_step: TYPICAL_WRENCH * wanted.min_step,
+            max_step: TYPICAL_WRENCH * wanted.max_step,
             tolerance: self.scene.solve.tolerance,
-            weight: TYPICAL / (wanted.to - wanted.from).abs(),
+            weight: TYPICAL_WRENCH / (wanted.to - wanted.from).abs(),
             max_points: wanted.points,
             ..Options::between(from, to)
         }
@@ -164,7 +164,13 @@ impl<'a> Study<'a> {
     }
 
     /// Follows the branch through an equilibrium, one way or both.
-    pub fn through(&mut self, origin: String, x: DVector<f64>, p: f64, both: bool) -> Result<()> {
+    pub fn follow_both_ways(
+        &mut self,
+        origin: String,
+        x: DVector<f64>,
+        p: f64,
+        both: bool,
+    ) -> Result<()> {
         let family = self.family;
         // Backward first: rows are stored in the order of growing arclength.
         let ways: &[Direction] = match both {
@@ -220,7 +226,7 @@ impl<'a> Study<'a> {
                     Item::Point(point) if i > 0 && point.role == Role::Start => continue,
                     Item::Point(point) => {
                         if point.role != Role::Step {
-                            let is_beside = point.arclength.abs() <= BESIDE;
+                            let is_beside = point.arclength.abs() <= INITIAL_PART;
                             if is_beside && is_among(&self.landed[..landed], point.p, &point.x) {
                                 self.rows.truncate(row);
                                 self.located.truncate(located);
@@ -253,8 +259,13 @@ impl<'a> Study<'a> {
                     }
                     Item::Stop(stop) => {
                         let last = self.rows[first..].last().map(|row| row.p);
-                        let (complete, words) =
-                            ended(self.wanted, (number, backward), &stop, last, self.subject);
+                        let (complete, words) = describe_end(
+                            self.wanted,
+                            (number, backward),
+                            &stop,
+                            last,
+                            self.subject,
+                        );
                         self.curves[number].end(complete, words);
                         break;
                     }
@@ -264,7 +275,11 @@ impl<'a> Study<'a> {
                     break;
                 }
                 if self.watch.stops(p) {
-                    let words = self.short(number, backward, &format!("it was interrupted at {p}"));
+                    let words = self.ended_early_message(
+                        number,
+                        backward,
+                        &format!("it was interrupted at {p}"),
+                    );
                     self.curves[number].end(false, words);
                     break;
                 }
@@ -305,8 +320,8 @@ impl<'a> Study<'a> {
         }
     }
 
-    fn short(&self, number: usize, backward: bool, why: &str) -> String {
-        short(self.wanted, number, backward, why)
+    fn ended_early_message(&self, number: usize, backward: bool, why: &str) -> String {
+        ended_early_message(self.wanted, number, backward, why)
     }
 
     /// Follows the branches which cross branch 0 at branch points.
@@ -323,7 +338,12 @@ impl<'a> Study<'a> {
             {
                 continue;
             }
-            match switch(family, &at.special, TYPICAL * AWAY, &options) {
+            match switch(
+                family,
+                &at.special,
+                TYPICAL_WRENCH * SWITCHING_DISTANCE,
+                &options,
+            ) {
                 Ok(ways) => {
                     let named = |remark: &String| format!("switching at {}: {remark}", at.label);
                     self.remarks.extend(ways.remarks.iter().map(named));
@@ -362,9 +382,9 @@ impl<'a> Study<'a> {
             if self.knows(start.p, &start.x) {
                 continue;
             }
-            if self.curves.len() >= MOST {
+            if self.curves.len() >= MAX_BRANCHES {
                 self.lost.push(format!(
-                    "{} starts at branch points are left: not more than {MOST} branches are followed",
+                    "{} starts at branch points are left: not more than {MAX_BRANCHES} branches are followed",
                     starts.len() - k
                 ));
                 return;
@@ -379,14 +399,14 @@ impl<'a> Study<'a> {
 
 /// True if the equilibrium (x, p) is among the recorded ones.
 fn is_among(landed: &[(f64, DVector<f64>)], p: f64, x: &DVector<f64>) -> bool {
-    let same = |y: &DVector<f64>| (x - y).norm() <= SAME * (1.0 + x.norm());
+    let same = |y: &DVector<f64>| (x - y).norm() <= SAME_EQUILIBRIUM * (1.0 + x.norm());
     landed.iter().any(|(at, y)| *at == p && same(y))
 }
 
 /// Arclength in the measure of the scene, negative for `backward`.
 pub fn signed(backward: bool, arclength: f64) -> f64 {
     let sign = if backward { -1.0 } else { 1.0 };
-    sign * arclength / TYPICAL
+    sign * arclength / TYPICAL_WRENCH
 }
 
 /// Labels the special points from `first` on, in the order of the rows.
@@ -412,7 +432,7 @@ pub fn number_labels(
 }
 
 /// Message for a branch with an end before its aim.
-fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String {
+fn ended_early_message(wanted: &Continue, number: usize, backward: bool, why: &str) -> String {
     let Continue { name, to, .. } = wanted;
     let aim = match (number, backward) {
         (0, false) => format!("{name} = {to}"),
@@ -423,7 +443,7 @@ fn short(wanted: &Continue, number: usize, backward: bool, why: &str) -> String 
 
 /// Description of how the end of a branch (number, backward) was reached; true if the branch was followed as far as
 /// was asked.
-fn ended(
+fn describe_end(
     wanted: &Continue,
     (number, backward): (usize, bool),
     stop: &Stop,
@@ -437,7 +457,7 @@ fn ended(
         points,
         ..
     } = wanted;
-    let short = |why: String| (false, short(wanted, number, backward, &why));
+    let short = |why: String| (false, ended_early_message(wanted, number, backward, &why));
     let start = subject.start();
     let last = last.unwrap_or(*from);
     match stop {

@@ -71,11 +71,11 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
         let record = followed(task, &subject, x, hooks).map_err(in_units)?;
-        return record.ok_or_else(left);
+        return record.ok_or_else(left_chart_error);
     }
     let first = scene.with(&wanted.parameter, wanted.from).problem()?;
     let start = first.solve(scene.guess().as_ref())?;
-    let (charted, mut taken) = charted(scene, wanted, &start)?;
+    let (charted, mut taken) = chart_for_branch(scene, wanted, &start)?;
     let base = &start.base;
     // A requested closed form is followed as far as it is valid.
     let while_slack = scene.solve.path != Path::ClosedForm;
@@ -88,12 +88,24 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         (None, plane)
     } else {
         match charted {
-            Charted::Spatial(chart) => (along(task, chart, base, while_slack, hooks)?, None),
-            Charted::FreeEnd(chart) => (along(task, chart, base, while_slack, hooks)?, None),
-            Charted::Planar(chart) => (along(task, chart, base, while_slack, hooks)?, Some(chart)),
+            Charted::Spatial(chart) => (
+                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                None,
+            ),
+            Charted::FreeEnd(chart) => (
+                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                None,
+            ),
+            Charted::Planar(chart) => (
+                follow_in_chart(task, chart, base, while_slack, hooks)?,
+                Some(chart),
+            ),
             Charted::ClosedForm(chart) => {
                 let plane = *chart.plane();
-                (along(task, chart, base, while_slack, hooks)?, Some(plane))
+                (
+                    follow_in_chart(task, chart, base, while_slack, hooks)?,
+                    Some(plane),
+                )
             }
         }
     };
@@ -105,8 +117,8 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
                 why: "the rod is taut on a part of its branch: there it is solved from both ends"
                     .to_owned(),
             };
-            let record = along(task, BothEnds::new(&first, plane), base, false, hooks)?;
-            record.ok_or_else(left)?
+            let record = follow_in_chart(task, BothEnds::new(&first, plane), base, false, hooks)?;
+            record.ok_or_else(left_chart_error)?
         }
     };
     Ok(BranchRecord {
@@ -116,7 +128,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
 }
 
 /// Follows all branches in one chart; `None` if `while_slack` and the rod becomes taut on the branch.
-fn along<C: Chart + Clone + 'static>(
+fn follow_in_chart<C: Chart + Clone + 'static>(
     (scene, wanted): (&Scene, &Continue),
     chart: C,
     base: &Wrench,
@@ -134,7 +146,7 @@ fn along<C: Chart + Clone + 'static>(
 }
 
 /// Error for a branch that leaves unknowns expected to be valid everywhere.
-fn left() -> Error {
+fn left_chart_error() -> Error {
     Error::no_convergence("the branch left the unknowns that hold all along it")
 }
 
@@ -151,7 +163,11 @@ fn missing(scene: &Scene) -> Error {
 
 /// Chart for the whole branch. It is the chart of the start if the equilibrium lies in it, if other problems in the
 /// range have the same chart, and if nothing requested may leave it.
-fn charted(scene: &Scene, wanted: &Continue, start: &Equilibrium) -> Result<(Charted, Taken)> {
+fn chart_for_branch(
+    scene: &Scene,
+    wanted: &Continue,
+    start: &Equilibrium,
+) -> Result<(Charted, Taken)> {
     let at = |parameter: &Parameter, p: f64| scene.with(parameter, p).problem();
     let range = |parameter: Parameter, from: f64, to: f64| {
         [from, 0.37 * from + 0.63 * to, to].map(|p| (parameter, p))
@@ -206,7 +222,7 @@ fn followed(
 ) -> Result<Option<BranchRecord>> {
     let span = wanted.to - wanted.from;
     let family = subject.family(scene, wanted.parameter, span);
-    let others = compared(scene, subject.finest())
+    let others = other_tolerances(scene, subject.finest())
         .map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
     let others = others.each_ref().map(|family| &**family);
     let stations = match wanted.deflate {
@@ -220,7 +236,7 @@ fn followed(
         stations,
         Watch::new(hooks, wanted),
     );
-    study.through("the scene".to_owned(), x, wanted.from, wanted.both)?;
+    study.follow_both_ways("the scene".to_owned(), x, wanted.from, wanted.both)?;
     if study.left {
         return Ok(None);
     }
@@ -295,7 +311,7 @@ fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<
 /// The scene at two other tolerances, with factors of the difference step in the parameter. Both compute the same
 /// special points with other errors. They are tighter, unless the tolerance is within the factor TIGHTER of `finest`;
 /// then both are looser.
-fn compared(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
+fn other_tolerances(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     let given = scene.solve.tolerance.max(finest);
     let tighter = [30.0, 1000.0].map(|factor| (given / factor).max(finest));
     let tolerances = match given >= TIGHTER * finest {

@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::rod::{RodSection, Taken};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special_points::{SpecialKind, Status};
-use crate::study::neglected_mass::{FoldAtRest, SmallMass};
+use crate::study::neglected_mass::{FoldAtRest, MassEffect};
 use crate::study::record::{Cell, Column, Table};
 use serde_json::{Value, json};
 
@@ -135,7 +135,7 @@ pub struct BranchMass {
     /// Value of the parameter.
     pub parameter: f64,
     /// Change of frequencies and stability by the mass.
-    pub mass: SmallMass,
+    pub mass: MassEffect,
 }
 
 /// Effect of mass at the first and the last stable point of every branch.

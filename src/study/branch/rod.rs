@@ -1,7 +1,7 @@
 //! Branches of a single rod.
 
 use super::FINEST;
-use super::follow::TYPICAL;
+use super::follow::TYPICAL_WRENCH;
 use super::subject::{INDEX, Loads, State, Subject};
 use crate::error::{Error, Message, Quantity, Result};
 use crate::full_mass::held_vibrations::{Sweep, resistance};
@@ -9,7 +9,7 @@ use crate::rod::{Chart, Problem, RodFamily, RodSection, Statical, Wrench};
 use crate::scene::{Continue, Parameter, Scales, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
-use crate::study::neglected_mass::{FoldAtRest, Masses, SmallMass, standing};
+use crate::study::neglected_mass::{FoldAtRest, MassEffect, MassOrigin, standing};
 use crate::study::{Column, space};
 use nalgebra::DVector;
 
@@ -67,7 +67,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         })
     }
 
-    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass> {
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<MassEffect> {
         scene.rod.mass()?;
         let state = self.at(&scene.problem().ok()?, x).ok()?;
         standing(scene, &state.base)
@@ -129,7 +129,7 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         };
         let form = form.map(|x| x * couple);
         let resistances = [against.mass, against.proportional];
-        FoldAtRest::new(form, resistances, Masses::Rod)
+        FoldAtRest::new(form, resistances, MassOrigin::Rod)
             .map(Some)
             .ok_or_else(|| Error::domain("friction would feed the motion out of it"))
     }
@@ -174,17 +174,17 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
     fn guesses(&self) -> Vec<DVector<f64>> {
         let size = self.chart.size();
         let along = |k: usize, way: f64| {
-            DVector::from_fn(size, |i, _| if i == k { way * TYPICAL } else { 0.0 })
+            DVector::from_fn(size, |i, _| if i == k { way * TYPICAL_WRENCH } else { 0.0 })
         };
         let both = |k: usize| [along(k, 1.0), along(k, -1.0)];
         (0..size).flat_map(both).collect()
     }
 
-    fn reach(&self, size: f64) -> f64 {
+    fn wrench_size(&self, size: f64) -> f64 {
         self.chart.reach(size)
     }
 
-    fn sought(&self, size: f64) -> String {
+    fn search_description(&self, size: f64) -> String {
         let stiffness = self
             .scene
             .cosserat_rod()

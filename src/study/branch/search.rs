@@ -1,6 +1,6 @@
 //! Search by deflation for branches that are disconnected from the known ones.
 
-use super::follow::{Study, TYPICAL};
+use super::follow::{Study, TYPICAL_WRENCH};
 use super::record::DeflationRecord;
 use crate::math::small_sort::sort_few;
 use crate::scene::Continue;
@@ -32,7 +32,7 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
     let values = values(study.wanted);
     let parameter = &study.wanted.name;
     // Rods have equilibria of any order, at ever larger wrenches: bound the search.
-    let bound = 2.0 * study.size().max(TYPICAL);
+    let bound = 2.0 * study.size().max(TYPICAL_WRENCH);
     let (mut found, mut evaluations) = (0, 0);
     'values: for &p in &values {
         let mut guesses = study.known(p);
@@ -60,7 +60,7 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
                 let origin = format!("deflation at {parameter} = {p}");
                 // A start on a known branch makes no second curve.
                 let before = study.curves.len();
-                match study.through(origin, solution.x.clone(), p, true) {
+                match study.follow_both_ways(origin, solution.x.clone(), p, true) {
                     Ok(()) => found += study.curves.len() - before,
                     Err(e) => study
                         .lost
@@ -81,12 +81,12 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
         "deflation found {found} further {branches}{limit}, sought at {} values of {parameter} among {}; \
          there may be more",
         values.len(),
-        study.subject.sought(bound)
+        study.subject.search_description(bound)
     ));
     DeflationRecord {
         found,
         values,
-        largest_wrench: study.subject.reach(bound),
+        largest_wrench: study.subject.wrench_size(bound),
         evaluations,
     }
 }

@@ -6,7 +6,7 @@ use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::arclength::Point;
 use crate::solve::parametrised_problem::Family;
 use crate::study::Column;
-use crate::study::neglected_mass::{FoldAtRest, SmallMass};
+use crate::study::neglected_mass::{FoldAtRest, MassEffect};
 use nalgebra::DVector;
 
 /// Equilibrium at a point of a branch, as a row of the table shows it.
@@ -77,7 +77,7 @@ pub trait Subject {
 
     /// Effect of the mass of the rods at the equilibrium `x`; `None` if no mass is known, or if all of it is
     /// followed.
-    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<SmallMass>;
+    fn mass(&self, scene: &Scene, x: &DVector<f64>) -> Option<MassEffect>;
 
     /// Normal form of the dynamics at a fold of the branch; `None` if no mass is known.
     ///
@@ -110,12 +110,12 @@ pub trait Subject {
     fn guesses(&self) -> Vec<DVector<f64>>;
 
     /// Size of the wrench for unknowns of this norm.
-    fn reach(&self, size: f64) -> f64 {
+    fn wrench_size(&self, size: f64) -> f64 {
         size
     }
 
     /// Description of the set searched by deflation, for unknowns up to the given norm.
-    fn sought(&self, size: f64) -> String;
+    fn search_description(&self, size: f64) -> String;
 
     /// Reason why an end of the range is unreachable on every branch, if known.
     fn out_of_reach(&self, _wanted: &Continue) -> Option<String> {

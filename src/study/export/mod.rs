@@ -7,7 +7,7 @@ pub use npz::{Array, npz};
 pub use vtk::{vtk_collection, vtk_frame};
 
 use super::Hooks;
-use super::film::{Filmed, Traced};
+use super::film::{Filmed, TracePoint};
 use super::run::{Shapes, shapes::at_times};
 use crate::error::Result;
 use crate::motion::{Motion, State};
@@ -16,7 +16,7 @@ use crate::motion::{Motion, State};
 #[derive(Debug, Clone)]
 pub struct Posed {
     /// Time, bodies and energies.
-    pub now: Traced,
+    pub now: TracePoint,
     /// Sections of each rod, from base to end.
     pub rods: Shapes,
 }

@@ -21,7 +21,7 @@ pub(super) type Residuals<'r> = dyn FnMut(&[f64]) -> Result<Option<DVector<f64>>
 
 /// A local minimum of the sum of squares.
 #[derive(Debug, Clone)]
-pub(super) struct Least {
+pub(super) struct LocalMinimum {
     pub at: Vec<f64>,
     pub residuals: DVector<f64>,
     /// Derivatives of the residuals by the coordinates of the box.
@@ -33,7 +33,7 @@ pub(super) struct Least {
     pub settled: bool,
 }
 
-impl Least {
+impl LocalMinimum {
     /// Minimises from a point of the box; `None` if the model fails there.
     ///
     /// # Errors
@@ -144,7 +144,7 @@ pub(super) fn is_seen(slopes: &DMatrix<f64>) -> Vec<bool> {
 }
 
 /// True for each derivative column above its doubts. Smaller ones only show the tolerance of the model, or the step.
-pub(super) fn is_certain(least: &Least) -> Vec<bool> {
+pub(super) fn is_certain(least: &LocalMinimum) -> Vec<bool> {
     let each = least.slopes.column_iter().zip(least.doubts.column_iter());
     each.map(|(slope, doubt)| slope.norm() > CERTAIN * doubt.norm())
         .collect()

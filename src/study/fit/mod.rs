@@ -17,9 +17,9 @@ use super::sweep::{Vary, cell, chance, is_extreme, outcome};
 use super::{Cell, Column, Hooks, Quiet, Table, Values, dispatch, modes};
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use least::{Least, is_certain, is_seen};
+use least::{LocalMinimum, is_certain, is_seen};
 use nalgebra::DVector;
-use noise::{Linear, unweighed};
+use noise::{LinearisedColumn, unweighed};
 
 /// Name of the time column of the data.
 const TIME: &str = "t";
@@ -49,7 +49,7 @@ pub struct Fit {
     /// Columns set in the scene, with their fields.
     given: Vec<(usize, String)>,
     /// Columns compared with the model.
-    compared: Vec<Compared>,
+    compared: Vec<ComparedColumn>,
     /// Index of the time column.
     time: Option<usize>,
     /// Row numbers in the original data, from 1.
@@ -58,7 +58,7 @@ pub struct Fit {
 
 /// A data column compared with the model.
 #[derive(Debug, Clone)]
-struct Compared {
+struct ComparedColumn {
     place: usize,
     /// Standard deviation of the noise, where known.
     noise: Option<f64>,
@@ -68,8 +68,8 @@ struct Compared {
 
 /// End of a search from one start.
 #[derive(Debug, Clone)]
-pub struct Found {
-    least: Least,
+pub struct SearchEnd {
+    least: LocalMinimum,
     noise: Vec<f64>,
     evaluations: usize,
 }
@@ -167,7 +167,7 @@ impl Fit {
                 _ if mean != 0.0 => mean.abs(),
                 _ => 1.0,
             };
-            compared.push(Compared {
+            compared.push(ComparedColumn {
                 place: i,
                 noise: known_noise[i],
                 spread,
@@ -260,7 +260,7 @@ impl Fit {
     ///
     /// # Errors
     /// An interrupt; columns of the data missing in the results.
-    pub fn search(&self, start: &[f64], hooks: &mut dyn Hooks) -> Result<Option<Found>> {
+    pub fn search(&self, start: &[f64], hooks: &mut dyn Hooks) -> Result<Option<SearchEnd>> {
         let noise = self.compared.iter();
         let noise = noise.map(|one| one.noise.unwrap_or(one.spread)).collect();
         self.descend(start, noise, hooks)
@@ -271,9 +271,9 @@ impl Fit {
         start: &[f64],
         noise: Vec<f64>,
         hooks: &mut dyn Hooks,
-    ) -> Result<Option<Found>> {
+    ) -> Result<Option<SearchEnd>> {
         let mut evaluations = 0;
-        let least = Least::from(start, &mut |at| {
+        let least = LocalMinimum::from(start, &mut |at| {
             evaluations += 1;
             match self.model(at, hooks) {
                 Ok(model) => Ok(Some(self.residuals(&model, &noise))),
@@ -281,7 +281,7 @@ impl Fit {
                 Err(Fault::NoRun(_)) => Ok(None),
             }
         })?;
-        Ok(least.map(|least| Found {
+        Ok(least.map(|least| SearchEnd {
             least,
             noise,
             evaluations,
@@ -296,12 +296,12 @@ impl Fit {
     /// whose noise cannot be estimated; an interrupt.
     pub fn best(
         &self,
-        found: Vec<Found>,
+        found: Vec<SearchEnd>,
         starts: usize,
         hooks: &mut dyn Hooks,
     ) -> Result<FitRecord> {
         let mut evaluations: usize = found.iter().map(|one| one.evaluations).sum();
-        let square = |one: &Found| one.least.square();
+        let square = |one: &SearchEnd| one.least.square();
         let best = found.iter().min_by(|a, b| square(a).total_cmp(&square(b)));
         let Some(mut best) = best.cloned() else {
             let why = match self.model(&self.start(0, 0), hooks) {
@@ -347,14 +347,14 @@ impl Fit {
     }
 
     /// Number of measured values in a column.
-    fn count(&self, one: &Compared) -> usize {
+    fn count(&self, one: &ComparedColumn) -> usize {
         let column = self.data.column(one.place);
         column.filter(|x| !x.is_nan()).count()
     }
 
     /// The fields that move freely at an end of a search. Values at an end of their range are fixed, and so are those
     /// without an effect above the errors of the differences.
-    fn moving(&self, least: &Least) -> Vec<usize> {
+    fn moving(&self, least: &LocalMinimum) -> Vec<usize> {
         let inside = |part: f64| (WALL..=1.0 - WALL).contains(&part);
         let (seen, certain) = (is_seen(&least.slopes), is_certain(least));
         let all = 0..self.free.len();
@@ -363,7 +363,7 @@ impl Fit {
     }
 
     /// Linearised columns at an end of a search, with the fields that move freely.
-    fn linear(&self, found: &Found) -> Vec<Linear> {
+    fn linear(&self, found: &SearchEnd) -> Vec<LinearisedColumn> {
         let least = &found.least;
         let moving = self.moving(least);
         let both = [&least.slopes, &least.doubts].map(|of| of.select_columns(&moving));
@@ -374,7 +374,7 @@ impl Fit {
             let both = both.each_ref().map(|of| of.rows(from, count) * *sigma);
             let left = least.residuals.rows(from, count) * *sigma;
             from += count;
-            Linear::new(both, left, one.noise, NOISE * one.spread)
+            LinearisedColumn::new(both, left, one.noise, NOISE * one.spread)
         })
         .collect()
     }
@@ -420,7 +420,7 @@ impl Fit {
             return Ok(());
         };
         for (k, (row, number)) in self.data.rows.iter().zip(&self.numbers).enumerate() {
-            let missing = |(one, column): &(&Compared, &Vec<f64>)| {
+            let missing = |(one, column): &(&ComparedColumn, &Vec<f64>)| {
                 !row[one.place].is_nan() && !column[k].is_finite()
             };
             if let Some((one, _)) = self.compared.iter().zip(columns).find(missing) {

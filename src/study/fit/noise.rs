@@ -21,7 +21,7 @@ const ROUNDS: usize = 2000;
 const SETTLED: f64 = 1e-6;
 
 /// A data column linearised at the end of a fit.
-pub(super) struct Linear {
+pub(super) struct LinearisedColumn {
     /// Number of measured values.
     count: usize,
     /// Derivatives of the model by the fields, and model less data, in the units of the data.
@@ -35,7 +35,7 @@ pub(super) struct Linear {
     least: f64,
 }
 
-impl Linear {
+impl LinearisedColumn {
     /// Compresses a long column to the triangle of its QR factors, with the same sums of products.
     pub fn new(
         [slopes, doubts]: [DMatrix<f64>; 2],
@@ -66,7 +66,7 @@ const FREE: f64 = 0.99;
 
 /// Parameters that the data do not determine.
 #[derive(Debug, PartialEq)]
-pub(super) enum Untold {
+pub(super) enum Undetermined {
     /// Fields which cannot be separated: a direction is unidentifiable.
     Fields(Vec<usize>),
     /// Noise of a column: the fields can follow all of its numbers.
@@ -81,7 +81,7 @@ pub(super) struct Errors {
 }
 
 /// Least-squares problem with every column divided by its noise.
-struct Weighted {
+struct WeightedProblem {
     /// U^T U of the rows of each column, with slopes = U S V^T: the shares of the columns in the fields, of sum 1.
     shares: Vec<DMatrix<f64>>,
     /// Residuals orthogonal to the fields.
@@ -93,7 +93,7 @@ struct Weighted {
 }
 
 /// Noise of the columns, iterated from a guess.
-pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
+pub(super) fn noise(columns: &[LinearisedColumn], mut noise: Vec<f64>) -> Vec<f64> {
     for _ in 0..ROUNDS {
         let weighted = weighted(columns, &noise);
         let mut change = 0.0f64;
@@ -123,15 +123,15 @@ pub(super) fn noise(columns: &[Linear], mut noise: Vec<f64>) -> Vec<f64> {
 ///
 /// # Errors
 /// Parameters that the data do not determine.
-pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold> {
-    let Weighted {
+pub(super) fn errors(columns: &[LinearisedColumn], noise: &[f64]) -> Result<Errors, Undetermined> {
+    let WeightedProblem {
         shares,
         back,
         unseen,
         ..
     } = weighted(columns, noise);
     if !unseen.is_empty() {
-        return Err(Untold::Fields(unseen));
+        return Err(Undetermined::Fields(unseen));
     }
     let all = 0..columns.len();
     let places: Vec<usize> = all.filter(|&c| columns[c].known.is_none()).collect();
@@ -153,7 +153,7 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold
         i.total_cmp(&j)
     };
     let worst = (0..size).min_by(by_information);
-    let untold = || Untold::Noise(worst.map_or(0, |i| places[i]));
+    let untold = || Undetermined::Noise(worst.map_or(0, |i| places[i]));
     // Zero, up to rounding, if the fields follow all numbers of a column.
     let is_told = worst.is_none_or(|i| information[(i, i)] > SEEN);
     let spread = information.clone().try_inverse().filter(|_| is_told);
@@ -185,7 +185,7 @@ pub(super) fn errors(columns: &[Linear], noise: &[f64]) -> Result<Errors, Untold
     })
 }
 
-fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
+fn weighted(columns: &[LinearisedColumn], noise: &[f64]) -> WeightedProblem {
     let fields = columns.first().map_or(0, |column| column.slopes.ncols());
     let rows: usize = columns.iter().map(|column| column.left.len()).sum();
     let (mut slopes, mut left) = (DMatrix::zeros(rows, fields), DVector::zeros(rows));
@@ -211,7 +211,7 @@ fn weighted(columns: &[Linear], noise: &[f64]) -> Weighted {
         from += column.left.len();
         own.tr_mul(&own)
     });
-    Weighted {
+    WeightedProblem {
         shares: shares.collect(),
         left: &left - &u * u.tr_mul(&left),
         unseen,
@@ -264,7 +264,7 @@ pub(super) fn unweighed(name: &str, count: usize) -> Error {
 
 #[cfg(test)]
 mod tests {
-    use super::{Linear, Untold, errors, noise, weighted};
+    use super::{LinearisedColumn, Undetermined, errors, noise, weighted};
     use crate::study::fit::confidence::quantile;
     use crate::study::sweep::chance;
     use nalgebra::{DMatrix, DVector, dmatrix};
@@ -283,11 +283,11 @@ mod tests {
         })
     }
 
-    fn columns(left: &DVector<f64>) -> [Linear; 2] {
+    fn columns(left: &DVector<f64>) -> [LinearisedColumn; 2] {
         [(0, 3), (3, 4)].map(|(from, count)| {
             let slopes = slopes().rows(from, count).into_owned();
             let doubts = slopes.map(|_| 0.0);
-            Linear::new(
+            LinearisedColumn::new(
                 [slopes, doubts],
                 left.rows(from, count).into_owned(),
                 None,
@@ -380,10 +380,10 @@ mod tests {
             let left = left.rows(from, count) * size;
             let slopes = slopes.rows(from, count).into_owned();
             let doubts = slopes.map(|_| 0.0);
-            Linear::new([slopes, doubts], left, None, 1e-9)
+            LinearisedColumn::new([slopes, doubts], left, None, 1e-9)
         };
         let columns = [part(0, 2, 1e-3), part(2, 5, 1.0)];
         let noise = noise(&columns, vec![1.0, 1.0]);
-        assert_eq!(errors(&columns, &noise).err(), Some(Untold::Noise(0)));
+        assert_eq!(errors(&columns, &noise).err(), Some(Undetermined::Noise(0)));
     }
 }

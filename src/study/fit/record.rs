@@ -1,8 +1,8 @@
 //! Record of a fit.
 
 use super::least::{is_certain, is_seen};
-use super::noise::{self, Untold, unweighed};
-use super::{Fit, Found, TIME};
+use super::noise::{self, Undetermined, unweighed};
+use super::{Fit, SearchEnd, TIME};
 use crate::error::Result;
 use crate::study::fit::confidence::quantile;
 use crate::study::{Cell, Column, Table, Values};
@@ -78,7 +78,7 @@ impl Fit {
     /// Record of an end of the search with these `model` values.
     pub(super) fn record(
         &self,
-        found: &Found,
+        found: &SearchEnd,
         model: Vec<Vec<f64>>,
         between: Option<&Table>,
         effort: [usize; 3],
@@ -92,7 +92,7 @@ impl Fit {
         let linear = self.linear(found);
         let noise = noise::noise(&linear, found.noise.clone());
         let errors = match noise::errors(&linear, &noise) {
-            Err(Untold::Noise(c)) if linear.len() > 1 => {
+            Err(Undetermined::Noise(c)) if linear.len() > 1 => {
                 let one = &self.compared[c];
                 return Err(unweighed(&self.data.names[one.place], self.count(one)));
             }
@@ -148,8 +148,8 @@ impl Fit {
             });
         }
         remarks.extend(untold.map(|untold| match untold {
-            Untold::Noise(_) => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
-            Untold::Fields(apart) => {
+            Undetermined::Noise(_) => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
+            Undetermined::Fields(apart) => {
                 let names: Vec<&str> = apart.iter().map(|k| self.free[moving[*k]].path.as_str()).collect();
                 format!(
                     "the data do not tell the free fields {} apart: a change of them together leaves the model as it is; free fewer of them",

@@ -1,13 +1,16 @@
 //! Small motions of rods without mass and their bodies in space.
 
-use super::{BALANCED, Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::{
+    BALANCED, INTERVALS, Mode, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits,
+    frequencies,
+};
 use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::viscoelastic::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
 use crate::section::Strain;
-use crate::study::neglected_mass::Resting;
+use crate::study::neglected_mass::RodsAtRest;
 use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
@@ -86,7 +89,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     };
     if motions.stable && creeping.rod.mass().is_some() {
         let scales = *scales;
-        let resting = Resting::new(creeping, (assembly, now), &scales)?;
+        let resting = RodsAtRest::new(creeping, (assembly, now), &scales)?;
         motions.mass = Some(resting.mass);
     }
     Ok((motions, of_start))
@@ -127,7 +130,7 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let world = Isometry3::identity();
     let mut motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
     if motions.stable && !setup.is_heavy() {
-        let resting = Resting::new(scene, (setup.assembly, now), &setup.scales)?;
+        let resting = RodsAtRest::new(scene, (setup.assembly, now), &setup.scales)?;
         motions.mass = Some(resting.mass).filter(|mass| !mass.rods.is_empty());
     }
     // Bodies settle at the equilibrium unless [start] asks for unloaded rods.
@@ -173,7 +176,9 @@ fn described(
     // Stiffness below the tolerance of the equilibrium counts as neutral.
     let index = assembly.index(0.0, now, EQUILIBRIUM)?;
     let conservative = assembly.is_conservative(0.0);
-    let creep = damped.as_ref().map(|damped| Creep::new(damped, scales));
+    let creep = damped
+        .as_ref()
+        .map(|damped| RelaxationRates::new(damped, scales));
     let eigenvalues = match (damped, assembly.carriers().iter().all(is_simple)) {
         (Some(damped), _) => Some(damped.rates.body),
         (None, true) => None,
@@ -199,7 +204,7 @@ fn described(
         Some(all) if !conservative => index == 0 && all.iter().all(decaying),
         _ => index == 0,
     };
-    let outward = Outward {
+    let outward = ToSceneUnits {
         clamp: *clamp,
         scales,
     };
@@ -303,7 +308,7 @@ fn in_world(
     assembly: &Assembly,
     now: &Configuration,
     shape: &[f64],
-    outward: &Outward,
+    outward: &ToSceneUnits,
 ) -> Vec<f64> {
     let (starts, _) = assembly.freedoms();
     let bodies = assembly.carriers().iter().zip(&now.bodies);
@@ -318,7 +323,7 @@ fn in_world(
 pub(super) fn of_twists(
     carriers: &[Carrier],
     twists: &[Vector6<f64>],
-    outward: &Outward,
+    outward: &ToSceneUnits,
 ) -> Vec<f64> {
     let per = 1.0 / outward.scales.mass.sqrt();
     let mut world = Vec::new();

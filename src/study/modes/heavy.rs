@@ -1,6 +1,6 @@
 //! Small motions of a rod with mass and its body, including vibrations of the rod.
 
-use super::{INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::{INTERVALS, Mode, NUDGE, SmallMotions, Station, ToSceneUnits, frequencies};
 use crate::error::{Error, Result};
 use crate::full_mass::frames::{Curve, Sections};
 use crate::full_mass::mass::Mass;
@@ -14,8 +14,8 @@ use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
 /// Number of vibrations in the record.
 pub(super) const COUNT: usize = 8;
 /// First number of nodes, and largest number of coordinates in a refinement.
-const FIRST: usize = 16;
-const MOST: usize = 200;
+const FIRST_NODES: usize = 16;
+const MAX_COORDINATES: usize = 200;
 /// First number of nodes if finer grids have too many coordinates: FIRST is then the single refinement and yields the
 /// error.
 const COARSE: usize = 11;
@@ -23,7 +23,7 @@ const COARSE: usize = 11;
 const CONVERGED: f64 = 1e-9;
 
 /// A rod with mass at rest, with its vibrations.
-struct Found {
+struct RodVibrations {
     rod: HeavyRod,
     q: Vec<f64>,
     of_start: bool,
@@ -49,7 +49,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         false => {
             let model = HeavySpace::new(&still)?;
             let clamp = model.clamp(0.0).pose();
-            let outward = Outward {
+            let outward = ToSceneUnits {
                 clamp: model.common.clamp,
                 scales: &scales,
             };
@@ -66,7 +66,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     };
     let width = (given.breaks().len() + 1) * given.law.active().len();
     let (found, change) = converged(
-        (width, MOST),
+        (width, MAX_COORDINATES),
         |nodes| at_nodes(&given, (&*strain, settles), nodes),
         |found| &found.modes,
     )?;
@@ -75,7 +75,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let planar = given.curve == Curve::Plane;
     let mut clamp = clamp;
     clamp.translation.vector *= scales.length;
-    let outward = Outward {
+    let outward = ToSceneUnits {
         clamp,
         scales: &scales,
     };
@@ -89,7 +89,8 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         true => Some(rod.decaying(0.0, &found.q, COUNT)?),
         false => None,
     };
-    let judged = Judged::new(&found.modes, eigenvalues.as_deref(), conservative, followed);
+    let judged =
+        StabilityVerdict::new(&found.modes, eigenvalues.as_deref(), conservative, followed);
     let here = stations(rod, &found.q)?;
     let mut list = Vec::new();
     for (mode, omega) in found.modes.iter().zip(&judged.frequencies) {
@@ -177,7 +178,7 @@ fn is_damped(body: &Mass) -> bool {
 }
 
 /// Stability and frequencies of an equilibrium, from its vibrations and eigenvalues.
-pub(super) struct Judged {
+pub(super) struct StabilityVerdict {
     pub index: usize,
     pub stable: bool,
     pub conservative: bool,
@@ -186,7 +187,7 @@ pub(super) struct Judged {
     pub frequencies: Vec<f64>,
 }
 
-impl Judged {
+impl StabilityVerdict {
     /// `conservative`: all loads have a potential; `followed`: some turn with bodies.
     pub(super) fn new(
         modes: &[Vibration],
@@ -219,9 +220,9 @@ pub(super) fn converged<F>(
     at_nodes: impl Fn(usize) -> Result<F>,
     vibrations: impl Fn(&F) -> &[Vibration],
 ) -> Result<(F, f64)> {
-    let mut nodes = match more(FIRST) * width > most {
+    let mut nodes = match more(FIRST_NODES) * width > most {
         true => COARSE,
-        false => FIRST,
+        false => FIRST_NODES,
     };
     let mut last = at_nodes(nodes)?;
     loop {
@@ -243,7 +244,7 @@ fn at_nodes(
     given: &Given,
     (strain, settles): (&dyn Fn(f64) -> Strain, bool),
     nodes: usize,
-) -> Result<Found> {
+) -> Result<RodVibrations> {
     let breaks = given.breaks();
     let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
     let strains: Vec<Strain> = grid.nodes().iter().map(|s| strain(*s)).collect();
@@ -269,7 +270,7 @@ fn at_nodes(
             .map_err(|why| why.context("[start]"))?,
     };
     let modes = rod.vibrations(0.0, &q, COUNT)?;
-    Ok(Found {
+    Ok(RodVibrations {
         rod,
         q,
         of_start,

@@ -1,8 +1,8 @@
 //! Small motions of several rods with mass and of their bodies.
 
 use super::assembled::{coordinates, is_simple, of_twists};
-use super::heavy::{COUNT, Judged, converged, stations_from};
-use super::{BALANCED, Mode, NUDGE, Outward, SmallMotions, Station};
+use super::heavy::{COUNT, StabilityVerdict, converged, stations_from};
+use super::{BALANCED, Mode, NUDGE, SmallMotions, Station, ToSceneUnits};
 use crate::error::{Error, Result};
 use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::statics::Vibration;
@@ -16,18 +16,18 @@ const MOST: usize = 200;
 const RIGID: usize = 6;
 
 /// An assembly with the start for its small motions.
-struct Asked<'a> {
+struct AssemblyTask<'a> {
     given: HeavyAssembly,
     start: HeavyAssemblyStart<'a>,
     /// True if the start is the equilibrium under the loads.
     settled: bool,
     /// Frame of the assembly in the world, and its units.
-    outward: Outward<'a>,
+    outward: ToSceneUnits<'a>,
     coordinates: Vec<String>,
 }
 
 /// The assembly at rest, with its vibrations.
-struct Found {
+struct AssemblyVibrations {
     assembly: HeavyAssembly,
     y: DVector<f64>,
     modes: Vec<Vibration>,
@@ -52,7 +52,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     for body in &mut now.bodies {
         body.twist = Vector6::zeros();
     }
-    let asked = Asked {
+    let asked = AssemblyTask {
         start: HeavyAssemblyStart {
             settled,
             following: false,
@@ -61,7 +61,7 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         coordinates: coordinates(&given.carriers),
         given,
         settled,
-        outward: Outward {
+        outward: ToSceneUnits {
             clamp: Isometry3::identity(),
             scales: &setup.scales,
         },
@@ -73,12 +73,12 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
 /// Small motions of one rod on a fixed clamp whose body slides in a groove.
 pub(super) fn in_groove(
     model: &HeavySpace,
-    outward: Outward<'_>,
+    outward: ToSceneUnits<'_>,
 ) -> Result<Option<(SmallMotions, bool)>> {
     let Some(given) = model.assembly()? else {
         return Ok(None);
     };
-    let asked = Asked {
+    let asked = AssemblyTask {
         start: HeavyAssemblyStart {
             settled: true,
             following: false,
@@ -93,7 +93,7 @@ pub(super) fn in_groove(
     Ok(Some((motions, model.settled || moved <= BALANCED)))
 }
 
-impl Asked<'_> {
+impl AssemblyTask<'_> {
     /// Small motions, and the distance of the strains at rest from the strains of the start.
     fn described(&self) -> Result<(SmallMotions, f64)> {
         let Self {
@@ -110,7 +110,7 @@ impl Asked<'_> {
             |nodes| at_nodes(given, start, nodes),
             |found| &found.modes,
         )?;
-        let Found { assembly, y, modes } = &found;
+        let AssemblyVibrations { assembly, y, modes } = &found;
         if !*settled {
             rests(&found)?;
         }
@@ -124,7 +124,7 @@ impl Asked<'_> {
             true => Some(assembly.decaying(y, COUNT)?),
             false => None,
         };
-        let judged = Judged::new(modes, eigenvalues.as_deref(), conservative, followed);
+        let judged = StabilityVerdict::new(modes, eigenvalues.as_deref(), conservative, followed);
         let mut list = Vec::new();
         for (mode, omega) in modes.iter().zip(&judged.frequencies) {
             let step = NUDGE / mode.shape.amax();
@@ -164,7 +164,7 @@ impl Asked<'_> {
         Ok((motions, self.moved(&found)))
     }
 
-    fn moved(&self, found: &Found) -> f64 {
+    fn moved(&self, found: &AssemblyVibrations) -> f64 {
         let rods = found.assembly.links.iter().zip(&self.start.rods);
         let each = rods.enumerate().map(|(k, (link, start))| {
             let nodes = link.rod.sections.grid.nodes().iter();
@@ -179,18 +179,22 @@ impl Asked<'_> {
     }
 }
 
-fn at_nodes(given: &HeavyAssembly, start: &HeavyAssemblyStart<'_>, nodes: usize) -> Result<Found> {
+fn at_nodes(
+    given: &HeavyAssembly,
+    start: &HeavyAssemblyStart<'_>,
+    nodes: usize,
+) -> Result<AssemblyVibrations> {
     let elements = given.links.iter();
     let elements = elements.map(|link| link.rod.given.breaks().len() + 1);
     let (assembly, y) = start.at_nodes(given, &vec![nodes; elements.sum()])?;
     let mut modes = assembly.vibrations(&y, COUNT + RIGID * given.carriers.len())?;
     let free = modes.iter().filter(|mode| mode.square == 0.0).count();
     modes.truncate(COUNT + free);
-    Ok(Found { assembly, y, modes })
+    Ok(AssemblyVibrations { assembly, y, modes })
 }
 
 /// Error if the loads strain the unloaded rods of a free assembly.
-fn rests(found: &Found) -> Result<()> {
+fn rests(found: &AssemblyVibrations) -> Result<()> {
     let strains = found.assembly.strained(&found.y, &found.modes)?;
     match strains <= BALANCED {
         true => Ok(()),

@@ -8,7 +8,7 @@ mod planar;
 pub(in crate::study) use assembled::resting;
 pub use assembled::small_motions;
 
-use super::neglected_mass::SmallMass;
+use super::neglected_mass::MassEffect;
 use super::record::{Cell, Column, Table};
 use crate::error::Result;
 use crate::motion::viscoelastic::SmallCreep;
@@ -56,17 +56,17 @@ pub struct SmallMotions {
     /// With drag, friction of the rod, rotors or couples: eigenvalues s of motions exp(s t), Im s >= 0, by Im s.
     pub eigenvalues: Option<Vec<Complex<f64>>>,
     /// With friction of the rod: its relaxation rates, compared with the eigenvalues.
-    pub creep: Option<Creep>,
+    pub creep: Option<RelaxationRates>,
     /// Effect of the mass of elastic or viscous rods about a stable equilibrium, where the mass is known and not
     /// followed in full.
-    pub mass: Option<SmallMass>,
+    pub mass: Option<MassEffect>,
     /// The rods in equilibrium, in the world: evenly spaced sections.
     pub rods: Vec<Vec<Station>>,
 }
 
 /// Relaxation rates of a rod with friction, for comparison with the eigenvalues.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Creep {
+pub struct RelaxationRates {
     /// Fastest and slowest relaxation rate of the rod with its end held, of those felt at the end. `None` if the end
     /// force has no memory.
     pub held: Option<[f64; 2]>,
@@ -76,7 +76,7 @@ pub struct Creep {
     pub change: f64,
 }
 
-impl Creep {
+impl RelaxationRates {
     fn new(found: &SmallCreep, scales: &Scales) -> Self {
         Self {
             held: found.rates.held.map(|both| both.map(|s| -s / scales.time)),
@@ -296,12 +296,12 @@ fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
 }
 
 /// Map from the frame of the clamp and units of the rod to the world and units of the scene.
-struct Outward<'a> {
+struct ToSceneUnits<'a> {
     clamp: Isometry3<f64>,
     scales: &'a Scales,
 }
 
-impl Outward<'_> {
+impl ToSceneUnits<'_> {
     fn station(&self, at: &Station) -> Station {
         Station {
             position: self.clamp * nalgebra::Point3::from(at.position * self.scales.length)
@@ -440,7 +440,7 @@ impl ModesRecord {
             "eigenvalues": eigenvalues.map(|all| all.iter().map(|s| [s.re, s.im]).collect::<Vec<_>>()),
             "equilibrium": if self.of_start { "start" } else { "loads" },
             "ends": ends.map(|end| end.position.as_slice().to_vec()).collect::<Vec<_>>(),
-            "mass": motions.mass.as_ref().map(SmallMass::json),
+            "mass": motions.mass.as_ref().map(MassEffect::json),
             "remarks": self.remarks,
         })
     }

@@ -1,15 +1,17 @@
 //! Small motions of a point mass on a planar elastica: M = m, K in closed form.
 
-use super::{Creep, INTERVALS, Mode, NUDGE, Outward, SmallMotions, Station, frequencies};
+use super::{
+    INTERVALS, Mode, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits, frequencies,
+};
 use crate::elastica::chart::ChartPoint;
 use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_index};
 use crate::elastica::straight_beam::EULER;
-use crate::elastica::{Equilibrium, folds, settled};
+use crate::elastica::{Equilibrium, equilibrium_under_load, folds};
 use crate::error::Result;
 use crate::math::small_sort::sort_eigenvalues;
 use crate::motion::viscoelastic::small_in_plane;
 use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
-use crate::study::neglected_mass::Light;
+use crate::study::neglected_mass::PlanarRodMass;
 use crate::viscoelastic::material::Material;
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
 
@@ -26,7 +28,7 @@ const TURNED: f64 = 1e-9;
 const STEPS: usize = 8;
 
 /// A mode of the end for a body of mass 1, and shapes of the rod at two amplitudes which are `apart`.
-struct Found {
+struct PlanarMode {
     square: f64,
     shape: Vector2<f64>,
     rods: [Vec<Station>; 2],
@@ -64,7 +66,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
                 (true, true) if side != 0.0 => turned,
                 _ => load,
             };
-            settled(&load).map_err(|why| {
+            equilibrium_under_load(&load).map_err(|why| {
                 why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
             })?
         }
@@ -72,7 +74,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     let at = at.map(|at| polished(at, &load));
     let mut clamp = model.clamp(0.0).pose();
     clamp.translation.vector *= scales.length;
-    let outward = Outward {
+    let outward = ToSceneUnits {
         clamp,
         scales: &scales,
     };
@@ -119,7 +121,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
             Some(small_in_plane(material, &model.body, &strains)?)
         }
     };
-    let light = Light::new(creeping, &scales, load)?.filter(|_| stable);
+    let light = PlanarRodMass::new(creeping, &scales, load)?.filter(|_| stable);
     let motions = SmallMotions {
         index,
         stable,
@@ -129,7 +131,9 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
         modes: modes.collect(),
         rigid,
         change: 0.0,
-        creep: damped.as_ref().map(|damped| Creep::new(damped, &scales)),
+        creep: damped
+            .as_ref()
+            .map(|damped| RelaxationRates::new(damped, &scales)),
         eigenvalues: match damped {
             Some(damped) => Some(damped.rates.body.iter().map(|s| s / scales.time).collect()),
             None => (drag > 0.0).then(|| {
@@ -177,15 +181,15 @@ fn polished(mut at: Equilibrium, load: &Vector2<f64>) -> Equilibrium {
 }
 
 /// Index, rigid directions, shape and modes.
-type Described = (usize, usize, Vec<Station>, Vec<Found>);
+type ModesAboutEquilibrium = (usize, usize, Vec<Station>, Vec<PlanarMode>);
 
 /// Modes of the straight rod under a pull: free transversally, rigid axially.
-fn straight_rod(pull: f64) -> Described {
+fn straight_rod(pull: f64) -> ModesAboutEquilibrium {
     let bent_by = |y: f64| -> Vec<Station> {
         let at = (0..=INTERVALS).map(fraction);
         at.map(|s| station(s, y * deflection(pull, s))).collect()
     };
-    let found = Found {
+    let found = PlanarMode {
         square: across(pull),
         shape: Vector2::y(),
         rods: [bent_by(0.0), bent_by(1.0)],
@@ -196,7 +200,7 @@ fn straight_rod(pull: f64) -> Described {
 
 /// Modes of a slightly bent rod. Its axial stiffness leaves no digits for the transverse frequency, which equals the
 /// straight rod's up to 1 - x. A rod straight to rounding counts as straight.
-fn slightly_bent(at: &Equilibrium) -> Described {
+fn slightly_bent(at: &Equilibrium) -> ModesAboutEquilibrium {
     let pull = -at.force[0];
     let Ok((index, rigid, rods, mut found)) = bent(at) else {
         return straight_rod(pull);
@@ -210,7 +214,7 @@ fn slightly_bent(at: &Equilibrium) -> Described {
     (index, rigid, rods, found)
 }
 
-fn bent(at: &Equilibrium) -> Result<Described> {
+fn bent(at: &Equilibrium) -> Result<ModesAboutEquilibrium> {
     let stiffness = EndStiffness::at(at.p, at.w)?;
     let mut found = Vec::new();
     for (square, shape) in stiffness.principal() {
@@ -220,7 +224,7 @@ fn bent(at: &Equilibrium) -> Result<Described> {
             let q = Vector2::new(at.p, at.w) + dq * by;
             Equilibrium::new(q.x, q.y).and_then(|at| stations(&at))
         };
-        found.push(Found {
+        found.push(PlanarMode {
             square,
             shape,
             rods: [moved(-step)?, moved(step)?],

@@ -1,12 +1,12 @@
 //! Folds of branches of equilibria, and the delay of the departure by mass and friction.
 
-use crate::elastica::Passage;
+use crate::elastica::FoldNormalForm;
 use crate::elastica::first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 use serde_json::{Value, json};
 
 /// Origin of the mass in M0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Masses {
+pub enum MassOrigin {
     /// Mass of the only rod.
     Rod,
     /// Masses of all bodies, and of all rods of known mass.
@@ -21,13 +21,13 @@ pub struct FoldAtRest {
     /// Coefficients of the normal form in the units of the scene: A an energy per unit of the parameter, B and D0
     /// energies, M0 an energy times a time squared. The critical direction has a base wrench of length 1 in B/L and
     /// B/L^2; in an assembly, unknowns of length 1.
-    pub form: Passage,
+    pub form: FoldNormalForm,
     /// Delay by mass alone at the rate 1, in the units of the scene; proportional to |r|^(-1/5).
     pub inertial_delay: f64,
     /// Delay by friction alone at the rate 1 and tau = 1; proportional to (tau^2/|r|)^(1/3).
     pub viscous_delay: f64,
     /// Origin of the mass M0.
-    pub of: Masses,
+    pub of: MassOrigin,
 }
 
 impl FoldAtRest {
@@ -36,9 +36,9 @@ impl FoldAtRest {
     pub(in crate::study) fn new(
         [drive, bend]: [f64; 2],
         [mass, friction]: [f64; 2],
-        of: Masses,
+        of: MassOrigin,
     ) -> Option<Self> {
-        let form = Passage {
+        let form = FoldNormalForm {
             drive: drive.abs(),
             bend: bend.abs(),
             mass: mass.abs(),
@@ -56,7 +56,7 @@ impl FoldAtRest {
 
     /// One sentence.
     pub fn text(&self) -> String {
-        let Passage {
+        let FoldNormalForm {
             drive,
             bend,
             mass,
@@ -68,8 +68,8 @@ impl FoldAtRest {
              Kelvin-Voigt time tau alone (A {drive:.4e}, B {bend:.4e}, M0 {mass:.4e}, D0 {friction:.4e})",
             self.inertial_delay,
             match self.of {
-                Masses::Rod => "the rod's mass",
-                Masses::Everything => "the masses of bodies and rods",
+                MassOrigin::Rod => "the rod's mass",
+                MassOrigin::Everything => "the masses of bodies and rods",
             },
             self.viscous_delay
         )

@@ -1,7 +1,7 @@
 //! Folds passed by rods in a run, and the reliability of the landing after a snap.
 
-use super::SmallMass;
-use crate::elastica::Passage;
+use super::MassEffect;
+use crate::elastica::FoldNormalForm;
 use crate::elastica::first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 use crate::motion::{Ledger, Snap};
 use crate::scene::Scales;
@@ -17,7 +17,7 @@ const RULES: f64 = 10.0;
 
 /// Treatment of a fold by the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Follows {
+pub enum FoldTreatment {
     /// Instantaneous jump of the rod.
     Jump,
     /// Friction of the rod is integrated.
@@ -36,9 +36,9 @@ pub struct FoldPassed {
     /// Time of the fold.
     pub t: f64,
     /// Treatment of the fold by the run.
-    pub follows: Follows,
+    pub follows: FoldTreatment,
     /// Coefficients of the normal form, in units of the rod.
-    pub form: Passage,
+    pub form: FoldNormalForm,
     /// Delay by the rod's mass alone.
     pub inertial_delay: f64,
     /// Delay by the rod's friction alone; `None` without friction.
@@ -57,7 +57,7 @@ pub struct FoldPassed {
 
 /// Reliability of the landing after a snap of a rod with mass, from the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Landing {
+pub(super) enum LandingReliability {
     /// The delay is a good part of the time to the next fold.
     Late,
     /// The rod rings without decay.
@@ -69,11 +69,11 @@ pub(super) enum Landing {
 }
 
 /// Normal form of a fold at a moment of a run in units of the rod, with mass and Kelvin-Voigt time of the rod.
-pub(in crate::study) struct Followed {
+pub(in crate::study) struct PassedFold {
     /// Name of the rod in an assembly.
     pub rod: Option<String>,
     /// Normal form.
-    pub form: Passage,
+    pub form: FoldNormalForm,
     /// Kelvin-Voigt time.
     pub eta: f64,
     /// Mass of the rod relative to the body's.
@@ -83,18 +83,18 @@ pub(in crate::study) struct Followed {
 /// Folds of one branch in the order of time, with the energies of a run that continues through them. `last`: time and
 /// energies of the end; `form`: normal form of a fold.
 pub(in crate::study) fn passed(
-    (branch, follows): (usize, Follows),
+    (branch, follows): (usize, FoldTreatment),
     all: &[(&Snap, Option<Ledger>)],
     last: (f64, Ledger),
-    (k, rest): (&Scales, &SmallMass),
-    form: impl Fn(&Snap) -> Option<Followed>,
+    (k, rest): (&Scales, &MassEffect),
+    form: impl Fn(&Snap) -> Option<PassedFold>,
 ) -> Vec<FoldPassed> {
     let each = all.iter().enumerate();
     let each = each.filter_map(|(i, (snap, ledger))| {
         let next = all.get(i + 1);
         let until = next.map_or(last.0, |(next, _)| next.t * k.time);
         let then = next.map_or(Some(last.1), |(_, ledger)| *ledger);
-        let Followed {
+        let PassedFold {
             rod,
             form,
             eta,
@@ -127,36 +127,38 @@ impl FoldPassed {
     /// Delay that the run neglects.
     pub(super) fn delay(&self) -> f64 {
         match self.follows {
-            Follows::Jump => self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0)),
-            Follows::Friction if self.ratio > RULES => 0.0,
-            Follows::Friction => self.inertial_delay,
-            Follows::Mass => 0.0,
+            FoldTreatment::Jump => self.inertial_delay.max(self.viscous_delay.unwrap_or(0.0)),
+            FoldTreatment::Friction if self.ratio > RULES => 0.0,
+            FoldTreatment::Friction => self.inertial_delay,
+            FoldTreatment::Mass => 0.0,
         }
     }
 
-    pub(super) fn landing(&self) -> Landing {
-        if self.follows == Follows::Friction && self.ratio > RULES {
-            return Landing::Safe;
+    pub(super) fn landing(&self) -> LandingReliability {
+        if self.follows == FoldTreatment::Friction && self.ratio > RULES {
+            return LandingReliability::Safe;
         }
         if self.delay() > SHORT * self.until_next.max(0.0) {
-            return Landing::Late;
+            return LandingReliability::Late;
         }
         match self.quiet {
-            Some(quiet) if quiet >= QUIET => Landing::Safe,
-            Some(quiet) if quiet > 0.0 => Landing::Ringing,
-            Some(_) | None => Landing::Undamped,
+            Some(quiet) if quiet >= QUIET => LandingReliability::Safe,
+            Some(quiet) if quiet > 0.0 => LandingReliability::Ringing,
+            Some(_) | None => LandingReliability::Undamped,
         }
     }
 
     /// Entries of the event in events.json.
     pub(in crate::study) fn json(&self) -> Value {
         let verdict = match self.landing() {
-            _ if self.follows == Follows::Mass => "followed with its mass",
-            Landing::Safe if self.delay() == 0.0 => "friction holds it back, not its mass",
-            Landing::Late => "late: the landing is not safe",
-            Landing::Undamped => "rings on: where it lands is a rule, not physics",
-            Landing::Ringing => "still rings at the next event: the landing is not safe",
-            Landing::Safe => "quiet before the next event",
+            _ if self.follows == FoldTreatment::Mass => "followed with its mass",
+            LandingReliability::Safe if self.delay() == 0.0 => {
+                "friction holds it back, not its mass"
+            }
+            LandingReliability::Late => "late: the landing is not safe",
+            LandingReliability::Undamped => "rings on: where it lands is a rule, not physics",
+            LandingReliability::Ringing => "still rings at the next event: the landing is not safe",
+            LandingReliability::Safe => "quiet before the next event",
         };
         json!({
             "viscous_delay": self.viscous_delay,

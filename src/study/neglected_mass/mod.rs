@@ -7,11 +7,11 @@ mod plane;
 mod space;
 mod validity;
 
-pub use fold_at_rest::{FoldAtRest, Masses};
-pub use folds::{FoldPassed, Follows};
-pub(in crate::study) use folds::{Followed, passed};
-pub(in crate::study) use plane::{Light, viscosity};
-pub(in crate::study) use space::{Resting, standing};
+pub use fold_at_rest::{FoldAtRest, MassOrigin};
+pub use folds::{FoldPassed, FoldTreatment};
+pub(in crate::study) use folds::{PassedFold, passed};
+pub(in crate::study) use plane::{PlanarRodMass, viscosity};
+pub(in crate::study) use space::{RodsAtRest, standing};
 pub(in crate::study) use validity::BouncingRod;
 pub use validity::{BouncePassed, Validity};
 
@@ -23,7 +23,7 @@ const MEANT: f64 = 0.5;
 
 /// Effect of the mass of light rods at an equilibrium, in the units of the scene.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SmallMass {
+pub struct MassEffect {
     /// Relative change of the lowest frequency of small motions about the equilibrium under the loads at t = 0, to
     /// first order. `None` without a stable equilibrium, for a straight planar rod under an axial load, and if
     /// unknown.
@@ -75,7 +75,7 @@ impl RodMass {
     }
 }
 
-impl SmallMass {
+impl MassEffect {
     /// Largest ratio of a rod's mass to the mass of a body.
     pub fn eps(&self) -> Option<f64> {
         let all = self.rods.iter().filter_map(|rod| rod.eps);

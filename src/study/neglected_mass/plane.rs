@@ -1,8 +1,9 @@
 //! Mass effects of the planar rod at rest, in closed form and on Gauss nodes.
 
-use super::{RodMass, SmallMass};
+use super::{MassEffect, RodMass};
 use crate::elastica::{
-    EndStiffness, Equilibrium, HeldMode, RodInertia, TautInertia, held_modes, settled,
+    EndStiffness, Equilibrium, HeldMode, RodInertia, TautInertia, equilibrium_under_load,
+    held_modes,
 };
 use crate::error::Result;
 use crate::scene::{Scales, Scene};
@@ -19,7 +20,7 @@ const ACROSS: f64 = 33.0 / 140.0;
 
 /// Data of a planar rod for mass effects, in units of the rod.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::study) struct Light {
+pub(in crate::study) struct PlanarRodMass {
     /// Mass of the rod over that of the body.
     pub eps: f64,
     /// Kelvin-Voigt time.
@@ -32,7 +33,7 @@ pub(in crate::study) struct Light {
     pub time: f64,
 }
 
-impl Light {
+impl PlanarRodMass {
     /// The rod of a planar scene under these loads; `None` if its mass is unknown.
     ///
     /// # Errors
@@ -51,13 +52,13 @@ impl Light {
     }
 
     /// Mass effects at the stable equilibrium under the load; `None` if none is found.
-    pub fn at_rest(&self) -> Option<SmallMass> {
-        let rest = settled(&self.load).ok()?;
+    pub fn at_rest(&self) -> Option<MassEffect> {
+        let rest = equilibrium_under_load(&self.load).ok()?;
         Some(self.about(rest.as_ref()))
     }
 
     /// Mass effects about an equilibrium; `None` denotes the straight rod.
-    pub fn about(&self, at: Option<&Equilibrium>) -> SmallMass {
+    pub fn about(&self, at: Option<&Equilibrium>) -> MassEffect {
         let (frequency_shift, mode) = match at {
             None if self.load == Vector2::zeros() => {
                 (Some(-0.5 * self.eps * ACROSS), Some(STRAIGHT))
@@ -71,7 +72,7 @@ impl Light {
                     .and_then(|m| m.first().copied()),
             ),
         };
-        SmallMass {
+        MassEffect {
             frequency_shift,
             rods: vec![RodMass {
                 rod: None,

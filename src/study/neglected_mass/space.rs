@@ -1,6 +1,6 @@
 //! Mass effects of rods in space at rest, single or in assemblies.
 
-use super::{BouncePassed, BouncingRod, Followed, RodMass, SmallMass};
+use super::{BouncePassed, BouncingRod, MassEffect, PassedFold, RodMass};
 use crate::assembly::{Assembly, Configuration, Link};
 use crate::error::Result;
 use crate::full_mass::held_vibrations::{Massive, fold_form, held_modes};
@@ -14,7 +14,7 @@ pub(super) const ALONG: f64 = 1e-13;
 
 /// A rod of known mass.
 #[derive(Debug, Clone)]
-struct Known {
+struct RodOfKnownMass {
     massive: Massive,
     /// Entry of the record, without its numbers.
     told: RodMass,
@@ -22,24 +22,24 @@ struct Known {
 
 /// Rods of known mass in equilibrium under the loads at t = 0.
 #[derive(Debug, Clone)]
-pub(in crate::study) struct Resting {
+pub(in crate::study) struct RodsAtRest {
     assembly: Assembly,
     now: Configuration,
     /// By index of the rod; `None` for unknown mass.
-    rods: Vec<Option<Known>>,
+    rods: Vec<Option<RodOfKnownMass>>,
     time: f64,
     /// Mass effects of the rods.
-    pub mass: SmallMass,
+    pub mass: MassEffect,
 }
 
 /// Mass effects of the rod of a static scene under this base wrench, with its end fixed. `None` if the mass is
 /// unknown, or no vibrations are found.
-pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMass> {
+pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<MassEffect> {
     let rod = scene.standing_rod(base).ok()??;
     let point = rod.link.point(0.0, &[], &rod.chart, ALONG).ok()?;
     let modes = held_modes(&rod.massive, (&rod.link, &rod.chart, &point), 1).ok()?;
     let mode = modes.first()?;
-    Some(SmallMass {
+    Some(MassEffect {
         frequency_shift: None,
         rods: vec![RodMass {
             rod: None,
@@ -51,7 +51,7 @@ pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<SmallMa
     })
 }
 
-impl Resting {
+impl RodsAtRest {
     /// The rod of a scene in space; `None` if its mass is unknown, its clamp moves, or no equilibrium is found.
     pub fn single(scene: &Scene) -> Option<Self> {
         if scene.clamp.motion.is_some() || scene.rod.mass().is_none() {
@@ -78,13 +78,13 @@ impl Resting {
         (assembly, now): (Assembly, Configuration),
         scales: &Scales,
     ) -> Result<Self> {
-        let rods: Vec<Option<Known>> = (0..assembly.links().len())
+        let rods: Vec<Option<RodOfKnownMass>> = (0..assembly.links().len())
             .map(|k| {
                 let rod = scene.rod_of(k);
                 let Some(massive) = rod.massive(assembly.links()[k].rod(), scales)? else {
                     return Ok(None);
                 };
-                Ok(Some(Known {
+                Ok(Some(RodOfKnownMass {
                     massive,
                     told: RodMass {
                         rod: assembly.name_of_rod(k).map(str::to_owned),
@@ -97,7 +97,7 @@ impl Resting {
             })
             .collect::<Result<_>>()?;
         let mut resting = Self {
-            mass: SmallMass {
+            mass: MassEffect {
                 frequency_shift: None,
                 rods: Vec::new(),
             },
@@ -106,7 +106,7 @@ impl Resting {
             rods,
             time: scales.time,
         };
-        resting.mass = SmallMass {
+        resting.mass = MassEffect {
             frequency_shift: resting.shift(),
             rods: (0..resting.rods.len())
                 .filter_map(|k| resting.held(k))
@@ -153,7 +153,7 @@ impl Resting {
 
     /// Normal form at a snap, or at a fold passed by a rod with friction or mass. `None` if the mass of the rod is
     /// unknown, or the fold has no normal form.
-    pub fn passed(&self, snap: &Snap) -> Option<Followed> {
+    pub fn passed(&self, snap: &Snap) -> Option<PassedFold> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?;
         self.form(snap, now, (link, now.charts.get(snap.rod)?))
@@ -173,7 +173,7 @@ impl Resting {
     }
 
     /// Normal form at a fold of the light rod that accompanies one of an assembly ([`LightInSpace::in_assembly`]).
-    pub fn passed_alone(&self, snap: &Snap) -> Option<Followed> {
+    pub fn passed_alone(&self, snap: &Snap) -> Option<PassedFold> {
         let now = snap.moving.as_ref()?;
         let link = self.assembly.links().get(snap.rod)?.alone();
         self.form(snap, now, (&link, now.charts.first()?))
@@ -184,11 +184,11 @@ impl Resting {
         snap: &Snap,
         now: &Configuration,
         (link, q): (&Link, &Wrench),
-    ) -> Option<Followed> {
+    ) -> Option<PassedFold> {
         let rod = self.rods.get(snap.rod)?.as_ref()?;
         let point = link.point(snap.t, &now.bodies, q, ALONG).ok()?;
         let (form, eta) = fold_form(&rod.massive, (link, q, &point)).ok()?;
-        Some(Followed {
+        Some(PassedFold {
             rod: rod.told.rod.clone(),
             form,
             eta,

@@ -1,7 +1,7 @@
 //! Validity of neglecting the mass of the rods in a run.
 
-use super::folds::{FoldPassed, Follows, Landing};
-use super::{SmallMass, percent, to_first_order};
+use super::folds::{FoldPassed, FoldTreatment, LandingReliability};
+use super::{MassEffect, percent, to_first_order};
 use crate::motion::Bounce;
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ const HARD: f64 = 0.1;
 #[derive(Debug, Clone)]
 pub struct Validity {
     /// Effects about the equilibrium under the loads at t = 0.
-    pub rest: SmallMass,
+    pub rest: MassEffect,
     /// Folds passed in the run.
     pub folds: Vec<FoldPassed>,
     /// Recorded bounces of taut rods of known mass.
@@ -129,28 +129,29 @@ impl Validity {
         let followed = self
             .folds
             .iter()
-            .all(|fold| fold.follows == Follows::Friction);
-        match worst.unwrap_or(Landing::Safe) {
-            Landing::Safe if longest == 0.0 => {
+            .all(|fold| fold.follows == FoldTreatment::Friction);
+        match worst.unwrap_or(LandingReliability::Safe) {
+            LandingReliability::Safe if longest == 0.0 => {
                 "snaps are held back by friction, not by mass".to_owned()
             }
             worst if followed => format!(
                 "snaps are late by up to {longest:.1e} more than friction makes them{}",
                 match worst {
-                    Landing::Safe => ", and the rod is quiet again before the next event",
+                    LandingReliability::Safe =>
+                        ", and the rod is quiet again before the next event",
                     _ => ", or ring at the next event: landings are not safe",
                 }
             ),
-            Landing::Late => format!(
+            LandingReliability::Late => format!(
                 "snaps are late by up to {longest:.1e}, which is not short against the time to the next event: landings are not safe"
             ),
-            Landing::Undamped => format!(
+            LandingReliability::Undamped => format!(
                 "snaps are late by up to {longest:.1e}; without friction the rod rings on after them, and where it lands is a rule, not physics"
             ),
-            Landing::Ringing => format!(
+            LandingReliability::Ringing => format!(
                 "snaps are late by up to {longest:.1e}; the rod still rings at the next event (its vibrations decay as exp(-{decay:.1e} t)): landings are not safe"
             ),
-            Landing::Safe => format!(
+            LandingReliability::Safe => format!(
                 "snaps are late by up to {longest:.1e}, and the rod is quiet again before the next event"
             ),
         }

@@ -4,7 +4,7 @@ use super::trial::trial;
 use super::{Plan, choice};
 use crate::bar::Scheme;
 use crate::error::Result;
-use crate::motion::Carried;
+use crate::motion::StateVariables;
 use crate::scene::Scene;
 use crate::study::bar::BarPrepared;
 
@@ -20,7 +20,7 @@ pub(super) fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
         "stretch and velocity of every cell",
         "rod.cells says how many",
     );
-    plan.state = vec![Carried {
+    plan.state = vec![StateVariables {
         what: "stretches and velocities of the cells",
         numbers: 2 * given.cells,
     }];

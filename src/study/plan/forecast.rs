@@ -25,7 +25,7 @@ pub(super) struct Checkpoint {
 }
 
 /// Number of steps at the next checkpoint, the same in every trial, whatever the speed of the machine.
-pub(super) fn after(steps: u64) -> u64 {
+pub(super) fn next_checkpoint(steps: u64) -> u64 {
     (steps + 1).max((steps as f64 * RATIO) as u64)
 }
 

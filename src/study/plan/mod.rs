@@ -12,7 +12,7 @@ pub use forecast::Forecast;
 pub use trial::Trial;
 
 use crate::error::Result;
-use crate::motion::Carried;
+use crate::motion::StateVariables;
 use crate::scene::{RodMassNote, Scene, Units};
 use crate::solve::integrator::Method;
 use serde_json::{Value, json};
@@ -34,7 +34,7 @@ pub struct Plan {
     /// Unknowns that determine the shapes of the rods.
     pub chart: Choice,
     /// State variables at the start, or unknowns of the equilibrium.
-    pub state: Vec<Carried>,
+    pub state: Vec<StateVariables>,
     /// Time integrator, or solver of the equilibria.
     pub method: Choice,
     /// Parts that are not computed.

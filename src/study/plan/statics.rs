@@ -2,13 +2,13 @@
 
 use super::{Plan, choice};
 use crate::error::Result;
-use crate::motion::Carried;
+use crate::motion::StateVariables;
 use crate::scene::{AssemblyBody, Scene};
 
 pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     let mut plan = Plan::empty(scene, 0.0);
     plan.leave_out("time", "a scene without [run] asks for an equilibrium");
-    let numbers = |what, numbers| Carried { what, numbers };
+    let numbers = |what, numbers| StateVariables { what, numbers };
     if let Some(given) = &scene.assembly {
         plan.model = choice(
             "the equilibrium of rods and bodies",

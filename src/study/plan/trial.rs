@@ -1,10 +1,10 @@
 //! Trial of the first part of a run, from which the cost of the whole is forecast.
 
-use super::forecast::{Checkpoint, Forecast, after, falls, whole};
+use super::forecast::{Checkpoint, Forecast, falls, next_checkpoint, whole};
 use crate::error::Result;
 use crate::motion::LandingRule;
 use crate::scene::{Scene, Units};
-use crate::study::record::Nowhere;
+use crate::study::record::DiscardRows;
 use crate::study::run::Fields;
 use crate::study::{Hooks, dispatch};
 use serde_json::{Value, json};
@@ -236,7 +236,12 @@ impl Hooks for Clock {
             fraction,
             seconds: self.spent(),
         };
-        if self.now.steps >= self.checkpoints.last().map_or(1, |last| after(last.steps)) {
+        if self.now.steps
+            >= self
+                .checkpoints
+                .last()
+                .map_or(1, |last| next_checkpoint(last.steps))
+        {
             self.checkpoints.push(self.now);
         }
     }
@@ -248,7 +253,7 @@ pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
         return Ok(None);
     }
     let mut clock = Clock::new(seconds);
-    let found = dispatch::motion(scene, Fields::None, &mut Nowhere, &mut clock)?;
+    let found = dispatch::motion(scene, Fields::None, &mut DiscardRows, &mut clock)?;
     let spent = clock.spent();
     let interrupted = found.summary["outcome"] == "interrupted";
     let reason = found.reason.filter(|_| !interrupted);

@@ -10,7 +10,7 @@ const SECTIONS: usize = 120;
 
 /// A motion through all branches that lead to the last one.
 #[derive(Debug, Clone)]
-pub struct Line {
+pub struct SingleMotion {
     /// Moments in the order of time, with the states before and after every snap.
     pub way: Vec<Moment>,
     /// Samples with their strains, in the order of time; empty for a planar elastic rod.
@@ -21,13 +21,13 @@ pub struct Line {
 
 impl RunRecord {
     /// The line of branches from the trunk to the last one that was run.
-    pub fn line(&self) -> Line {
+    pub fn line(&self) -> SingleMotion {
         let k = &self.scales;
         let mut ids = vec![self.last().id];
         while let Some(parent) = ids.last().and_then(|id| self.branches[*id].parent) {
             ids.push(parent);
         }
-        let mut line = Line {
+        let mut line = SingleMotion {
             way: Vec::new(),
             track: Vec::new(),
             snaps: Vec::new(),
@@ -67,7 +67,7 @@ impl RunRecord {
     }
 }
 
-impl Line {
+impl SingleMotion {
     /// The first moment at or after time t, otherwise the last one; requires a nonempty line.
     pub fn at(&self, t: f64) -> &Moment {
         let next = self.way.partition_point(|moment| moment.t < t);

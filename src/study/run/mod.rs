@@ -13,13 +13,13 @@ pub(super) mod tree;
 
 pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
-pub use last_branch::Line;
+pub use last_branch::SingleMotion;
 pub use prepared::Prepared;
 pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
 pub use shapes::{Shapes, samples, shapes};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::{columns, trajectory_name};
-pub use tree::Stem;
+pub use tree::BranchOrigin;
 
 use super::{Hooks, Sink};
 use crate::error::Result;

@@ -3,17 +3,18 @@
 use super::record::{Moment, RunBranch};
 use super::shapes::poses;
 use super::spring::Spring;
-use crate::elastica::{Elastica, Passage};
+use crate::elastica::{Elastica, FoldNormalForm};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::motion::{
-    Beside, Bounce, Ledger, Light, Motion, RodCurve, Snap, State, curve_outward, outward,
+    Bounce, Ledger, LightReference, MasslessRod, Motion, RodCurve, Snap, State, curve_outward,
+    outward,
 };
 use crate::scene::{Joint, ModelKind, RodMassNote, Run, Scales, Scene, Setup, Units};
 use crate::study::Solid;
 use crate::study::neglected_mass::{
-    BouncePassed, BouncingRod, FoldPassed, Followed, Follows, Light as Planar, Resting, SmallMass,
-    Validity, passed, viscosity,
+    BouncePassed, BouncingRod, FoldPassed, FoldTreatment, MassEffect, PassedFold,
+    PlanarRodMass as Planar, RodsAtRest, Validity, passed, viscosity,
 };
 use nalgebra::{DVector, Isometry3, Vector2, Vector3};
 
@@ -33,7 +34,7 @@ pub struct Prepared {
     pub(super) loaded: bool,
     viscosity: Option<f64>,
     /// A rod of known mass on a fixed clamp.
-    massive: Option<Massive>,
+    massive: Option<RodOfKnownMass>,
     /// True if Maxwell branches carry couples of their own, so that no elastic sheet is the rod's.
     relaxes: bool,
     /// Treatment of the mass of an elastic rod, if known.
@@ -47,7 +48,7 @@ pub struct Prepared {
 }
 
 /// Data for the estimate of mass effects.
-enum Massive {
+enum RodOfKnownMass {
     /// In a plane.
     Plane(Planar),
     /// In space: the scene of the rod.
@@ -55,13 +56,13 @@ enum Massive {
 }
 
 /// Equilibrium under the loads at t = 0, with the effect of the rod's mass.
-pub(super) enum Rest {
-    Plane(Planar, SmallMass),
-    Space(Box<Resting>),
+pub(super) enum RestState {
+    Plane(Planar, MassEffect),
+    Space(Box<RodsAtRest>),
 }
 
-impl Rest {
-    fn mass(&self) -> &SmallMass {
+impl RestState {
+    fn mass(&self) -> &MassEffect {
         match self {
             Self::Plane(_, mass) => mass,
             Self::Space(resting) => &resting.mass,
@@ -94,11 +95,11 @@ impl Prepared {
                 };
                 given
                     .filter(known)
-                    .map(|scene| Massive::Space(Box::new(scene)))
+                    .map(|scene| RodOfKnownMass::Space(Box::new(scene)))
             }
             // A distributed load shifts equilibria and folds by more than the rod's mass does.
             (false, Some(load)) if scene.loads.distributed.is_zero() => {
-                Planar::new(scene, &scene.scales()?, load)?.map(Massive::Plane)
+                Planar::new(scene, &scene.scales()?, load)?.map(RodOfKnownMass::Plane)
             }
             (false, _) => None,
         };
@@ -154,16 +155,22 @@ impl Prepared {
 
     /// The light rod that accompanies a rod with friction or mass from its first state. `None` for other models, and
     /// where no rest state is known.
-    pub(super) fn beside(&self, rest: Option<&Rest>, first: &dyn State) -> Option<Beside> {
+    pub(super) fn accompanying_light_rod(
+        &self,
+        rest: Option<&RestState>,
+        first: &dyn State,
+    ) -> Option<LightReference> {
         if self.kind().is_elastic() || self.relaxes {
             return None;
         }
-        let rod: Box<dyn Light> = match (self.massive.as_ref()?, rest) {
-            (Massive::Plane(_), _) => Box::new(Elastica),
-            (Massive::Space(_), Some(Rest::Space(resting))) => Box::new(resting.light()?),
-            (Massive::Space(_), _) => return None,
+        let rod: Box<dyn MasslessRod> = match (self.massive.as_ref()?, rest) {
+            (RodOfKnownMass::Plane(_), _) => Box::new(Elastica),
+            (RodOfKnownMass::Space(_), Some(RestState::Space(resting))) => {
+                Box::new(resting.light()?)
+            }
+            (RodOfKnownMass::Space(_), _) => return None,
         };
-        Some(Beside::new(rod, first))
+        Some(LightReference::new(rod, first))
     }
 
     /// True if forces in time do work on the body.
@@ -173,16 +180,18 @@ impl Prepared {
 
     /// Equilibrium under the loads at t = 0. `None` unless the mass is known and the clamp fixed, and where no
     /// equilibrium is found.
-    pub(super) fn rest(&self) -> Option<Rest> {
+    pub(super) fn rest(&self) -> Option<RestState> {
         match self.massive.as_ref()? {
-            Massive::Plane(light) => Some(Rest::Plane(*light, light.at_rest()?)),
-            Massive::Space(scene) => Some(Rest::Space(Box::new(Resting::single(scene)?))),
+            RodOfKnownMass::Plane(light) => Some(RestState::Plane(*light, light.at_rest()?)),
+            RodOfKnownMass::Space(scene) => {
+                Some(RestState::Space(Box::new(RodsAtRest::single(scene)?)))
+            }
         }
     }
 
     /// Effect of the rod's mass at the equilibrium under the loads at t = 0. `None` where the mass is unknown or
     /// followed in full, where the clamp moves, and where no equilibrium is found.
-    pub fn small_mass(&self) -> Option<SmallMass> {
+    pub fn small_mass(&self) -> Option<MassEffect> {
         if self.is_full() {
             return None;
         }
@@ -190,25 +199,25 @@ impl Prepared {
     }
 
     /// Folds passed in the branches of a run: snaps of the rod, or of the light rod that accompanies it.
-    pub(super) fn folds(&self, rest: &Rest, branches: &[RunBranch]) -> Vec<FoldPassed> {
+    pub(super) fn folds(&self, rest: &RestState, branches: &[RunBranch]) -> Vec<FoldPassed> {
         let k = &self.scales;
         let follows = match self.kind() {
-            _ if self.is_full() => Follows::Mass,
-            ModelKind::Sheet | ModelKind::ElasticSpace => Follows::Jump,
-            ModelKind::Planar | ModelKind::Space => Follows::Friction,
+            _ if self.is_full() => FoldTreatment::Mass,
+            ModelKind::Sheet | ModelKind::ElasticSpace => FoldTreatment::Jump,
+            ModelKind::Planar | ModelKind::Space => FoldTreatment::Friction,
         };
         let form = |snap: &Snap| match rest {
-            Rest::Plane(light, _) => {
+            RestState::Plane(light, _) => {
                 let v = self.inward(snap)?;
-                let form = Passage::new(snap.from.q[0], snap.from.q[1], &v).ok()?;
-                Some(Followed {
+                let form = FoldNormalForm::new(snap.from.q[0], snap.from.q[1], &v).ok()?;
+                Some(PassedFold {
                     rod: None,
                     form,
                     eta: light.eta,
                     eps: light.eps,
                 })
             }
-            Rest::Space(resting) => resting.passed(snap),
+            RestState::Space(resting) => resting.passed(snap),
         };
         let of = |branch: &RunBranch| {
             let snaps = branch.entered.iter().chain(&branch.snaps);
@@ -226,13 +235,13 @@ impl Prepared {
     /// Validity of neglecting the rod's mass in this run.
     pub(super) fn validity(
         &self,
-        rest: &Rest,
+        rest: &RestState,
         branches: &[RunBranch],
         folds: &[FoldPassed],
     ) -> Validity {
         let bounces = branches.iter().flat_map(|b| &b.bounces.first);
         let passed = |bounce| match rest {
-            Rest::Plane(light, _) => {
+            RestState::Plane(light, _) => {
                 let rod = BouncingRod {
                     name: None,
                     mass: light.eps,
@@ -241,15 +250,15 @@ impl Prepared {
                 };
                 Some(BouncePassed::new(bounce, rod, self.scales.time))
             }
-            Rest::Space(resting) => resting.bounced(bounce),
+            RestState::Space(resting) => resting.bounced(bounce),
         };
         Validity {
             rest: rest.mass().clone(),
             folds: folds.to_vec(),
             bounces: bounces.filter_map(passed).collect(),
             damped: match rest {
-                Rest::Plane(light, _) => light.eta > 0.0,
-                Rest::Space(_) => !self.kind().is_elastic(),
+                RestState::Plane(light, _) => light.eta > 0.0,
+                RestState::Space(_) => !self.kind().is_elastic(),
             },
         }
     }
@@ -302,12 +311,12 @@ impl Prepared {
         Moment {
             labels: state.equilibrium(),
             index: state.index(),
-            ..self.passing(state)
+            ..self.moment_without_index(state)
         }
     }
 
     /// A state in the world frame without equilibrium labels and index, which are the expensive part.
-    pub(in crate::study) fn passing(&self, state: &dyn State) -> Moment {
+    pub(in crate::study) fn moment_without_index(&self, state: &dyn State) -> Moment {
         let (k, ledger, pose) = (&self.scales, state.ledger(), state.pose());
         let clamp = self.setup.model.clamp(state.time());
         let (frame, end) = (clamp.of_poses(), pose.translation.vector);

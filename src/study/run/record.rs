@@ -2,11 +2,13 @@
 
 use super::ModelKind;
 use super::bounces::Bounces;
-use super::recorder::{doubts, outcome_key, spent};
+use super::recorder::{outcome_key, resolution_warning, total_time};
 use super::spring::Spring;
 use crate::motion::full_mass::SPILL;
 use crate::motion::viscoelastic::Layer;
-use crate::motion::{Closing, Crossed, Labels, Ledger, Lost, Motion, Outcome, Resolution, Snap};
+use crate::motion::{
+    Labels, Ledger, LedgerClosure, LightSnap, Motion, Outcome, Resolution, Snap, UnknownInterval,
+};
 use crate::scene::{RodMassNote, Scales, Units};
 use crate::solve::cost::Cost;
 use crate::study::neglected_mass::{FoldPassed, Validity};
@@ -167,13 +169,13 @@ pub struct RunBranch {
     /// Passages far from equilibrium, in the scene's units.
     pub layers: Vec<Layer>,
     /// Folds passed by the light rod that accompanies a rod with friction or mass, in the units of the rod.
-    pub crossed: Vec<Crossed>,
+    pub crossed: Vec<LightSnap>,
     /// Intervals without a light rod, in the units of the rod.
-    pub lost: Vec<Lost>,
+    pub lost: Vec<UnknownInterval>,
     /// Bounces of a taut rod.
     pub bounces: Bounces,
     /// Closure of the energy ledger, in the units of the scene.
-    pub closing: Closing,
+    pub closing: LedgerClosure,
     /// Moments of the motion for figures, in the order of time, with both sides of every snap; thinned. They are ends
     /// of steps and moments within steps where figures are drawn, otherwise samples.
     pub way: Vec<Moment>,
@@ -200,7 +202,7 @@ impl RunBranch {
             id,
             parent,
             entered,
-            closing: Closing::new(first.ledger.total()),
+            closing: LedgerClosure::new(first.ledger.total()),
             first,
             last,
             outcome,
@@ -314,10 +316,11 @@ impl RunRecord {
         if self.cut > 0 {
             return Some(self.bounds.cut(self.cut));
         }
-        self.short().map(|branch| self.why(branch))
+        self.first_incomplete_branch()
+            .map(|branch| self.why(branch))
     }
 
-    fn short(&self) -> Option<&RunBranch> {
+    fn first_incomplete_branch(&self) -> Option<&RunBranch> {
         self.branches.iter().find(|b| !b.outcome.is_complete())
     }
 
@@ -351,18 +354,19 @@ impl RunRecord {
     pub fn warning(&self) -> Option<String> {
         let branches = self.branches.iter();
         let told = branches.map(|b| (&b.closing, b.resolution.and_then(|r| r.rate_tail)));
-        doubts(told, (self.scales.energy, self.units), &self.bounds).or_else(|| self.unstable())
+        resolution_warning(told, (self.scales.energy, self.units), &self.bounds)
+            .or_else(|| self.unstable())
     }
 
     /// Times and reasons of missing folds of the light rod; `None` if all are known, or there is no light rod.
-    pub fn untold(&self) -> Option<String> {
-        let lost: Vec<&Lost> = self.branches.iter().flat_map(|b| &b.lost).collect();
+    pub fn missing_folds_note(&self) -> Option<String> {
+        let lost: Vec<&UnknownInterval> = self.branches.iter().flat_map(|b| &b.lost).collect();
         light_rod_reference::note(&lost, &[], (&self.scales, self.units))
     }
 
     /// Time during which the mass of a light rod was inactive, over all branches; `None` if it never was.
-    pub fn unfelt(&self) -> Option<f64> {
-        spent(self.branches.iter().map(|branch| branch.unfelt))
+    pub fn time_without_mass(&self) -> Option<f64> {
+        total_time(self.branches.iter().map(|branch| branch.unfelt))
     }
 
     fn unstable(&self) -> Option<String> {

@@ -2,14 +2,14 @@
 
 use super::ModelKind;
 use super::bounces::Bounces;
-use super::prepared::{Prepared, Rest};
+use super::prepared::{Prepared, RestState};
 use super::record::{Bounds, Frame, Moment, RunBranch, unresolved};
 use super::table;
 use super::{Fields, places};
 use crate::error::Result;
 use crate::motion::viscoelastic::Layer;
 use crate::motion::{
-    Cause, Closing, Crossed, Event, Motion, Observer, Outcome, Snap, State, Stuck,
+    Cause, Event, LedgerClosure, LightSnap, Motion, Observer, Outcome, Snap, State, Stuck,
 };
 use crate::scene::Units;
 use crate::study::decimate::Thinned;
@@ -49,7 +49,7 @@ pub(super) struct Recorder<'r> {
     places: Vec<f64>,
     trajectory: usize,
     strain: Option<Strain>,
-    closing: Closing,
+    closing: LedgerClosure,
     snaps: Vec<Snap>,
     layers: Vec<Layer>,
     beside: LightRods,
@@ -82,9 +82,9 @@ pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
 }
 
 /// The outcome after the audit of the ledger: a complete run that lost or gained energy has ended early.
-pub(in crate::study) fn audited(
+pub(in crate::study) fn outcome_after_audit(
     outcome: Outcome,
-    closing: &Closing,
+    closing: &LedgerClosure,
     tolerance: f64,
     at: f64,
 ) -> Outcome {
@@ -116,15 +116,15 @@ pub(in crate::study) fn outcome_key<'a>(
 }
 
 /// Sum of the times; `None` if zero.
-pub(in crate::study) fn spent(times: impl Iterator<Item = f64>) -> Option<f64> {
+pub(in crate::study) fn total_time(times: impl Iterator<Item = f64>) -> Option<f64> {
     let time: f64 = times.sum();
     (time > 0.0).then_some(time)
 }
 
 /// Warning about unresolved strain rates or energies beyond the tolerance, from ledger and last strain rate
 /// coefficients of each branch.
-pub(in crate::study) fn doubts<'a>(
-    told: impl Iterator<Item = (&'a Closing, Option<f64>)> + Clone,
+pub(in crate::study) fn resolution_warning<'a>(
+    told: impl Iterator<Item = (&'a LedgerClosure, Option<f64>)> + Clone,
     (energy, units): (f64, Units),
     bounds: &Bounds,
 ) -> Option<String> {
@@ -137,7 +137,7 @@ pub(in crate::study) fn doubts<'a>(
 
 /// Warning about motions with energies below the resolution of `tolerance`; `energy` is the unit of energy.
 fn untrusted<'a>(
-    closings: impl Iterator<Item = &'a Closing>,
+    closings: impl Iterator<Item = &'a LedgerClosure>,
     (energy, units): (f64, Units),
     tolerance: f64,
 ) -> Option<String> {
@@ -166,14 +166,14 @@ impl<'r> Recorder<'r> {
     /// A recorder of branch `id` from state `first`. `rest`: equilibrium with mass effects; `total`: expected total
     /// of the ledger, in the units of the rod.
     pub fn new(
-        (prepared, rest): (&'r Prepared, Option<&Rest>),
+        (prepared, rest): (&'r Prepared, Option<&RestState>),
         sink: &'r mut dyn Sink,
         hooks: &'r mut dyn Hooks,
         fields: Fields,
         (id, first): (usize, &dyn State),
         total: f64,
     ) -> Result<Self> {
-        let mut closing = Closing::new(total);
+        let mut closing = LedgerClosure::new(total);
         closing.look(&first.ledger());
         let trajectory = sink.begin(table::trajectory(prepared, id))?;
         let strain = match stride(prepared, fields) {
@@ -202,7 +202,12 @@ impl<'r> Recorder<'r> {
             closing,
             snaps: Vec::new(),
             layers: Vec::new(),
-            beside: LightRods::new(prepared.beside(rest, first).into_iter().collect()),
+            beside: LightRods::new(
+                prepared
+                    .accompanying_light_rod(rest, first)
+                    .into_iter()
+                    .collect(),
+            ),
             bounces: Bounces::default(),
             way: Thinned::new(kept),
             track: Thinned::new(KEPT_WITH_STRAINS),
@@ -219,12 +224,12 @@ impl<'r> Recorder<'r> {
         self.end_axes(&*last);
         self.closing.look(&last.ledger());
         let (crossed, lost) = self.beside.told();
-        let outward = |crossed: Crossed| Crossed {
+        let outward = |crossed: LightSnap| LightSnap {
             snap: self.prepared.snap(&crossed.snap),
             ..crossed
         };
         RunBranch {
-            outcome: audited(
+            outcome: outcome_after_audit(
                 branch.outcome,
                 &self.closing,
                 self.prepared.run.tolerance,
@@ -234,7 +239,7 @@ impl<'r> Recorder<'r> {
             layers: self.layers,
             crossed: crossed.into_iter().map(outward).collect(),
             lost,
-            unfelt: motion.unfelt() * self.prepared.scales.time,
+            unfelt: motion.time_without_mass() * self.prepared.scales.time,
             bounces: self.bounces,
             closing: self.closing.scaled(self.prepared.scales.energy),
             way: self.way.list,
@@ -249,7 +254,7 @@ impl<'r> Recorder<'r> {
         let prepared = self.prepared;
         // Without the index in space, which no figure shows.
         let moment = match prepared.kind() {
-            ModelKind::ElasticSpace => prepared.passing(state),
+            ModelKind::ElasticSpace => prepared.moment_without_index(state),
             _ => prepared.moment(state),
         };
         let axis = match prepared.kind() {
@@ -439,7 +444,7 @@ impl Observer for Recorder<'_> {
             ModelKind::Sheet => self.prepared.moment(state),
             // For these models no figure needs the equilibrium labels or the index.
             ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => {
-                self.prepared.passing(state)
+                self.prepared.moment_without_index(state)
             }
         });
     }

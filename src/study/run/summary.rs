@@ -81,10 +81,10 @@ impl RunRecord {
         if let Some(warning) = self.warning() {
             add("warning", json!(warning));
         }
-        if let Some(time) = self.unfelt() {
+        if let Some(time) = self.time_without_mass() {
             add("rod_unfelt", json!(time));
         }
-        if let Some(untold) = self.untold() {
+        if let Some(untold) = self.missing_folds_note() {
             add("light_rod_lost", json!(untold));
         }
         let bounces = self.branches.iter().map(|branch| &branch.bounces);

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 /// Origin of a run in the tree.
 #[derive(Debug, Clone)]
-pub struct Stem {
+pub struct BranchOrigin {
     /// Number in the order in which runs are followed; 0 is the trunk.
     pub id: usize,
     /// Number of the parent run.
@@ -23,13 +23,13 @@ pub struct Stem {
 pub fn tree<'a, B>(
     trunk: Box<dyn Motion<'a> + 'a>,
     most: usize,
-    mut follow: impl FnMut(Stem, &mut dyn Motion<'a>) -> Result<(B, Outcome)>,
+    mut follow: impl FnMut(BranchOrigin, &mut dyn Motion<'a>) -> Result<(B, Outcome)>,
 ) -> Result<(Vec<B>, usize)> {
     let mut waiting = VecDeque::from([(None, None, trunk)]);
     let (mut branches, mut whole, mut cut) = (Vec::new(), 0, 0);
     while let Some((parent, entered, mut motion)) = waiting.pop_front() {
         let id = branches.len();
-        let stem = Stem {
+        let stem = BranchOrigin {
             id,
             parent,
             entered,

@@ -42,7 +42,7 @@ impl Directory {
         let plan = path.join(PLAN);
         let identity = opened.sweep.identity();
         if !plan.exists() {
-            let wrong = opened.sweep.misnamed(hooks);
+            let wrong = opened.sweep.unknown_quantity_message(hooks);
             let wrong = wrong.map_err(|Interrupted| {
                 Error::domain("interrupted before the names of the columns were looked for")
             })?;
@@ -103,12 +103,12 @@ impl Directory {
     }
 
     /// State of the chunks, each of which is read for the check.
-    pub fn made(&self) -> Made {
+    pub fn made(&self) -> ChunkStatus {
         let all = 0..self.chunks.len();
         let missing: Vec<usize> = all.filter(|k| self.chunk(*k).is_none()).collect();
         let files = missing.iter().map(|k| self.file(*k));
         let lacking: usize = missing.iter().map(|k| self.points_of(*k)).sum();
-        Made {
+        ChunkStatus {
             damaged: files.filter(|file| file.exists()).collect(),
             kept: self.sweep.points() - lacking,
             missing,
@@ -188,7 +188,7 @@ impl Directory {
 
 /// State of the chunks of a sweep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Made {
+pub struct ChunkStatus {
     /// Chunks that are missing or damaged.
     pub missing: Vec<usize>,
     /// Files of damaged chunks, changed since the chunk was written.

@@ -11,11 +11,11 @@ mod quantity_names;
 mod vary;
 
 pub use csv::{fields, records};
-pub use directory::{Directory, Made, Rows};
+pub use directory::{ChunkStatus, Directory, Rows};
 pub(in crate::study) use extremes::is_extreme;
 pub use vary::Vary;
 
-use super::record::Nowhere;
+use super::record::DiscardRows;
 use super::run::Fields;
 use super::{Cell, Column, Csv, Hooks, Quiet, Sink, Table, dispatch};
 use crate::error::{Error, Result};
@@ -393,7 +393,11 @@ pub(in crate::study) fn outcome(
         return Ok(summary);
     }
     let mut seen = Extremes::default();
-    let sink: &mut dyn Sink = if extremes { &mut seen } else { &mut Nowhere };
+    let sink: &mut dyn Sink = if extremes {
+        &mut seen
+    } else {
+        &mut DiscardRows
+    };
     let found = dispatch::motion(&scene, Fields::None, sink, &mut Quiet(hooks))?;
     let mut summary = found.summary;
     seen.put_into(&mut summary);

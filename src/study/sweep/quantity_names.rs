@@ -14,7 +14,7 @@ impl Sweep {
     ///
     /// # Errors
     /// [`Interrupted`] if `hooks` says so.
-    pub(super) fn misnamed(
+    pub(super) fn unknown_quantity_message(
         &self,
         hooks: &mut dyn Hooks,
     ) -> std::result::Result<Option<String>, Interrupted> {
@@ -35,17 +35,17 @@ impl Sweep {
         let Some((point, summary)) = first else {
             return Ok(None);
         };
-        asked.retain(|path| astray(&summary, path).is_some());
+        asked.retain(|path| missing_value_message(&summary, path).is_some());
         let last = self.points() - 1;
         if !asked.is_empty()
             && last != point
             && let Ok(summary) = self.comes_of(last, hooks)?
         {
-            asked.retain(|path| astray(&summary, path).is_some());
+            asked.retain(|path| missing_value_message(&summary, path).is_some());
         }
         let wrong = asked
             .first()
-            .and_then(|path| Some((path, astray(&summary, path)?)));
+            .and_then(|path| Some((path, missing_value_message(&summary, path)?)));
         Ok(wrong.map(|(path, there)| {
             let mut all = Vec::new();
             quantities("", &summary, &mut all);
@@ -61,7 +61,7 @@ impl Sweep {
 
 /// Message if a path leads to no number or word. `None` if it does, or if it may at another point: longer lists,
 /// fields of null.
-fn astray(summary: &Value, path: &str) -> Option<String> {
+fn missing_value_message(summary: &Value, path: &str) -> Option<String> {
     let mut at = summary;
     let mut way = String::new();
     for step in path.split('.') {

@@ -257,7 +257,7 @@ impl Link {
                 On::Ground => continue,
                 On::Support(support) => {
                     let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
-                    support.at(t).of_poses().drawn(&lever)
+                    support.at(t).of_poses().acceleration_of_fixed_point(&lever)
                 }
                 On::Body(body) => {
                     let Place { pose, twist } = &bodies[*body];

@@ -225,7 +225,7 @@ mod tests {
         {
             let [p, lam] = [0, 1].map(|k| fold[k] + off * (start[k] - fold[k]));
             let at = Equilibrium::from_lambda_p(lam, p).unwrap();
-            let expected = elastica::Passage::new(at.p, at.w, &v).unwrap();
+            let expected = elastica::FoldNormalForm::new(at.p, at.w, &v).unwrap();
             let rod = Rod::new(1.0, Linear::diagonal([1.0; 2], 1.0).unwrap()).unwrap();
             let here = Isometry3::identity();
             let (from, to) = (Attachment::ground(here), Attachment::body(0, here));

@@ -16,7 +16,7 @@
 use super::viscous_layer::{Layer, MOST_STEPS, split};
 use super::{Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
-use crate::manifold::{can_fall, fold_kernel};
+use crate::manifold::{energy_allows_landing, fold_kernel};
 use crate::math::se3::joined;
 use crate::rod::{Fallen, Wrench};
 use crate::section::{Measures, Strain, measured};
@@ -117,7 +117,7 @@ impl Link {
     /// A landing that gains energy.
     fn check_fall(&self, q: &Wrench, end: &LinkEnd, landed: f64, tolerance: f64) -> Result<()> {
         let (fold, unit) = (end.whole_energy(), self.units()[0]);
-        if can_fall(fold, landed, ENERGY_ERROR * tolerance) {
+        if energy_allows_landing(fold, landed, ENERGY_ERROR * tolerance) {
             return Ok(());
         }
         Err(Error::no_convergence(format!(
@@ -142,7 +142,7 @@ impl Link {
         let fold = self.held(q, held, tolerance)?.whole_energy();
         let settled = self.settle(q, held, tolerance).ok();
         let mut stable = self.stable(q, settled, held, tolerance)?;
-        stable.retain(|(energy, _)| can_fall(fold, *energy, ENERGY_ERROR * tolerance));
+        stable.retain(|(energy, _)| energy_allows_landing(fold, *energy, ENERGY_ERROR * tolerance));
         let landing = |(_, chart): (f64, Wrench)| Landing {
             chart,
             reached: settled.map(|settled| is_twin(&settled, &chart)),

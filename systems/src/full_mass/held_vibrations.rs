@@ -14,7 +14,7 @@ use super::rod::{Given, HeavyRod, Held};
 use super::statics::slowest;
 use crate::assembly::{Joint, Link, LinkPoint};
 use crate::body::Body;
-use crate::elastica::Passage;
+use crate::elastica::FoldNormalForm;
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::rod::{Rod, RodSection, SectionMass, Wrench};
@@ -334,7 +334,7 @@ impl Swept {
 pub fn fold_form(
     massive: &Massive,
     (link, q, point): (&Link, &Wrench, &LinkPoint),
-) -> Result<(Passage, f64)> {
+) -> Result<(FoldNormalForm, f64)> {
     let fold = link.fold((q, point), ALONG)?;
     let seen = link.facing(&point.base.pose.rotation);
     let (held, length) = (point.held(), link.rod().length());
@@ -361,7 +361,7 @@ pub fn fold_form(
     let along = Sweep::new(&along, 1.0 + fold.at.norm())?;
     let ends = pins.then(|| [Vector3::zeros(), chord.normalize()]);
     let against = resistance(massive, (&along, None), ends.as_ref())?;
-    let form = Passage {
+    let form = FoldNormalForm {
         drive: fold.drive,
         bend: fold.bend,
         mass: against.mass / massive.sections.mass,

@@ -1,14 +1,14 @@
 //! First-order inertia by any two coordinates q of the equilibria: mass and force at the end from sums along the rod.
 
-use super::Added;
+use super::AddedInertia;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
-/// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force ([`Moving`]).
+/// Position of a section and its derivatives by q, times `scale`, in axes that turn with the force ([`EndMotion`]).
 pub(super) type Field<T> = [[T; 2]; 3];
 
 /// Motion of the end.
-pub(super) struct Moving {
+pub(super) struct EndMotion {
     /// Factor of the fields. "Scaled" below means times this factor.
     pub scale: f64,
     /// Rotation from the axes of the fields to those of the clamp.
@@ -25,9 +25,9 @@ pub(super) struct Moving {
 }
 
 /// Integrand without gravity: the scaled r_q^T r_q, r_q^T `left`, and r_q x r_q at a section. `left`: the scaled r_tt
-/// at constant q', without the term of [`Moving::spin`].
+/// at constant q', without the term of [`EndMotion::spin`].
 #[inline(always)]
-pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
+pub(super) fn inertia_integrand<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     [
         dot(p, p),
         dot(p, l),
@@ -38,17 +38,17 @@ pub(super) fn pushed<T: Real>([_, p, l]: &Field<T>, left: &[T; 2]) -> [T; 6] {
     ]
 }
 
-/// Integrand with gravity: [`pushed`], then the scaled derivatives of the position by q, and the position.
+/// Integrand with gravity: [`inertia_integrand`], then the scaled derivatives of the position by q, and the position.
 #[inline(always)]
-pub(super) fn heavy<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
-    let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
+pub(super) fn inertia_integrand_with_weight<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 12] {
+    let [n11, n12, n22, f1, f2, turned] = inertia_integrand(field, left);
     let [w, p, l] = *field;
     [
         n11, n12, n22, f1, f2, turned, p[0], p[1], l[0], l[1], w[0], w[1],
     ]
 }
 
-impl Moving {
+impl EndMotion {
     /// Vector in the axes of the fields.
     #[inline(always)]
     pub fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
@@ -61,11 +61,11 @@ impl Moving {
         &self,
         [n11, n12, n22, f1, f2, turned, along @ ..]: [f64; 12],
         gravity: &Vector2<f64>,
-    ) -> Option<Added> {
+    ) -> Option<AddedInertia> {
         let weight = self.weighed(along, gravity);
         let (mass, force) = self.felt([n11, n12, n22, f1, f2, turned], &weight)?;
         let [.., x, y] = along;
-        Some(Added {
+        Some(AddedInertia {
             mass,
             force,
             centre: self.turn * Vector2::new(x, y) / self.scale,
@@ -79,7 +79,7 @@ impl Moving {
         Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
     }
 
-    /// Added mass and force from the sums of [`pushed`] and the scaled int r_q^T g ds.
+    /// Added mass and force from the sums of [`inertia_integrand`] and the scaled int r_q^T g ds.
     #[inline(always)]
     pub fn felt(
         &self,

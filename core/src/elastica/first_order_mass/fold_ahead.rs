@@ -8,7 +8,7 @@ use nalgebra::Vector2;
 
 /// Normal form of a fold ahead: A t + B a^2 drives the amplitude a of the critical shape (theory 2.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passage {
+pub struct FoldNormalForm {
     /// A = |l . v| with l = -df(z) and z the unit null vector of dr(1)/d(p, w): the speed at which the body drives
     /// the rod over the fold.
     pub drive: f64,
@@ -23,14 +23,14 @@ pub struct Passage {
 }
 
 /// Upper bound of M0, since |z| = 1. Measured over |p| < 6, w < 40: at most 0.17 at folds, 0.79 elsewhere.
-const MOST: f64 = 1.0;
+const MODAL_MASS_BOUND: f64 = 1.0;
 
 /// Inertial delay of the departure from a fold, in units of T_i: the first pole of y'' = t + y^2.
 pub const INERTIAL_ESCAPE: f64 = 3.411_684_340;
 /// Viscous delay of the departure from a fold, in units of T_v: the first zero of Airy's function.
 pub const VISCOUS_ESCAPE: f64 = 2.338_107_410;
 
-impl Passage {
+impl FoldNormalForm {
     /// Normal form at a chart point on or near a fold, for the end velocity `v`. Its coefficients are those of the
     /// fold up to terms of first order in the distance.
     ///
@@ -51,14 +51,14 @@ impl Passage {
     /// Normal form without integrals along the rod: M0 is replaced by its bound 1 and D0 by 0. Also z, by (p, lam).
     pub(super) fn ahead_of(rod: &RodInertia, v: &Vector2<f64>) -> (Self, Vector2<f64>) {
         let (at, i) = (rod.point(), &rod.integrals);
-        let Softest { along, force, .. } = Softest::of(rod);
+        let SoftestMode { along, force, .. } = SoftestMode::of(rod);
         let end = TipDerivatives::new(&at);
         let second = [end.pp, end.pl, end.ll].map(|d| Vector2::from(at.to_fixed(d)));
         let (fold, gradient) = fold_function(&end, i);
         let passage = Self {
             drive: force.dot(v).abs(),
             bend: 0.5 * force.dot(&quadratic(&second, &along)).abs(),
-            mass: MOST,
+            mass: MODAL_MASS_BOUND,
             friction: 0.0,
             ahead: (fold / gradient.dot(&along)).abs(),
         };
@@ -82,14 +82,14 @@ impl Passage {
 }
 
 /// Softest change of shape: the one that moves the end least; at a fold it leaves the end at rest.
-pub(super) struct Softest {
+pub(super) struct SoftestMode {
     /// Direction z, by (p, lam), of length 1 in (p, w).
     along: Vector2<f64>,
     /// Change of the rod's force, ell = -df(z).
     force: Vector2<f64>,
 }
 
-impl Softest {
+impl SoftestMode {
     pub(super) fn of(rod: &RodInertia) -> Self {
         let (at, i) = (rod.point(), &rod.integrals);
         let swing = &rod.clamp;
@@ -157,10 +157,10 @@ mod tests {
             for off in [1e-3, 1e-4] {
                 let (p, lam) = (fold[0] + 0.06 * off, fold[1] - 0.26 * off);
                 let w = amplitude(p, lam).unwrap();
-                let form = Passage::new(p, w, &v).unwrap();
+                let form = FoldNormalForm::new(p, w, &v).unwrap();
                 let left = form.time_ahead();
                 let rod = RodInertia::new(p, w).unwrap();
-                let soft = Softest::of(&rod);
+                let soft = SoftestMode::of(&rod);
                 let expected = (left / form.inertial(mass)).powf(1.25) * 2f64.sqrt();
                 let error = soft.sways(&rod, mass, left) / expected - 1.0;
                 assert!(error.abs() < 30.0 * off, "{off}: {error:.1e}");
@@ -170,7 +170,7 @@ mod tests {
         for k in 1..400 {
             for j in 1..100 {
                 let rod = RodInertia::new(0.01 * f64::from(k), 0.03 * f64::from(j)).unwrap();
-                let soft = Softest::of(&rod);
+                let soft = SoftestMode::of(&rod);
                 least = least
                     .min(soft.stiffness(&rod) / soft.along.dot(&(rod.metric().0 * soft.along)));
             }

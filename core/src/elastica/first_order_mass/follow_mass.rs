@@ -1,13 +1,15 @@
 //! Light rod as felt by the body at its end: choice of chart, and the range in which its mass is followed.
 
-use super::fold_ahead::{Softest, fold_function};
+use super::fold_ahead::{SoftestMode, fold_function};
 use super::near_straight::sections;
 use super::small_force::{LooseInertia, is_loose};
-use super::{Adding, OnEquilibria, Passage, ROUGH, RodInertia, TautInertia};
+use super::{Adding, FoldNormalForm, OnEquilibria, ROUGH, RodInertia, TautInertia};
 use crate::elastica::chart::Integrals;
 use crate::elastica::curvature::TipDerivatives;
 use crate::elastica::simd_sums;
-use crate::manifold::{Across, Bending, Deflected, Felt, ManifoldPoint, RodMass};
+use crate::manifold::{
+    BendingLoad, DeflectionInertia, DeflectionState, EndInertia, FirstOrderInertia, ManifoldPoint,
+};
 use crate::math::frame::Frame;
 use nalgebra::Vector2;
 
@@ -34,7 +36,7 @@ const CLEAR: f64 = 2.0;
 /// Sway of the softest shape, in radians, in the time left until a fold: below the first value the mass is no longer
 /// followed, above the second it is again. Near folds these are 2 T_i and 3 T_i (theory 2.8, 2.9).
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
-/// Scale of [`RodMass::room`] near folds: multiples of the limit at which the room counts as ample.
+/// Scale of [`FirstOrderInertia::room`] near folds: multiples of the limit at which the room counts as ample.
 const AMPLE: f64 = 16.0;
 /// Room of a fold, from bounds alone, above which the integrals along the rod need not be evaluated.
 const FAR: f64 = 0.1;
@@ -59,7 +61,7 @@ impl LightRod {
         frame: &Frame<2>,
         rod: &impl OnEquilibria,
         v: &Vector2<f64>,
-    ) -> Option<Felt<2>> {
+    ) -> Option<EndInertia<2>> {
         let carried = rod.carried(v, &self.gravity, frame)?;
         Some(carried.felt(self.mass))
     }
@@ -82,7 +84,7 @@ impl LightRod {
     }
 }
 
-impl RodMass<2> for LightRod {
+impl FirstOrderInertia<2> for LightRod {
     fn mass(&self) -> f64 {
         self.mass
     }
@@ -91,13 +93,13 @@ impl RodMass<2> for LightRod {
         self.gravity
     }
 
-    fn added(
+    fn end_inertia(
         &self,
         frame: Option<&Frame<2>>,
         [q, v]: [&Vector2<f64>; 2],
         point: &ManifoldPoint<2>,
         error: f64,
-    ) -> Option<Felt<2>> {
+    ) -> Option<EndInertia<2>> {
         // The force is lam^2 (cos alpha, sin alpha).
         let lam = point.force.norm().sqrt();
         let (p, error) = (q[0], error / self.mass);
@@ -114,7 +116,7 @@ impl RodMass<2> for LightRod {
                 return self.felt_on(frame, &LooseInertia::new(&slack()?)?, v);
             }
             (None, None) if loose => LooseInertia::new(&slack()?)?.felt(v, &gravity)?,
-            (None, Some(frame)) => return self.felt_on(frame, &slack()?.to_part(error), v),
+            (None, Some(frame)) => return self.felt_on(frame, &slack()?.with_error(error), v),
             (None, None) => simd_sums::wide(Adding {
                 p,
                 integrals: integrals(),
@@ -123,7 +125,7 @@ impl RodMass<2> for LightRod {
                 gravity,
             })?,
         };
-        Some(Felt {
+        Some(EndInertia {
             mass: mass * self.mass,
             force: push * self.mass,
             pull: Vector2::zeros(),
@@ -131,17 +133,21 @@ impl RodMass<2> for LightRod {
         })
     }
 
-    fn beside(&self, frame: Option<&Frame<2>>, at: &Deflected) -> Option<Across> {
+    fn deflection_inertia(
+        &self,
+        frame: Option<&Frame<2>>,
+        at: &DeflectionState,
+    ) -> Option<DeflectionInertia> {
         let (m, y, speed) = (self.mass, at.height, at.speed);
         let standing = Frame::<2>::at_rest();
         let frame = frame.unwrap_or(&standing);
         let gravity = frame.inward(&self.gravity);
-        let mut felt = Across {
+        let mut felt = DeflectionInertia {
             mass: 0.0,
             force: 0.0,
             pull: 0.0,
             power: 0.0,
-            bending: Bending {
+            bending: BendingLoad {
                 by_rise: 0.0,
                 rest: 0.0,
                 inertia: 0.0,
@@ -187,10 +193,10 @@ impl RodMass<2> for LightRod {
         if is_loose(&force, rod.place().x, error) {
             return self.energies_of(&LooseInertia::new(&rod)?, frame, v);
         }
-        self.energies_of(&rod.to_part(error), frame, v)
+        self.energies_of(&rod.with_error(error), frame, v)
     }
 
-    fn room(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> f64 {
+    fn validity_margin(&self, q: &Vector2<f64>, v: &Vector2<f64>, followed: bool) -> f64 {
         let bound = usize::from(!followed);
         if let Some(rod) = TautInertia::new(q[0], q[1]) {
             let ([least, most], bend) = (BENT[bound], rod.bend());
@@ -221,22 +227,22 @@ impl RodMass<2> for LightRod {
         // The sway of the rod in the time left is regular. The normal form assumes a straight run into the fold; it
         // may give more time, on another scale. Near a fold the two agree. Where the drive vanishes for a moment
         // neither is bounded, so the normal form does not start the following of a rod.
-        let clear = |fold: &Passage| {
+        let clear = |fold: &FoldNormalForm| {
             let inertial = CLEAR * fold.inertial(self.mass);
             (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE
         };
         // Most folds are far away; a bound without integrals tells.
         if followed {
-            let far = clear(&Passage::ahead_of(&rod, v).0);
+            let far = clear(&FoldNormalForm::ahead_of(&rod, v).0);
             if far > FAR {
                 return free.min(far);
             }
         }
-        let rod = rod.to_part(ROUGH);
-        let sways = Softest::of(&rod).sways(&rod, self.mass, left);
+        let rod = rod.with_error(ROUGH);
+        let sways = SoftestMode::of(&rod).sways(&rod, self.mass, left);
         let mut room = (sways / SWAYS[bound] - 1.0) / AMPLE;
         if followed {
-            room = room.max(clear(&Passage::of(&rod, v)));
+            room = room.max(clear(&FoldNormalForm::of(&rod, v)));
         }
         free.min(room)
     }

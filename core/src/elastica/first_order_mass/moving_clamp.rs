@@ -6,16 +6,16 @@
 //! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) .
 //! (w J r + d) ds.
 
-use super::end_inertia::{Field, Moving, aside, cross, dot, pushed};
-use super::{Added, AtSection, OnEquilibria, RodInertia, Turning};
+use super::end_inertia::{EndMotion, Field, aside, cross, dot, inertia_integrand};
+use super::{AddedInertia, AtSection, OnEquilibria, RodInertia, Turning};
 use crate::elastica::curvature::Swing;
-use crate::manifold::Felt;
+use crate::manifold::EndInertia;
 use crate::math::frame::Frame;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 
 /// Contribution of a unit of the rod's mass where the clamp moves.
-pub(super) struct CarriedRod {
+pub(super) struct MovingClampInertia {
     /// int P^T P ds.
     mass: Matrix2<f64>,
     force: Vector2<f64>,
@@ -28,10 +28,10 @@ pub(super) struct CarriedRod {
     pub centre: Vector2<f64>,
 }
 
-impl CarriedRod {
+impl MovingClampInertia {
     /// Inertia of a rod of the mass `mass`.
-    pub fn felt(&self, mass: f64) -> Felt<2> {
-        Felt {
+    pub fn felt(&self, mass: f64) -> EndInertia<2> {
+        EndInertia {
             mass: self.mass * mass,
             force: self.force * mass,
             pull: self.pull * mass,
@@ -40,10 +40,10 @@ impl CarriedRod {
     }
 }
 
-/// Integrand on a moving clamp: [`pushed`], then the sums that frame velocity and acceleration need.
+/// Integrand on a moving clamp: [`inertia_integrand`], then the sums that frame velocity and acceleration need.
 #[inline(always)]
-pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
-    let [n11, n12, n22, f1, f2, turned] = pushed(field, left);
+pub(super) fn moving_clamp_integrand<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
+    let [n11, n12, n22, f1, f2, turned] = inertia_integrand(field, left);
     let [w, p, l] = field;
     [
         n11,
@@ -69,19 +69,19 @@ pub(super) fn carried<T: Real>(field: &Field<T>, left: &[T; 2]) -> [T; 20] {
     ]
 }
 
-/// Integrand [`carried`].
+/// Integrand [`moving_clamp_integrand`].
 struct Moved<'a>(&'a Turning);
 
 impl AtSection<20> for Moved<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
         let field = rod.field(part, here);
-        carried(&field, &self.0.left(part, here))
+        moving_clamp_integrand(&field, &self.0.left(part, here))
     }
 }
 
 impl OnEquilibria for RodInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
         self.added(v, gravity)
     }
 
@@ -90,21 +90,21 @@ impl OnEquilibria for RodInertia {
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<CarriedRod> {
+    ) -> Option<MovingClampInertia> {
         let (moving, turning) = self.moving(v)?;
         moving.carried(self.integrals(&Moved(&turning)), v, gravity, frame)
     }
 }
 
-impl Moving {
-    /// Inertia felt by end and clamp, from the sums of [`carried`].
+impl EndMotion {
+    /// Inertia felt by end and clamp, from the sums of [`moving_clamp_integrand`].
     pub(super) fn carried(
         &self,
         sums: [f64; 20],
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<CarriedRod> {
+    ) -> Option<MovingClampInertia> {
         let Self {
             turn,
             inverse,
@@ -120,7 +120,8 @@ impl Moving {
         let square = turn_rate * turn_rate;
         // Axes of the fields; r, r_p, r_l and r_tt (at constant q') carry the scale.
         let drift = self.turned(&frame.carried(&Vector2::zeros()));
-        let pushed = frame.inward(&(frame.drawn(&Vector2::zeros()) - gravity));
+        let pushed =
+            frame.inward(&(frame.acceleration_of_fixed_point(&Vector2::zeros()) - gravity));
         let pushed = self.turned(&pushed);
         let (by_p, by_l) = (Vector2::new(p1, p2), Vector2::new(l1, l2));
         let centre = Vector2::new(x, y) * per;
@@ -157,7 +158,7 @@ impl Moving {
         let still = 0.5
             * (square * ww * per * per + frame.carried(&Vector2::zeros()).norm_squared())
             + turn_rate * aside(&centre).dot(&frame.carried(&Vector2::zeros()));
-        Some(CarriedRod {
+        Some(MovingClampInertia {
             mass,
             force,
             pull,

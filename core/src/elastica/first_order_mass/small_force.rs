@@ -19,9 +19,9 @@
 //!
 //! All are evaluated at the nodes of the Gauss rule that integrates along the rod.
 
-use super::end_inertia::{Field, Moving, heavy};
-use super::moving_clamp::{CarriedRod, carried};
-use super::{Added, OnEquilibria, RodInertia};
+use super::end_inertia::{EndMotion, Field, inertia_integrand_with_weight};
+use super::moving_clamp::{MovingClampInertia, moving_clamp_integrand};
+use super::{AddedInertia, OnEquilibria, RodInertia};
 use crate::math::frame::Frame;
 use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
@@ -134,7 +134,7 @@ impl LooseInertia {
 
     /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives at
     /// constant F'; `None` at a fold.
-    fn moving(&self, v: &Vector2<f64>) -> Option<(Moving, Fields)> {
+    fn moving(&self, v: &Vector2<f64>) -> Option<(EndMotion, Fields)> {
         let (place, _) = Self::drawn([self.cos, self.sin]);
         let [(by_x, end_x), (by_y, end_y)] =
             [0, 1].map(|k| Self::drawn(self.turned(&self.by_force[k])));
@@ -151,7 +151,7 @@ impl LooseInertia {
             y - self.sin.component_mul(&square),
         ];
         let (second, end) = Self::drawn(second);
-        let moving = Moving {
+        let moving = EndMotion {
             scale: 1.0,
             turn: Matrix2::identity(),
             inverse,
@@ -193,9 +193,9 @@ fn sums<const K: usize>(
 }
 
 impl OnEquilibria for LooseInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
         let (moving, fields) = self.moving(v)?;
-        moving.added(sums(&fields, heavy), gravity)
+        moving.added(sums(&fields, inertia_integrand_with_weight), gravity)
     }
 
     fn carried(
@@ -203,9 +203,9 @@ impl OnEquilibria for LooseInertia {
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<CarriedRod> {
+    ) -> Option<MovingClampInertia> {
         let (moving, fields) = self.moving(v)?;
-        moving.carried(sums(&fields, carried), v, gravity, frame)
+        moving.carried(sums(&fields, moving_clamp_integrand), v, gravity, frame)
     }
 }
 

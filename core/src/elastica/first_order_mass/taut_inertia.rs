@@ -12,9 +12,9 @@
 //! of y: T y_T = y, lam y_lam = -rho y, rho = lam - u coth u. Where y is negligible the position and its derivatives
 //! are linear in sigma, and two nodes serve all of that part.
 
-use super::end_inertia::{Field, Moving, heavy, pushed};
-use super::moving_clamp::{CarriedRod, carried};
-use super::{Added, EXACT, OnEquilibria, ROUGH, nodes};
+use super::end_inertia::{EndMotion, Field, inertia_integrand, inertia_integrand_with_weight};
+use super::moving_clamp::{MovingClampInertia, moving_clamp_integrand};
+use super::{AddedInertia, EXACT, OnEquilibria, ROUGH, nodes};
 use crate::elastica::chart::Integrals;
 use crate::elastica::shape_by_theta::{reach_of_bend, rule_of_bend};
 use crate::elastica::simd_sums::{self, InLanes, Lanes};
@@ -127,7 +127,7 @@ impl TautInertia {
     }
 
     /// Added mass, force and centre, as [`RodInertia::added`](super::RodInertia::added).
-    pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+    pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
         let moving = self.moving(v)?;
         moving.added(self.integrals(&Heavy, &moving.rate), gravity)
     }
@@ -139,7 +139,7 @@ impl TautInertia {
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        simd_sums::wide(Feeling {
+        simd_sums::wide(WideInertia {
             rod: self,
             v,
             gravity,
@@ -147,7 +147,7 @@ impl TautInertia {
     }
 
     #[inline(always)]
-    fn moving(&self, v: &Vector2<f64>) -> Option<Moving> {
+    fn moving(&self, v: &Vector2<f64>) -> Option<EndMotion> {
         let end = self.end();
         let [_, by_t, by_l] = self.field(&end);
         let inverse = Matrix2::new(by_t[0], by_l[0], by_t[1], by_l[1]).try_inverse()?;
@@ -157,7 +157,7 @@ impl TautInertia {
         let turn = Matrix2::new(cos, -sin, sin, cos);
         let scale = 0.25 * self.lam;
         let rate = inverse * turn.tr_mul(v) * scale;
-        Some(Moving {
+        Some(EndMotion {
             scale,
             turn,
             inverse,
@@ -168,7 +168,7 @@ impl TautInertia {
     }
 
     /// Integrals along the rod while (ln T, ln lam) changes at `rate`.
-    fn integrals<const K: usize>(&self, each: &impl Asked<K>, rate: &Vector2<f64>) -> [f64; K] {
+    fn integrals<const K: usize>(&self, each: &impl Integrand<K>, rate: &Vector2<f64>) -> [f64; K] {
         let ([places, weights], rod) = (self.nodes(), self);
         let bend = simd_sums::sums(&Sections { rod, each, rate }, places, weights);
         self.with_straight(bend, each, rate)
@@ -186,7 +186,7 @@ impl TautInertia {
     fn with_straight<const K: usize>(
         &self,
         mut means: [f64; K],
-        each: &impl Asked<K>,
+        each: &impl Integrand<K>,
         rate: &Vector2<f64>,
     ) -> [f64; K] {
         let half = 0.5 * (self.lam - self.reach);
@@ -311,7 +311,7 @@ impl TautInertia {
 }
 
 impl OnEquilibria for TautInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<Added> {
+    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
         self.added(v, gravity)
     }
 
@@ -320,20 +320,20 @@ impl OnEquilibria for TautInertia {
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<CarriedRod> {
+    ) -> Option<MovingClampInertia> {
         let moving = self.moving(v)?;
         moving.carried(self.integrals(&Moved, &moving.rate), v, gravity, frame)
     }
 }
 
 /// Computation of [`TautInertia::felt`], all compiled for wide registers: every step of a run needs it.
-struct Feeling<'a> {
+struct WideInertia<'a> {
     rod: &'a TautInertia,
     v: &'a Vector2<f64>,
     gravity: &'a Vector2<f64>,
 }
 
-impl WithSimd for Feeling<'_> {
+impl WithSimd for WideInertia<'_> {
     type Output = Option<(Matrix2<f64>, Vector2<f64>)>;
 
     #[inline(always)]
@@ -355,34 +355,34 @@ impl WithSimd for Feeling<'_> {
 }
 
 /// Integrand of K components at a section.
-trait Asked<const K: usize> {
+trait Integrand<const K: usize> {
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; K];
 }
 
 struct Weightless;
 
-impl Asked<6> for Weightless {
+impl Integrand<6> for Weightless {
     #[inline(always)]
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 6] {
-        pushed(field, second)
+        inertia_integrand(field, second)
     }
 }
 
 struct Heavy;
 
-impl Asked<12> for Heavy {
+impl Integrand<12> for Heavy {
     #[inline(always)]
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 12] {
-        heavy(field, second)
+        inertia_integrand_with_weight(field, second)
     }
 }
 
 struct Moved;
 
-impl Asked<20> for Moved {
+impl Integrand<20> for Moved {
     #[inline(always)]
     fn of<T: Real>(&self, field: &Field<T>, second: &[T; 2]) -> [T; 20] {
-        carried(field, second)
+        moving_clamp_integrand(field, second)
     }
 }
 
@@ -392,7 +392,7 @@ struct Sections<'a, E> {
     rate: &'a Vector2<f64>,
 }
 
-impl<E: Asked<K>, const K: usize> InLanes<K> for Sections<'_, E> {
+impl<E: Integrand<K>, const K: usize> InLanes<K> for Sections<'_, E> {
     #[inline(always)]
     fn at<S: Simd>(&self, part: Lanes<S>) -> [Lanes<S>; K] {
         let here = self.rod.section(part);

@@ -115,7 +115,7 @@ impl HeavyAssembly {
                 Seat {
                     pose: frame.pose() * site.place,
                     twist,
-                    bias: frame.of_poses().drawn(&lever),
+                    bias: frame.of_poses().acceleration_of_fixed_point(&lever),
                     driven: twist,
                     by,
                     on: None,
