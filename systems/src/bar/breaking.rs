@@ -1,4 +1,5 @@
-//! When waves break: the envelope of characteristics from a loaded end, and the law of acceleration waves (docs/bars.md 1).
+//! When waves break: the envelope of characteristics from a loaded end, and the law of acceleration waves
+//! (docs/bars.md 1).
 
 use super::{Bar, End, Material, WaveKind};
 
@@ -16,10 +17,10 @@ pub struct Breaking {
 /// Samples of a smooth part of a load's history, from which the first crossing is bracketed.
 const SAMPLES: usize = 4000;
 
-/// The first shock of the waves that a load in time sends into a bar at rest in a uniform state, if it forms before `until` and
-/// before a wave from the other end, reflected or its own, can have reached it: the envelope of the characteristics, X = c^2/(dc/dtau) from the end and
-/// t = tau + X/c for the time tau of emission (docs/bars.md 1). None if no shock forms so, or if the ends and the start are
-/// others.
+/// The first shock of the waves that a load in time sends into a bar at rest in a uniform state, if it forms before
+/// `until` and before a wave from the other end, reflected or its own, can have reached it: the envelope of the
+/// characteristics, X = c^2/(dc/dtau) from the end and t = tau + X/c for the time tau of emission (docs/bars.md 1).
+/// None if no shock forms so, or if the ends and the start are others.
 pub fn first(bar: &Bar, until: f64) -> Option<Breaking> {
     let [stretch, velocity] = bar.at_start(0.0);
     let samples = 64;
@@ -114,8 +115,8 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
     })
 }
 
-/// Since when the load of an end does not hold the bar as it rests, and the speed in the fastest state that it gives the end before `until`; None if it
-/// holds the bar.
+/// Since when the load of an end does not hold the bar as it rests, and the speed in the fastest state that it gives
+/// the end before `until`; None if it holds the bar.
 fn wakened(bar: &Bar, side: usize, until: f64) -> Option<(f64, f64)> {
     let (material, rest) = (bar.material(), bar.at_start(0.0)[0]);
     let sign = if side == 0 { -1.0 } else { 1.0 };
@@ -143,7 +144,8 @@ fn wakened(bar: &Bar, side: usize, until: f64) -> Option<(f64, f64)> {
 pub struct AccelerationWave {
     /// The jump at the start, positive if it pushes the way the front goes, and compresses.
     pub start: f64,
-    /// When the jump has grown beyond bounds and a shock forms; where this is negative, it decays. Infinite for a linear law.
+    /// When the jump has grown beyond bounds and a shock forms; where this is negative, it decays. Infinite for a
+    /// linear law.
     pub blow_up: f64,
     /// How far the front has gone until then.
     pub distance: f64,

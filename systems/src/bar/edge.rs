@@ -16,8 +16,8 @@ pub(super) struct Edge {
 }
 
 impl Bar {
-    /// The one-sided Riemann problem at an end (0 left, 1 right) with cells of width `h` and the states \[stretch, velocity\], the
-    /// velocity of the mass and the force of the load with its rate.
+    /// The one-sided Riemann problem at an end (0 left, 1 right) with cells of width `h` and the states
+    /// \[stretch, velocity\], the velocity of the mass and the force of the load with its rate.
     pub(super) fn edge(
         &self,
         side: usize,
@@ -38,8 +38,8 @@ impl Bar {
             - (8.0 * (v0 - 2.0 * v1 + v2) / (v0 - v2 + f64::MIN_POSITIVE))
                 .powi(2)
                 .min(1.0);
-        // From the last cell to the end. One variable is given there, and what the load or the mass does says how the other
-        // varies: density v_t = sigma_X, lam_t = v_X.
+        // From the last cell to the end. One variable is given there, and what the load or the mass does says how the
+        // other varies: density v_t = sigma_X, lam_t = v_X.
         let half = 0.5 * sign * h;
         let inside = match &self.ends[side] {
             End::Loaded(_) => {
@@ -88,8 +88,9 @@ impl Bar {
             End::Wall => moving(0.0),
             End::Mass { mass: m, .. } => {
                 let held = moving(mass)?;
-                // A body that is lighter than what the waves pass in a step would overtake the bar that pulls it. It moves as
-                // if it had this mass, and the end feels the rest of the load: as the body vanishes, it is a free end.
+                // A body that is lighter than what the waves pass in a step would overtake the bar that pulls it. It
+                // moves as if it had this mass, and the end feels the rest of the load: as the body vanishes, it is a
+                // free end.
                 let share = m / (COURANT * material.density() * self.area * h);
                 if share >= 1.0 {
                     return Ok(held);

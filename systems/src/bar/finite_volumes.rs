@@ -1,15 +1,16 @@
 //! Finite volumes: limited slopes of the characteristic variables, a Riemann solver at every face, SSP-RK3.
 //!
-//! At a face the solver takes acoustic waves into both sides, with the impedance of the shock where that is greater: single shocks are
-//! exact. Where the waves are strong, or an inflection of the stress lies between the states, it solves the Riemann problem of the
-//! cells exactly, by the hull of the stress. For stretch and momentum the energy is an entropy with the potential -sigma v, and the scheme loses at a face
+//! At a face the solver takes acoustic waves into both sides, with the impedance of the shock where that is greater:
+//! single shocks are exact. Where the waves are strong, or an inflection of the stress lies between the states, it
+//! solves the Riemann problem of the cells exactly, by the hull of the stress. For stretch and momentum the energy is
+//! an entropy with the potential -sigma v, and the scheme loses at a face
 //!
 //! ```text
 //! D = [sigma] (v* - mean v) + [v] (sigma* - mean sigma)
 //! ```
 //!
-//! (Tadmor), brackets and means of the cells; their sum is the loss but for errors of the steps in time. Without slopes every D is
-//! positive, whatever the impedances.
+//! (Tadmor), brackets and means of the cells; their sum is the loss but for errors of the steps in time. Without
+//! slopes every D is positive, whatever the impedances.
 
 use super::edge::Edge;
 use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Snapshot, no_time};
@@ -281,9 +282,9 @@ impl FiniteVolumes {
 
     /// Solves the Riemann problem of the two cells exactly at the faces where acoustic waves do not do.
     ///
-    /// Across an inflection of the stress waves may be compound, and a jump that meets the jump conditions need not be one that
-    /// the material makes: the impedance of the chord would keep it for ever. Where the waves are strong, those of the state
-    /// between the cells are faster than all that the cells know of.
+    /// Across an inflection of the stress waves may be compound, and a jump that meets the jump conditions need not
+    /// be one that the material makes: the impedance of the chord would keep it for ever. Where the waves are strong,
+    /// those of the state between the cells are faster than all that the cells know of.
     fn solve_exactly(&mut self, lam: &[f64], v: &[f64]) -> Result<()> {
         let (material, density) = (&self.bar.material, self.bar.material.density());
         let Scratch {
@@ -491,8 +492,8 @@ fn sloped(steep: f64, sigma: f64, v: f64, z: f64, before: [f64; 2], after: [f64;
     [sigma - ds, v - dv, sigma + ds, v + dv]
 }
 
-/// The central slope where that is at most `steep` times the lesser of both: with 2 it keeps the bounds of the neighbours (van Leer's
-/// monotonized central limiter), with 1 it is the lesser of them.
+/// The central slope where that is at most `steep` times the lesser of both: with 2 it keeps the bounds of the
+/// neighbours (van Leer's monotonized central limiter), with 1 it is the lesser of them.
 #[inline]
 pub(super) fn limited(steep: f64, a: f64, b: f64) -> f64 {
     let size = (steep * a.abs())

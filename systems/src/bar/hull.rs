@@ -31,8 +31,9 @@ pub struct Wave {
 const SAMPLES: usize = 12;
 
 impl Material {
-    /// The parts of the wave that changes the stretch `ahead` of it to the stretch `behind` it, the foremost first: the upper
-    /// concave hull of the stress if the wave stretches, the lower convex hull if it shortens; chords are shocks, arcs fans.
+    /// The parts of the wave that changes the stretch `ahead` of it to the stretch `behind` it, the foremost first:
+    /// the upper concave hull of the stress if the wave stretches, the lower convex hull if it shortens; chords are
+    /// shocks, arcs fans.
     pub fn waves(&self, ahead: f64, behind: f64) -> Vec<Wave> {
         let arc = |from, to| Wave {
             kind: WaveKind::Fan,
@@ -100,16 +101,16 @@ impl Material {
         (rise / (to - from) / self.density()).sqrt()
     }
 
-    /// Energy that a shock dissipates per area and time: its speed times the area between the stress and its chord. Negative
-    /// for a jump that no material makes.
+    /// Energy that a shock dissipates per area and time: its speed times the area between the stress and its chord.
+    /// Negative for a jump that no material makes.
     pub fn dissipation(&self, ahead: f64, behind: f64) -> f64 {
         let [w0, s0, ..] = self.jet(ahead);
         let [w1, s1, ..] = self.jet(behind);
         self.chord_speed(ahead, behind) * (w0 - w1 - 0.5 * (s0 + s1) * (ahead - behind))
     }
 
-    /// How much the wave from `ahead` to `behind` changes the velocity, positive if it stretches, and the derivative of that
-    /// by `behind`: a wave that goes towards -X adds it, one that goes towards +X takes it away.
+    /// How much the wave from `ahead` to `behind` changes the velocity, positive if it stretches, and the derivative
+    /// of that by `behind`: a wave that goes towards -X adds it, one that goes towards +X takes it away.
     pub fn rise(&self, ahead: f64, behind: f64) -> (f64, f64) {
         let jump = |from: f64, to: f64| {
             let speed = self.chord_speed(from, to);

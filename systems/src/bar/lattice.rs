@@ -1,7 +1,8 @@
 //! The schemes of the thesis on linear elements (docs/bars.md 2), by name, with the faults that they have.
 //!
-//! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form. The stretch forms
-//! move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has the stretch of its load.
+//! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form.
+//! The stretch forms move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has
+//! the stretch of its load.
 
 use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Scheme, Snapshot, no_time};
 use crate::error::{Cause, Error, Result, Stuck};
@@ -32,7 +33,8 @@ impl Lattice {
     /// The bar on so many elements, with steps of at most `time_step`.
     ///
     /// # Errors
-    /// Fewer than 2 elements; another scheme; ends or a start that it cannot have; [`Scheme::StretchTaylor`] unless `unstable`.
+    /// Fewer than 2 elements; another scheme; ends or a start that it cannot have; [`Scheme::StretchTaylor`] unless
+    /// `unstable`.
     pub fn new(
         bar: &Bar,
         scheme: Scheme,
@@ -332,7 +334,8 @@ impl Lattice {
         }
         if self.bar.ends[0] != End::Wall {
             let last = sums[sums.len() - 1];
-            // The right wall stands at the length of the bar at the start, 0 as a velocity: shifts do not matter to either.
+            // The right wall stands at the length of the bar at the start, 0 as a velocity: shifts do not matter to
+            // either.
             sums.iter_mut().for_each(|sum| *sum -= last);
         }
         sums

@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 use crate::math::gauss::Rule;
 use crate::solve::roots::chandrupatla;
 
-/// A law as a scene writes it; sigma is force per undeformed area. The neo-Hookean, Mooney and Biderman laws are those of an
-/// incompressible material in uniaxial stress, I1 = lam^2 + 2/lam, I2 = 2 lam + 1/lam^2.
+/// A law as a scene writes it; sigma is force per undeformed area. The neo-Hookean, Mooney and Biderman laws are
+/// those of an incompressible material in uniaxial stress, I1 = lam^2 + 2/lam, I2 = 2 lam + 1/lam^2.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stress {
     /// sigma = modulus (lam - 1).
@@ -63,7 +63,8 @@ impl Material {
     /// The law with a density.
     ///
     /// # Errors
-    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at lam = 1.
+    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at lam
+    /// = 1.
     pub fn new(stress: &Stress, density: f64) -> Result<Self> {
         positive("density", density)?;
         let kind = match stress {
@@ -142,7 +143,8 @@ impl Material {
         (self.jet(lam)[2] / self.density).sqrt()
     }
 
-    /// The greatest speed of waves at the stretches from `a` to `b`: none of the parts of the wave between them is faster.
+    /// The greatest speed of waves at the stretches from `a` to `b`: none of the parts of the wave between them is
+    /// faster.
     pub(super) fn fastest(&self, a: f64, b: f64) -> f64 {
         let (low, high) = (a.min(b), a.max(b));
         let inner = self.inflections.iter().copied();
@@ -394,7 +396,8 @@ fn cubic(a: &Knot, b: &Knot, lam: f64) -> [f64; 4] {
     ]
 }
 
-/// Slopes by the weighted harmonic mean of Fritsch and Butland, at most twice the lesser secant: the cubics grow strictly.
+/// Slopes by the weighted harmonic mean of Fritsch and Butland, at most twice the lesser secant: the cubics grow
+/// strictly.
 fn knots(rows: &[[f64; 2]]) -> Result<Vec<Knot>> {
     let grows = rows
         .windows(2)

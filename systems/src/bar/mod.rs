@@ -6,9 +6,10 @@
 //! lam_t = v_X,   density v_t = sigma(lam)_X.
 //! ```
 //!
-//! A [`Bar`] is computed by one of the [`Scheme`]s. [`FiniteVolumes`] is the one to use where there are shocks, [`Spectral`] where the
-//! motion stays smooth; the others are the schemes of the thesis from which the examples come, with their faults. [`Material`] holds
-//! the law and solves Riemann problems exactly, of laws with inflections, too; [`breaking`] says when a load at an end makes a shock.
+//! A [`Bar`] is computed by one of the [`Scheme`]s. [`FiniteVolumes`] is the one to use where there are shocks,
+//! [`Spectral`] where the motion stays smooth; the others are the schemes of the thesis from which the examples come,
+//! with their faults. [`Material`] holds the law and solves Riemann problems exactly, of laws with inflections, too;
+//! [`breaking`] says when a load at an end makes a shock.
 
 pub mod breaking;
 mod edge;
@@ -301,7 +302,8 @@ fn no_time(at: f64) -> Stuck {
     Stuck::new(at, Cause::Failed(Error::ill_conditioned(why)), remedy)
 }
 
-/// Sets a bar in motion. `cells` are cells or elements, of the spectral scheme nodes; without a `time_step` the scheme chooses.
+/// Sets a bar in motion. `cells` are cells or elements, of the spectral scheme nodes; without a `time_step` the
+/// scheme chooses.
 ///
 /// # Errors
 /// What the scheme cannot compute, and why; [`Scheme::StretchTaylor`] unless `unstable` is true.
@@ -394,7 +396,8 @@ pub struct Ledger {
     pub work: f64,
     /// Energy at the start + work - kinetic - strain: what shocks have dissipated, and errors of the scheme.
     pub lost: f64,
-    /// What the scheme dissipates by design, counted where it does so: an independent sum for `lost`. Zero in schemes without.
+    /// What the scheme dissipates by design, counted where it does so: an independent sum for `lost`. Zero in schemes
+    /// without.
     pub dissipated: f64,
     /// Momentum along +X.
     pub momentum: f64,

@@ -61,8 +61,8 @@ impl Material {
         Ok([stretch, 0.5 * (left[1] + a + right[1] - b)])
     }
 
-    /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see [`Material::rise`]: at a
-    /// wall, or at a mass, whose velocity is known.
+    /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see
+    /// [`Material::rise`]: at a wall, or at a mass, whose velocity is known.
     ///
     /// # Errors
     /// A rise that no stretch in the reach of the law gives.

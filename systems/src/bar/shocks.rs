@@ -30,8 +30,8 @@ const FAINT: f64 = 0.02;
 
 /// The shocks in a state on equal cells, by growing position.
 ///
-/// A shock is a monotone passage of few cells between states that are flat beside it, which meets the jump conditions and
-/// dissipates. Its place is where a jump between these states would hold the same material stretched.
+/// A shock is a monotone passage of few cells between states that are flat beside it, which meets the jump conditions
+/// and dissipates. Its place is where a jump between these states would hold the same material stretched.
 pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
     let (lam, v) = (&state.stretch, &state.velocity);
     let n = lam.len();

@@ -1,4 +1,5 @@
-//! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For motions that stay smooth.
+//! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For motions that
+//! stay smooth.
 
 use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot};
 use crate::error::{Cause, Error, Result, Stuck};
@@ -11,7 +12,8 @@ pub struct Spectral {
     element: Element,
     integrator: Dop853<DVector<f64>>,
     step: Step<DVector<f64>>,
-    /// The bar's own units of the states, against which errors count: metal in metres would else be asked for digits below rounding.
+    /// The bar's own units of the states, against which errors count: metal in metres would else be asked for digits
+    /// below rounding.
     units: DVector<f64>,
     extremes: [Extremes; 2],
     /// Energy and momentum at the start.

@@ -1,7 +1,7 @@
 //! How long the steps of a scheme may be, by experiment: small disturbances of a linear bar.
 //!
-//! The thesis proves h/dt > sqrt(6) c (5.28) for consistent and h/dt > sqrt(2) c (5.34) for lumped mass. These suffice while the
-//! motion is smooth, but instability begins later, at c dt/h = 1/sqrt(3) and 1.
+//! The thesis proves h/dt > sqrt(6) c (5.28) for consistent and h/dt > sqrt(2) c (5.34) for lumped mass. These
+//! suffice while the motion is smooth, but instability begins later, at c dt/h = 1/sqrt(3) and 1.
 
 use super::{Bar, End, Lattice, Material, Motion, Scheme, Stress};
 use crate::body::History;
@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 /// Elements of the experiments.
 const ELEMENTS: usize = 60;
 
-/// Growth per step of small disturbances of a linear bar, at r = c dt/h, over so many steps: that of the fastest wave, 1 where none
-/// grows.
+/// Growth per step of small disturbances of a linear bar, at r = c dt/h, over so many steps: that of the fastest
+/// wave, 1 where none grows.
 ///
 /// # Errors
 /// A scheme that is none on linear elements.

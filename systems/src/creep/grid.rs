@@ -62,8 +62,8 @@ impl Grid {
         Self::new(&[], &[nodes])
     }
 
-    /// The grid with so many nodes on each of its elements, on which curves are drawn. The first is kept: its matrices cost more
-    /// than a curve.
+    /// The grid with so many nodes on each of its elements, on which curves are drawn. The first is kept: its
+    /// matrices cost more than a curve.
     pub fn finer(&self, nodes: usize) -> Arc<Self> {
         let make = || {
             let counts = vec![nodes; self.elements.len()];
@@ -299,8 +299,8 @@ impl Element {
 
     /// int_0^{s_i} f at the nodes of the element into `out`, given int f `before` it and its own `total`.
     ///
-    /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each other,
-    /// int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
+    /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each
+    /// other, int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
     fn integrate_into<const K: usize>(
         &self,
         f: &[SVector<f64, K>],

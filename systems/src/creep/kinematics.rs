@@ -13,7 +13,8 @@ pub type AtEnd<const D: usize> = SVector<f64, D>;
 /// Where an end is, and the energy that its rod dissipates per time; None as long as it is not known.
 pub type Ended<P> = Option<(P, f64)>;
 
-/// What a dead load along a rod makes of it: local resultants g at the nodes, beside those of the end wrench, and its potential -int f.r.
+/// What a dead load along a rod makes of it: local resultants g at the nodes, beside those of the end wrench, and its
+/// potential -int f.r.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Borne<const M: usize> {
     /// g at the nodes.
@@ -35,7 +36,8 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     /// The pose of the end.
     type Pose: Debug + Clone;
 
-    /// Makes `shape` that of the rod with `strains` at the nodes; None, and the shape is of no use, if a strain is not finite.
+    /// Makes `shape` that of the rod with `strains` at the nodes; None, and the shape is of no use, if a strain is
+    /// not finite.
     fn reshape(
         &self,
         grid: &Grid,
@@ -97,9 +99,10 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
     /// The pose in these numbers.
     fn place(pose: &Self::Pose, out: &mut [f64]);
 
-    /// What end wrenches make of several states at once, Q_i w at the nodes, node by node at the head of each of `out`; each state begins with its strains,
-    /// node by node. With a `law` it is the strain rates that are put there. Where the ends are comes with the energy that is dissipated per
-    /// time, which is 0 without a law. False if that is to be done one by one.
+    /// What end wrenches make of several states at once, Q_i w at the nodes, node by node at the head of each of
+    /// `out`; each state begins with its strains, node by node. With a `law` it is the strain rates that are put
+    /// there. Where the ends are comes with the energy that is dissipated per time, which is 0 without a law. False
+    /// if that is to be done one by one.
     fn loaded(
         &self,
         _grid: &Grid,

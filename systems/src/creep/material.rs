@@ -8,7 +8,8 @@ use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
-/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can change.
+/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can
+/// change.
 #[derive(Debug, Clone)]
 pub struct Material<const M: usize> {
     law: Viscoelastic,
@@ -22,7 +23,8 @@ pub struct Material<const M: usize> {
     load: Option<Distributed>,
 }
 
-/// A law that is linear and the same all along the rod, without memory: e_t = fluidity (resultants - stiffness (e - rest)).
+/// A law that is linear and the same all along the rod, without memory: e_t = fluidity (resultants - stiffness (e -
+/// rest)).
 #[derive(Debug, Clone)]
 pub struct Constant<const M: usize> {
     /// The stiffness.
@@ -210,8 +212,9 @@ impl<const M: usize> Material<M> {
         Some(self.among(&free.tangent))
     }
 
-    /// What [`Self::stored`] and [`Self::creep`] give without energy and derivatives: the strain rates under local resultants of which the
-    /// Maxwell branches have taken their share, and the overstress that the stored energy leaves of them.
+    /// What [`Self::stored`] and [`Self::creep`] give without energy and derivatives: the strain rates under local
+    /// resultants of which the Maxwell branches have taken their share, and the overstress that the stored energy
+    /// leaves of them.
     #[inline(always)]
     pub fn flowing(&self, s: f64, e: &Local<M>, left: &Local<M>) -> Option<(Local<M>, Local<M>)> {
         let Some(h) = &self.hoisted else {

@@ -9,15 +9,17 @@
 //! V is the velocity of the end, so that w1 follows from the positive definite G = int Q^T dR Q (AMV (5.10)); pose and
 //! shape follow from the strains.
 //!
-//! * [`crate::section::rate`]: laws of friction, D(e, e_t) and its inverse R: Kelvin-Voigt, Carreau, a barrier at total compression, a
-//!   user's potential. [`Viscoelastic`](crate::section::rate::Viscoelastic) joins one with a stored energy and Maxwell branches.
+//! * [`crate::section::rate`]: laws of friction, D(e, e_t) and its inverse R: Kelvin-Voigt, Carreau, a barrier at
+//!   total compression, a user's potential. [`Viscoelastic`](crate::section::rate::Viscoelastic) joins one with a
+//!   stored energy and Maxwell branches.
 //! * [`material`]: such a section without dimensions, seen through those M of its six strains that can change.
 //! * [`grid`]: Gauss nodes along the rod, in elements between the places where its law is not smooth; integrals, values
 //!   between nodes, and the Legendre tails that say how well a field is resolved.
-//! * [`kinematics`]: what a shape must give: pose of the end, Q and their derivatives. [`plane`]: inextensible rods in a
-//!   plane, the angle integrated exactly. [`space`]: rods in space with 3, 4 or 6 strains, the rotation by collocation.
-//! * [`reduced`]: the rod seen from its end. At given strains and memory it turns V into w1 and e_t, or w1 into e_t, with
-//!   the linearisation that implicit steps use.
+//! * [`kinematics`]: what a shape must give: pose of the end, Q and their derivatives. [`plane`]: inextensible rods
+//!   in a plane, the angle integrated exactly. [`space`]: rods in space with 3, 4 or 6 strains, the rotation by
+//!   collocation.
+//! * [`reduced`]: the rod seen from its end. At given strains and memory it turns V into w1 and e_t, or w1 into e_t,
+//!   with the linearisation that implicit steps use.
 //! * [`place`]: the pose of the end as numbers in a state, for implicit steps that hold the place and not the velocity.
 //! * [`kernel`]: small motions about the straight rod: spring, dashpot, memory kernel, and when there is none (6.15).
 //!

@@ -1,7 +1,7 @@
 //! Poses of the end carried along as numbers: a position, after a quaternion (w, x, y, z) if the end's rotation counts.
 //!
-//! A state that carries its pose beside its strains can ask for poses that agree, in place of velocities that do: in stiff
-//! rods (small viscosities) a velocity is a small difference of large terms, a pose is not.
+//! A state that carries its pose beside its strains can ask for poses that agree, in place of velocities that do: in
+//! stiff rods (small viscosities) a velocity is a small difference of large terms, a pose is not.
 
 use super::kinematics::AtEnd;
 use nalgebra::{ComplexField, Quaternion, SMatrix, SVector, Vector3};

@@ -5,9 +5,9 @@
 //! ```text
 //! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
 //! ```
-//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i.
-//! The left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV (5.10):
-//! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
+//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i. The
+//! left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV
+//! (5.10): one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
 
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Ended, Kinematics, Local};
@@ -122,7 +122,8 @@ pub struct Linear<const M: usize, const D: usize> {
 pub enum Drift<const M: usize> {
     /// All of it, (n M) x (n M).
     Whole(DMatrix<f64>),
-    /// What the strains at a node do to their own rates, as if the loads did not turn about the rod while it deforms: blocks by node.
+    /// What the strains at a node do to their own rates, as if the loads did not turn about the rod while it deforms:
+    /// blocks by node.
     Local(Vec<SMatrix<f64, M, M>>),
 }
 
@@ -176,7 +177,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(at)
     }
 
-    /// Makes all else in a configuration what follows from its strains and its memory. None outside the law's domain; what it holds then is of no use.
+    /// Makes all else in a configuration what follows from its strains and its memory. None outside the law's domain;
+    /// what it holds then is of no use.
     pub fn configure(
         &self,
         at: &mut Configuration<K::Shape, M, D>,
@@ -210,9 +212,10 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         at.energy.is_finite().then_some(())
     }
 
-    /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of strains and memory; where its end is, and the
-    /// energy that it dissipates per time. Each state begins with its strains, node by node, and then has those of its dashpots, branch by
-    /// branch. None outside the law's domain, and if a strain is not finite.
+    /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of
+    /// strains and memory; where its end is, and the energy that it dissipates per time. Each state begins with its
+    /// strains, node by node, and then has those of its dashpots, branch by branch. None outside the law's domain,
+    /// and if a strain is not finite.
     pub fn flowing(
         &self,
         states: &[(&[f64], AtEnd<D>)],
@@ -237,7 +240,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(())
     }
 
-    /// The pose of the end in a state, and at the head of `out` the resultants at the nodes that the end wrench and a force along the rod make.
+    /// The pose of the end in a state, and at the head of `out` the resultants at the nodes that the end wrench and a
+    /// force along the rod make.
     fn loaded(
         &self,
         state: &[f64],
@@ -262,7 +266,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(self.kinematics.pose(shape))
     }
 
-    /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is dissipated per time.
+    /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is
+    /// dissipated per time.
     fn flowing_under(&self, state: &[f64], out: &mut [f64]) -> Option<f64> {
         let n = self.grid.len() * M;
         let mut dissipated = 0.0;
@@ -289,8 +294,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
 
     /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
     ///
-    /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are small
-    /// differences of large stresses, and what is lost there must not make the end drift.
+    /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are
+    /// small differences of large stresses, and what is lost there must not make the end drift.
     pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
         let mut flow = Flow::default();
         self.follow(at, v, &mut flow, &mut Flow::default())?;
@@ -316,7 +321,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             for step in 0..REFINEMENTS {
                 let change = solve(&flow.mobility, &-residual)?;
                 if step == 0 && !self.material.is_constant() {
-                    // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
+                    // The derivatives of the rates by the strains depend on the overstress: they are taken at the
+                    // final one.
                     self.press(at, &change, flow)?;
                 } else {
                     self.load(at, flow, &change);
@@ -338,8 +344,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
                 return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
             }
             before = decrement;
-            // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it comes out
-            // positive by as much has gone too far and is halved.
+            // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it
+            // comes out positive by as much has gone too far and is halved.
             let mut fraction = 1.0;
             loop {
                 self.press(at, &(flow.wrench + change * fraction), next)?;
@@ -479,7 +485,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(self.with_drift(at, flow, Drift::Whole(drift)))
     }
 
-    /// The same without what the turning of the loads does ([`Drift::Local`]): for rods far below their buckling loads about all of it.
+    /// The same without what the turning of the loads does ([`Drift::Local`]): for rods far below their buckling
+    /// loads about all of it.
     pub fn roughly_linear(
         &self,
         at: &Configuration<K::Shape, M, D>,

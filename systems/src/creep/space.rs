@@ -175,8 +175,8 @@ impl<const M: usize, const D: usize> Space<M, D> {
         strains: &[Local<M>],
         s: f64,
     ) -> Isometry3<f64> {
-        // Position and rotation are integrals of their rates of change along the rod, so that they agree with the clamp and
-        // with the end as the quadrature of the nodes has it.
+        // Position and rotation are integrals of their rates of change along the rod, so that they agree with the
+        // clamp and with the end as the quadrature of the nodes has it.
         let changes: Vec<SVector<f64, 7>> = curve
             .turns
             .iter()
@@ -340,8 +340,8 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         q
     }
 
-    /// Changes that the nodes resolve are followed to the accuracy of the curve; of a change at one node alone what they
-    /// do not is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
+    /// Changes that the nodes resolve are followed to the accuracy of the curve; of a change at one node alone what
+    /// they do not is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
     ///
     /// With x = r(1) - r, phi_i = sum_j A_ij R_j du_j and
     /// dr(1) - dr_i = sum_j (weight_j - A_ij) (R_j du_j x x_j + R_j dv_j) + A_ij R_j du_j x x_i:

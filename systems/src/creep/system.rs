@@ -1,20 +1,22 @@
 //! The differential equations of strains, memory and body, and their linearisation.
 //!
-//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then time,
-//! energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1 of the end.
+//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then
+//! time, energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1
+//! of the end.
 //!
-//! The equations of theory Sec. 5 are solved in one of three forms ([`Hold`]), which differ in how the wrench w1 is found:
+//! The equations of theory Sec. 5 are solved in one of three forms ([`Hold`]), which differ in how the wrench w1 is
+//! found:
 //!
-//! * From strains and velocity, by the positive definite G (5.10). Explicit steps always do this; place and wrench in the
-//!   state are then idle.
-//! * As an unknown of its own, beside strains and velocity, in the equation int Q^T e_t = V. An inextensible rod that is
-//!   straight to within an angle a has G ~ a^2 along the clamp: an error d of the velocity becomes d/a^2 in the wrench of
-//!   the first form and d/a in the stresses, which a friction law that is not linear does not forgive. With w1 unknown the
-//!   equations have nothing of size 1/a, and implicit steps pass through the straight rod.
-//! * From the place of the end. For small viscosities eta the strain rates are small differences of terms of size 1/eta
-//!   that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for steps up
-//!   to eta^(1/3). The equations of which the others are the derivative have nothing of size 1/eta beside e_t itself, and
-//!   become those of the elastic rod as eta -> 0:
+//! * From strains and velocity, by the positive definite G (5.10). Explicit steps always do this; place and wrench in
+//!   the state are then idle.
+//! * As an unknown of its own, beside strains and velocity, in the equation int Q^T e_t = V. An inextensible rod that
+//!   is straight to within an angle a has G ~ a^2 along the clamp: an error d of the velocity becomes d/a^2 in the
+//!   wrench of the first form and d/a in the stresses, which a friction law that is not linear does not forgive. With
+//!   w1 unknown the equations have nothing of size 1/a, and implicit steps pass through the straight rod.
+//! * From the place of the end. For small viscosities eta the strain rates are small differences of terms of size
+//!   1/eta that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for
+//!   steps up to eta^(1/3). The equations of which the others are the derivative have nothing of size 1/eta beside
+//!   e_t itself, and become those of the elastic rod as eta -> 0:
 //! ```text
 //! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place.
 //! ```
@@ -52,8 +54,8 @@ pub struct Layout {
     pub place: usize,
 }
 
-/// The rate at which the velocity of the end along a straight inextensible rod, where it has drifted off by errors of the
-/// steps, returns to the velocity that the strain rates give it.
+/// The rate at which the velocity of the end along a straight inextensible rod, where it has drifted off by errors of
+/// the steps, returns to the velocity that the strain rates give it.
 const FADES: f64 = 10.0;
 /// States whose slopes are found together: as many as the stages of an implicit step at most.
 const STAGES: usize = 8;
@@ -110,8 +112,8 @@ pub enum Hold {
 
 /// [`Hold::Place`] is chosen only while the strains relax faster than the velocity of the end by this factor.
 const FASTER: f64 = 3.0;
-/// [`Hold::Place`] is chosen when the fastest relaxation rate of the strains, times the step, exceeds the first number; it
-/// is left when that product has fallen below the second.
+/// [`Hold::Place`] is chosen when the fastest relaxation rate of the strains, times the step, exceeds the first
+/// number; it is left when that product has fallen below the second.
 const STIFF: [f64; 2] = [1e2, 1e1];
 /// [`Hold::Together`], likewise, for the relaxation rate of the velocity of the end.
 const TIGHT: [f64; 2] = [1e3, 1e2];
@@ -200,8 +202,8 @@ where
     }
 
     /// The form that implicit steps of about length `h` should take from here on: by place if the strains relax fast
-    /// against the step and faster than the velocity of the end does; together if that velocity relaxes fast against the
-    /// step, as that of a nearly straight inextensible rod.
+    /// against the step and faster than the velocity of the end does; together if that velocity relaxes fast against
+    /// the step, as that of a nearly straight inextensible rod.
     pub fn suited(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -313,7 +315,8 @@ where
         );
     }
 
-    /// What [`System::balance`] of [`Hold::Place`] is beside the rates of strains and memory, from where the end is and what the rod dissipates.
+    /// What [`System::balance`] of [`Hold::Place`] is beside the rates of strains and memory, from where the end is
+    /// and what the rod dissipates.
     fn held(
         &self,
         y: &DVector<f64>,
@@ -341,9 +344,9 @@ where
         Some((at, flow))
     }
 
-    /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench: V differs from the
-    /// velocity that strains and wrench make by the remainder of Newton's iteration, which is small in V, but not in the
-    /// wrench that would follow from it where G is small.
+    /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench: V differs
+    /// from the velocity that strains and wrench make by the remainder of Newton's iteration, which is small in V,
+    /// but not in the wrench that would follow from it where G is small.
     #[allow(clippy::type_complexity)] // As above.
     pub fn reached(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         match self.hold {
@@ -525,7 +528,8 @@ where
         Some(self.with_body(y, &at, &flow, rod))
     }
 
-    /// As if the loads did not turn about the rod while it deforms: the strains at a node then move each other and the end alone.
+    /// As if the loads did not turn about the rod while it deforms: the strains at a node then move each other and
+    /// the end alone.
     fn roughly_linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = match self.hold {
             Hold::Velocity => self.at(y)?,
@@ -535,7 +539,8 @@ where
         Some(self.with_body(y, &at, &flow, rod))
     }
 
-    /// Strains and memory are judged in the mean over the rod, relative to 1 + their size; so are velocity and energies.
+    /// Strains and memory are judged in the mean over the rod, relative to 1 + their size; so are velocity and
+    /// energies.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         let layout = self.layout();
         let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);

@@ -1,7 +1,8 @@
-//! Up to eight states of a rod at once: the stages of an implicit step, whose shapes are found in wide registers, a state in each lane.
+//! Up to eight states of a rod at once: the stages of an implicit step, whose shapes are found in wide registers, a
+//! state in each lane.
 //!
-//! The same equations in the same order as [`super::turn`], with one number of corrections for all states. What is inlined, always, is compiled for these registers; closures are not,
-//! and loops count by hand.
+//! The same equations in the same order as [`super::turn`], with one number of corrections for all states. What is
+//! inlined, always, is compiled for these registers; closures are not, and loops count by hand.
 #![allow(clippy::needless_range_loop)]
 
 mod algebra;
@@ -19,7 +20,8 @@ use std::any::Any;
 
 /// States that are worked on at once.
 pub(super) const LANES: usize = 8;
-/// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or three.
+/// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or
+/// three.
 const CORRECTIONS: usize = 8;
 /// A defect of the rotations beyond which they are left to [`super::turn`].
 const COARSE: f64 = 1e-2;
@@ -43,8 +45,8 @@ pub(super) struct Flowing<'a> {
     pub fluidity: &'a [f64],
 }
 
-/// The local resultants that end wrenches make at the nodes, or the strain rates under them, and where the ends are. Not generic in the strains and the
-/// end: it would be compiled for each.
+/// The local resultants that end wrenches make at the nodes, or the strain rates under them, and where the ends are.
+/// Not generic in the strains and the end: it would be compiled for each.
 pub(super) struct Loading<'a, 'b> {
     pub grid: &'a Grid,
     /// Places of the strains that can change among u1 .. v3.
@@ -81,7 +83,8 @@ impl Lanes {
 }
 
 impl Loading<'_, '_> {
-    /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what has been written is then of no use.
+    /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what
+    /// has been written is then of no use.
     pub(super) fn done(self) -> bool {
         Registers::in_use().is_some_and(|registers| registers.work(self))
     }
@@ -257,8 +260,8 @@ struct Scratch<'a, S: Simd> {
     tried: &'a mut [Turn<S>],
 }
 
-/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`; returns the one at its end. None if the nodes do
-/// not resolve it.
+/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`; returns the one at its end.
+/// None if the nodes do not resolve it.
 #[inline(always)]
 fn turn<S: Simd>(
     grid: &Grid,

@@ -11,8 +11,8 @@ use nalgebra::{DMatrix, SVector, Vector3};
 /// The defect reported where the nodes are too few for any estimate.
 const COARSE: f64 = 0.5;
 
-/// Corrections after which the iteration is given up: two or three will do, five on nodes that barely resolve p, fifteen
-/// where they do not at all.
+/// Corrections after which the iteration is given up: two or three will do, five on nodes that barely resolve p,
+/// fifteen where they do not at all.
 const CORRECTIONS: usize = 40;
 
 /// out_i = sum_j a_ij f_j, four rows at a time.

@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// Rounding of a pose, relative to the rod's length.
 const POSE: f64 = 5e-16;
 
-/// The Jacobian of a [`ViscousSystem`](super::ViscousSystem): blocks by node, of the rank of the end's velocities, and the geometry.
+/// The Jacobian of a [`ViscousSystem`](super::ViscousSystem): blocks by node, of the rank of the end's velocities,
+/// and the geometry.
 #[derive(Debug, Clone)]
 pub struct ViscousLinear<const M: usize, const D: usize> {
     pub(super) layout: Layout,
@@ -49,9 +50,11 @@ pub struct ViscousFactor<T, const M: usize, const D: usize> {
 /// How the equations of strains and wrench are solved.
 #[derive(Debug)]
 enum Solver<T, const M: usize, const D: usize> {
-    /// By factors of their matrix. Its rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
+    /// By factors of their matrix. Its rows are scaled to one size: those of the strains are rates, those of the body
+    /// forces over masses.
     Whole { lu: Lu, rows: Vec<f64> },
-    /// By inverses of the strains' blocks, which have nothing beside them ([`Drift::Local`]), and of what is left for the wrench.
+    /// By inverses of the strains' blocks, which have nothing beside them ([`Drift::Local`]), and of what is left for
+    /// the wrench.
     Local {
         blocks: Vec<SMatrix<T, M, M>>,
         wrench: SMatrix<T, D, D>,
@@ -94,8 +97,8 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// (sigma - drift - sum_k relaxing_k/(1 + sigma tau_k)) de - push dw = b_e + ...
     /// ((sigma - a_V) follow - a_pose gather) de + a_w dw = b_V + (sigma - a_V) b_l.
     /// ```
-    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
-    /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
+    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the
+    /// change of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<ViscousFactor<T, M, D>> {
         let real = T::from_real;
         let largest = self.rod.push.amax();
@@ -130,9 +133,10 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         })
     }
 
-    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight, by an angle a) the velocity
-    /// relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding of the wrench
-    /// 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a step.
+    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight, by an angle a) the
+    /// velocity relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding
+    /// of the wrench 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a
+    /// step.
     fn rounding(&self, h: f64) -> f64 {
         let rate = relaxation(&self.body.by_wrench, &self.mobility);
         POSE * match self.hold {
@@ -307,7 +311,8 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
-    /// Puts the strains in the place of their right-hand sides; returns the wrench, in its unit, that goes with these and the body's.
+    /// Puts the strains in the place of their right-hand sides; returns the wrench, in its unit, that goes with these
+    /// and the body's.
     fn strained(&self, strains: &mut [T], pushed: &SMatrix<T, D, 1>) -> Option<SMatrix<T, D, 1>> {
         let n = strains.len();
         let (blocks, inverse) = match &self.solver {

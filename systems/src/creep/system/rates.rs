@@ -1,15 +1,18 @@
 //! Small motions of a body on a viscoelastic rod about an equilibrium: eigenvalues of the linearised equations.
 //!
-//! About an equilibrium e*, w* with V = 0 small changes obey, with the terms of [`Linear`](crate::creep::reduced::Linear),
+//! About an equilibrium e*, w* with V = 0 small changes obey, with the terms of
+//! [`Linear`](crate::creep::reduced::Linear),
 //! ```text
 //! e_t = drift e + sum_k relaxing_k z_k + push w,     z_t = (e - z)/tau_k,     gather e_t = V,
 //! M V_t = M (by_pose gather e + by_velocity V) - w,
 //! ```
-//! in which the friction of the section is its derivative at rest. The wrench w is eliminated by G = gather push. In a direction in
-//! which no wrench moves the end (a straight inextensible rod, along itself) V = 0, and that row of the balance only says what w is there.
+//! in which the friction of the section is its derivative at rest. The wrench w is eliminated by G = gather push. In
+//! a direction in which no wrench moves the end (a straight inextensible rod, along itself) V = 0, and that row of
+//! the balance only says what w is there.
 //!
-//! In Laplace form the strains give w = K(s) gather e, the dynamic stiffness of the rod, and the eigenvalues are the roots of
-//! det(M s^2 + C s + K(s)) = 0. If friction is tau times the tangent and the rod is straight and unloaded, K(s) = (1 + tau s) K.
+//! In Laplace form the strains give w = K(s) gather e, the dynamic stiffness of the rod, and the eigenvalues are the
+//! roots of det(M s^2 + C s + K(s)) = 0. If friction is tau times the tangent and the rod is straight and unloaded,
+//! K(s) = (1 + tau s) K.
 
 use super::ViscousLinear;
 use crate::creep::reduced::{Drift, loose};
@@ -24,13 +27,14 @@ const REACHED: f64 = 1e-11;
 /// Eigenvalues s of small motions exp(s t).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rates {
-    /// Those of the body on the rod: two for each direction in which the end moves, or more if memory lets more motions oscillate;
-    /// oscillations with Im s > 0 once. By imaginary, then real part.
+    /// Those of the body on the rod: two for each direction in which the end moves, or more if memory lets more
+    /// motions oscillate; oscillations with Im s > 0 once. By imaginary, then real part.
     pub body: Vec<Complex<f64>>,
-    /// The first and the last of those with which the rod relaxes with its end held, as far as wrenches on the end bring it about: real
-    /// parts. None of a rod whose end has no memory; otherwise their number grows with the grid.
+    /// The first and the last of those with which the rod relaxes with its end held, as far as wrenches on the end
+    /// bring it about: real parts. None of a rod whose end has no memory; otherwise their number grows with the grid.
     pub held: Option<[f64; 2]>,
-    /// How many rates of overdamped motions lie between these. There body and rod are one motion, and no number is the body's.
+    /// How many rates of overdamped motions lie between these. There body and rod are one motion, and no number is
+    /// the body's.
     pub among: usize,
 }
 
@@ -73,7 +77,8 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     }
 }
 
-/// The linearised equations of strains, memory and body, with numbers of rows and columns that are known when they are made.
+/// The linearised equations of strains, memory and body, with numbers of rows and columns that are known when they
+/// are made.
 struct SmallMotion<'a> {
     /// (e, z_1, ..)_t before the wrench is known.
     rate: DMatrix<f64>,
@@ -92,8 +97,8 @@ struct SmallMotion<'a> {
 }
 
 impl SmallMotion<'_> {
-    /// The whole pencil has the eigenvalues of the body and, slightly changed, those of the rod with its end held. Each of the latter is paired
-    /// with the nearest real one of the whole; what is left is the body's.
+    /// The whole pencil has the eigenvalues of the body and, slightly changed, those of the rod with its end held.
+    /// Each of the latter is paired with the nearest real one of the whole; what is left is the body's.
     fn rates(self) -> Option<Rates> {
         let moving = self.free.len();
         let matrix = self.first_order()?;
@@ -124,8 +129,8 @@ impl SmallMotion<'_> {
         })
     }
 
-    /// The matrix of (e, z_1, ..; V) without the directions that are held, the strains in a basis of those that wrenches on the end
-    /// ever bring about.
+    /// The matrix of (e, z_1, ..; V) without the directions that are held, the strains in a basis of those that
+    /// wrenches on the end ever bring about.
     fn first_order(self) -> Option<DMatrix<f64>> {
         let Self {
             mut rate,
@@ -191,8 +196,8 @@ impl SmallMotion<'_> {
     }
 }
 
-/// An orthonormal basis of the smallest space that holds the columns of `push` and that `rate` maps into itself. What is not in it
-/// relaxes by itself, at rates that may be many times the same, and moves no end.
+/// An orthonormal basis of the smallest space that holds the columns of `push` and that `rate` maps into itself. What
+/// is not in it relaxes by itself, at rates that may be many times the same, and moves no end.
 fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let add = |basis: &mut Vec<DVector<f64>>, mut x: DVector<f64>| {
@@ -224,8 +229,8 @@ fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
     }
 }
 
-/// Those of `all` that are left when each of `some` is paired with one of them, in order, so that the relative distances add up to the
-/// least. Both ascend.
+/// Those of `all` that are left when each of `some` is paired with one of them, in order, so that the relative
+/// distances add up to the least. Both ascend.
 fn unpaired(all: &[f64], some: &[f64]) -> Vec<f64> {
     let (rows, columns) = (some.len(), all.len());
     if rows > columns {
