@@ -16,7 +16,7 @@ const FINE: f64 = 1e-12;
 const PLACES: usize = 48;
 /// Sample points on a taut rod, which is bent little, between which its centreline is interpolated.
 const TAUT: usize = 17;
-/// Sample points of a rod by which its motion is measured.
+/// Sample points for the motion of a rod.
 const MARKS: usize = 9;
 /// Newton steps to the nearest pair.
 const STEPS: usize = 30;

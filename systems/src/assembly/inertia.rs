@@ -82,7 +82,7 @@ struct Moving {
 }
 
 impl Carrier {
-    /// The mass matrix about the reference point, in the world.
+    /// Mass matrix about the reference point, in the world.
     fn mass_matrix(&self, place: &Place) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         let mut put = |row: usize, column: usize, block: Matrix3<f64>| {

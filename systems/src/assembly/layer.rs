@@ -15,7 +15,7 @@ use std::sync::Arc;
 const TOLERANCE: f64 = 1e-7;
 /// Strain rate below which the flow is at rest.
 const REST: f64 = 1e-6;
-/// Distance from the start, over that of the push, below which the flow has fallen back.
+/// Distance from the start, in lengths of the push, below which the flow has fallen back.
 const BACK: f64 = 0.5;
 /// Largest number of steps of the flow.
 pub(super) const MOST_STEPS: usize = 5_000;

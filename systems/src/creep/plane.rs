@@ -51,7 +51,6 @@ impl PlaneShape {
 
 impl Kinematics<1, 2> for Plane {
     type Shape = PlaneShape;
-    /// Angles at the nodes.
     type Room = Vec<Vector1<f64>>;
     type Pose = Vector2<f64>;
     const PLACE: usize = 2;
@@ -83,8 +82,8 @@ impl Kinematics<1, 2> for Plane {
         shape.lever(i).transpose()
     }
 
-    /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t: the gradient of the discrete potential, for Gauss'
-    /// rules have weight_i A_ij + weight_j A_ji = weight_i weight_j.
+    /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t. This is the gradient of the discrete potential,
+    /// since Gauss' rules have weight_i A_ij + weight_j A_ji = weight_i weight_j.
     fn borne(&self, grid: &Grid, shape: &PlaneShape, force: &[Vector3<f64>]) -> Borne<1> {
         let beyond = beyond(grid, force);
         let mut before = vec![Vector1::zeros(); grid.len()];
@@ -163,7 +162,7 @@ impl Kinematics<1, 2> for Plane {
     }
 }
 
-/// The force that acts beyond every node.
+/// Force beyond each node.
 fn beyond(grid: &Grid, force: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
     let flat: Vec<Vector2<f64>> = force.iter().map(|f| f.xy()).collect();
     let mut before = vec![Vector2::zeros(); grid.len()];

@@ -9,7 +9,7 @@
 //! ```
 //! In space the integrals A (R u_t ..) of rotations are replaced by the exact rates of the rotations by collocation
 //! (`spins`). A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi =
-//! A (R du), a turn of the base adds itself to phi, and all derivatives follow from dR = phi x R.
+//! A (R du); a turn of the base adds to phi. All derivatives follow from dR = phi x R.
 
 mod derivatives;
 
@@ -122,7 +122,7 @@ fn summed(matrix: &Matrix, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 }
 
 impl Sections {
-    /// Sections at the nodes of `grid`, which spans the rod of this length from 0 to 1.
+    /// Sections at the nodes of `grid`, scaled to [0, 1], of a rod of this length.
     pub fn new(grid: Grid, active: &[usize], curve: Curve, length: f64) -> Self {
         let n = grid.len();
         let mut up = DMatrix::zeros(n + 1, n);
@@ -415,7 +415,7 @@ fn outward(shape: &Shape, rates: &[Strain]) -> [Vec<Vector3<f64>>; 2] {
     })
 }
 
-/// Directors in the plane of a section whose tangent is at this angle to x: d1 along z.
+/// Directors of a section in the plane, at the angle of the tangent to x; d1 is along z.
 fn planar(angle: f64) -> Matrix3<f64> {
     let (sin, cos) = angle.sin_cos();
     Matrix3::new(0.0, sin, cos, 0.0, -cos, sin, 1.0, 0.0, 0.0)

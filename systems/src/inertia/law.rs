@@ -125,7 +125,7 @@ impl Law {
     /// Unloaded strains at s.
     ///
     /// # Errors
-    /// A law that has no unloaded state there.
+    /// A law without an unloaded state at s.
     pub fn unloaded(&self, s: f64) -> Result<Strain> {
         self.elastic.unloaded(s * self.length)
     }

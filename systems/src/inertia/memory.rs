@@ -2,7 +2,8 @@
 //!
 //! With z the strains of a dashpot, E the modulus of its spring and tau its relaxation time,
 //! ```text
-//! z' = (e - z)/tau,      resultants + E (e - z),      energy + 1/2 (e - z) . E (e - z),      loss (e - z) . E (e - z)/tau.
+//! z' = (e - z)/tau,      resultants + E (e - z),
+//! energy + 1/2 (e - z) . E (e - z),      loss (e - z) . E (e - z)/tau.
 //! ```
 //! Implicit steps eliminate z at its node: sigma dz - (dq - dz)/tau = b leaves dz = (dq + tau b)/(1 + sigma tau). The
 //! spring then adds E (dq - dz) = E tau (sigma dq - b)/(1 + sigma tau). The matrix of the rod keeps its size.
@@ -67,7 +68,7 @@ impl Memory {
         springs.collect()
     }
 
-    /// Dashpot strains at which the branches carry no load, for these coordinates.
+    /// Dashpot strains of unloaded branches at these coordinates.
     pub fn relaxed(&self, q: &[f64]) -> Vec<f64> {
         q.repeat(self.branches.len())
     }

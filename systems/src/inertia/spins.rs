@@ -3,7 +3,8 @@
 //! The quaternions at the nodes solve p_i = p_0 + sum_j A_ij p_j o u_j/2, of any norm, and R = R(p). With x = R u_t
 //! the rates in the world, and g the solution of g_im = A_im + sum_j A_ij g_jm o u_j/2,
 //! ```text
-//! y = p_t p^-1 = S(x)/2,   z = p_tt p^-1 = S(2 y x + R u_tt)/2,   S(f)_i = sum_j f_j o q_ij,   q_ij = p_j o g_ij o p_i^-1,
+//! S(f)_i = sum_j f_j o q_ij,   q_ij = p_j o g_ij o p_i^-1,
+//! y = p_t p^-1 = S(x)/2,       z = p_tt p^-1 = S(2 y x + R u_tt)/2,
 //! omega = 2 Im y,          omega_t = 2 Im (z - y^2),
 //! ```
 //! R_t = omega x R therefore holds at the nodes at any resolution: the energy of the discrete rod is conserved, and

@@ -48,7 +48,7 @@ const BEND: [f64; 6] = [0.6, 0.8, 0.01, 0.02, 0.01, 0.005];
 const ACROSS: f64 = 1e-3;
 /// Largest number of unstable equilibria left before the search gives up.
 const LEFT: usize = 6;
-/// Angle of a clamp's rotation for the difference that gives the rate of its rod's bending.
+/// Rotation of a clamp for the difference quotient of the rod's balance.
 pub(super) const TURN: f64 = 1e-5;
 
 impl HeavyRod {

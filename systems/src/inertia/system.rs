@@ -25,7 +25,7 @@ impl HeavyRod {
         2 * self.size() + self.memory.numbers()
     }
 
-    /// State of these coordinates and rates at time 0, in which Maxwell branches carry no load.
+    /// State at time 0 of these coordinates and rates, with unloaded Maxwell branches.
     pub fn state(&self, q: &[f64], w: &[f64]) -> DVector<f64> {
         let m = self.size();
         let mut y = DVector::zeros(self.time() + INTEGRALS + m);
@@ -212,7 +212,7 @@ impl Linearised for HeavyLinear {
 }
 
 impl<T: Scalar> Factor<T> for HeavyFactor<T> {
-    /// Eliminating dq = (dw + b_q)/sigma and da = sigma dw - b_w leaves, with b_a on the right of the balance,
+    /// With b_a on the right of the balance, eliminating dq = (dw + b_q)/sigma and da = sigma dw - b_w leaves:
     /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w. Maxwell branches add to this
     /// (`memory`).
     ///

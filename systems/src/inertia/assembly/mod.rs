@@ -9,8 +9,8 @@
 //! bodies:   masses - loads + sum_k S_k^T (wrench on the base of rod k) + sum_k P_k^T l_k = 0,
 //! ends:     acceleration of the end of rod k - acceleration of its attachment = 0,
 //! ```
-//! linear in (z', q'', l): index 1. Here w_k are masses times accelerations less loads of the pieces of a rod, S_k
-//! and P_k the motions of its attachments per z, E_k those of its end per strain rate.
+//! linear in (z', q'', l): index 1. Here w_k are masses times accelerations minus loads of the pieces of a rod. S_k
+//! and P_k are the motions of its attachments per z, E_k those of its end per strain rate.
 //!
 //! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with its ties.
 //! * `seat`: attachments, their motion and its derivatives.

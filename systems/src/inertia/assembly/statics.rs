@@ -192,7 +192,7 @@ impl HeavyAssembly {
         bodies.map(|(carrier, start)| start + carrier.turnings())
     }
 
-    /// Common acceleration of an unsupported assembly under its loads at rest: its free fall.
+    /// Acceleration of an unsupported assembly under its loads at rest: free fall.
     fn fall(&self, at: &HeavyState, unknowns: &DVector<f64>) -> Option<Vector3<f64>> {
         let left = self.balance(at, unknowns.as_slice())?.residual;
         let force: Vector3<f64> = self.shifts().map(|i| -left.fixed_rows::<3>(i)).sum();
@@ -214,7 +214,7 @@ impl HeavyAssembly {
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
         match self.is_held() {
-            // A buckled round rod turns about its load freely: the added mass holds that rotation.
+            // A buckled round rod turns freely about the load: the added mass fixes the rotation.
             true => (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why)),
             false => held(),
         }

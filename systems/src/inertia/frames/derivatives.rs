@@ -29,7 +29,7 @@ pub struct Carried {
 }
 
 impl Sections {
-    /// Columns of strains that rotate their nodes.
+    /// Columns of the strains u, each of which rotates a single node.
     fn own(&self, shape: &Shape) -> Vec<Own> {
         let count = self.active.len();
         let nodes = shape.directors[..self.grid.len()].iter().enumerate();
