@@ -198,8 +198,8 @@ mod tests {
     use nalgebra::{Complex, DMatrix};
 
     /// Catches shifts that cycle, as the usual ones do for a permutation (its eigenvalues are the roots of 1). They
-    /// also cycle for equal sections with two dashpots each, whose rates have high multiplicity: the roots of s + a =
-    /// b/(1 + 2 s) + c/(1 + 20 s). No eigenvalue may be lost.
+    /// also cycle for equal sections with two dashpots each, whose rates have high multiplicity: the roots of
+    /// s + a = b/(1 + 2 s) + c/(1 + 20 s). No eigenvalue may be lost.
     #[test]
     fn rates_that_are_many_times_the_same() {
         let count = 6;

@@ -9,8 +9,8 @@ use crate::solve::family::{Family, Linearised};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
 
-/// Newton steps towards a fold, the step of their derivatives, and the largest distance of the fold, relative to 1 +
-/// |q|.
+/// Newton steps towards a fold, the step of their derivatives, and the largest distance of the fold, relative to
+/// 1 + |q|.
 const NEARER: usize = 2;
 const ASIDE: f64 = 1e-3;
 const NEAR: f64 = 0.1;

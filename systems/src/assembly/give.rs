@@ -27,10 +27,10 @@ const UNSEEN: f64 = 0.1;
 const KEPT: f64 = 3.0;
 /// Largest compliance of a slider, in L^3/B.
 const MOST: f64 = 1e-7;
-/// Axial compliance y, in L^3/B, above which a rod with inertia has no slider: without one now, and with one
-/// (hysteresis).
+/// Axial compliance y, in L^3/B, above which a rod with inertia has no slider. Hysteresis: first if one may be set,
+/// second if there is none.
 const RIGID: [f64; 2] = [1e-8, 5e-9];
-/// Axial compliance y above which a rod with inertia needs no special treatment (with hysteresis).
+/// Axial compliance y above which a rod with inertia is treated like any other, with the same hysteresis.
 const SOFT: [f64; 2] = [1e-4, 2e-4];
 /// Integration tolerance along the rod for y between RIGID and SOFT, as part of the usual one, and its floor.
 const FINER: f64 = 1e-3;

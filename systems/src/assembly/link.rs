@@ -176,9 +176,9 @@ pub struct LinkEnd {
     pub energy: f64,
     /// d(rotation, position) by the chart.
     pub tangent: Matrix6<f64>,
-    /// Length over couple: scale of couples beside lengths in the equations of a rod between ball joints.
+    /// d(m(0), n, m(1)) by the chart.
     pub resultants: SMatrix<f64, 9, 6>,
-    /// Length over couple, by which couples stand beside lengths in the equations of a rod between ball joints.
+    /// Length over couple: scale of couples beside lengths in the equations of a rod between ball joints.
     pub(super) per_couple: f64,
     /// Derivative of the resultants by the turn of the attachment, for a taut rod welded to it.
     pub(super) turned: Option<SMatrix<f64, 9, 3>>,

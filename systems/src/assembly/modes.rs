@@ -206,8 +206,8 @@ impl Assembly {
     }
 
     /// Modes without those that would stretch an inextensible rod. If there is no stiffness K, there is the
-    /// compliance C of the bodies on added springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y, omega^2 =
-    /// 1/mu - shift and x = C L y/mu; rigid directions have mu = 0.
+    /// compliance C of the bodies on added springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y,
+    /// omega^2 = 1/mu - shift and x = C L y/mu; rigid directions have mu = 0.
     pub(super) fn soft_modes(
         &self,
         now: &Configuration,

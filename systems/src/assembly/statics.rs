@@ -1,11 +1,11 @@
 //! Equilibria of an assembly under its loads at t = 0, by Newton's method and a residual homotopy.
 //!
 //! Newton's method needs a start near by. Without one, rods are laid out unloaded along the tree of attachments from
-//! the ground, which leaves a gap where they close a loop. The residual homotopy R(y) = (1 - lambda) (R(y0) +
-//! springs) brings gaps and loads together from their start to zero; its path is followed through its limit points.
-//! Rods slightly bent by couples serve if the unloaded ones lead to an unstable equilibrium (a straight column) or
-//! begin singular (straight inextensible rods that hold each other): the bend vanishes with the residual. From an
-//! unstable end the bodies fall, held by springs that slacken, to a stable one.
+//! the ground, which leaves a gap where they close a loop. The residual homotopy
+//! R(y) = (1 - lambda) (R(y0) + springs) brings gaps and loads together from their start to zero; its path is
+//! followed through its limit points. Rods slightly bent by couples serve if the unloaded ones lead to an unstable
+//! equilibrium (a straight column) or begin singular (straight inextensible rods that hold each other): the bend
+//! vanishes with the residual. From an unstable end the bodies fall, held by springs that slacken, to a stable one.
 
 use super::homotopy::{BRIEF, FAR, Lost, Patience, Root, Statics, settled, solved};
 use super::{Assembly, Carrier, Configuration, Joint, On, Place};

@@ -23,8 +23,8 @@ fn diagonal(turn: &Matrix3<f64>) -> Matrix6<f64> {
     both
 }
 
-/// Change of the couple of a force `n` at `lever` under a small rotation phi of the body: d(lever x n) = (phi x
-/// lever) x n.
+/// Change of the couple of a force `n` at `lever` under a small rotation phi of the body:
+/// d(lever x n) = (phi x lever) x n.
 pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f64> {
     let mut turned = Matrix6::zeros();
     turned

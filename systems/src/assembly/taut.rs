@@ -63,9 +63,9 @@ impl Link {
         link
     }
 
-    /// Pull (L/B) n.r(1) of a rod with its end at `held`. Under a load along the rod, gathered from the base to x =
-    /// s/L in B/L^2 (`gathered`), the square of the mean root of the pull with n(s): errors at the base grow by the
-    /// exponential of that.
+    /// Pull (L/B) n.r(1) of a rod with its end at `held`. Under a load along the rod, gathered from the base to
+    /// x = s/L in B/L^2 (`gathered`), the square of the mean root of the pull with n(s): errors at the base grow by
+    /// the exponential of that.
     fn pull(
         &self,
         q: &Wrench,

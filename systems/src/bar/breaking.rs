@@ -152,8 +152,8 @@ pub struct AccelerationWave {
 }
 
 impl AccelerationWave {
-    /// An acceleration wave into the uniform stretch `stretch` at rest, with this jump at the start: a' = -sigma''
-    /// a^2/(2 density c^3).
+    /// An acceleration wave into the uniform stretch `stretch` at rest, with this jump at the start:
+    /// a' = -sigma'' a^2/(2 density c^3).
     ///
     /// # Errors
     /// A stretch outside the reach of the law.

@@ -7,9 +7,10 @@ use crate::solve::dop853::Dop853;
 use crate::solve::roots::chandrupatla;
 use nalgebra::Vector4;
 
-/// Motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant: m r'' = -area
-/// sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar. The error is
-/// of the order of eps = mass of the bar over mass of the end, or of eps^2. Gives \[r, r'\] at the growing `times`.
+/// Motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant: m
+/// r'' = -area sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar.
+/// The error is of the order of eps = mass of the bar over mass of the end, or of eps^2. Gives \[r, r'\] at the
+/// growing `times`.
 ///
 /// # Errors
 /// Other ends; a start that is not uniform in the stretch; a motion that leaves the reach of the law.

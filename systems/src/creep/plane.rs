@@ -51,6 +51,7 @@ impl PlaneShape {
 
 impl Kinematics<1, 2> for Plane {
     type Shape = PlaneShape;
+    /// Angles at the nodes.
     type Room = Vec<Vector1<f64>>;
     type Pose = Vector2<f64>;
     const PLACE: usize = 2;

@@ -1,7 +1,7 @@
 //! The reduced rod: end wrench and strain rates from strains, memory and the velocity of the end.
 //!
-//! The stored energy and the Maxwell branches take S_i of the resultants Q_i w1 at node i. The rates are e_t = R(e, Q
-//! w1 - S), and w1 makes the end move at V:
+//! The stored energy and the Maxwell branches take S_i of the resultants Q_i w1 at node i. The rates are
+//! e_t = R(e, Q w1 - S), and w1 makes the end move at V:
 //! ```text
 //! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
 //! ```

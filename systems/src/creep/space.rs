@@ -5,8 +5,8 @@
 //! ```text
 //! phi(s) = int_0^s R du,        dr(s) = int_0^s (R du x (r(s) - r) + R dv),
 //! ```
-//! Hence V = int Q^T e_t ds with Q^T e_t = (R u_t, R u_t x (r(1) - r) + R v_t). The local resultants Q w1 are m_k =
-//! d_k . (m1 + (r(1) - r) x n1), n_k = d_k . n1.
+//! Hence V = int Q^T e_t ds with Q^T e_t = (R u_t, R u_t x (r(1) - r) + R v_t). The local resultants Q w1 are
+//! m_k = d_k . (m1 + (r(1) - r) x n1), n_k = d_k . n1.
 
 mod along;
 mod eightfold;
@@ -343,8 +343,8 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
     /// For changes that the nodes resolve the accuracy is that of the curve. For a change at one node alone the error
     /// is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
     ///
-    /// Let x = r(1) - r and phi_i = sum_j A_ij R_j du_j. With dr(1) - dr_i = sum_j (weight_j - A_ij) (R_j du_j x x_j
-    /// + R_j dv_j) + A_ij R_j du_j x x_i:
+    /// Let x = r(1) - r and phi_i = sum_j A_ij R_j du_j. With dr(1) - dr_i = sum_j (weight_j - A_ij)
+    /// (R_j du_j x x_j + R_j dv_j) + A_ij R_j du_j x x_i:
     /// ```text
     /// dm_i = R_i^T (M_i x phi_i + (dr(1) - dr_i) x n1),   dn_i = R_i^T (n1 x phi_i),   M_i = m1 + x_i x n1.
     /// ```

@@ -9,11 +9,11 @@ impl HeavyRod {
     /// For each strain two times by which an unresolved rate acts, in the shortest wave on the grid: on the motion,
     /// and on the energy. Both are the longest along the rod. None outside the law's domain.
     ///
-    /// A rate has the energy of the strain rate/omega: the second time is 1/omega. It makes the strain rate/(omega +
-    /// omega^2 D/K), since friction D stops a wave before it swings if omega D/K > 1. Nodes that leave the rate out
-    /// change the motion by the product of both strains: the first time is the root of that product over the rate.
-    /// Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of shear and
-    /// stretch; mu and J are mass and inertia per length.
+    /// A rate has the energy of the strain rate/omega: the second time is 1/omega. It makes the strain
+    /// rate/(omega + omega^2 D/K), since friction D stops a wave before it swings if omega D/K > 1. Nodes that leave
+    /// the rate out change the motion by the product of both strains: the first time is the root of that product over
+    /// the rate. Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of
+    /// shear and stretch; mu and J are mass and inertia per length.
     ///
     /// A section without moment, as at a free end, creeps: its rate is -(K/D) times its strain, so that friction
     /// cancels the elastic moment. Such rates are as large as friction is small, in a layer that no nodes resolve at

@@ -147,8 +147,8 @@ impl Memory {
         self.add(|_| 1.0, (q, z), out);
     }
 
-    /// Adds to the right of the balance the contributions of the right-hand sides of dashpots, and of the strains (dq
-    /// = (dw + b)/sigma).
+    /// Adds to the right of the balance the contributions of the right-hand sides of dashpots, and of the strains
+    /// (dq = (dw + b)/sigma).
     pub fn eliminate<T: ComplexField<RealField = f64> + Copy>(
         &self,
         sigma: T,

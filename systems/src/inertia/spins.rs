@@ -27,10 +27,10 @@ const SIGN: [[f64; 4]; 4] = [
     [1.0, 1.0, -1.0, 1.0],
 ];
 
-/// The sums S of a shape.
+/// The sums S of a shape, from the rates at the nodes.
 #[derive(Debug, Clone)]
 pub struct Spins {
-    /// The sums S of a shape.
+    /// q; rows are sections, the last of them the end.
     q: Quads,
 }
 

@@ -455,7 +455,7 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
                 Hold::Together | Hold::Place => wrench.scale(self.unit),
             };
         }
-        // No early exit: without branches the loop vectorises.
+        // No early exit: the loop then has no branches.
         (b.as_slice().iter()).fold(true, |finite, x| finite & x.is_finite())
     }
 }

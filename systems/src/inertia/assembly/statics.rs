@@ -13,7 +13,7 @@ use std::ops::Range;
 const STEPS: usize = 60;
 /// Largest step in strains and places, relative to 1 + the largest of them.
 const LONGEST: f64 = 0.3;
-/// Relative size of the last step.
+/// Relative step at which Newton's method has converged.
 const SHORT: f64 = 1e-12;
 /// If Newton's method stalls on rounding, a relative step below this counts as converged.
 const NEARLY: f64 = 1e-8;

@@ -403,9 +403,9 @@ impl Places {
 }
 
 impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
-    /// Let x be the displacements, and b_a the right of the balance. Eliminating dx = (dv + b_x)/sigma and da = sigma
-    /// dv - b_v leaves: (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v. Maxwell
-    /// branches add to this (`memory`).
+    /// Let x be the displacements, and b_a the right of the balance. Eliminating dx = (dv + b_x)/sigma and
+    /// da = sigma dv - b_v leaves: (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a
+    /// b_v. Maxwell branches add to this (`memory`).
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let (places, sigma) = (&self.places, self.sigma);
         let over = T::one() / sigma;
