@@ -64,7 +64,7 @@ type Jet = [Vector3<f64>; 3];
 pub struct Tube<'a> {
     rod: usize,
     diameter: f64,
-    /// Carrier of the base, and of the end if that is held: a body by number, or None for the ground.
+    /// Carrier of the base, and of the end if that is held: a body by number, or None for the ground or a support.
     held: Vec<Option<usize>>,
     curve: Curve,
     /// Exact centreline at an arclength.

@@ -337,7 +337,7 @@ where
     }
 
     /// Shape and flow of a state; None outside the law's domain.
-    #[allow(clippy::type_complexity)] // Two things that are always wanted together.
+    #[allow(clippy::type_complexity)] // Configuration and flow are needed together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let mut flow = self.rod.flow(&at, &self.velocity(y))?;
@@ -348,7 +348,7 @@ where
     /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench. V differs
     /// from the velocity of strains and wrench by the remainder of Newton's iteration. That is small in V, but not in
     /// the wrench that would follow from V where G is small.
-    #[allow(clippy::type_complexity)] // As above.
+    #[allow(clippy::type_complexity)] // Configuration and flow.
     pub fn reached(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         match self.hold {
             Hold::Together => self.under(y),
@@ -357,7 +357,7 @@ where
     }
 
     /// Shape and flow under the wrench of the state.
-    #[allow(clippy::type_complexity)] // As above.
+    #[allow(clippy::type_complexity)] // Configuration and flow.
     fn under(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();

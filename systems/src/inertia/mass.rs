@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 /// A mass that moves with a section of a rod.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // All of one rod are of one kind.
+#[allow(clippy::large_enum_variant)] // The masses of a rod are all of one variant.
 pub enum Mass {
     /// A point: the section is free to turn.
     Point(Body<3>),
