@@ -2,10 +2,10 @@
 //!
 //! The rod stays on its equilibria between its attachments, under its load. Its inertia acts on them in the variables
 //! (V, b', Omega) ([`Rod::generalized_inertia`](crate::rod::Rod::generalized_inertia)), along the present directors
-//! of its base. Here b' is the rate of the base wrench. The chart follows the attachments (`along`), b' = q' + Omega
-//! x b, and the accelerations follow likewise:
+//! of its base. Here b' is the rate of the base wrench. The chart follows the attachments (`along`),
+//! b' = q' + Omega x b, and the accelerations follow likewise:
 //! ```text
-//! J b'' = (what J q' is of the accelerations) - D^2(end)[(b', Omega), (b', Omega)].
+//! J b'' = (J q' with accelerations for velocities) - D^2(end)[(b', Omega), (b', Omega)].
 //! ```
 //! For a taut rod the twist of its end replaces b' ([`Rod::taut_inertia`](crate::rod::Rod::taut_inertia)), and no
 //! chart has to follow. Base and end thus get a coupled 12 x 12 mass matrix and a force. One linear system gives the
@@ -253,8 +253,8 @@ impl Link {
     }
 
     /// Accelerations (spin, place) of both attachments in the world while no body accelerates along its own
-    /// velocities: of supports, of places off the reference point of a turning body, and across grooves (`bent`, by
-    /// body).
+    /// velocities: of supports, of places off the reference point of a turning body, and across grooves
+    /// (`bent`, by body).
     fn drawn(&self, t: f64, (bodies, bent): (&[Place], &[Vector3<f64>])) -> SVector<f64, 12> {
         let mut drawn = SVector::<f64, 12>::zeros();
         for (k, site) in [&self.from, &self.to].into_iter().enumerate() {

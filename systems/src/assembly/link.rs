@@ -136,7 +136,7 @@ pub struct Link {
     pub(super) from: Attachment,
     pub(super) to: Attachment,
     pub(super) joint: Joint,
-    /// Chart kind, and (below) the taut solution found last.
+    /// Chart kind; the taut solution found last is cached beside it.
     pub(super) seen: Seen,
     pub(super) warm: Warm<Taut>,
     /// Stiffness of the spring beside the end of a taut rod, in B/L^3.

@@ -13,9 +13,9 @@ const CLEAR: f64 = 2.0;
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// Relative distance in the chart within which the normal form of a fold is trusted.
 const NEAR: f64 = 0.25;
-/// Scale of the room: 1 at about this many times the bound.
+/// Scale of the margin ([`Link::room`]): 1 at about this many times the bound.
 const AMPLE: f64 = 16.0;
-/// Room beyond which the bound by the normal form suffices, without the phase of sway.
+/// Margin beyond which the bound by the normal form suffices, without the phase of sway.
 const FAR: f64 = 0.25;
 
 /// Softest direction: the change of the chart that moves the end of a rod least, at a fold not at all. For a taut rod
@@ -158,7 +158,7 @@ impl Link {
     }
 
     /// Time until the fold from the present rate sigma' = u . D^2[z, q'], since sigma falls to 0 as the root of the
-    /// time left; infinite if sigma grows. With the inertia of the rod. None where J is singular.
+    /// time left; infinite if sigma grows. Also returns the inertia of the rod. None where J is singular.
     fn left(
         &self,
         light: &LightRod,

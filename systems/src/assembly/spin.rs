@@ -2,14 +2,14 @@
 //!
 //! The joints leave the rotation of such a rod about its chord free; without mass the rotation has no effect. With
 //! mass it is a coordinate: the directors Q of the base and the rate omega = Omega . c about the chord c are in the
-//! state. No couple acts along c. By d'Alembert's principle, with s = (0, c x b, c) the spin about the chord in (V,
-//! b', Omega),
+//! state. No couple acts along c. By d'Alembert's principle, with s = (0, c x b, c) the spin about the chord in
+//! (V, b', Omega),
 //! ```text
-//! s . (N a + h) = 0,          a = by x + s omega_t + (what the motion alone makes)
+//! s . (N a + h) = 0,          a = by x + s omega_t + (terms of the present motion)
 //! ```
-//! Here x are the accelerations of the attachments. The spin is eliminated: base and end feel N - (N s)(N s)^T/(s . N
-//! s) in place of N, and omega_t follows. A straight rod whose sections have no rotary inertia has no inertia against
-//! its spin; the spin then stays constant.
+//! Here x are the accelerations of the attachments. The spin is eliminated: base and end feel
+//! N - (N s)(N s)^T/(s . N s) in place of N, and omega_t follows. A straight rod whose sections have no rotary
+//! inertia has no inertia against its spin; the spin then stays constant.
 
 use super::{Assembly, Configuration, Joint, LinkEnd, LinkPoint};
 use crate::error::Result;
@@ -116,8 +116,8 @@ impl LinkPoint {
         second: &Vector3<f64>,
     ) -> SVector<f64, 12> {
         if let Some(turn) = self.end.own_turn() {
-            // Along this axis the chart itself does not turn, and b'' = q'' + Omega_t x b + 2 Omega x b' - Omega x
-            // (Omega x b).
+            // Along this axis the chart itself does not turn, and b'' = q'' + Omega_t x b + 2 Omega x b' -
+            // Omega x (Omega x b).
             let (n, rate) = (halves(q).1, halves(&motion.rate).1);
             let turned = motion.spin.cross(&(rate * 2.0 - motion.spin.cross(&n)));
             let mut force = rates.fixed_rows_mut::<3>(3);

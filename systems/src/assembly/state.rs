@@ -29,9 +29,9 @@ pub struct Configuration {
     pub spins: Vec<Option<Spin>>,
 }
 
-/// Slowed time near folds of several rods. With x = det J/(det J where slowing began) for each rod, t' = 1/(the sum
-/// of 1/x): for one rod x itself, for several about the least x. The sign of t' is that of the x that vanishes first.
-/// If all vanish together, as in a symmetric assembly, t' vanishes with them.
+/// Slowed time near folds of several rods. With x = det J/(det J where slowing began) for each rod,
+/// t' = 1/(the sum of 1/x): for one rod x itself, for several about the least x. The sign of t' is that of the x that
+/// vanishes first. If all vanish together, as in a symmetric assembly, t' vanishes with them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slowed {
     /// Rods by number, each with det J at the start of slowing.

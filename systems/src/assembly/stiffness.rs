@@ -89,7 +89,7 @@ impl LinkPoint {
         if let Some(along) = &self.end.along {
             spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
         }
-        // The axial force of a straight rod has no determined rate, either, but turns nothing.
+        // The axial force of a straight rod has no determined rate, either, but does not affect the rotation.
         let steep = (0..6).any(|i| {
             let least = svd.singular_values[i].max(f64::EPSILON * largest);
             (turned * v.row(i).transpose()).norm() > STEEP * least

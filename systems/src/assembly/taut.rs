@@ -1,9 +1,9 @@
 //! Taut rods of an assembly: the unknowns are the end force, the end pose is given by the attachments.
 //!
-//! Beyond sqrt(n.r L/B) of about ten the base wrench determines the end with a loss of digits that grows tenfold to
-//! twice that. The force n still charts the rod if its end is held as the attachment says, turned or without couple.
-//! Then r(1), m(0) and m(1) follow from [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart
-//! stay the base wrench (m(0), n), but the couple is dependent; its place in the equations is
+//! Beyond sqrt(n.r L/B) of about ten the base wrench loses digits of the end's place, ten times as many at twice that
+//! value. The force n still charts the rod if its end is held as the attachment says, turned or without couple. Then
+//! r(1), m(0) and m(1) follow from [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart stay
+//! the base wrench (m(0), n), but the couple is dependent; its place in the equations is
 //! ```text
 //! m(0) of the chart = m(0)(n, turn of the end),     place of the end = r(1)(n, turn of the end).
 //! ```

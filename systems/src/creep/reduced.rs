@@ -302,7 +302,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(flow)
     }
 
-    /// [`Self::flow`] of the configuration in the room.
+    /// [`Self::flow`] of the configuration in the workspace.
     pub fn flow_in(&self, room: &mut Room<K, M, D>, v: &AtEnd<D>) -> Option<()> {
         self.follow(&room.at, v, &mut room.flow, &mut room.next)
     }

@@ -163,8 +163,8 @@ impl Mass {
 }
 
 impl MassLinear {
-    /// Adds J^T (matrix x) for row `i` of the sections to `out`, where `left` and `right` hold the twists (turn,
-    /// move) of all of them.
+    /// Adds J^T (matrix x) for row `i` of the sections to `out`, where `left` and `right` hold the twists
+    /// (turn, move) of all of them.
     pub fn add(
         out: &mut DMatrix<f64>,
         i: usize,

@@ -62,7 +62,7 @@ pub(super) struct Scratch {
 }
 
 impl Scratch {
-    /// Makes room for n nodes.
+    /// Resizes the workspace for n nodes.
     pub(super) fn fit(&mut self, n: usize) {
         self.angles.resize(n, Vector3::zeros());
         self.residual.resize(n, Turn::zeros());
@@ -144,10 +144,10 @@ fn guess(
 
 /// Solves the equations of the collocation by corrections of p; returns the residual, 0 for rounding.
 ///
-/// Variation of constants: d = rho + eta o p solves d' = d o u/2 + rho' if p solves it without rho' and eta' = (rho o
-/// u/2) o p*. This is Newton's method if the nodes resolve eta o p, and slow in the last few modes. So every d is
-/// combined with those before for the least residual (generalised conjugate residuals), with quaternions for
-/// coefficients: the equations are linear over them.
+/// Variation of constants: d = rho + eta o p solves d' = d o u/2 + rho' if p solves it without rho' and
+/// eta' = (rho o u/2) o p*. This is Newton's method if the nodes resolve eta o p, and slow in the last few modes. So
+/// every d is combined with those before for the least residual (generalised conjugate residuals), with quaternions
+/// for coefficients: the equations are linear over them.
 fn correct(
     element: &Element,
     start: &Turn,
