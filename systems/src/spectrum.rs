@@ -1,18 +1,19 @@
-//! Eigenvalues of matrices that are not symmetric.
+//! Eigenvalues of nonsymmetric matrices, by Francis' double-shift QR.
 //!
-//! The matrix is balanced and brought to Hessenberg form, of which Francis' steps with two shifts split off one or two eigenvalues after the other, as in
-//! LAPACK's `dlahqr`: rates that are many times the same, as those of dashpots, can make the usual shifts go in circles, which exceptional ones
-//! break, and entries below the diagonal are dropped where they change the two eigenvalues beside them by no more than rounding (Ahues and Tisseur, 1997).
+//! The matrix is balanced and brought to Hessenberg form; double-shift steps then split off one or two eigenvalues at
+//! a time, as in LAPACK's `dlahqr`. Eigenvalues of high multiplicity, such as the rates of dashpots, can make the
+//! usual shifts cycle, which exceptional shifts break. Entries below the diagonal are dropped if they change the two
+//! eigenvalues beside them by no more than rounding (Ahues and Tisseur, 1997).
 
 use nalgebra::linalg::{Hessenberg, balancing::balance_parlett_reinsch};
 use nalgebra::{Complex, DMatrix};
 
-/// Steps until eigenvalues split off; there are seldom more than three.
+/// Largest number of steps until eigenvalues split off; there are seldom more than three.
 const MOST: usize = 300;
-/// Every so many steps the shifts are exceptional, by turns from the lower and from the upper end.
+/// Number of steps between exceptional shifts, by turns from the lower and from the upper end.
 const EXCEPTIONAL: usize = 10;
 
-/// All eigenvalues; None if the method does not end.
+/// All eigenvalues; None if the method does not converge.
 pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     if matrix.nrows() < 2 {
         return Some(matrix.iter().map(|x| Complex::from(*x)).collect());
@@ -39,7 +40,7 @@ pub(crate) fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>>
     Some(all)
 }
 
-/// The first row of the last block before `end` that does not fall apart.
+/// First row of the last unreduced block before `end`.
 fn split(h: &mut DMatrix<f64>, end: usize) -> usize {
     for k in (1..end).rev() {
         let below = h[(k, k - 1)].abs();
@@ -64,13 +65,13 @@ fn split(h: &mut DMatrix<f64>, end: usize) -> usize {
     0
 }
 
-/// The eigenvalues of the two rows from `k` on.
+/// Eigenvalues of the two rows from `k` on.
 fn pair(h: &DMatrix<f64>, k: usize) -> [Complex<f64>; 2] {
     let block = [h[(k, k)], h[(k, k + 1)], h[(k + 1, k)], h[(k + 1, k + 1)]];
     of_two(block)
 }
 
-/// The eigenvalues of a matrix of two rows. Of real ones the one that is larger gives the other, without cancellation.
+/// Eigenvalues of a 2 x 2 matrix. The larger of two real ones gives the other, without cancellation.
 fn of_two([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
     let size = a.abs() + b.abs() + c.abs() + d.abs();
     if size == 0.0 {
@@ -89,7 +90,8 @@ fn of_two([a, b, c, d]: [f64; 4]) -> [Complex<f64>; 2] {
     [d + far, d - near].map(|x| Complex::from(x * size))
 }
 
-/// The two shifts of a step in the block: the eigenvalues of its last two rows or, of real ones, twice the nearer to its last entry.
+/// The two shifts of a step in the block: the eigenvalues of its last two rows or, if real, twice the one nearer to
+/// the last entry.
 fn shifts(h: &DMatrix<f64>, (start, end): (usize, usize), step: usize) -> [Complex<f64>; 2] {
     let last = h[(end - 1, end - 1)];
     if step.is_multiple_of(EXCEPTIONAL) {
@@ -108,7 +110,8 @@ fn shifts(h: &DMatrix<f64>, (start, end): (usize, usize), step: usize) -> [Compl
     }
 }
 
-/// One step with two shifts, both real or conjugate, in the block. Only the block is turned: eigenvectors are not asked for.
+/// One step with two shifts, both real or conjugate, in the block. Only the block is transformed: eigenvectors are
+/// not needed.
 fn step(
     h: &mut DMatrix<f64>,
     (start, end): (usize, usize),
@@ -133,7 +136,7 @@ fn step(
         let sum: f64 = column.iter().map(|x| x.abs()).sum();
         column.map(|x| if sum > 0.0 { x / sum } else { x })
     };
-    // Where two entries below the diagonal are small one after the other, the step can begin there.
+    // If two consecutive entries below the diagonal are small, the step can begin there.
     let mut from = end - 3;
     let mut column = first(h, from);
     while from > start {
@@ -194,8 +197,9 @@ mod tests {
     use super::eigenvalues;
     use nalgebra::{Complex, DMatrix};
 
-    /// Catches shifts that go in circles, as the usual ones do of a matrix that only turns (its eigenvalues are the roots of 1) and of alike sections with two
-    /// dashpots each, whose rates are many times the same: the roots of s + a = b/(1 + 2 s) + c/(1 + 20 s). Nor may any be lost.
+    /// Catches shifts that cycle, as the usual ones do for a permutation (its eigenvalues are the roots of 1). They
+    /// also cycle for equal sections with two dashpots each, whose rates have high multiplicity: the roots of
+    /// s + a = b/(1 + 2 s) + c/(1 + 20 s). No eigenvalue may be lost.
     #[test]
     fn rates_that_are_many_times_the_same() {
         let count = 6;
@@ -219,7 +223,7 @@ mod tests {
         for [low, high] in [[-91.0, -89.0], [-0.5, -0.1], [-0.05, 0.0]] {
             let own = found.iter().filter(|s| low < s.re && s.re < high);
             assert_eq!(own.clone().count(), alike);
-            // In sign changes: a step of 1e-12 to either side leads over the root.
+            // By sign changes: a step of 1e-12 to either side crosses the root.
             assert!(
                 own.clone().all(|s| {
                     let step = 1e-12 * (1.0 + s.re.abs());

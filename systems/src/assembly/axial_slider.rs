@@ -1,51 +1,55 @@
-//! Rods of an assembly that cannot stretch and are all but straight.
+//! Compliant sliders at the ends of nearly straight inextensible rods.
 //!
-//! Bent by angles of the size b a rod that cannot stretch is shorter from end to end by some s = b^2, and along itself it gives way as s does: where it
-//! is straight its force along itself is a constraint, and where it is nearly so that force is what rounding makes of the place of its end, and
-//! vibrates as 1/b. Nobody asked for either. As long as s is small the end gives way by a little more, as if it sat on a slider with a spring, along the
-//! rod as it stood when that was set:
+//! A rod that cannot stretch, bent by angles of size b, is shorter from end to end by some s = b^2. Its compliance
+//! along itself is proportional to s. For the straight rod the axial force is a constraint. Near it the axial force
+//! is decided by rounding of the end's place, and vibrates with frequency 1/b: an artefact. As long as s is small,
+//! the end therefore sits on a slider with a spring, along the direction e of the rod when the slider was set:
 //! ```text
 //! r = r(1) + c (e.n(1)) e,     m = m(1) - (r - r(1)) x n(1),     the spring stores c (e.n(1))^2/2,
 //! ```
-//! with c |e.n(1)| at most UNSEEN of the tolerance, in lengths of the rod, where the spring is set; after steps that end with KEPT as much it is set anew. What the rod does across itself is left as it is.
+//! The travel c |e.n(1)| is at most UNSEEN of the tolerance, in rod lengths, when the slider is set; after a step
+//! that ends with KEPT times as much it is set anew. The compliance across the rod is unchanged.
 //!
-//! A rod whose mass is felt is swayed by its end: where that moves along the rod at v, the force there changes at v/(y + c), y what the end yields to a unit
-//! force by the bending of the rod alone, and its kinetic energy goes with the square of that. What a slider makes of the place cannot be seen, what it makes of the rate can,
-//! c/y. And with its mass the rod vibrates no faster as it gets straight. So it has no slider unless y is next to nothing. What an error of the integration along the rod makes of
-//! y is as good as a slider, whether the rod can stretch or not: where y is small the rod is integrated so much finer, and an end that has drifted off is brought back by
-//! its body along the rod, not by its force.
+//! A rod with inertia is swayed by its end. If the end moves along the rod at v, the force changes at v/(y + c), with
+//! y the axial compliance by bending alone. The kinetic energy goes with the square of that rate. The slider's effect
+//! c on the place is invisible, its effect c/y on the rate is not. With its mass the rod also vibrates no faster as
+//! it straightens. Such a rod has no slider unless y is next to nothing. An integration error in y acts like a
+//! slider, whether the rod can stretch or not: where y is small the rod is integrated more accurately, and a drifted
+//! end is corrected by moving the body along the rod, not by the force.
 
 use super::{Joint, Link, LinkEnd};
 use crate::math::se3::{halves, joined};
 use crate::rod::Wrench;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// The part of the tolerance by which an end gives way, and of that where it has another spring ...
+/// Travel of the slider when set, as part of the tolerance; the slider is reset beyond KEPT times that.
 const UNSEEN: f64 = 0.1;
 const KEPT: f64 = 3.0;
-/// ... and the most that it gives under a unit force, in L^3/B.
+/// Largest compliance of a slider, in L^3/B.
 const MOST: f64 = 1e-7;
-/// An end that yields along the rod by more than this under a unit force, in L^3/B, has its rod's mass without a slider; the other where it has none ...
+/// Axial compliance y, in L^3/B, above which a rod with inertia has no slider. Hysteresis: first if one may be set,
+/// second if there is none.
 const RIGID: [f64; 2] = [1e-8, 5e-9];
-/// ... and by more than this as any rod does.
+/// Axial compliance y above which a rod with inertia is treated like any other, with the same hysteresis.
 const SOFT: [f64; 2] = [1e-4, 2e-4];
-/// Between the two it is found to this part of the tolerance along other rods.
+/// Integration tolerance along the rod for y between RIGID and SOFT, as part of the usual one, and its floor.
 const FINER: f64 = 1e-3;
 const FINEST: f64 = 1e-14;
-/// A rod that is shorter from end to end by less than this part of its length is all but straight, until it is shorter by so much.
+/// A rod counts as nearly straight below the first relative shortening, and ceases to above the second.
 const STRAIGHT: [f64; 2] = [1e-4, 1e-3];
 
 /// A slider with a spring between the end of a rod and its attachment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Give {
-    /// c, in L^3/B; 0 where only the force along the rod is to stay as its end is brought back.
+    /// c, in L^3/B; 0 if only the axial force is to be kept while the end is brought back.
     pub compliance: f64,
     /// e, along the directors of the base, of length 1.
     pub along: Vector3<f64>,
 }
 
 impl Link {
-    /// Lets the end of a rod that cannot stretch give way along it by what a motion of this tolerance, in lengths of the rod, does not see.
+    /// Lets the end of an inextensible rod give way along the rod by less than a motion of this tolerance, in rod
+    /// lengths, can resolve.
     pub fn allow(&mut self, tolerance: f64) {
         self.unseen = match self.rod.is_inextensible() {
             Ok(true) => UNSEEN * tolerance,
@@ -53,17 +57,17 @@ impl Link {
         };
     }
 
-    /// Sets what stands between the end of the rod and its attachment.
+    /// Sets the slider between the end of the rod and its attachment.
     pub fn let_give(&mut self, give: Option<Give>) {
         self.give = give;
     }
 
-    /// What stands between the end of the rod and its attachment.
+    /// Slider between the end of the rod and its attachment.
     pub fn give(&self) -> Option<Give> {
         self.give
     }
 
-    /// What should stand there, with hysteresis, by the end as it is now.
+    /// Slider that suits the present end, with hysteresis.
     pub fn better_give(&self, end: &LinkEnd) -> Option<Give> {
         if self.unseen == 0.0 && !self.felt || end.chord.is_some() || end.slack.is_some() {
             return None;
@@ -96,7 +100,8 @@ impl Link {
         })
     }
 
-    /// The tolerance along the rod for one of the motion. What its end does along itself follows from J to this part of what it yields there.
+    /// Tolerance of integration along the rod. Tightened so that the axial motion of the end is right to FINER of its
+    /// axial compliance.
     pub(super) fn finer(&self, tolerance: f64) -> f64 {
         match self.give {
             Some(give) if give.compliance == 0.0 => (FINER * tolerance).max(FINEST).min(tolerance),
@@ -104,7 +109,8 @@ impl Link {
         }
     }
 
-    /// How far a unit force along the rod moves its own end along itself, in L^3/B, its attachment holding it across: 0 where it is straight.
+    /// Axial compliance of the rod's own end, in L^3/B, with the attachment holding the end across: 0 for a straight
+    /// rod.
     fn yields(&self, end: &LinkEnd, along: &Vector3<f64>) -> f64 {
         let moved = joined(&Vector3::zeros(), along);
         let force = |q: Wrench| along.dot(&halves(&q).1);
@@ -113,7 +119,7 @@ impl Link {
         pulled.map_or(0.0, |q| (1.0 / force(q) - slider).abs())
     }
 
-    /// How far the end has given way.
+    /// Travel of the end on its slider.
     fn given(&self, end: &LinkEnd) -> Vector3<f64> {
         self.give
             .map_or_else(Vector3::zeros, |give| self.slid(&give) * end.tip_force())
@@ -125,7 +131,8 @@ impl Link {
         give.along * give.along.transpose() * (give.compliance * unit)
     }
 
-    /// The change of the chart by which the end meets its attachment but for `gap` along the slider; the force along that stays.
+    /// Chart correction that brings the end to its attachment except for `gap` along the slider; the force along the
+    /// slider stays.
     pub(super) fn moved_across(
         &self,
         give: &Give,
@@ -145,14 +152,15 @@ impl Link {
         equations.full_piv_lu().solve(&gap)
     }
 
-    /// The end of the rod with the spring behind it.
+    /// End of the rod with the slider's spring behind it.
     pub(super) fn sprung(&self, mut end: LinkEnd) -> LinkEnd {
         let Some(give) = self.give.filter(|_| end.chord.is_none()) else {
             return end;
         };
         let (slid, force, unit) = (self.slid(&give), end.tip_force(), self.units()[3]);
         let way = slid * force;
-        // m = m(1) - way x n(1), and by the force; the load is dead in the world: it turns the other way as the base turns, and n(1) = n(0) - load.
+        // m = m(1) - way x n(1), and its derivative by the force. The load is dead in the world: it turns the other
+        // way as the base turns, and n(1) = n(0) - load.
         let couple_by_force = force.cross_matrix() * slid - way.cross_matrix();
         end.pose.translation.vector += way;
         end.couple -= way.cross(&force);

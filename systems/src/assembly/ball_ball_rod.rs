@@ -1,13 +1,13 @@
 //! Rods between two ball joints: springs along their chords.
 //!
-//! Without couples at both ends the force is along the chord, r(1) x n = 0, and n, along the directors of the base, charts the rod
-//! with its length: in the six numbers of the chart
+//! Without couples at both ends the force is along the chord, r(1) x n = 0. The force n, along the directors of the
+//! base, charts the rod with its length: in the six numbers of the chart
 //! ```text
 //! dm(0) = 0,       (r^ r^T) dr(1) + (L/couple) dm(1) = r^ dl,
 //! ```
-//! r^ the direction of the chord, l its length; dm(1) is across r^ where m(0) = 0. The directors of the base follow the chord, but for a
-//! spin about it, which nothing but the rod's own mass feels (`spin`). A round straight rod that has buckled can spin in its own curve as well, n' = d3 x n: that
-//! direction is held.
+//! r^ the direction of the chord, l its length; dm(1) is across r^ where m(0) = 0. The directors of the base follow
+//! the chord except for a spin about it, on which only the rod's own mass acts (`spin`). The curve of a buckled round
+//! rod can also spin about its own d3, n' = d3 x n: that direction is held.
 
 use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
@@ -21,22 +21,22 @@ use nalgebra::{
     Vector3, Vector6,
 };
 
-/// What a neutral turn may change, relative to what other directions do.
+/// Relative size of the residual of a neutral rotation, against other directions.
 const NEUTRAL: f64 = 1e-8;
-/// 1 + the cosine of the angle between directions that are opposite.
+/// 1 + the cosine of the angle between directions that count as opposite.
 const OPPOSITE: f64 = 1e-14;
-/// A force is along d3 that is less than this part of it aside.
+/// Relative transverse force below which a force counts as along d3.
 const STRAIGHT: f64 = 1e-12;
 /// Eigenvalues of the stiffness of a base above minus this part of the largest are not negative.
 const ZERO: f64 = 1e-7;
-/// A neutral direction with less than this part along the chord is neutral whatever the chord does.
+/// A neutral direction with less than this part along the chord is neutral for any motion of the chord.
 const ACROSS: f64 = 1e-7;
-/// Forces, in B/L^2, from which other equilibria are looked for: those of the first two ways in which a column buckles.
+/// Forces, in B/L^2, of starts for other equilibria: near the first two buckling loads of a column.
 const TYPICAL: [f64; 2] = [10.0, 40.0];
-/// Newton steps of a search from one of them at most.
+/// Largest number of Newton steps from such a start.
 const PATIENCE: usize = 40;
 
-/// A rod between two ball joints that are held so far apart, by its force.
+/// Family in the force of a rod between two ball joints at a given distance.
 struct Spanned<'a> {
     link: &'a Link,
     held: &'a Isometry3<f64>,
@@ -63,13 +63,13 @@ impl Family for Spanned<'_> {
 }
 
 impl LinkEnd {
-    /// The direction of the chord.
+    /// Direction of the chord.
     pub(super) fn along(&self) -> Vector3<f64> {
         self.chord.unwrap_or_else(Vector3::z)
     }
 
-    /// The direction in which the force of a round rod can turn about the rod's base while its curve turns in itself; None of any other rod. The chart
-    /// holds it.
+    /// Neutral rotation of the force of a round rod about its base while the curve turns in itself; None for any
+    /// other rod. The chart holds this direction.
     pub(super) fn own_turn(&self) -> Option<Vector3<f64>> {
         let couple = self.resultants.fixed_rows::<3>(6).into_owned();
         let rows = chord_rows(&self.tangent, &couple, (&self.chord?, self.per_couple));
@@ -78,7 +78,7 @@ impl LinkEnd {
     }
 }
 
-/// What the chart makes of the chord, and of m(1) in lengths.
+/// Derivatives by the chart of the chord, and of m(1) in lengths.
 fn chord_rows(
     tangent: &Matrix6<f64>,
     couple: &SMatrix<f64, 3, 6>,
@@ -87,7 +87,7 @@ fn chord_rows(
     along * along.transpose() * tangent.fixed_rows::<3>(3) + couple * per_couple
 }
 
-/// The direction in which the force turns about d3, if the end of the rod turns with it, its m(1), in lengths, too.
+/// Direction in which the force turns about d3, if the end of the rod, and its m(1) in lengths, turn along.
 fn own_turn(
     by_force: &Matrix3<f64>,
     force: &Vector3<f64>,
@@ -103,7 +103,7 @@ fn own_turn(
 }
 
 impl Link {
-    /// The matrices jacobian and drive of [`LinkEnd`], from the derivatives of the end and of m(1) by the chart.
+    /// Matrices jacobian and drive of [`LinkEnd`], from the derivatives of the end and of m(1) by the chart.
     pub(super) fn pins(
         &self,
         tangent: &Matrix6<f64>,
@@ -120,12 +120,12 @@ impl Link {
         let per_couple = self.rod.length() / units[0];
         let below = chord_rows(tangent, couple, (along, per_couple));
         jacobian.fixed_rows_mut::<3>(3).copy_from(&below);
-        // By n alone.
+        // Derivative by n alone.
         let by_force: Matrix3<f64> = below.fixed_columns::<3>(3).into_owned();
         if let Some(turn) = own_turn(&by_force, &section.force, &(section.couple * per_couple))
             && let Some(across) = turn.cross(along).try_normalize(f64::MIN_POSITIVE)
         {
-            // In place of what the end of the rod does in its own plane across the chord, which is nothing.
+            // Replaces the row of motion across the chord in the plane of the rod, which is zero.
             let held = turn.transpose() * by_force.norm() - across.transpose() * by_force;
             let mut block = jacobian.fixed_view_mut::<3, 3>(3, 3);
             block += across * held;
@@ -135,9 +135,10 @@ impl Link {
         (jacobian, drive)
     }
 
-    /// In how many directions the rod is neutral without a fold: paths of equilibria cross there, as those of a column at Euler's load do,
-    /// and the chord goes on along each of them. Neutral is what a force changes by less than `within`: singular values of the Jacobian in
-    /// lengths of the rod. None where it is regular, at a fold, and of a rod that is not between two ball joints.
+    /// Number of neutral directions of the rod without a fold. Paths of equilibria cross there, as those of a column
+    /// at Euler's load, and the chord varies along each of them. Neutral means singular values of the Jacobian below
+    /// `within`, in rod lengths. None if the Jacobian is regular, at a fold, and for a rod that is not between two
+    /// ball joints.
     pub fn crossing(&self, end: &LinkEnd, within: f64) -> Option<usize> {
         let along = end.chord?;
         let svd = end.jacobian.fixed_view::<3, 3>(3, 3).svd(true, false);
@@ -147,8 +148,8 @@ impl Link {
         (count > 0).then_some(count)
     }
 
-    /// The index of the rod with its ends where they are: that with the base held too, and the negative eigenvalues of the stiffness of
-    /// the base against turning about the point where it is (Haynsworth).
+    /// Morse index of the rod with its ends in place: that with the base clamped, plus the negative eigenvalues of
+    /// the stiffness of the base against rotation about its point (Haynsworth).
     pub(super) fn pinned_index(
         &self,
         q: &Wrench,
@@ -163,7 +164,8 @@ impl Link {
                 "a rod between two ball joints has no index where it is straight and cannot be stretched: give it an axial stiffness",
             )
         })?;
-        // The base turns by phi: seen from there the end moves by r x phi, and the couple on the base is dm(0).
+        // A rotation phi of the base moves the end, relative to the base, by r x phi; the couple on the base is
+        // dm(0).
         let mut moved = SMatrix::<f64, 6, 3>::zeros();
         let r = end.pose.translation.vector.cross_matrix();
         moved.fixed_rows_mut::<3>(3).copy_from(&r);
@@ -177,8 +179,8 @@ impl Link {
         Ok(ball.index(q, held, tolerance)? + turning)
     }
 
-    /// Charts of equilibria that are found with the ends so far apart besides those known: by deflation from these, from the unloaded rod
-    /// and from forces along the axes of the base and between them.
+    /// Charts of further equilibria at the given distance of the ends: by deflation from the known ones, from the
+    /// unloaded rod and from forces along the axes of the base and between them.
     pub(super) fn other_spans(
         &self,
         known: &[Wrench],
@@ -223,7 +225,7 @@ impl Link {
         charts.collect()
     }
 
-    /// The chart of the rod near `q` with its ends so far apart, seen from the base; for starts.
+    /// Chart near `q` of the rod with its end at distance |`held`| from the base; for starts.
     pub(super) fn spanning(&self, held: &Isometry3<f64>, tolerance: f64) -> Option<Wrench> {
         self.polished(&Vector6::zeros(), held, tolerance).ok()
     }
@@ -238,8 +240,8 @@ impl LinkPoint {
     }
 }
 
-/// The rotation that leads the chord of a rod, along the directors of its base, to that between its attachments, from `base` by the least
-/// turn: the rod can spin about it as it likes.
+/// Rotation of least angle from `base` that takes the chord of a rod, along the directors of its base, to that
+/// between its attachments. The spin about the chord is free.
 fn along_chord(
     base: &Isometry3<f64>,
     tip: &Isometry3<f64>,
@@ -249,10 +251,10 @@ fn along_chord(
     let now = base.rotation * chord;
     let ahead = wanted.norm() + now.dot(&wanted);
     let turn = if ahead > OPPOSITE * wanted.norm() {
-        // Right for small angles, too, which an arc cosine is not.
+        // Accurate for small angles, unlike an arc cosine.
         UnitQuaternion::from_quaternion(Quaternion::from_parts(ahead, now.cross(&wanted)))
     } else {
-        // Half a turn about whatever is across.
+        // Half a turn about any axis across.
         let across = now.cross(&now.zxy());
         UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), std::f64::consts::PI)
     };

@@ -1,4 +1,4 @@
-//! The bodies of an assembly: rigid ones, and point masses.
+//! Bodies of an assembly: rigid bodies and point masses, free or in a groove.
 
 use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
 use crate::error::{Error, Message, Quantity, Result};
@@ -6,7 +6,7 @@ use crate::math::se3::{halves, joined, spin, unit};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
 
-/// Bodies that start farther beside their groove than this, or faster away from it, are no start.
+/// Largest distance from the groove, and relative speed across the groove, of a body at the start.
 const BESIDE: f64 = 1e-9;
 
 /// A body of an assembly, free or with its reference point in a groove.
@@ -17,26 +17,26 @@ pub struct Carrier {
     name: Option<String>,
 }
 
-/// What a body is.
+/// Mass properties of a body.
 #[derive(Debug, Clone)]
 pub enum Mass {
-    /// A rigid body; the point by which its place is told need not be its centre of mass.
+    /// A rigid body; the reference point need not be the centre of mass.
     Rigid(Box<RigidBody>),
-    /// A point mass, which has no directors: rods end in it on ball joints.
+    /// A point mass without directors: rods end in it on ball joints.
     Point(Box<Body<3>>),
 }
 
-/// Where a body is and how it moves: pose, and (angular velocity, velocity of the reference point), in the world.
+/// Pose and twist (angular velocity, velocity of the reference point) of a body in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Pose of the body's frame; a point mass does not turn.
+    /// Pose of the body's frame; the rotation of a point mass is constant.
     pub pose: Isometry3<f64>,
-    /// (angular velocity, velocity).
+    /// (angular velocity, velocity of the reference point).
     pub twist: Vector6<f64>,
 }
 
 impl Place {
-    /// At rest.
+    /// A place with zero twist.
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Self {
             pose,
@@ -44,7 +44,7 @@ impl Place {
         }
     }
 
-    /// The same seen from `base`, along its directors: pose, and twist relative to it.
+    /// Pose and twist relative to `base`, along the directors of `base`.
     pub fn seen_from(&self, base: &Self) -> Self {
         let back = base.pose.rotation.inverse();
         let (turning, moving) = (halves(&base.twist), halves(&self.twist));
@@ -76,26 +76,27 @@ impl Carrier {
         }
     }
 
-    /// Puts the reference point into a groove of the world, where it slides without friction; a rigid body turns freely about it.
+    /// Constrains the reference point to a groove of the world, without friction; a rigid body turns freely about the
+    /// point.
     #[must_use]
     pub fn in_groove(mut self, groove: Groove) -> Self {
         self.groove = Some(groove);
         self
     }
 
-    /// Gives it a name, by which messages call it; without one it has its place in the list.
+    /// Names the body for messages; the default label is its number.
     #[must_use]
     pub fn named(mut self, name: String) -> Self {
         self.name = Some(name);
         self
     }
 
-    /// Its name, if it has one.
+    /// Name of the body, if given.
     pub fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
-    /// What messages call it, the body at `place` of a list.
+    /// Label in messages of the body at index `place` of a list.
     pub fn called(&self, place: usize) -> String {
         match &self.name {
             Some(name) => format!("body {name:?}"),
@@ -103,43 +104,43 @@ impl Carrier {
         }
     }
 
-    /// What it is.
+    /// Mass properties.
     pub fn mass(&self) -> &Mass {
         &self.mass
     }
 
-    /// The groove that its reference point slides in.
+    /// Groove of the reference point.
     pub fn groove(&self) -> Option<&Groove> {
         self.groove.as_ref()
     }
 
-    /// True of a body with directors.
+    /// True for a rigid body, which has directors.
     pub fn turns(&self) -> bool {
         matches!(self.mass, Mass::Rigid(_))
     }
 
-    /// How many velocities of turning it has.
+    /// Number of rotational velocities.
     pub(crate) fn turnings(&self) -> usize {
         if self.turns() { 3 } else { 0 }
     }
 
-    /// How many of shifting.
+    /// Number of translational velocities.
     pub(crate) fn shiftings(&self) -> usize {
         if self.groove.is_some() { 1 } else { 3 }
     }
 
-    /// How many velocities it has: 3 of a rigid body's turning, and 3 of shifting, or 1 along a groove.
+    /// Number of velocities: 3 of rotation for a rigid body, plus 3 of translation, or 1 along a groove.
     pub fn freedoms(&self) -> usize {
         self.turnings() + self.shiftings()
     }
 
-    /// How many numbers hold its place and its velocity in a state: a rigid body's quaternion (w, x, y, z), position or
-    /// parameter of the groove, and their rates.
+    /// Count of state components of the body: quaternion (w, x, y, z) of a rigid body, position or groove parameter,
+    /// and their rates.
     pub fn numbers(&self) -> usize {
         2 * self.freedoms() + usize::from(self.turns())
     }
 
-    /// Where quaternion, position (or parameter), spin and velocity stand in its part of a state.
+    /// Index ranges of quaternion, position (or parameter), spin and velocity within the body's part of a state.
     pub(crate) fn slots(&self) -> [Range<usize>; 4] {
         let (turnings, shiftings) = (self.turnings(), self.shiftings());
         let mut next = 0;
@@ -150,7 +151,7 @@ impl Carrier {
         })
     }
 
-    /// The place that a part of a state holds.
+    /// Reads the place from the body's part of a state.
     pub fn read(&self, state: &[f64]) -> Place {
         let [quaternion, position, spin, velocity] = self.slots().map(|slots| &state[slots]);
         let turn = match quaternion {
@@ -177,7 +178,7 @@ impl Carrier {
         }
     }
 
-    /// Writes a place into a state; in a groove, the nearest one.
+    /// Writes a place into a state; in a groove, the nearest place of the groove.
     pub fn write(&self, place: &Place, state: &mut [f64]) {
         let [quaternion, position, spin, velocity] = self.slots();
         let r = &place.pose.translation.vector;
@@ -201,7 +202,8 @@ impl Carrier {
         }
     }
 
-    /// How far a place is from the groove, how fast it would leave it, and where that leads there; 0 of a free body.
+    /// Distance of a place from the groove, speed away from the groove, and unit tangent of the groove there; zeros
+    /// for a free body.
     pub fn beside_groove(&self, place: &Place) -> (f64, f64, Vector3<f64>) {
         let Some(groove) = &self.groove else {
             return (0.0, 0.0, Vector3::zeros());
@@ -212,7 +214,7 @@ impl Carrier {
         ((x - r).norm(), (v - along * along.dot(&v)).norm(), along)
     }
 
-    /// An error unless bodies that slide in grooves start there, with a velocity along them.
+    /// Checks that bodies in grooves start on them, with velocities along them.
     ///
     /// # Errors
     /// A body beside its groove.
@@ -236,10 +238,10 @@ impl Carrier {
         Ok(())
     }
 
-    /// An error if a body was carried along its groove beyond an end of it, where nothing holds it.
+    /// Checks that no body has left its groove past an end, where nothing constrains it.
     ///
     /// # Errors
-    /// As said.
+    /// A body past an end of its groove.
     pub fn within_ends(carriers: &[Self], places: &[Place]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (r, groove) = (&place.pose.translation.vector, carrier.groove.as_ref());
@@ -258,7 +260,7 @@ impl Carrier {
         Ok(())
     }
 
-    /// How messages call one of these bodies.
+    /// Label of a body in messages, by number.
     fn told(carriers: &[Self], body: usize) -> String {
         match carriers {
             [Self { name: None, .. }] => "the body".to_owned(),
@@ -266,7 +268,8 @@ impl Carrier {
         }
     }
 
-    /// True where the body stands at an end of its groove and leaves it: it moves outward, or rests and is pushed so by more than `least` of an equilibrium.
+    /// True if the body stands at an end of its groove and leaves it: by moving outward, or from rest under an
+    /// outward acceleration above `least`.
     pub(crate) fn leaves_groove(&self, state: &[f64], slope: &[f64], least: f64) -> bool {
         let [_, position, _, velocity] = self.slots();
         let groove = self.groove.as_ref();
@@ -277,19 +280,20 @@ impl Carrier {
         })
     }
 
-    /// The parameter of the groove that a part of a state holds, and its rate.
+    /// Groove parameter and its rate, from the body's part of a state.
     pub(crate) fn parameter(&self, state: &[f64]) -> Option<[f64; 2]> {
         let [_, phi, _, rate] = self.slots();
         (self.groove.as_ref()).map(|_| [state[phi.start], state[rate.start]])
     }
 
-    /// True if no groove holds it.
+    /// True if the body has no groove.
     pub(super) fn is_free(&self) -> bool {
         self.groove.is_none()
     }
 
-    /// Writes the rates of its part `state` of a state at time `t` into `out`, times `rate`, under the wrench of its rods about its
-    /// reference point in the world. Returns the power of the loads in time and the loss by drag.
+    /// Writes the rates of the body's part `state` of a state at time `t` into `out`, times `rate`. `wrench` is that
+    /// of its rods about the reference point in the world. Returns the power of time-dependent loads and the loss by
+    /// drag.
     pub fn write_rates(
         &self,
         t: f64,
@@ -319,7 +323,7 @@ impl Carrier {
         if self.turns() {
             let p = nalgebra::Vector4::from_column_slice(&state[quaternion.clone()]);
             let omega = Vector3::from_column_slice(&state[spinning.clone()]);
-            // p_t = p (body omega)/2, the body's being that of the world seen along its own axes.
+            // p_t = p (body omega)/2: the body's angular velocity along its own axes is the world's, rotated back.
             let turned = unit(&p).inverse() * omega;
             out[quaternion].copy_from_slice((spin(&p, &turned) * rate).as_slice());
             let angular = motion.acceleration.fixed_rows::<3>(0) * rate;
@@ -328,7 +332,7 @@ impl Carrier {
         (motion.power, motion.loss)
     }
 
-    /// The force of the groove on the body under the wrench of its rods.
+    /// Constraint force of the groove under the wrench of the rods.
     pub fn groove_force(
         &self,
         t: f64,
@@ -343,7 +347,7 @@ impl Carrier {
         Some(self.held(&jet, speed, &place.pose, &motion).force)
     }
 
-    /// How it moves under the wrench of its rods, about its reference point in the world.
+    /// Motion of the body under the wrench of the rods about the reference point in the world.
     pub fn motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
         match self.groove_force(t, place, wrench) {
             None => self.free_motion(t, place, wrench),
@@ -354,7 +358,7 @@ impl Carrier {
         }
     }
 
-    /// The same without the groove.
+    /// Motion without the groove's constraint.
     fn free_motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
         match &self.mass {
             Mass::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
@@ -371,8 +375,8 @@ impl Carrier {
         }
     }
 
-    /// What the groove makes of the motion `free` that the body would have without it, theory 3.5: `jet` is x, x_phi, x_phiphi,
-    /// `speed` phi'.
+    /// Constraint of the groove on the unconstrained motion `free`, theory 3.5. `jet` is x, x_phi, x_phiphi, `speed`
+    /// phi'.
     fn held(
         &self,
         jet: &[Vector3<f64>; 3],
@@ -383,7 +387,7 @@ impl Carrier {
         let [_, along, bend] = jet;
         let (spin, v) = halves(&free.acceleration);
         let missing = v - bend * (speed * speed);
-        // Velocities by an impulse at the reference point: of the point, and of the spin.
+        // Velocity of the point, and spin, per unit impulse at the reference point.
         let identity = Matrix3::identity();
         let (give, turn) = match &self.mass {
             Mass::Point(body) => (identity / body.mass(), Matrix3::zeros()),
@@ -409,7 +413,8 @@ impl Carrier {
         }
     }
 
-    /// Twists of the reference point by the body's own velocities, at a pose: the last, along a groove, is the speed along it.
+    /// Twists of the reference point per unit of the body's own velocities; in a groove the last is the speed along
+    /// the groove.
     pub fn own_twists(&self, pose: &Isometry3<f64>) -> Matrix6xX<f64> {
         let turnings = self.turnings();
         let mut twists = Matrix6xX::zeros(self.freedoms());
@@ -438,7 +443,7 @@ impl Carrier {
         Some((tangent, across / along.norm_squared()))
     }
 
-    /// How far the place of a pose is along a groove from that of another, in terms of the rate there.
+    /// Length along a groove from one pose to another: difference of the parameters times |x_phi| at the first.
     pub(super) fn slid(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Option<f64> {
         let groove = self.groove.as_ref()?;
         let [a, b] = [from, to].map(|pose| groove.nearest(&pose.translation.vector));
@@ -455,8 +460,8 @@ impl Carrier {
         b / a
     }
 
-    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as twists and wrenches
-    /// of the reference point: of a point mass their last three components.
+    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as twists
+    /// and wrenches of the reference point; for a point mass the last three components of these.
     fn linear(&self, t: f64, pose: &Isometry3<f64>, wrench: &Vector6<f64>) -> [DMatrix<f64>; 3] {
         match &self.mass {
             Mass::Rigid(body) => {
@@ -482,8 +487,8 @@ impl Carrier {
         }
     }
 
-    /// The mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is that of the
-    /// rods. None of a body without inertia.
+    /// Mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is
+    /// that of the rods. None for a body without inertia.
     pub(super) fn linear_own(
         &self,
         t: f64,
@@ -493,7 +498,7 @@ impl Carrier {
         let mut wrench = *wrench;
         let force = halves(&(wrench + self.load(t, pose))).1;
         if let Some((tangent, _)) = self.tangent(pose) {
-            // The groove bears what is across it, so that at an equilibrium nothing is left.
+            // The groove bears all force across its tangent; the remaining force vanishes at an equilibrium.
             let borne = tangent * tangent.dot(&force) - force;
             wrench += joined(&Vector3::zeros(), &borne);
         }
@@ -510,7 +515,7 @@ impl Carrier {
         Some(projected)
     }
 
-    /// The wrench of the loads about the reference point, at rest.
+    /// Wrench of the loads about the reference point, for a body at rest.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
         match &self.mass {
             Mass::Rigid(body) => body.load(t, pose),
@@ -518,7 +523,7 @@ impl Carrier {
         }
     }
 
-    /// The derivative of [`Carrier::load`] by a turn of the body about its reference point: of the couple, and of the force.
+    /// Derivative of [`Carrier::load`] (couple, and force) by a rotation of the body about its reference point.
     pub(super) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
         match &self.mass {
             Mass::Rigid(body) => body.load_by_turn(t, pose),
@@ -566,8 +571,8 @@ impl Carrier {
         }
     }
 
-    /// The pose moved by the body's own velocities: turned about the reference point, then shifted, along a groove as its
-    /// parameter says.
+    /// The pose displaced by the body's own velocities: rotated about the reference point, then shifted, in a groove
+    /// by its parameter.
     pub fn moved(&self, pose: &Isometry3<f64>, own: &[f64]) -> Isometry3<f64> {
         let mut moved = *pose;
         let (turn, shift) = own.split_at(self.turnings());
@@ -588,12 +593,12 @@ impl Carrier {
     }
 }
 
-/// What a groove does.
+/// Effect of a groove on the motion.
 struct Held {
     /// phi''.
     along: f64,
     /// The force of the groove.
     force: Vector3<f64>,
-    /// The acceleration of the reference point, and of the spin.
+    /// Acceleration of spin and reference point.
     acceleration: Vector6<f64>,
 }

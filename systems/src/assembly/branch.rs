@@ -1,4 +1,4 @@
-//! Equilibria of an assembly as a parameter moves, for the continuation of [`crate::solve::arclength`].
+//! Branches of equilibria of an assembly in one parameter, for the continuation of [`crate::solve::arclength`].
 
 use super::equations::Frame;
 use super::{Assembly, Carrier, Configuration, LinkPoint};
@@ -8,11 +8,11 @@ use nalgebra::DVector;
 
 /// Assemblies in one parameter: loads, places of supports, sections.
 ///
-/// The unknowns are those of all bodies, rotation vectors and displacements (in mean lengths of the rods) from a configuration of
-/// reference, and the charts of the rods, in B/L and B/L^2 of each.
+/// The unknowns of the bodies are rotation vectors and displacements (in mean rod lengths) from a reference
+/// configuration. Those of the rods are the charts, in B/L and B/L^2 of each.
 ///
-/// The equations and their derivatives by the unknowns are exact; those by the parameter are central differences, of balance
-/// and gaps alone unless the parameter changes the rods. They only set directions: no point depends on them.
+/// The equations and their derivatives by the unknowns are exact. Those by the parameter are central differences, of
+/// balance and gaps alone unless the parameter changes the rods. They only set directions: no point depends on them.
 pub struct AssemblyFamily<P> {
     at: P,
     frame: Frame,
@@ -27,16 +27,16 @@ pub struct AssemblyFamily<P> {
 /// A point of a branch of equilibria.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyState {
-    /// Where everything is.
+    /// Poses of the bodies and charts of the rods.
     pub now: Configuration,
     /// Stored energy and potential of the constant forces.
     pub energy: f64,
 }
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
-    /// `at(p)` for every p of a range of length `span`, all with the same bodies and rods in the same order, from a configuration
-    /// of reference, best an equilibrium, at one of them; `changes_rods` if lengths, sections or rest strains depend on p.
-    /// `tolerance` is that of the integration along the rods.
+    /// The family `at(p)` for every p of a range of length `span`, all with the same bodies and rods in the same
+    /// order. The reference configuration `now` is best an equilibrium at one of them. Set `changes_rods` if lengths,
+    /// sections or rest strains depend on p. `tolerance` is that of the integration along the rods.
     ///
     /// # Errors
     /// A reference with other numbers of bodies or rods; the errors of the closure.
@@ -68,7 +68,8 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         })
     }
 
-    /// The same unknowns in another parameter (or the same to another tolerance): the assemblies have the same bodies and rods.
+    /// A family with the same unknowns in another parameter, or to another tolerance. The assemblies have the same
+    /// bodies and rods.
     pub fn over<Q: Fn(f64) -> Result<Assembly>>(
         &self,
         at: Q,
@@ -88,7 +89,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         }
     }
 
-    /// The same with its unknowns counted from another reference.
+    /// The family with its unknowns counted from another reference.
     pub(super) fn counted_from(
         &self,
         frame: Frame,
@@ -105,12 +106,12 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         }
     }
 
-    /// That of the integration along the rods.
+    /// Tolerance of the integration along the rods.
     pub(super) fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// The unknowns of a configuration at p.
+    /// Unknowns of a configuration at p.
     ///
     /// # Errors
     /// Another number of bodies or rods; the errors of the closure.
@@ -127,7 +128,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         Ok(self.frame.unknowns(&self.assembly(p)?, now))
     }
 
-    /// Where everything is at a point of the branch, and the energy.
+    /// Configuration and energy at a point of the branch.
     ///
     /// # Errors
     /// Those of the closure and of the rods; another number of unknowns.
@@ -169,11 +170,11 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         )))
     }
 
-    /// The equations at another parameter.
+    /// Residual at another parameter.
     fn residual(&self, x: &DVector<f64>, p: f64, known: &[LinkPoint]) -> Result<DVector<f64>> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
-        // A load along a rod is one of the parameter, or of the way its base is turned.
+        // A load along a rod depends on the parameter, or on the rotation of its base.
         let bears = |link: &super::Link| link.distributed().is_some();
         let loaded = known.iter().any(|point| point.end.along.is_some());
         if self.changes_rods || loaded || assembly.links().iter().any(bears) {
@@ -192,7 +193,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     }
 }
 
-/// Steps of differences by the parameter, relative to its range.
+/// Step of the differences by the parameter, relative to its range.
 fn step(changes_rods: bool) -> f64 {
     if changes_rods { 1e-4 } else { 1e-5 }
 }

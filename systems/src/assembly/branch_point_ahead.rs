@@ -1,25 +1,27 @@
-//! How a rod comes to be neutral with its ends held, told by what is watched of it (theory 3.3).
+//! Approach of a rod with held ends to a branch point: next neutral direction, steps left, imperfection (theory 3.3).
 
 use super::Sight;
 use nalgebra::{Matrix6, Vector6};
 
-/// A rod that resists less than this part of the most is as near as a step comes to where it is neutral, or all but rigid: of that no imperfection is told.
+/// Floor of the relative resistance in the measure of an imperfection: a rod cannot be resolved closer to neutral,
+/// and a rigid rod has no imperfection.
 const WEAKEST: f64 = 1e-8;
 
 /// A direction of the chart in which a rod is about to be neutral, or has just been.
 #[derive(Debug, Clone, Copy)]
 pub struct Neutral {
-    /// In how many steps, at the rate of the last one: negative if it was within that.
+    /// Steps until neutral, at the rate of the last step: negative if the point lies within that step.
     pub left: f64,
-    /// How much of the motion of the ends pushes the rod there, times how much less the rod resists there than where it resists most: an imperfection,
-    /// which stays as it is while the rod comes nearer, and is nothing but rounding where a symmetry forbids any push.
+    /// Imperfection: part of the ends' motion that pushes along this direction, times the resistance relative to the
+    /// largest. It is constant while the rod approaches, and pure rounding if a symmetry forbids any push.
     pub push: f64,
     along: Vector6<f64>,
     against: Vector6<f64>,
 }
 
 impl Neutral {
-    /// What the rod resists with in this direction, by its Jacobian. It goes through 0 where the rod is neutral, in one direction or in several at once.
+    /// Resistance of the rod in this direction, by its Jacobian: 0 where the rod is neutral, in one direction or in
+    /// several.
     pub fn resistance(&self, jacobian: &Matrix6<f64>) -> f64 {
         let moved = jacobian.full_piv_lu().solve(&self.against);
         moved.map_or(0.0, |moved| self.along.dot(&moved).recip())
@@ -27,7 +29,8 @@ impl Neutral {
 }
 
 impl Sight {
-    /// The direction in which the rod is neutral first, at the rates of the step that led here from `before`; None if it comes nearer to none.
+    /// First direction to become neutral, at the rates of the step from `before` to this state; None if no resistance
+    /// falls.
     pub fn neutral_next(&self, before: &Self) -> Option<Neutral> {
         let svd = before.jacobian.svd(true, true);
         let (u, v_t) = (svd.u?, svd.v_t?);
@@ -48,7 +51,7 @@ impl Sight {
         all.min_by(|a, b| a.left.total_cmp(&b.left))
     }
 
-    /// True if the rod is neutral in more than one direction, to `within`.
+    /// True if the rod is neutral, to `within`, in more than one direction.
     pub fn is_neutral_all_round(&self, within: f64) -> bool {
         let sizes = self.jacobian.singular_values();
         sizes.iter().filter(|size| **size <= within).count() > 1

@@ -1,13 +1,15 @@
-//! Rods with mass between two ball joints: they spin about their chords (theory 3.9).
+//! Spin about the chord of rods with mass between two ball joints (theory 3.9).
 //!
-//! The joints leave the turn of such a rod about its chord free, and without mass nothing feels it. With mass it is a coordinate of its own:
-//! the directors Q of the base and the rate omega = Omega . c about the chord c are in the state. No couple acts along c, so that by
-//! d'Alembert's principle, with s = (0, c x b, c) the motion in (V, b', Omega) that is a spin about the chord,
+//! The joints leave the rotation of such a rod about its chord free; without mass the rotation has no effect. With
+//! mass it is a coordinate: the directors Q of the base and the rate omega = Omega . c about the chord c are in the
+//! state. No couple acts along c. By d'Alembert's principle, with s = (0, c x b, c) the spin about the chord in
+//! (V, b', Omega),
 //! ```text
-//! s . (N a + h) = 0,          a = by x + s omega_t + (what the motion alone makes)
+//! s . (N a + h) = 0,          a = by x + s omega_t + (terms of the present motion)
 //! ```
-//! x the accelerations of the attachments. That is eliminated: with N - (N s)(N s)^T/(s . N s) in place of N base and end feel the rod, and
-//! omega_t follows. A rod that is straight, of sections without rotary inertia, has none against its spin, which is then left as it is.
+//! Here x are the accelerations of the attachments. The spin is eliminated: base and end feel
+//! N - (N s)(N s)^T/(s . N s) in place of N, and omega_t follows. A straight rod whose sections have no rotary
+//! inertia has no inertia against its spin; the spin then stays constant.
 
 use super::{Assembly, Configuration, Joint, LinkEnd, LinkPoint};
 use crate::error::Result;
@@ -16,22 +18,22 @@ use crate::rod::{Swaying, Wrench};
 use nalgebra::{DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 use std::ops::Range;
 
-/// Numbers of a spin in a state: the quaternion of the directors of the base, and the rate.
+/// Components of a spin in a state: the quaternion of the base directors, and the rate.
 const NUMBERS: usize = 5;
-/// Inertia against a spin below this part of that of the mass of the rod at the distance of its length is none: that of a rod bent by less than a
+/// Inertia against a spin, over m L^2, below which the rod counts as straight and has none: a rod bent by less than a
 /// millionth.
 const STRAIGHT: f64 = 1e-12;
 
-/// How a rod between two ball joints is turned, and spins about its chord.
+/// Base directors, and spin about the chord, of a rod between two ball joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spin {
-    /// The directors of its base in the world.
+    /// Directors of the base in the world.
     pub turn: UnitQuaternion<f64>,
-    /// The angular velocity of its base along its chord.
+    /// Angular velocity of the base along the chord.
     pub rate: f64,
 }
 
-/// A motion of a rod that its attachments leave free.
+/// Free motion of a rod between its attachments: the spin about the chord.
 pub(super) struct Free {
     /// s in (V, b', Omega).
     pub along: SVector<f64, 12>,
@@ -41,19 +43,19 @@ pub(super) struct Free {
 }
 
 impl Free {
-    /// What the inertia N becomes where the motion is left to itself.
+    /// Inertia N with the free motion eliminated: N - (N s)(N s)^T/(s . N s).
     pub fn leaves(&self, matrix: &SMatrix<f64, 12, 12>) -> SMatrix<f64, 12, 12> {
         matrix - self.momentum * self.momentum.transpose() / self.inertia
     }
 
-    /// How fast it is where it has no momentum beside this motion.
+    /// Spin rate at which the angular momentum about the chord vanishes, for end velocities `now`.
     pub fn idle(&self, now: &SVector<f64, 12>) -> f64 {
         -self.momentum.dot(now) / self.inertia
     }
 }
 
 impl LinkEnd {
-    /// The angular velocity across the chord by what the end moves apart from the base.
+    /// Angular velocity across the chord per relative velocity of the ends.
     fn across_chord(&self) -> Matrix3<f64> {
         let r = self.pose.translation.vector;
         r.cross_matrix() / r.norm_squared()
@@ -61,7 +63,7 @@ impl LinkEnd {
 }
 
 impl LinkPoint {
-    /// The same rod as it spins: its base directors are these, turned along the chord.
+    /// The rod with the base directors and rate of `spin`, aligned with the chord.
     pub(super) fn spinning(mut self, spin: &Spin) -> Self {
         self.base.pose.rotation = spin.turn;
         self.align();
@@ -69,8 +71,8 @@ impl LinkPoint {
         self
     }
 
-    /// Omega of a rod between two ball joints, without a spin about its chord, by how fast its ends part and by the rates of its chart; of any other by
-    /// the spin of its base. All along the directors of the base.
+    /// Omega along the directors of the base. Rod between two ball joints: from the relative velocity of its ends and
+    /// the rates of its chart, without a spin about the chord. Any other rod: the spin of its base.
     fn base_turn<const C: usize>(
         &self,
         spin: &SMatrix<f64, 3, C>,
@@ -86,8 +88,8 @@ impl LinkPoint {
         }
     }
 
-    /// (V, b', Omega) along the directors of the base, of attachments with these twists (base, end) in the world and a chart q that changes at these
-    /// rates; without a spin about the chord of a rod between two ball joints.
+    /// (V, b', Omega) along the directors of the base, from twists (base, end) of the attachments in the world and
+    /// rates of the chart q. Without a spin about the chord of a rod between two ball joints.
     pub(super) fn charted<const C: usize>(
         &self,
         q: &Wrench,
@@ -105,8 +107,8 @@ impl LinkPoint {
         moved
     }
 
-    /// b'' and Omega_t, in the rows of (V, b', Omega), of a rod in `motion` whose chart has these second derivatives `rates` and whose end is accelerated by
-    /// `second` besides.
+    /// b'' and Omega_t, in the rows of (V, b', Omega), of a rod in `motion`. `rates` are the second derivatives of
+    /// the chart, and `second` is an additional acceleration of the end.
     pub(super) fn bent(
         &self,
         q: &Wrench,
@@ -114,7 +116,8 @@ impl LinkPoint {
         second: &Vector3<f64>,
     ) -> SVector<f64, 12> {
         if let Some(turn) = self.end.own_turn() {
-            // The chart itself does not turn that way, and b'' = q'' + Omega_t x b + 2 Omega x b' - Omega x (Omega x b).
+            // Along this axis the chart itself does not turn, and b'' = q'' + Omega_t x b + 2 Omega x b' -
+            // Omega x (Omega x b).
             let (n, rate) = (halves(q).1, halves(&motion.rate).1);
             let turned = motion.spin.cross(&(rate * 2.0 - motion.spin.cross(&n)));
             let mut force = rates.fixed_rows_mut::<3>(3);
@@ -127,7 +130,7 @@ impl LinkPoint {
         bent
     }
 
-    /// The spin about the chord in (V, b', Omega); None of a rod that its attachments hold.
+    /// Spin about the chord in (V, b', Omega); None unless both ends are on ball joints.
     pub(super) fn free_spin(&self, q: &Wrench) -> Option<SVector<f64, 12>> {
         let mut along = SVector::<f64, 12>::zeros();
         let turned = in_world(q, &Wrench::zeros(), &self.end.chord?);
@@ -135,7 +138,8 @@ impl LinkPoint {
         Some(along)
     }
 
-    /// What a rod of this mass and length has free, where its sections have the inertia `matrix`; None where nothing is, or has no inertia.
+    /// Free spin of a rod of this mass and length with generalized inertia `matrix`; None if its attachments hold the
+    /// rod or the spin has no inertia.
     pub(super) fn freedom(
         &self,
         q: &Wrench,
@@ -152,7 +156,7 @@ impl LinkPoint {
         })
     }
 
-    /// What the spin changes by because the chord turns: Omega . c'.
+    /// Rate of the spin due to the turning of the chord: Omega . c'.
     pub(super) fn chord_turns(&self, spin: &Vector3<f64>) -> f64 {
         let Some(along) = self.end.chord else {
             return 0.0;
@@ -163,7 +167,7 @@ impl LinkPoint {
         spin.dot(&across) / self.end.pose.translation.vector.norm()
     }
 
-    /// Omega in the world times `pace`, where the chart changes at `rates` times that.
+    /// Omega in the world times `pace`, with chart rates `rates` already times `pace`.
     fn turning(&self, rates: &Wrench, pace: f64) -> Vector3<f64> {
         let turn = self.base.pose.rotation;
         let parting = halves(&self.tip.twist).1 - halves(&self.base.twist).1;
@@ -174,7 +178,7 @@ impl LinkPoint {
     }
 }
 
-/// (b', Omega) of a chart q with these rates on a base that turns: its wrench turns along.
+/// (b', Omega) from the rates of a chart q on a rotating base, whose wrench turns along.
 fn in_world<const C: usize>(
     q: &Wrench,
     rates: &SMatrix<f64, 6, C>,
@@ -191,14 +195,14 @@ fn in_world<const C: usize>(
 }
 
 impl Configuration {
-    /// How rod `k` spins, if that is known.
+    /// Spin of rod `k`, if known.
     pub fn spin(&self, k: usize) -> Option<&Spin> {
         self.spins.get(k)?.as_ref()
     }
 }
 
 impl Assembly {
-    /// Where the spins of rods with mass between two ball joints stand in a state.
+    /// Rods with mass between two ball joints, each with the indices of its spin in a state.
     pub(super) fn spin_slots(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
         let start = self.chart_slots(self.links.len()).start;
         let rods = self.light_rods().map(|(k, _)| k);
@@ -209,7 +213,7 @@ impl Assembly {
         })
     }
 
-    /// Rod `k` of a configuration in place.
+    /// Rod `k` of a configuration in place, with its spin.
     ///
     /// # Errors
     /// As [`Link::end`](super::Link::end).
@@ -241,8 +245,8 @@ impl Assembly {
         spins
     }
 
-    /// The same configuration with the spins that are not known: rods are turned along their chords by the least turn from their attachments, and have no
-    /// momentum about them, as if the bodies had been set in motion by blows.
+    /// Completes the unknown spins of a configuration. The base directors come from the attachments by the least
+    /// rotation to the chord. The angular momentum about the chord is zero, as after blows on the bodies.
     ///
     /// # Errors
     /// As [`Link::end`](super::Link::end).
@@ -262,7 +266,7 @@ impl Assembly {
         Ok(spun)
     }
 
-    /// Writes the spins of a configuration into a state; of a rod of which none is known, directors along the axes of the world and no rate.
+    /// Writes the spins of a configuration into a state; an unknown spin gets the world's axes and rate 0.
     pub(super) fn write_spins(&self, now: &Configuration, state: &mut DVector<f64>) {
         for (k, slots) in self.spin_slots() {
             let p = now
@@ -273,8 +277,8 @@ impl Assembly {
         }
     }
 
-    /// Writes the rates of the spins, times `pace` as those of the charts in `charts`: `changes` has omega_t of the rods whose mass is felt. A rod
-    /// whose mass is not goes on as it spins.
+    /// Writes the rates of the spins, times `pace`, to match those of the charts in `charts`. `changes` has omega_t
+    /// of the rods whose inertia is on. The spin of any other rod is constant.
     pub(super) fn write_spin_rates(
         &self,
         state: &DVector<f64>,

@@ -1,56 +1,56 @@
-//! Where a rod touches itself, or another (theory 3.7).
+//! Self-contact of a rod and contact between rods (theory 3.7).
 //!
-//! Rods touch where two centrelines come within the mean of their contact diameters, at a pair of places that is nearest among its
-//! neighbours: both tangents are across the way between, or a place is an end. Neighbours on one rod are no such pair as long as
-//! the rod is nowhere bent to a radius below half its diameter.
+//! Rods touch if two centrelines come within the mean of their contact diameters, at a pair of places that is a local
+//! minimum of the distance: both tangents are across the connecting vector, or a place is an end. Neighbours on one
+//! rod are no such pair as long as the rod is nowhere bent to a radius below half its diameter.
 
 use super::{Assembly, Configuration, Joint, Link, On};
 use crate::error::{Error, Message, Quantity};
 use crate::rod::{RodSection, Wrench};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
 
-/// Tolerance of the centrelines among which contacts are looked for, and of those of a contact found.
+/// Tolerances of the centrelines: in the search for contacts, and at a contact found.
 const COARSE: f64 = 1e-6;
 const FINE: f64 = 1e-12;
-/// Places on a rod, about, from whose distances the search begins.
+/// Approximate number of sample points on a rod with which the search begins.
 const PLACES: usize = 48;
-/// Places on a taut rod, which is bent little, between which its centreline is interpolated.
+/// Sample points on a taut rod, which is bent little, between which its centreline is interpolated.
 const TAUT: usize = 17;
-/// Places on a rod by which its motion is measured.
+/// Sample points for the motion of a rod.
 const MARKS: usize = 9;
 /// Newton steps to the nearest pair.
 const STEPS: usize = 30;
-/// Intervals into which a rod that is known everywhere is traced.
+/// Intervals into which a rod with an exact centreline is divided.
 const TRACED: usize = 64;
-/// Gaps smaller than this, in lengths of the rod, are known from the fine centrelines alone.
+/// Gaps smaller than this, in rod lengths, are evaluated on the fine centrelines.
 const NEAR: f64 = 1e-2;
 
-/// The nearest two places of two rods, or of one.
+/// Closest pair of places of two rods, or of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
-    /// The rods; twice the same where one touches itself.
+    /// Numbers of the two rods; equal for self-contact.
     pub rods: [usize; 2],
-    /// Arclengths from their bases, unloaded.
+    /// Arclengths from their bases, in the unloaded rods.
     pub at: [f64; 2],
     /// Distance less the mean of the diameters.
     pub gap: f64,
 }
 
-/// How near to each other rods are.
+/// Closest approach of rods at a state.
 #[derive(Debug, Clone, Default)]
 pub struct Nearness {
-    /// The nearest pair, if one is near at all.
+    /// Closest pair, if any is near.
     pub contact: Option<Contact>,
     marks: Vec<Vector3<f64>>,
 }
 
 impl Nearness {
-    /// The gap; infinite where nothing is near.
+    /// Gap of the closest pair; infinite if none is near.
     pub fn gap(&self) -> f64 {
         self.contact.map_or(f64::INFINITY, |contact| contact.gap)
     }
 
-    /// How far some place of a rod has moved, at most, from one state to another.
+    /// Largest displacement of a sampled place of a rod between two states.
     pub fn moved(&self, to: &Self) -> f64 {
         let pairs = self.marks.iter().zip(&to.marks);
         pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
@@ -60,19 +60,19 @@ impl Nearness {
 /// r, r_s, r_ss.
 type Jet = [Vector3<f64>; 3];
 
-/// A rod with a contact diameter as it lies.
+/// Centreline of a rod with a contact diameter.
 pub struct Tube<'a> {
     rod: usize,
     diameter: f64,
-    /// What holds its base, and its end if that is held at all: a body of this number, or the ground.
+    /// Carrier of the base, and of the end if that is held: a body by number, or None for the ground or a support.
     held: Vec<Option<usize>>,
     curve: Curve,
-    /// The centreline exactly at an arclength.
+    /// Exact centreline at an arclength.
     exact: Box<dyn Fn(f64) -> Option<Jet> + 'a>,
 }
 
 impl<'a> Tube<'a> {
-    /// The rod of this number, of which `exact` gives r, r_s, r_ss at any arclength up to `length`; None where it has no shape.
+    /// The rod of this number. `exact` gives r, r_s, r_ss at any arclength up to `length`; None if it has no shape.
     pub fn new(
         rod: usize,
         diameter: f64,
@@ -93,7 +93,7 @@ impl<'a> Tube<'a> {
         })
     }
 
-    /// What holds the place of this number among those of the centreline; None where it is no end, or free.
+    /// Carrier of a sampled place by index; None for an inner place or a free end.
     fn holder(&self, place: usize) -> Option<&Option<usize>> {
         let ends = [0, self.curve.points.len() - 1];
         let end = ends.iter().position(|end| *end == place)?;
@@ -102,7 +102,7 @@ impl<'a> Tube<'a> {
 }
 
 impl Nearness {
-    /// How near rods are to themselves and to each other.
+    /// Closest approach of rods to themselves and to each other.
     pub fn of(tubes: &[Tube<'_>]) -> Self {
         let mut found = Self::default();
         for (i, one) in tubes.iter().enumerate() {
@@ -125,13 +125,13 @@ impl Nearness {
 }
 
 impl Contact {
-    /// The contact next to this one of the same rods as they lie now, exactly; None if it is lost.
+    /// This contact in the present state, by exact centrelines from the last places; None if it is lost.
     pub fn now(&self, tubes: &[Tube<'_>]) -> Option<Self> {
         let tube = |rod: usize| tubes.iter().find(|tube| tube.rod == rod);
         self.between([tube(self.rods[0])?, tube(self.rods[1])?])
     }
 
-    /// The error of a start in which rods overlap; `name` is how messages call a rod.
+    /// Error for a start in which rods overlap; `name` labels a rod in messages.
     pub fn at_start(&self, name: impl Fn(usize) -> String) -> Error {
         let ([a, b], [s, at]) = (self.rods.map(name), self.at);
         let pair = Message::from(format!("{a} at s = "))
@@ -160,7 +160,7 @@ impl Contact {
     }
 }
 
-/// A centreline: pieces of degree 5 between the steps of an integration.
+/// Centreline in pieces of degree 5 between the steps of an integration.
 struct Curve {
     knots: Vec<f64>,
     jets: Vec<Jet>,
@@ -214,7 +214,7 @@ impl Curve {
         self.knots[self.knots.len() - 1]
     }
 
-    /// The longest way between two neighbouring points.
+    /// Largest distance between two neighbouring points.
     fn spacing(&self) -> f64 {
         let pairs = self.points.windows(2);
         pairs
@@ -223,7 +223,7 @@ impl Curve {
     }
 }
 
-/// The centreline at a section: v and u x v, along the directors, are r_s and r_ss where the strains v hardly change.
+/// Centreline at a section. Along the directors, r_s and r_ss are v and u x v, if the strains v hardly change.
 fn jet(section: &RodSection, base: &Isometry3<f64>) -> Jet {
     let e = section.strain;
     let (u, v) = (
@@ -236,7 +236,7 @@ fn jet(section: &RodSection, base: &Isometry3<f64>) -> Jet {
     [r, along(v), along(u.cross(&v))]
 }
 
-/// The nearest pair of places of two curves, of lengths `lengths`, next to `start`; None if there is none.
+/// Closest pair of places of two curves, of lengths `lengths`, from `start`; None without convergence.
 fn nearest(
     start: [f64; 2],
     lengths: [f64; 2],
@@ -256,7 +256,7 @@ fn nearest(
             mixed,
             b1.norm_squared() + way.dot(&b2),
         );
-        // What pushes over an end stays there.
+        // A step past an end is clamped to the end.
         let mut free = gradient;
         for i in 0..2 {
             let over =
@@ -269,10 +269,10 @@ fn nearest(
         }
         let step = match hessian.cholesky() {
             Some(factors) => factors.solve(&free),
-            // Not convex here: downhill.
+            // Not convex here: go downhill.
             None => Vector2::new(free.x / a1.norm_squared(), free.y / b1.norm_squared()),
         };
-        // Not farther than a tenth at once: the pair next to the start is sought.
+        // At most a tenth of the length at once: the pair next to the start is sought.
         let most = 0.1 * lengths[0].min(lengths[1]);
         let step = step * (most / step.norm().max(most));
         let next = Vector2::from_fn(|i, _| (s[i] - step[i]).clamp(0.0, lengths[i]));
@@ -286,14 +286,14 @@ fn nearest(
 }
 
 impl Link {
-    /// Has the run stop where the rod, as thick as this, touches itself or another such rod.
+    /// Gives the rod a contact diameter: a run stops at self-contact or contact with another such rod.
     #[must_use]
     pub fn with_diameter(mut self, diameter: f64) -> Self {
         self.diameter = Some(diameter).filter(|d| *d > 0.0);
         self
     }
 
-    /// Its contact diameter; None where contacts are not looked for.
+    /// Contact diameter; None if contacts of the rod are ignored.
     pub fn diameter(&self) -> Option<f64> {
         self.diameter
     }
@@ -310,7 +310,7 @@ impl Link {
         Some(Curve::new(&sections.ok()?, base))
     }
 
-    /// The centreline exactly at a place.
+    /// Exact centreline at an arclength.
     fn jet(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
         let seen = self.facing(&base.rotation);
         let sections = seen.shape(q, held, &[s], FINE).ok()?;
@@ -319,17 +319,17 @@ impl Link {
 }
 
 impl Assembly {
-    /// True if contacts are looked for.
+    /// True if some rod has a contact diameter.
     pub fn looks_for_contacts(&self) -> bool {
         self.links().iter().any(|link| link.diameter.is_some())
     }
 
-    /// How near rods with a contact diameter are to themselves and to each other.
+    /// Closest approach of rods with a contact diameter to themselves and to each other.
     pub fn nearness(&self, t: f64, now: &Configuration) -> Nearness {
         Nearness::of(&self.tubes(t, now, None))
     }
 
-    /// Rods with a contact diameter, or those of a contact among them.
+    /// Centrelines of rods with a contact diameter, or of the rods of a contact.
     fn tubes<'a>(&'a self, t: f64, now: &'a Configuration, of: Option<&Contact>) -> Vec<Tube<'a>> {
         let body = |site: &On| match site {
             On::Body(body) => Some(*body),
@@ -352,7 +352,8 @@ impl Assembly {
         tubes.collect()
     }
 
-    /// The base of rod `k`, which between two ball joints is turned along its chord, and the pose of the end's attachment seen from it.
+    /// Base of rod `k` (between two ball joints turned along its chord), and pose of the end's attachment relative to
+    /// the base.
     fn held_in(&self, t: f64, now: &Configuration, k: usize) -> Option<[Isometry3<f64>; 2]> {
         let link = &self.links()[k];
         let [base, tip] = match link.joint() {
@@ -365,13 +366,13 @@ impl Assembly {
         Some([base, base.inv_mul(&tip)])
     }
 
-    /// The contact that `near` is next to, exactly; None if it is lost.
+    /// Exact contact next to `near`; None if it is lost.
     pub fn contact(&self, t: f64, now: &Configuration, near: &Contact) -> Option<Contact> {
         near.now(&self.tubes(t, now, Some(near)))
     }
 }
 
-/// The nearest pair of two centrelines, if it is near.
+/// Closest pair of two centrelines, if it is near.
 fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
     let (a, b) = (&one.curve, &other.curve);
     let rods = [one.rod, other.rod];
@@ -387,7 +388,7 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
             if !(here < reach * reach) {
                 continue;
             }
-            // Ends that the same body, or the ground, holds may be as near as they are held.
+            // Two ends held by the same body, or by the ground, may be as close as they are held.
             let holder = one.holder(i);
             if holder.is_some() && holder == other.holder(j) {
                 continue;
@@ -406,7 +407,7 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
             let Some((at, distance)) = nearest(start, lengths, jets) else {
                 continue;
             };
-            // Neighbours along the rod are none.
+            // Neighbours along one rod are not in contact.
             if same && at[1] - at[0] < thick {
                 continue;
             }

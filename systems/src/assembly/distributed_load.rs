@@ -1,14 +1,16 @@
-//! Rods of an assembly that bear a dead load along them, such as their weight (theory 3.8).
+//! Rods of an assembly under a dead load along them, such as their weight (theory 3.8).
 //!
-//! The base wrench (m(0), n(0)) stays the chart; n(1) = n(0) - int f, and m(1) follows. The load is dead in the world: seen from a base that
-//! turns by psi, as one on a body or a moving support does, it turns by -psi. With E what that makes of the end at a given chart
-//! ([`crate::rod::LoadedEnd::by_turn`]), the end follows its attachment if
+//! The base wrench (m(0), n(0)) stays the chart; n(1) = n(0) - int f, and m(1) follows. The load is dead in the
+//! world. Seen from a base that turns by psi (on a body or a moving support), the load turns by -psi. Let E be the
+//! derivative of the end by that rotation at fixed chart ([`crate::rod::LoadedEnd::by_turn`]). The end follows its
+//! attachment if
 //! ```text
 //! J q' = xi - E omega,
 //! ```
-//! xi the twist of the attachment seen from the base and omega the spin of the base, along its directors; of a ball joint the first rows
-//! are those of m(1), which stays 0. Of a taut rod, whose m(0) follows, the turn changes that too, and the force n(0) that it bears beside
-//! its spring. Rods between two ball joints rest on a force along their chord, and have no load.
+//! xi the twist of the attachment relative to the base and omega the spin of the base, along its directors. For a
+//! ball joint the first rows are those of m(1), which stays 0. For a taut rod the turn also changes the dependent
+//! m(0), and the force n(0) beside its spring. Rods between two ball joints rest on a force along their chord, and
+//! have no load.
 
 use super::{Joint, Link, LinkEnd, On};
 use crate::error::{Error, Result};
@@ -18,30 +20,31 @@ use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A load along a rod: in the world, and along the directors of its base as that stands.
+/// A load along a rod: in the world, and along the present directors of its base.
 #[derive(Debug, Clone)]
 pub(super) struct Borne {
     world: Distributed,
     seen: Distributed,
 }
 
-/// What a load along a rod adds to its end, along the directors of the base.
+/// Contributions of a load along a rod to its end, along the directors of the base.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Along {
     /// int f ds.
     pub total: Vector3<f64>,
     /// -int f.r ds.
     pub potential: f64,
-    /// d(rotation, position, m(1)) by a turn of the base; 0 where that stands.
+    /// d(rotation, position, m(1)) by a turn of the base; 0 for a fixed base.
     pub turned: SMatrix<f64, 9, 3>,
-    /// d(m(0), n(0)) by the same, of a taut rod.
+    /// d(m(0), n(0)) by a turn of the base, for a taut rod.
     pub base: SMatrix<f64, 6, 3>,
-    /// The same of what a motion of the attachment prescribes: the rows of [`LinkEnd::jacobian`].
+    /// Derivative of the prescribed quantities, the rows of [`LinkEnd::jacobian`], by a turn of the base.
     pub prescribed: SMatrix<f64, 6, 3>,
 }
 
 impl Link {
-    /// The same rod under a dead load along it, counted from this link's base ([`Distributed::reversed`] counts from the other end).
+    /// Puts a dead load along the rod, counted from this link's base ([`Distributed::reversed`] counts from the other
+    /// end).
     ///
     /// # Errors
     /// A rod between two ball joints.
@@ -53,7 +56,7 @@ impl Link {
             ));
         }
         let base = match &self.from.on {
-            // Where it stands is told when it is evaluated.
+            // The body's rotation enters at evaluation.
             On::Body(_) => self.from.place,
             _ => self.from.at(0.0, &[]).pose,
         };
@@ -64,13 +67,13 @@ impl Link {
         Ok(self)
     }
 
-    /// The load along it, in the world.
+    /// Load along the rod, in the world.
     pub fn distributed(&self) -> Option<&Distributed> {
         self.load.as_ref().map(|load| &load.world)
     }
 
-    /// The link as it is with its base turned so. Whatever is asked of a link by its chart and the place of its end seen from the base is asked of
-    /// this one; only a load along it makes a difference.
+    /// The link with its base rotated to `base` in the world, for queries by chart and relative end pose. The
+    /// rotation matters only for a load along the rod.
     pub fn facing(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
         match &self.load {
             Some(load) if self.base_turns() => {
@@ -85,17 +88,17 @@ impl Link {
         }
     }
 
-    /// True if its base turns: with what carries it, or, between two ball joints, with the chord.
+    /// True if the base can turn: with its carrier, or, between two ball joints, with the chord.
     pub(super) fn base_turns(&self) -> bool {
         self.joint == Joint::Pins || !matches!(self.from.on, On::Ground)
     }
 
-    /// The load along it, along the directors of its base.
+    /// Load along the rod, along the directors of the base.
     pub(super) fn borne(&self) -> Option<&Distributed> {
         self.load.as_ref().map(|load| &load.seen)
     }
 
-    /// The rod alone with an end condition, under its load.
+    /// Equilibrium problem of the rod with an end condition, under its load.
     pub(super) fn bearing(&self, end: EndConditions, tolerance: f64) -> Result<Problem> {
         let problem = Problem::new(self.rod.clone(), end, tolerance)?;
         Ok(match self.borne() {
@@ -104,7 +107,7 @@ impl Link {
         })
     }
 
-    /// The same whatever holds the end: what the base wrench alone makes of the rod.
+    /// Equilibrium problem of the rod as an initial value problem from the base wrench, without an end condition.
     pub(super) fn hanging(&self, tolerance: f64) -> Result<Problem> {
         let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
         self.bearing(free, tolerance)
@@ -172,7 +175,7 @@ impl Link {
 }
 
 impl LinkEnd {
-    /// Stored energy and, of a rod with a load along it, the potential of that as the base sees it.
+    /// Stored energy plus the potential of a load along the rod, along the directors of the base.
     pub fn whole_energy(&self) -> f64 {
         self.energy + self.along.as_ref().map_or(0.0, |along| along.potential)
     }

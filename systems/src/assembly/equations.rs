@@ -1,10 +1,10 @@
-//! The equations of statics and their derivative, in unknowns without dimension.
+//! Equations of statics of an assembly and their Jacobian, in dimensionless unknowns.
 //!
 //! ```text
 //! balance of every body = 0,       gap of every rod = 0
 //! ```
-//! in the rotation vectors and displacements of the bodies from a frame of reference and the charts of the rods, all together:
-//! regular where a single rod passes its fold, and where it is straight and inextensible.
+//! The unknowns are the rotation vectors and displacements of the bodies from a reference frame, and the charts of
+//! the rods. Together they are regular at the fold of a single rod, and for straight inextensible rods.
 
 use super::stiffness::{add, carried, lever_turned};
 use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, Place};
@@ -12,17 +12,17 @@ use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 
-/// Charts of rods that are not taut are refused beyond these couples and forces (in B/L, B/L^2): an integration from the base is
-/// worthless and costly there.
+/// Bounds on the couples and forces (in B/L, B/L^2) in the chart of a rod that is not taut. Beyond them an
+/// integration from the base is worthless and costly.
 const WILD: (f64, f64) = (400.0, 2e4);
-/// Rotation vectors are kept away from a full turn, where they are singular.
+/// Bound on rotation vectors, which are singular at a full turn.
 const TURNED: f64 = 6.0;
 
-/// Pivots below this part of the largest are rounding: those of rods that are bent by an angle a are as small as a^2, and what they are
-/// made of is known to 1e-14 or so.
+/// Relative pivot below which a pivot is rounding: those of rods bent by an angle a are as small as a^2, and their
+/// terms are known to 1e-14 or so.
 const SINGULAR: f64 = 1e-13;
 
-/// What the unknowns are measured by: x = (rotation vector, displacement/length) from the reference of each body, then charts.
+/// Scales of the unknowns: x = (rotation vector, displacement/length) from the reference of each body, then charts.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     reference: Vec<Isometry3<f64>>,
@@ -43,7 +43,7 @@ impl Frame {
         }
     }
 
-    /// The unknowns of a configuration.
+    /// Unknowns of a configuration.
     pub(super) fn unknowns(&self, assembly: &Assembly, now: &Configuration) -> DVector<f64> {
         let mut x = Vec::new();
         for ((carrier, place), from) in assembly
@@ -68,7 +68,7 @@ impl Frame {
         DVector::from_vec(x)
     }
 
-    /// The configuration, at rest, of unknowns.
+    /// Configuration, at rest, from the unknowns.
     pub(super) fn configuration(&self, assembly: &Assembly, x: &[f64]) -> Configuration {
         let (starts, total) = assembly.freedoms();
         let bodies = starts.iter().zip(assembly.carriers()).zip(&self.reference);
@@ -89,7 +89,7 @@ impl Frame {
         }
     }
 
-    /// The equations at a configuration whose rods are in place.
+    /// Residual at a configuration whose rods are in place.
     pub(super) fn residual(
         &self,
         assembly: &Assembly,
@@ -111,7 +111,7 @@ impl Frame {
         residual
     }
 
-    /// Their derivative by the unknowns.
+    /// Derivative of the residual by the unknowns.
     pub(super) fn jacobian(
         &self,
         assembly: &Assembly,
@@ -142,7 +142,7 @@ impl Frame {
         matrix
     }
 
-    /// Twists of all bodies, in their own velocities, by the rates of the unknowns at the reference.
+    /// Twists of all bodies, in their own velocities, from the rates of the unknowns at the reference.
     pub(super) fn twists(&self, assembly: &Assembly, x: &DVector<f64>) -> DVector<f64> {
         let total = assembly.freedoms().1;
         let mut twists = x.rows(0, total) * self.length;
@@ -152,7 +152,7 @@ impl Frame {
         twists
     }
 
-    /// Rates of the bodies' unknowns at the reference by their twists.
+    /// Rates of the bodies' unknowns at the reference from their twists.
     pub(super) fn rates(&self, assembly: &Assembly, twists: &DVector<f64>) -> DVector<f64> {
         let mut x = twists / self.length;
         for i in assembly.rotations() {
@@ -161,7 +161,7 @@ impl Frame {
         x
     }
 
-    /// The twists against which the equations of balance, each multiplied by that in `l`, are a power.
+    /// Twists against which the equations of balance, weighted by `l`, are a power.
     pub(super) fn against(&self, assembly: &Assembly, l: &DVector<f64>) -> DVector<f64> {
         let force = self.couple / self.length;
         let mut twists = l.rows(0, assembly.freedoms().1) / force;
@@ -171,7 +171,7 @@ impl Frame {
         twists
     }
 
-    /// Refuses unknowns that no solution is near.
+    /// Refuses unknowns too far from any solution.
     pub(super) fn check(&self, assembly: &Assembly, x: &[f64], now: &Configuration) -> Result<()> {
         let (starts, _) = assembly.freedoms();
         for (body, (start, carrier)) in starts.iter().zip(assembly.carriers()).enumerate() {
@@ -207,7 +207,7 @@ impl Frame {
 }
 
 impl Link {
-    /// What gaps are measured by: rotations as they are, lengths in that of the rod; couples of a ball joint or a taut rod in B/L.
+    /// Scales of gaps: radians, rod lengths, and B/L for the couples of a ball joint or a taut rod.
     pub(super) fn gap_scale(&self, end: &LinkEnd) -> Matrix6<f64> {
         let length = 1.0 / self.rod().length();
         let first = match (self.joint(), end.slack) {
@@ -224,13 +224,14 @@ impl LinkPoint {
         let mut by_twists = self.drive_by_twists();
         let mut by_chart = -self.end.jacobian;
         if joint == Joint::Weld && self.end.slack.is_none() {
-            // The gap is log W, W = (wanted rotation) R(1)^T; W changes by the spin a of the one less W times that of the other.
+            // The gap is log W, W = (wanted rotation) R(1)^T; dW is the spin of the wanted rotation minus W times
+            // that of R(1).
             let gap = halves(&self.gap(joint)).0;
             let log = inverse_left_jacobian(&gap);
             let turn = UnitQuaternion::from_scaled_axis(gap).to_rotation_matrix();
             let spins = self.end.tangent;
             if let Some(along) = &self.end.along {
-                // What a load makes of the end as the base turns is a spin of R(1), too.
+                // The effect of a load on the end as the base turns is a spin of R(1), too.
                 let back = self.base.pose.rotation.inverse().to_rotation_matrix();
                 let spun = along.turned.fixed_rows::<3>(0) * back.matrix();
                 let mut turns = by_twists.fixed_view_mut::<3, 3>(0, 0);
@@ -246,7 +247,7 @@ impl LinkPoint {
 }
 
 impl Assembly {
-    /// The mean length of the rods, and the greatest of their units B/L of couples.
+    /// Mean length of the rods, and largest of their couple units B/L.
     pub(super) fn scales(&self) -> (f64, f64) {
         let links = self.links().iter();
         let length: f64 = links.clone().map(|link| link.rod().length()).sum();
@@ -254,7 +255,7 @@ impl Assembly {
         (length / self.links().len() as f64, couple)
     }
 
-    /// Which of the velocities of all bodies are rotations.
+    /// Indices of the rotational velocities among those of all bodies.
     pub(super) fn rotations(&self) -> Vec<usize> {
         let (starts, _) = self.freedoms();
         let rigid = starts
@@ -312,7 +313,7 @@ impl Assembly {
             turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&couple);
             turned.fixed_view_mut::<3, 3>(3, 0).copy_from(&force);
             add(&mut matrix, (*start, *start), &turned, [twists; 2]);
-            // Along a groove its tangent turns.
+            // The tangent of a groove turns along the groove.
             if let Some((_, bend)) = carrier.tangent(&place.pose) {
                 let last = start + carrier.turnings();
                 let load = carrier.load(0.0, &place.pose);
@@ -322,8 +323,8 @@ impl Assembly {
         matrix
     }
 
-    /// The compliance at an equilibrium: twists of the bodies, and changes of the charts, by small wrenches on the bodies. It
-    /// exists where rods are straight and inextensible; the stiffness, its inverse, does not.
+    /// Compliance at an equilibrium: twists of the bodies, and changes of the charts, per small wrench on the bodies.
+    /// It exists for straight inextensible rods; the stiffness, its inverse, does not.
     ///
     /// # Errors
     /// A neutral equilibrium, which wrenches move without bound.
@@ -336,7 +337,7 @@ impl Assembly {
         self.held_compliance(now, points, &DMatrix::zeros(total, total))
     }
 
-    /// The compliance with every body held by springs of the stiffness `held` as well.
+    /// Compliance with every body also held by springs of the stiffness `held`.
     pub(super) fn held_compliance(
         &self,
         now: &Configuration,
@@ -348,7 +349,7 @@ impl Assembly {
         let mut matrix = self.twist_jacobian(&now.bodies, points);
         let mut bodies = matrix.view_mut((0, 0), (total, total));
         bodies -= held;
-        // Wrenches and displacements in the frame's units: rows and columns that compare.
+        // Scales wrenches and displacements to the frame's units: rows and columns become comparable.
         let force = frame.couple / frame.length;
         let (mut by, mut of) = (vec![1.0 / force; total], vec![frame.length; total]);
         for i in self.rotations() {

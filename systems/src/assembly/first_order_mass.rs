@@ -1,16 +1,18 @@
-//! Rods of small mass between bodies: their inertia to first order (theory 3.9).
+//! First-order inertia of light rods between bodies (theory 3.9).
 //!
-//! The rod stays on its equilibria between its attachments, under its load. What it adds to their equations of motion is that of the rod in
-//! (V, b', Omega) ([`Rod::generalized_inertia`](crate::rod::Rod::generalized_inertia)), seen along the directors of its base as they are now, b' the
-//! rate of the base wrench. Its chart follows the attachments (`along`), b' = q' + Omega x b, and so do their accelerations,
+//! The rod stays on its equilibria between its attachments, under its load. Its inertia acts on them in the variables
+//! (V, b', Omega) ([`Rod::generalized_inertia`](crate::rod::Rod::generalized_inertia)), along the present directors
+//! of its base. Here b' is the rate of the base wrench. The chart follows the attachments (`along`),
+//! b' = q' + Omega x b, and the accelerations follow likewise:
 //! ```text
-//! J b'' = (what J q' is of the accelerations) - D^2(end)[(b', Omega), (b', Omega)].
+//! J b'' = (J q' with accelerations for velocities) - D^2(end)[(b', Omega), (b', Omega)].
 //! ```
-//! Of a taut rod the twist of its end stands in the place of b' ([`Rod::taut_inertia`](crate::rod::Rod::taut_inertia)), and nothing has to follow.
-//! So base and end feel a mass matrix of 12 x 12, which couples them, and a force; the accelerations of all bodies follow from one
-//! linear system.
+//! For a taut rod the twist of its end replaces b' ([`Rod::taut_inertia`](crate::rod::Rod::taut_inertia)), and no
+//! chart has to follow. Base and end thus get a coupled 12 x 12 mass matrix and a force. One linear system gives the
+//! accelerations of all bodies.
 //!
-//! Where bodies are seen from a clamp that moves, twists and accelerations of the attachments are those in the world, along the axes of the clamp.
+//! If bodies are seen from a moving clamp, twists and accelerations of the attachments are those in the world, along
+//! the axes of the clamp.
 
 use super::chord_spin::Free;
 use super::stiffness::{add, carried};
@@ -22,64 +24,65 @@ use crate::rod::{Generalized, Rates, SectionMass, Swaying, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::borrow::Cow;
 
-/// A motion begins to feel the mass of a rod that then has at most this part of the kinetic energy of the bodies.
+/// A motion starts to include the inertia of a rod if the rod has at most this part of the bodies' kinetic energy.
 const MOST_OF_BODIES: f64 = 0.1;
 
-/// What is known of the mass of a rod that is followed to first order.
+/// Mass properties of a rod treated to first order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LightRod {
-    /// Its mass and the inertia of its sections. Its weight is a load along the rod ([`Link::with_distributed`]).
+    /// Mass and rotary inertia of the sections. The weight is a load along the rod ([`Link::with_distributed`]).
     pub sections: SectionMass,
-    /// True while the motion feels it.
+    /// True while the motion includes the rod's inertia.
     pub followed: bool,
 }
 
-/// A light rod at a moment.
+/// Energy and momenta of a light rod at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weighed {
     /// Kinetic energy.
     pub kinetic: f64,
-    /// Its centre of mass, in the world, or seen from the clamp if bodies are.
+    /// Centre of mass, in the world, or relative to the clamp if bodies are.
     pub centre: Vector3<f64>,
     /// (angular momentum about the base attachment, momentum) in the world, along the same axes.
     pub momentum: Vector6<f64>,
 }
 
-/// What attachments feel of a rod: wrenches on base and end of their accelerations, and of those that they have while no body accelerates
-/// along its own velocities.
+/// Inertia wrenches of a rod on base and end: linear in their accelerations, plus those of accelerations present
+/// while no body accelerates along its own velocities.
 struct Felt {
     matrix: SMatrix<f64, 12, 12>,
     force: SVector<f64, 12>,
-    /// What a spin about the chord changes by, where the rod has one: by the accelerations, and without them.
+    /// Rate of the spin about the chord, if the rod has one: linear in the accelerations, and constant part.
     spin: Option<(SVector<f64, 12>, f64)>,
 }
 
-/// The accelerations of bodies with their rods.
+/// Coupled accelerations of bodies and rods.
 pub(super) struct Together {
-    /// What accelerations of the bodies alone become, in their own velocities.
+    /// Matrix from the accelerations of the bodies alone to those with rods, in the bodies' own velocities.
     pub shared: DMatrix<f64>,
-    /// The power of the supports that move, against the inertia of the rods.
+    /// Power of the moving supports against the inertia of the rods.
     pub power: f64,
-    /// What the spins of rods about their chords change by, by rod.
+    /// Rates of the spins about the chords, by rod.
     pub spins: Vec<(usize, f64)>,
-    /// What base and end ask of their attachments, by rod: wrenches on the rod, at the attachments, along the axes of the world.
+    /// Inertia wrenches on base and end, by rod: wrenches on the rod, at the attachments, along the axes of the
+    /// world.
     pub borne: Vec<(usize, SVector<f64, 12>)>,
 }
 
-/// The rod as it moves.
+/// Motion of a rod.
 struct Moving {
     inertia: Generalized,
-    /// (V, b', Omega) by the twists of base and end in the world, and what they are.
+    /// (V, b', Omega) as a linear function of the twists of base and end in the world, and its present value.
     by_twists: SMatrix<f64, 12, 12>,
     now: SVector<f64, 12>,
-    /// b'' and Omega_t, in the same rows, while nothing accelerates the attachments; of a taut rod 0.
+    /// b'' and Omega_t, in the same rows, while nothing accelerates the attachments; 0 for a taut rod.
     bent: SVector<f64, 12>,
-    /// The spin about its chord that a rod between two ball joints has free.
+    /// Free spin about the chord of a rod between two ball joints.
     free: Option<Free>,
 }
 
 impl Carrier {
-    /// The mass matrix about the reference point, in the world.
+    /// Mass matrix about the reference point, in the world.
     fn mass_matrix(&self, place: &Place) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         let mut put = |row: usize, column: usize, block: Matrix3<f64>| {
@@ -102,8 +105,8 @@ impl Carrier {
 }
 
 impl Link {
-    /// (V, b', Omega) where twists of base and end in the world and rates of the chart are as given. Of a taut rod, whose base wrench tells nothing of its
-    /// end, the end's own twist stands in the place of b'.
+    /// (V, b', Omega) from the twists of base and end in the world and the rates of the chart. For a taut rod, whose
+    /// base wrench does not determine its end, the twist of the end replaces b'.
     pub(super) fn swept<const C: usize>(
         &self,
         (q, point): (&Wrench, &LinkPoint),
@@ -119,7 +122,7 @@ impl Link {
         swept
     }
 
-    /// None where the chart is singular, or the law refuses.
+    /// Motion of the rod; None if the chart is singular or the law refuses.
     fn moving(
         &self,
         light: &LightRod,
@@ -127,7 +130,7 @@ impl Link {
         tolerance: f64,
     ) -> Option<Moving> {
         let scale = self.gap_scale(&point.end);
-        // The end of a taut rod moves as its attachment does, whatever its chart.
+        // The end of a taut rod moves with its attachment, whatever the chart.
         let factors = match point.end.taut {
             Some(_) => None,
             None => Some(self.regular(&point.end)?),
@@ -165,7 +168,8 @@ impl Link {
         })
     }
 
-    /// The spin about its chord with which the rod has no momentum about it, whatever spin it has; None where it has none.
+    /// Spin about the chord at which the rod's angular momentum about the chord vanishes, whatever spin the rod has.
+    /// None if the rod has no such freedom.
     pub(super) fn idle_spin(
         &self,
         light: &LightRod,
@@ -176,7 +180,7 @@ impl Link {
         Some(point.spin + moving.free?.idle(&moving.now))
     }
 
-    /// The inertia of the rod as it moves, of a taut one by `rates`; None where its law refuses.
+    /// Generalized inertia of the moving rod, for a taut rod by `rates`; None where its law refuses.
     pub(super) fn inertia(
         &self,
         sections: &SectionMass,
@@ -206,7 +210,7 @@ impl Link {
         .ok()
     }
 
-    /// The second derivative of what its attachment holds, in the rows of the Jacobian.
+    /// Second derivative of the quantities held by the attachment, in the rows of the Jacobian.
     pub(super) fn second(&self, end: &LinkEnd, inertia: &Generalized) -> Vector6<f64> {
         let (turned, moved) = halves(&inertia.second);
         match self.joint() {
@@ -248,8 +252,9 @@ impl Link {
         })
     }
 
-    /// The accelerations (spin, place) of both attachments in the world while no body accelerates along its own velocities: those of supports,
-    /// of places beside the reference point of a body that turns, and across a groove, which `bent` has of every body.
+    /// Accelerations (spin, place) of both attachments in the world while no body accelerates along its own
+    /// velocities: of supports, of places off the reference point of a turning body, and across grooves
+    /// (`bent`, by body).
     fn drawn(&self, t: f64, (bodies, bent): (&[Place], &[Vector3<f64>])) -> SVector<f64, 12> {
         let mut drawn = SVector::<f64, 12>::zeros();
         for (k, site) in [&self.from, &self.to].into_iter().enumerate() {
@@ -278,10 +283,11 @@ impl Link {
 }
 
 impl Assembly {
-    /// Gives rods mass that is followed to first order, one entry for each rod.
+    /// Gives rods a mass that is treated to first order, one entry for each rod.
     ///
     /// # Errors
-    /// A mass or inertia that is not finite and positive; a rod under a load along it, or between two ball joints, that is seen from a clamp that turns.
+    /// A mass or inertia that is not finite and positive; a rod under a load along it, or between two ball joints,
+    /// that is seen from a clamp that turns.
     pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
         let clamp_turns = self.clamp().is_some_and(Support::turns);
         for (k, light) in light.iter().enumerate() {
@@ -315,18 +321,18 @@ impl Assembly {
         Ok(self)
     }
 
-    /// The rods whose mass is followed to first order, by number; empty where there is none.
+    /// Rods whose mass is treated to first order, by number.
     pub fn light_rods(&self) -> impl Iterator<Item = (usize, &LightRod)> {
         let all = self.light.iter().enumerate();
         all.filter_map(|(k, light)| Some((k, light.as_ref()?)))
     }
 
-    /// True if a rod has mass that is felt now.
+    /// True if the motion includes the inertia of a rod now.
     pub fn feels_rods(&self) -> bool {
         self.light_rods().any(|(_, light)| light.followed)
     }
 
-    /// Lets the motion feel the mass of rod `k`, or not.
+    /// Switches the inertia of rod `k` on or off.
     pub fn feel(&mut self, k: usize, followed: bool) {
         if let Some(Some(light)) = self.light.get_mut(k) {
             light.followed = followed;
@@ -334,7 +340,7 @@ impl Assembly {
         }
     }
 
-    /// True if the mass of rod `k` should be felt from this state on, in which a motion starts.
+    /// True if a motion from this state should start with the inertia of rod `k`.
     pub fn should_feel(&self, k: usize, at: &Evaluated, tolerance: f64) -> bool {
         (self.to_fold(k, at, true, tolerance)).is_some_and(|room| room > 0.0)
     }
@@ -346,8 +352,9 @@ impl Assembly {
         (!room.is_nan()).then_some(room)
     }
 
-    /// Positive as long as the mass of rod `k` is to be felt on, or not, as it is now, in a motion on its way: from values of 1 and more it falls to 0 steadily towards where that ends. A
-    /// rod is felt again only where it then has but a small part of the kinetic energy of the bodies, for that comes from nowhere.
+    /// Event function for switching the inertia of rod `k`: positive as long as the present setting is to be kept,
+    /// falling steadily from 1 or more to 0 at the switch. Inertia is switched on again only if the rod then has a
+    /// small part of the bodies' kinetic energy, since that energy comes from nowhere.
     pub fn room(&self, k: usize, at: &Evaluated, tolerance: f64) -> f64 {
         let followed = matches!(self.light.get(k), Some(Some(light)) if light.followed);
         let room = self.to_fold(k, at, followed, tolerance);
@@ -364,7 +371,7 @@ impl Assembly {
         free().unwrap_or(1.0)
     }
 
-    /// The clamp from which the bodies are seen, if they are.
+    /// Clamp from which the bodies are seen, if any.
     fn clamp(&self) -> Option<&Support<3>> {
         let mut supports = self.carriers.iter().map(|carrier| match carrier.mass() {
             Mass::Point(body) => body.support(),
@@ -373,12 +380,13 @@ impl Assembly {
         supports.find_map(|support| support)
     }
 
-    /// The same at time `t`.
+    /// Frame of that clamp at time `t`.
     fn seen_from(&self, t: f64) -> Option<Frame<6>> {
         Some(self.clamp()?.at(t).of_poses())
     }
 
-    /// What rod `k` with mass is at this moment, followed or not; None where its chart is singular.
+    /// Energy and momenta of rod `k` at this moment, whether its inertia is on or off; None where its chart is
+    /// singular.
     pub fn weighed(&self, k: usize, at: &Evaluated, tolerance: f64) -> Option<Weighed> {
         let light = self.light.get(k)?.as_ref()?;
         let frame = self.seen_from(at.integrals.time);
@@ -402,14 +410,15 @@ impl Assembly {
         })
     }
 
-    /// Kinetic energy of the rods whose mass is felt.
+    /// Kinetic energy of the rods whose inertia is on.
     pub fn rod_kinetic(&self, at: &Evaluated, tolerance: f64) -> f64 {
         let felt = self.light_rods().filter(|(_, light)| light.followed);
         felt.filter_map(|(k, _)| Some(self.weighed(k, at, tolerance)?.kinetic))
             .sum()
     }
 
-    /// What the inertia of the rods whose mass is felt asks of their attachments: [`Together::borne`]. Nothing where it cannot be followed.
+    /// Inertia wrenches of rods on their attachments: [`Together::borne`]. Empty if a rod's inertia cannot be
+    /// computed.
     fn borne(&self, at: &Evaluated, tolerance: f64) -> Vec<(usize, SVector<f64, 12>)> {
         if !self.feels_rods() {
             return Vec::new();
@@ -419,7 +428,7 @@ impl Assembly {
         together.map_or_else(Vec::new, |together| together.borne)
     }
 
-    /// The wrench of rod `k` on what carries its end, at its attachment, along the directors of its base.
+    /// Wrench of rod `k` on the carrier of its end, at the attachment, along the directors of the base.
     pub fn end_action(&self, k: usize, at: &Evaluated, tolerance: f64) -> Vector6<f64> {
         let point = &at.points[k];
         let bent = -joined(&point.end.couple, &point.end.tip_force());
@@ -432,7 +441,7 @@ impl Assembly {
         bent - joined(&(back * couple), &(back * force))
     }
 
-    /// [`Assembly::wrenches`] with those of the inertia of the rods.
+    /// [`Assembly::wrenches`] plus the inertia wrenches of the rods.
     pub(super) fn felt_wrenches(&self, at: &Evaluated, tolerance: f64) -> Vec<Vector6<f64>> {
         let bodies = &at.now.bodies;
         let mut wrenches = self.wrenches(bodies, &at.points);
@@ -445,7 +454,7 @@ impl Assembly {
         wrenches
     }
 
-    /// Adds to the wrenches on the bodies those of the inertia of the rods; None where one cannot be followed.
+    /// Adds the inertia wrenches of the rods to those on the bodies; None if a rod's inertia cannot be computed.
     pub(super) fn feel_rods(
         &self,
         at: &Evaluated,
@@ -462,7 +471,7 @@ impl Assembly {
         let mut matrix = DMatrix::zeros(total, total);
         let mut right = DVector::zeros(total);
         let mut free = Vec::with_capacity(bodies.len());
-        // Along a groove the body is accelerated across it, too.
+        // A body in a curved groove has an acceleration across the groove, too.
         let bends = self.carriers.iter().zip(bodies).map(|(carrier, place)| {
             let (tangent, bend) = carrier.tangent(&place.pose)?;
             Some(bend * halves(&place.twist).1.dot(&tangent).powi(2))
@@ -565,12 +574,12 @@ pub(super) fn swaying(motion: &SVector<f64, 12>) -> Swaying {
     }
 }
 
-/// A place as a pose's frame counts it.
+/// Position of a place as a lever from the frame's origin.
 fn lever(place: &Place) -> Vector6<f64> {
     joined(&Vector3::zeros(), &place.pose.translation.vector)
 }
 
-/// The attachments with their twists in the world, along the axes of the clamp from which they are seen.
+/// The attachments with their absolute twists, along the axes of the clamp from which they are seen.
 fn absolute<'a>(point: &'a LinkPoint, frame: Option<&Frame<6>>) -> Cow<'a, LinkPoint> {
     let Some(frame) = frame else {
         return Cow::Borrowed(point);

@@ -1,8 +1,9 @@
-//! The normal form of a fold of a branch of an assembly (theory 2.8).
+//! Normal form of a fold on a branch of an assembly (theory 2.8).
 //!
-//! Bodies and rods are out of balance by A (p - p_f) + B a^2 where they have gone a along the critical direction z. The equations of balance are
-//! forces and couples on the bodies, and the gaps of the rods are constraints; so where l . F_x = 0, l . F is the power of what is out of balance
-//! against the twists that l has in the place of the bodies. Under loads with a potential these are z's own, which gives l its length.
+//! The imbalance at a distance a along the critical direction z is A (p - p_f) + B a^2. The equations of balance are
+//! forces and couples on the bodies, and the gaps of the rods are constraints. Where l . F_x = 0, l . F is therefore
+//! the power of the imbalance against the twists that l has in the place of the bodies. Under loads with a potential
+//! these are z's own, which gives l its length.
 
 use super::branch::AssemblyFamily;
 use super::equations::Frame;
@@ -12,12 +13,12 @@ use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;
 use nalgebra::DVector;
 
-/// The twists of l are those of z to this part of them.
+/// Relative difference up to which the twists of l and z count as equal.
 const ALIKE: f64 = 1e-4;
-/// Bodies that move less than this part of everything stand.
+/// Relative motion below which the bodies count as fixed.
 const STANDING: f64 = 1e-9;
 
-/// A fold of an assembly.
+/// Normal form of a fold of an assembly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyFold {
     /// A, an energy per unit of the parameter.
@@ -26,24 +27,25 @@ pub struct AssemblyFold {
     pub bend: f64,
     /// y^T M z of the bodies.
     pub mass: f64,
-    /// z, of length 1 in the rates of rotation vectors, of displacements over the mean length of the rods, and of charts.
+    /// z, of length 1 in the rates of rotation vectors, of displacements over the mean length of the rods, and of
+    /// charts.
     pub along: Motion,
-    /// y, against whose twists the power is; None where it is z.
+    /// y, the twists of the power balance; None if y = z.
     pub against: Option<Motion>,
 }
 
-/// A small motion of an assembly that is in equilibrium.
+/// A small motion of an assembly about an equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     now: Configuration,
     twists: DVector<f64>,
     charts: DVector<f64>,
-    /// How far it has gone when all charts are others.
+    /// Amplitude of a relative change of the charts by 1.
     pub scale: f64,
 }
 
 impl Motion {
-    /// Where everything is when it has gone this far.
+    /// Configuration displaced by the amplitude `far`.
     pub fn at(&self, assembly: &Assembly, far: f64) -> Configuration {
         let (starts, _) = assembly.freedoms();
         let bodies = self.now.bodies.iter().zip(assembly.carriers()).zip(starts);
@@ -66,7 +68,7 @@ impl Motion {
 }
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
-    /// The normal form of the fold at x and p.
+    /// Normal form of the fold at x and p.
     ///
     /// # Errors
     /// Those of the family; a point that is no fold; a fold at which no body moves.
@@ -101,7 +103,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let (l, against) = if alike {
             (l * scale, None)
         } else {
-            // As long as the twists of z; the rods follow the bodies.
+            // Scaled to the length of the twists of z; the rods follow the bodies.
             let unit = moved.norm() / against.norm();
             let twists = against * unit;
             let driven = jacobian.view((total, 0), (rods, total)) * frame.rates(&assembly, &twists);

@@ -1,4 +1,4 @@
-//! The fold that a rod of small mass nears, before which its mass is given up (theory 2.8, 2.9, 3.9).
+//! Approach of a light rod to a fold, before which its first-order inertia is switched off (theory 2.8, 2.9, 3.9).
 
 use super::first_order_mass::swaying;
 use super::{Joint, LightRod, Link, LinkEnd, LinkPoint};
@@ -6,23 +6,24 @@ use crate::math::se3::{halves, joined};
 use crate::rod::{Generalized, Rates, Wrench};
 use nalgebra::{DMatrix, Matrix6, SVector, Vector3, Vector6};
 
-/// Times T_i before a fold within which a rod is not followed, by its normal form (theory 2.8, 2.9).
+/// Time to a fold, in inertial times T_i of its normal form, below which inertia is off (theory 2.8, 2.9).
 const CLEAR: f64 = 2.0;
-/// Radians by which a rod sways, the way it is softest, in the time that is left until its fold, below which it is not followed, and beyond which it is again: near folds these are 2 T_i
-/// and 3 T_i.
+/// Phase t omega of the softest mode in the time left until the fold: inertia is switched off below the first value,
+/// and on above the second. Near folds these are 2 T_i and 3 T_i.
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
-/// A fold is looked for within this part of the chart, where the rod's normal form tells of it.
+/// Relative distance in the chart within which the normal form of a fold is trusted.
 const NEAR: f64 = 0.25;
-/// So many times that before a fold there is as much room as there need be.
+/// Scale of the margin ([`Link::room`]): 1 at about this many times the bound.
 const AMPLE: f64 = 16.0;
-/// Of a fold with as much room as that it is enough to know the least.
+/// Margin beyond which the bound by the normal form suffices, without the phase of sway.
 const FAR: f64 = 0.25;
 
-/// The change of the chart that moves the end of a rod least: at a fold not at all. Of a taut rod that of its force alone, for its attachment turns its end exactly.
+/// Softest direction: the change of the chart that moves the end of a rod least, at a fold not at all. For a taut rod
+/// only its force varies, since the attachment turns its end exactly.
 struct Softest {
-    /// The units in which the end is measured.
+    /// Units of the end's components.
     scale: Matrix6<f64>,
-    /// The least singular value of J in them, sigma, and its left and right singular vectors.
+    /// Least singular value sigma of J in these units, with its left and right singular vectors u, z.
     sigma: f64,
     u: Vector6<f64>,
     z: Vector6<f64>,
@@ -47,8 +48,8 @@ impl Softest {
         })
     }
 
-    /// s: the wrench that z makes on the end is next to a fold ell = s u (by the law of reciprocity), dual to motions of the end. Elsewhere they may be across each other, and s is the
-    /// one's size over the other's.
+    /// Scale s of the wrench ell that z makes on the end. Next to a fold ell = s u (by the law of reciprocity), dual
+    /// to motions of the end. Away from folds ell and u need not be parallel, and s is the ratio of their sizes.
     fn wrench(&self, joint: Joint, end: &LinkEnd) -> f64 {
         let ell = end.resultants * self.z;
         let (couple, force) = (ell.fixed_rows::<3>(6), ell.fixed_rows::<3>(3));
@@ -68,17 +69,17 @@ impl Softest {
 /// A fold ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Passage {
-    /// How far in the chart.
+    /// Distance in the chart.
     way: f64,
-    /// The time until it; infinite if the rod moves away from it.
+    /// Time until the fold; infinite if the rod moves away.
     ahead: f64,
-    /// T_i, the time in which inertia lets the rod go.
+    /// T_i, the inertial time scale of the fold.
     inertial: f64,
 }
 
 impl Link {
-    /// How much room there is before the mass of the rod is to be given up for a fold, or, where it is not `followed`, to be taken back: positive where it should be followed, falling to 0
-    /// steadily. None where that cannot be told.
+    /// Event function of the inertia near a fold: positive where the inertia should be on, falling steadily to 0 at
+    /// the switch. `followed` tells whether it is on now. None if unknown.
     pub(super) fn room(
         &self,
         light: &LightRod,
@@ -96,8 +97,9 @@ impl Link {
         };
         let fold = self.passage(light, &soft, rod, tolerance)?;
         let far = fold.way / (NEAR * q.norm()) - 1.0;
-        // How far the rod sways meanwhile is regular. By the normal form, which takes the rod to run straight into the fold, there may be more time, and its scale is another: near a fold they
-        // agree, but where the drive vanishes for a moment neither has a bound, so that a rod is not begun to be followed for that.
+        // The phase of sway is a regular measure. The normal form, which assumes that the rod runs straight into the
+        // fold, may allow more time, on another scale: the two agree near a fold. Where the drive vanishes for a
+        // moment neither has a bound, so the normal form alone does not switch the inertia on.
         if !followed {
             return Some(meanwhile().map_or(far, |(_, regular)| far.max(regular)));
         }
@@ -109,7 +111,7 @@ impl Link {
         Some(meanwhile().map_or(room, |(left, regular)| room.max(clear(left)).max(regular)))
     }
 
-    /// The time that is left until the fold, and by how many radians the rod sways meanwhile, the way it is softest: t omega, omega^2 = s sigma/M0.
+    /// Time left until the fold, and phase of the softest mode in that time: t omega, omega^2 = s sigma/M0.
     fn sways(
         &self,
         light: &LightRod,
@@ -124,9 +126,10 @@ impl Link {
         Some((left, left * (stiffness / mass).sqrt()))
     }
 
-    /// The fold that the rod nears, by its normal form: with z and u the null vectors of J, scaled to u . J z = sigma, and the wrench that z makes on the end, ell = s u, the fold lies
-    /// sigma/(2 B) away along z, B = |u . D^2\[z, z\]|/2, and is reached after sigma^2/(4 A B), A = |u . drive|. The chord of a rod between two ball joints stands meanwhile. None where
-    /// that cannot be told.
+    /// Fold ahead, by its normal form. The null vectors z and u of J are scaled to u . J z = sigma, and z makes the
+    /// wrench ell = s u on the end. The fold lies sigma/(2 B) away along z, B = |u . D^2\[z, z\]|/2. It is reached
+    /// after sigma^2/(4 A B), A = |u . drive|. The chord of a rod between two ball joints is taken as fixed
+    /// meanwhile. None if unknown.
     fn passage(
         &self,
         light: &LightRod,
@@ -154,8 +157,8 @@ impl Link {
         })
     }
 
-    /// The time until the fold by how fast sigma falls as the rod moves now, for it falls to 0 as the root of the time that is left: sigma' = u . D^2[z, q']. Infinite if it grows. With it
-    /// the inertia of the rod. None where J is singular.
+    /// Time until the fold from the present rate sigma' = u . D^2[z, q'], since sigma falls to 0 as the root of the
+    /// time left; infinite if sigma grows. Also returns the inertia of the rod. None where J is singular.
     fn left(
         &self,
         light: &LightRod,
@@ -165,12 +168,12 @@ impl Link {
     ) -> Option<(f64, Generalized)> {
         let mut rate = self.regular(&point.end)?.solve(&(scale * point.drive()))?;
         if point.end.taut.is_some() {
-            // What turns the end, and what pulls at it and at the spring beside it.
+            // Turn of the end, and the force by the motion of the end and of the spring beside it.
             let (spin, velocity) = halves(&point.relative_twist());
             let pulled = halves(&rate).1 + velocity * (self.spring() / self.rod().length());
             rate = joined(&spin, &pulled);
         }
-        // D^2 of a pair by those of sum and difference, which are best told apart where both are of one size.
+        // D^2 of a pair from those of sum and difference, most accurate if both vectors have one size.
         let size = rate.norm().max(f64::MIN_POSITIVE);
         let still = SVector::zeros();
         let bent = |along: Wrench| {
@@ -181,7 +184,8 @@ impl Link {
                 (&motion, Rates::Force),
                 tolerance,
             )?;
-            // Between two ball joints the base turns with the chart, so that its wrench is accelerated where the chart is not.
+            // Between two ball joints the base turns with the chart, so that the base wrench accelerates where the
+            // chart does not.
             let by = |b: Vector3<f64>, rate: Vector3<f64>| {
                 motion.spin.cross(&(rate * 2.0 + motion.spin.cross(&b)))
             };
@@ -212,8 +216,10 @@ mod tests {
     use crate::section::Linear;
     use nalgebra::{Isometry3, UnitQuaternion, Vector2};
 
-    /// Catches a wrong scale of the null vectors, a wrong stiffness, mass or time that is left, by the base wrench or from both ends: next to the fold of the reference snap
-    /// (theory 2.6) the planar rod has its normal form in closed form, by which it sways sqrt(2) (t/T_i)^(5/4) radians in the time t, up to the distance from it.
+    /// Catches a wrong scale of the null vectors, a wrong stiffness, mass or time left, in base-wrench chart and for
+    /// taut rods. Next to the fold of the reference snap (theory 2.6) the normal form of the planar rod has a closed
+    /// form. By that the phase is sqrt(2) (t/T_i)^(5/4) radians in the time t, with a relative error of the size of
+    /// the distance to the fold.
     #[test]
     fn folds_ahead_are_those_of_the_plane() {
         const EPS: f64 = 1e-3;
@@ -268,7 +274,8 @@ mod tests {
         }
     }
 
-    /// Catches a rate of sigma that leaves out what moves a rod apart from its null vector, the turn of its end, or the spring beside it: it is that of sigma itself, by differences along the motion.
+    /// Catches a rate of sigma that leaves out the motion of a rod apart from its null vector, the turn of its end,
+    /// or the spring beside it: it must equal finite differences of sigma along the motion.
     #[test]
     fn the_time_left_is_that_of_sigma() {
         let law = Linear::diagonal([1.1, 1.0], 0.75)

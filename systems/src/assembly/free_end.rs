@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 use crate::rod::{Rod, RodSection, Wrench};
 use nalgebra::{Isometry3, Vector3};
 
-/// A rod that one attachment holds and nothing loads. Without mass it stays as it is without load and rides on its base: it bears no
-/// wrench, stores no energy and is in no equation.
+/// A rod held by one attachment, without load. Without mass it keeps its unloaded shape and rides on its base: it
+/// bears no wrench, stores no energy and is in no equation.
 #[derive(Debug, Clone)]
 pub struct FreeRod {
     rod: Rod,
@@ -14,7 +14,7 @@ pub struct FreeRod {
 }
 
 impl FreeRod {
-    /// A rod welded to an attachment at its base, s = 0; its own clamp is not used.
+    /// A rod welded to an attachment at its base, s = 0; the rod's own clamp is not used.
     pub fn new(rod: Rod, from: Attachment) -> Self {
         let rod = rod.with_clamp(Vector3::zeros(), nalgebra::UnitQuaternion::identity());
         Self { rod, from }
@@ -25,7 +25,7 @@ impl FreeRod {
         &self.rod
     }
 
-    /// Its sections at `count` + 1 arclengths in the world at time `t`.
+    /// Sections at `count` + 1 arclengths in the world at time `t`.
     ///
     /// # Errors
     /// As [`Rod::shape`].
@@ -43,10 +43,10 @@ impl FreeRod {
 }
 
 impl Assembly {
-    /// The same with rods that have a free end ([`Assembly::shapes`] tells them after the others).
+    /// The assembly with rods that have a free end ([`Assembly::shapes`] returns them after the others).
     ///
     /// # Errors
-    /// A rod on a body that is not in the list, or on a point mass, about which it could turn as it likes.
+    /// A rod on a body that is not in the list, or on a point mass, about which it could turn freely.
     pub fn with_free(mut self, free: Vec<FreeRod>) -> Result<Self> {
         for (k, rod) in free.iter().enumerate() {
             let On::Body(body) = rod.from.on else {
@@ -80,7 +80,7 @@ pub(super) fn evenly(length: f64, count: usize) -> Vec<f64> {
     at.collect()
 }
 
-/// Sections seen from the base, in the world.
+/// Sections relative to the base, moved into the world.
 pub(super) fn placed(sections: Vec<RodSection>, base: &Isometry3<f64>) -> Vec<RodSection> {
     let turn = base.rotation.to_rotation_matrix();
     let each = sections.into_iter().map(|section| RodSection {

@@ -1,4 +1,4 @@
-//! What the mass of rods adds to an assembly, to first order: to its small vibrations, and at folds (theory 3.9).
+//! First-order effect of the mass of rods on an assembly: frequency shifts and folds (theory 3.9).
 
 use super::stiffness::carried;
 use super::{Assembly, Configuration, Joint, Link, LinkPoint, Modes};
@@ -9,17 +9,19 @@ use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
 
-/// Newton steps towards a fold, the step of their derivatives and how far it may be, relative to 1 + |q|.
+/// Newton steps towards a fold, the step of their derivatives, and the largest distance of the fold, relative to
+/// 1 + |q|.
 const NEARER: usize = 2;
 const ASIDE: f64 = 1e-3;
 const NEAR: f64 = 0.1;
-/// Frequencies whose squares differ by less than this part are one: their motions mix as the mass of the rods tells.
+/// Relative difference of squared frequencies below which they count as equal: the mass of the rods decides how they
+/// mix.
 const ONE: f64 = 1e-6;
 
-/// A fold of a rod with its ends held, reached as they move, along the critical direction of length 1 in the chart.
+/// A fold of a rod with its ends held, reached as the ends move. The critical direction has length 1 in the chart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeldFold {
-    /// Its chart.
+    /// Chart at the fold.
     pub at: Wrench,
     /// z.
     pub along: Wrench,
@@ -29,7 +31,7 @@ pub struct HeldFold {
     pub bend: f64,
 }
 
-/// The equations of a rod's chart while its ends are held, the time being their parameter.
+/// Equations of a rod's chart while its ends are held, with time as the parameter.
 struct AtRest<'a> {
     link: &'a Link,
     held: Isometry3<f64>,
@@ -57,9 +59,9 @@ impl Family for AtRest<'_> {
 }
 
 impl Link {
-    /// The fold of the rod with its ends held that is next to `q`, its attachments moving as `point` says (theory 2.8, 3.9), whatever its chart
-    /// stands for. The equations of the chart are J q' = drive: l . J = 0, J z = 0, and l is made dual to them by the force (and couple, at a
-    /// weld) that z makes on the end.
+    /// Fold next to `q` of the rod with its ends held, for the attachments' motion in `point` (theory 2.8, 3.9), in
+    /// any kind of chart. The equations of the chart are J q' = drive: l . J = 0, J z = 0. The length of l makes it
+    /// dual to them by the force (and couple, at a weld) that z makes on the end.
     ///
     /// # Errors
     /// As [`Link::held`]; a rod that is at no fold, or at one without a normal form.
@@ -121,8 +123,9 @@ impl Link {
         })
     }
 
-    /// Twice the kinetic energy of two small motions of the rod, x^T N y, in every pair of `motions`: each has the twists of base and end in the world
-    /// and the rates of the chart. Between two ball joints the rod turns about its chord with them as it likes.
+    /// Twice the kinetic energy x^T N y of two small motions of the rod, for every pair of `motions`: the twists of
+    /// base and end in the world and the rates of the chart. Between two ball joints the rod spins freely about its
+    /// chord.
     fn metric(
         &self,
         sections: &SectionMass,
@@ -152,8 +155,9 @@ impl Link {
 }
 
 impl Assembly {
-    /// The change of the lowest frequency of `modes`, relative to it, by the mass of the rods, `masses` in the order of the links: -1/2 x^T N x
-    /// for x^T M x = 1, to first order. Of several that are the lowest alike, the largest change. None where no frequency is above zero.
+    /// Relative change of the lowest frequency of `modes` by the mass of the rods, `masses` in the order of the
+    /// links: -1/2 x^T N x for x^T M x = 1, to first order. For a multiple lowest frequency, the largest change. None
+    /// if no frequency is above zero.
     pub fn shift_by_rods(
         &self,
         now: &Configuration,

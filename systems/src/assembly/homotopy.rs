@@ -1,4 +1,4 @@
-//! The equations of statics, and the paths that lead to their roots.
+//! Roots of the equations of statics: homotopy paths, falls from unstable equilibria, Newton's method.
 
 use super::equations::Frame;
 use super::{Assembly, Configuration};
@@ -8,35 +8,35 @@ use crate::solve::newton;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
-/// Springs, in the units of the balance, that hold the bodies at the start of a homotopy and slacken along it: what nothing else
-/// holds (a body that can spin about a ball joint) would leave no path.
+/// Stiffness, in the units of the balance, of springs on the bodies at the start of a homotopy, slackened along it.
+/// Without them an otherwise unconstrained motion (a body that can spin about a ball joint) would leave no path.
 const SPRING: f64 = 0.1;
-/// How near its end a homotopy may be stuck: an equilibrium that is free to move is a singular end.
+/// Homotopy parameter beyond which a stuck path is accepted: an equilibrium that is free to move is a singular end.
 const NEARLY: f64 = 0.99;
-/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+/// Relative singular value of the Jacobian below which a direction counts as neutral.
 const NEUTRAL: f64 = 1e-7;
-/// Steps of least length at most.
+/// Largest number of least-norm steps.
 const MOST_SETTLING: usize = 20;
-/// What is left of the equations of what nothing holds is rounding up to this many times the tolerance: under a load that nothing bears steps
-/// end, too, far away or where no step makes it less.
+/// Residual, in multiples of the tolerance, up to which an assembly with neutral directions is solved. Larger ones
+/// mean an unbalanced load: then, too, steps end, far away or without descent.
 const LEFT: f64 = 1e3;
 
-/// How far beside an unstable equilibrium bodies are let go, in radians and mean lengths of the rods.
+/// Displacement by which bodies are let go beside an unstable equilibrium, in radians and mean rod lengths.
 const ASIDE: f64 = 0.02;
-/// The springs of falling bodies have gone when they are this part of what they began with.
+/// Relative stiffness of the springs at the end of a fall.
 const SLACK: f64 = 1e-4;
-/// The longest step of a fall, relative to the unknowns: Newton's method may end far away.
+/// Longest step of a fall, relative to the unknowns: Newton's method may end far away.
 const LEAP: f64 = 1.0;
-/// Steps of a fall at most.
+/// Largest number of steps of a fall.
 const MOST_FALLING: usize = 60;
-/// A step of a fall is a short one, and where it leads need not be exact: one that Newton's method does not find at once is too long.
+/// Newton options in a fall. Steps are short and inexact; a step without quick convergence is too long.
 const STEP: newton::Options = newton::Options {
     tolerance: 1e-6,
     max_iterations: 8,
     min_damping: 0.1,
 };
 
-/// A path that led nowhere: how far it came, why no farther, and whether it was only too long.
+/// A failed path: distance, reason, and whether it was only too long.
 pub(super) struct Lost {
     pub part: f64,
     pub why: Error,
@@ -50,20 +50,20 @@ impl Lost {
     }
 }
 
-/// The equations at t = 0, or those of a homotopy.
+/// Equations of statics at t = 0, or of a homotopy.
 pub(super) struct Statics<'a> {
     assembly: &'a Assembly,
     pub(super) frame: Frame,
     pub(super) tolerance: f64,
-    /// R(y0) of the homotopy, p its parameter; None for the equations themselves.
+    /// R(y0) of the homotopy with parameter p; None for the equations themselves.
     pub(super) start: Option<DVector<f64>>,
 }
 
-/// How long a path may be: points, and the longest step in the units of charts.
+/// Bounds of a path: number of points, and longest step in the units of charts.
 pub(super) type Patience = (usize, f64);
-/// That of a path while there are others to try.
+/// Bounds while other paths remain to be tried.
 pub(super) const BRIEF: Patience = (150, 50.0);
-/// That of one that is followed farther: the forces of taut rods are far away, but nothing happens on the way.
+/// Bounds of a long path: the forces of taut rods are far away, but nothing happens on the way.
 pub(super) const FAR: Patience = (400, 1e12);
 
 /// A root and the length of the last correction.
@@ -117,7 +117,7 @@ impl<'a> Statics<'a> {
         }
     }
 
-    /// The end of the path from x, and whether it is stuck just before.
+    /// End of the path from x, and whether it is stuck just before.
     pub(super) fn followed(
         &self,
         x: DVector<f64>,
@@ -148,9 +148,9 @@ impl<'a> Statics<'a> {
         Err(Lost { part, why, long })
     }
 
-    /// Where bodies come that fall from an unstable equilibrium, towards one side of it (`way` 1 or -1): each step is to where springs at the place before,
-    /// stiff enough that it is a stable one, hold them, which lowers the energy; where they are stable without, springs slacken. None where the rods cannot be
-    /// followed.
+    /// Fall from an unstable equilibrium towards one side (`way` 1 or -1). Each step goes to the equilibrium with
+    /// springs at the last place, stiff enough to make that stable, which lowers the energy. Where the bodies are
+    /// stable without, the springs slacken. None where the rods cannot be followed.
     pub(super) fn fallen(&self, x: &DVector<f64>, way: f64) -> Option<DVector<f64>> {
         let (least, direction) = self.softest(x).filter(|(least, _)| *least < 0.0)?;
         let mut x = x + direction * (way * ASIDE);
@@ -184,7 +184,7 @@ impl<'a> Statics<'a> {
         None
     }
 
-    /// The least stiffness of the bodies where the rods follow them, and the unknowns' direction in which it is.
+    /// Least stiffness of the bodies with the rods following, and its direction in the unknowns.
     fn softest(&self, x: &DVector<f64>) -> Option<(f64, DVector<f64>)> {
         let jacobian = self.linearised(x, 0.0).ok()?.jacobian;
         let (n, bodies) = (x.len(), self.assembly.freedoms().1);
@@ -207,7 +207,8 @@ impl<'a> Statics<'a> {
         Some((value, direction))
     }
 
-    /// False of what nothing holds where its loads are left, relative to the charts of its rods.
+    /// False for unbalanced loads on neutral directions: a residual above LEFT times the tolerance, relative to the
+    /// charts.
     fn solves(&self, x: &DVector<f64>, tolerance: f64) -> bool {
         let charts = x.iter().skip(self.assembly.freedoms().1);
         let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));
@@ -216,8 +217,8 @@ impl<'a> Statics<'a> {
     }
 }
 
-/// Newton's method; where it fails, since the equilibrium is one of a continuous family (a column of equal bending stiffnesses
-/// buckles any way round, a body turns about a ball joint), steps of least length.
+/// Newton's method. If it fails on a member of a continuous family, least-norm steps follow (a column of equal
+/// bending stiffnesses buckles in any direction, a body turns about a ball joint).
 pub(super) fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Result<Root> {
     let options = newton::Options {
         tolerance,
@@ -239,7 +240,7 @@ pub(super) fn solved(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) ->
     }
 }
 
-/// Steps of least length to an equilibrium that is free to move.
+/// Least-norm steps to an equilibrium that is free to move.
 pub(super) fn settled(statics: &Statics<'_>, x: &DVector<f64>, tolerance: f64) -> Option<Root> {
     let (mut x, mut last) = (x.clone(), f64::INFINITY);
     for _ in 0..MOST_SETTLING {

@@ -1,8 +1,9 @@
-//! What an implicit step asks of an assembly: accelerations, linearised, at a place where rods need not quite meet their attachments.
+//! Accelerations of an assembly, linearised at a stage of an implicit step with gaps between rods and attachments.
 //!
-//! The chart q of a rod is no variable of such a step: it is where the pose of its end says, and the stiffer the rod, the less well the
-//! pose tells it. Newton's iteration has both as unknowns. At a stage where the end is `gap` away from its attachment the rod is brought
-//! there to first order, by J^-1 gap, and follows displacements of the bodies by J^-1 drive: the tangents are known, and exact.
+//! The chart q of a rod is not a variable of such a step: it follows from the pose of the end, the less accurately
+//! the stiffer the rod. Newton's iteration has both as unknowns. At a stage with a `gap` between end and attachment
+//! the rod is brought there to first order, by J^-1 gap, and follows displacements of the bodies by J^-1 drive: the
+//! tangents are known, and exact.
 
 use super::Assembly;
 use super::stiffness::{carried, lever_turned};
@@ -13,29 +14,30 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
 /// Step of the differences that linearise the bodies' own laws.
 const ASIDE: f64 = 1e-6;
 
-/// An assembly at a stage of an implicit step. The bodies' velocities, and displacements along them, are numbered as in
-/// [`Assembly::slots`].
+/// Linearisation of an assembly at a stage of an implicit step. The bodies' velocities, and displacements along them,
+/// are numbered as in [`Assembly::slots`].
 #[derive(Debug, Clone)]
 pub struct Linearised {
-    /// Rates of the state; 0 of the charts.
+    /// Rates of the state; 0 for the charts.
     pub rates: DVector<f64>,
-    /// The charts brought to their attachments.
+    /// Charts corrected onto their attachments.
     pub charts: Vec<Wrench>,
-    /// How far they were from there, in radians and lengths of the rods.
+    /// Largest gap before the correction, in radians and rod lengths.
     pub gap: f64,
-    /// det J of every rod.
+    /// det J of each rod.
     pub dets: Vec<f64>,
-    /// Derivative of the bodies' accelerations by their displacements. Spins have none: they are left to the iteration.
+    /// Derivative of the bodies' accelerations by their displacements. Spins have none: they are left to the
+    /// iteration.
     pub by_place: DMatrix<f64>,
-    /// The same by their velocities.
+    /// Derivative of the bodies' accelerations by their velocities.
     pub by_velocity: DMatrix<f64>,
     /// Derivatives of the charts by the displacements, six rows a rod.
     pub charts_by_place: DMatrix<f64>,
 }
 
 impl Assembly {
-    /// Which numbers of a state are those of the bodies' places, and which are their velocities; with these stand the spins of rods, which have rates of
-    /// their own.
+    /// Indices in a state of the bodies' places, and of their velocities; the latter include the spins of rods, which
+    /// have rates of their own.
     pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
         for (start, carrier) in self.starts() {
@@ -60,13 +62,13 @@ impl Assembly {
         }
     }
 
-    /// A state of an implicit step, linearised; None outside the domain of a law, and where a rod is at its fold.
+    /// Linearises a state of an implicit step; None outside the domain of a law, and for a rod at its fold.
     pub fn linearised(&self, state: &DVector<f64>, tolerance: f64) -> Option<Linearised> {
         let at = self.evaluated(state, tolerance)?;
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
         let (starts, total) = self.freedoms();
         let mut wrenches = vec![Vector6::zeros(); bodies.len()];
-        // Of the wrenches on the bodies, and of the charts, by the bodies' twists.
+        // Derivatives of the wrenches on the bodies, and of the charts, by the bodies' twists.
         let mut by_twists = DMatrix::zeros(6 * bodies.len(), 6 * bodies.len());
         let mut charts_by_twists = DMatrix::zeros(6 * at.points.len(), 6 * bodies.len());
         let (mut charts, mut gap, mut dets) = (Vec::new(), 0.0_f64, Vec::new());
@@ -79,7 +81,7 @@ impl Assembly {
             let by_chart = point.wrenches_by_chart();
             let by = by_chart * follows + point.wrenches_by_turns();
             let more = by_chart * missing;
-            // The chart as it was given: the gap of a taut rod is that of its couple, too.
+            // The chart as given: the gap of a taut rod includes the couple.
             let given = Wrench::from_column_slice(&state.as_slice()[self.chart_slots(k)]);
             charts.push(given + missing);
             moving.push(factors.solve(&(scale * point.drive()))?);
@@ -182,7 +184,8 @@ impl Assembly {
         }
         by_place += by_wrench * (by_twists * &twists);
         if let Some(together) = with_rods {
-            // The inertia of the rods itself changes little on the way: that is left to the iteration.
+            // The inertia of the rods themselves changes little during the step: the iteration takes care of that
+            // change.
             by_place = &together.shared * by_place;
             by_velocity = together.shared * by_velocity;
         }

@@ -1,27 +1,27 @@
-//! Rods as tethers: what a rod that can neither stretch nor shear does to its attachments where it is pulled straight (theory 2.8).
+//! Rods as tethers: force of an inextensible unshearable rod, pulled straight, on its attachments (theory 2.8).
 
 use super::{Assembly, Evaluated, Joint, Link, LinkPoint};
 use crate::math::se3::{halves, joined};
 use nalgebra::Vector3;
 
-/// The pull of a rod.
+/// Pull of a rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tether {
-    /// Its size n.
+    /// Tension n, a force.
     pub tension: f64,
     /// sqrt(n L^2/B).
     pub lambda: f64,
-    /// What the bent ends take of the rod's reach, d = L - r(1).n/|n|; n d is the energy stored in them.
+    /// Reach lost to the bent ends, d = L - r(1).n/|n|; n d is the energy stored in them.
     pub slack: f64,
-    /// Minus the power of the pull, n.r(1)': above 0 while the attachments move apart against it.
+    /// Minus the power of the pull, n.r(1)': above 0 while the attachments move apart against the pull.
     pub parting: f64,
-    /// The direction of the pull from base to end, in the world.
+    /// Direction of the pull from base to end, in the world.
     pub along: Vector3<f64>,
 }
 
 impl Link {
-    /// The rod of `point` as a tether; None of one that stretches or shears, that is not pulled, or that is between two ball joints, where nothing
-    /// is bent.
+    /// The rod of `point` as a tether. None for a rod that stretches or shears, that is not pulled, or that is
+    /// between two ball joints, where nothing is bent.
     pub fn tether(&self, point: &LinkPoint) -> Option<Tether> {
         if self.joint() == Joint::Pins || !self.rod().is_inextensible().ok()? {
             return None;
@@ -41,8 +41,8 @@ impl Link {
 }
 
 impl Assembly {
-    /// The mass that resists where the attachments of rod `k` are pushed apart along a direction of the world: 1/m is their acceleration apart by
-    /// a unit force on each. Infinite between attachments of which no body moves that way.
+    /// Effective mass m against a separation of the attachments of rod `k` along a direction of the world: a unit
+    /// force on each accelerates them apart by 1/m. Infinite if no carrying body moves that way.
     pub fn resistance(&self, k: usize, at: &Evaluated, along: &Vector3<f64>) -> Option<f64> {
         let bodies = &at.now.bodies;
         let wrenches = self.wrenches(bodies, &at.points);

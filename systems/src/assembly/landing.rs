@@ -1,17 +1,18 @@
-//! Where a rod settles that has lost its equilibrium, while its ends are held (theory 2.6, 3.3).
+//! Landing of a rod that has lost its equilibrium, with its ends held (theory 2.6, 3.3).
 //!
-//! A rod with a little friction falls along the fast layer. In it every strain relaxes towards what the present wrench asks,
+//! A rod with a little friction falls along the fast layer. In it every strain relaxes towards that of the present
+//! wrench,
 //! ```text
 //! e_T = e^(Q w1) - e,     int Q^T e_T = -2 (pose of the end - where it is held),
 //! ```
-//! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness; for any convex
-//! energy it falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work; the resultants of a load along the
-//! rod are with those of w1, and its potential with the energy. The last term brings the end back after the
-//! finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly and to one
-//! side only. A rod between two ball joints is held by the length of its chord alone: w1 is a force N r^ along it, without a couple at
-//! either end, and of the condition only the part along r^ is left, one equation for N. The turn of the base about that of the chord and
-//! the spin about it, which nothing feels, are not in the strains. Taut rods fall by the same law in implicit steps
-//! ([`crate::rod::Rod::taut_fallen`]).
+//! with e^ the inverse law. For linear laws that is the flow under a viscosity proportional to the stiffness. For any
+//! convex energy the energy falls, since (dW/de - Q w1).(e^ - e) <= 0 and w1 does no work. The resultants of a load
+//! along the rod are added to those of w1, and its potential to the energy. The last term brings the end back after
+//! the finite push with which the flow begins: the fold itself is a rest point, which is left quadratically slowly
+//! and to one side only. A rod between two ball joints is held by the length of its chord alone. There w1 is a force
+//! N r^ along it, without a couple at either end, and only the part of the condition along r^ is left, one equation
+//! for N. The turn of the base about that of the chord and the spin about it have no effect and are not in the
+//! strains. Taut rods fall by the same law in implicit steps ([`crate::rod::Rod::taut_fallen`]).
 
 use super::viscous_layer::{Layer, MOST_STEPS, split};
 use super::{Joint, Link, LinkEnd};
@@ -26,41 +27,41 @@ use crate::viscoelastic::space::Space;
 use nalgebra::{DVector, Isometry3, Vector3};
 use std::sync::Arc;
 
-/// How far from neutral, in lengths of the rod, a rod may be taken to be at its fold.
+/// Singular value of the Jacobian, in rod lengths, below which a rod is at a fold or crossing.
 const NEUTRAL: f64 = 1e-4;
-/// Nodes on every element of the rod: enough to tell where the layer leads, which the chart then makes exact.
+/// Nodes on each element of the rod: enough to identify the landing, which the chart then makes exact.
 const NODES: usize = 32;
-/// Largest change of a strain (in 1/L) in the push off the fold. The way from there takes a time of one over it; one that is
-/// not small against the way to the landing is tried again smaller.
+/// Largest strain change (in 1/L) in the push off the fold, tried in order. The flow from there takes a time of order
+/// 1/push. A push that is not small against the way to the landing is retried smaller.
 const PUSHES: [f64; 3] = [0.3, 0.03, 0.003];
-/// Change of the chart by which strains are differentiated.
+/// Chart step of the differences that give the strains' derivatives.
 const ASIDE: f64 = 1e-4;
-/// Newton steps of the polish at most.
+/// Largest number of Newton steps of the polish.
 const POLISH: usize = 30;
 /// Tolerance of the search for other landings, which the chart then makes exact.
 const SEARCH: f64 = 1e-9;
-/// A landing nearer to another or to its fold than this, relative to 1 + the chart, is that again.
+/// Relative distance, over 1 + |chart|, below which two chart points are the same equilibrium.
 const TWIN: f64 = 1e-4;
-/// Energies are known to this multiple of the tolerance of the integration along the rod, relative to their size.
+/// Relative error of energies, as a multiple of the tolerance of the integration along the rod.
 const ENERGY_ERROR: f64 = 10.0;
 
-/// Stable equilibrium to which a rod can fall from a fold while its ends are held.
+/// Stable equilibrium that a rod with held ends can reach from a fold.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landing {
     /// The chart point.
     pub chart: Wrench,
-    /// True if the fast layer leads there; None if the layer did not settle.
+    /// True if the fast layer leads to this landing; None if the layer did not settle.
     pub reached: Option<bool>,
 }
 
-/// True if two chart points are those of one equilibrium.
+/// True if two chart points are the same equilibrium.
 fn is_twin(a: &Wrench, b: &Wrench) -> bool {
     (a - b).norm() <= TWIN * (1.0 + a.norm())
 }
 
 impl Link {
-    /// The chart point at which the rod comes to rest that leaves its fold `q` while its ends are held; found to
-    /// `tolerance`, that of the integration along the rod.
+    /// Chart point at which the rod comes to rest after leaving its fold `q` with its ends held. Accurate to
+    /// `tolerance`, which is also that of the integration along the rod.
     ///
     /// # Errors
     /// No simple fold; a flow that does not settle.
@@ -68,13 +69,14 @@ impl Link {
         Ok(self.fallen(q, held, tolerance, (false, false))?.1)
     }
 
-    /// True if a rod falls from its branch point `q`, where paths of equilibria cross, however it is pushed: none that is stable begins there.
+    /// True if a rod falls from its branch point `q`, where paths of equilibria cross, for every push: no stable path
+    /// begins there.
     pub fn falls(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> bool {
         self.fallen(q, held, tolerance, (false, true)).is_ok()
     }
 
-    /// The shapes through which it falls, seen from its base, one after every step of the layer, and the landing. Those whose end is not yet back where it
-    /// is held after the push off the fold are left out.
+    /// Shapes during the fall, relative to the base, one after each step of the layer, and the landing. Shapes whose
+    /// end is not yet back at its attachment after the push off the fold are left out.
     ///
     /// # Errors
     /// As [`Link::settle`].
@@ -110,8 +112,7 @@ impl Link {
         }
     }
 
-    /// Asks that a rod has no more energy where it comes to rest, `landed`, than at its fold `q`, where its end is
-    /// `end`.
+    /// Checks that the energy `landed` of a landing does not exceed that at the fold `q`, whose end is `end`.
     ///
     /// # Errors
     /// A landing that gains energy.
@@ -128,8 +129,8 @@ impl Link {
         )))
     }
 
-    /// The equilibria on which the rod can come to rest that leaves its fold `q` with its ends held: of those of
-    /// [`Link::stable_beside`] the ones with no more energy than the fold, the lowest first.
+    /// Possible landings of the rod from its fold `q` with its ends held: those of [`Link::stable_beside`] with no
+    /// more energy than the fold, the lowest first.
     ///
     /// # Errors
     /// A fold that cannot be evaluated.
@@ -150,9 +151,9 @@ impl Link {
         Ok(stable.into_iter().map(landing).collect())
     }
 
-    /// The stable equilibria that are found of the rod with the chart point `q` and with its ends held, but for `q`
-    /// itself: charts by energy, the lowest first, whether or not the rod can get there. That of [`Link::settle`] is
-    /// among them; whether they are all, nothing tells ([`crate::rod::Problem::others`]).
+    /// Stable equilibria found with the ends held as at chart point `q`, except `q` itself: charts by energy, the
+    /// lowest first, whether or not the rod can get there. The list includes that of [`Link::settle`]; it need not be
+    /// complete ([`crate::rod::Problem::others`]).
     ///
     /// # Errors
     /// A chart point that cannot be evaluated.
@@ -167,7 +168,7 @@ impl Link {
         Ok(stable.into_iter().map(|(_, q)| q).collect())
     }
 
-    /// The stable equilibria beside `q`, with their energies; `settled` is the one to which the fast layer leads.
+    /// Stable equilibria beside `q`, with their energies; `settled` is the end of the fast layer.
     fn stable(
         &self,
         q: &Wrench,
@@ -197,8 +198,8 @@ impl Link {
         Ok(stable)
     }
 
-    /// The equilibrium of the rod near these strains, in units of 1/L and given at places in [0, 1], with its end at `held` seen from the base: from the
-    /// wrench on the end that leaves least of the resultants along the rod.
+    /// Equilibrium near these strains, in units of 1/L and given at places in [0, 1], with the end at `held` relative
+    /// to the base. The search starts from the end wrench that best fits the resultants along the rod.
     ///
     /// # Errors
     /// Strains outside the section law or without a shape; no equilibrium near by.
@@ -229,7 +230,7 @@ impl Link {
         self.charted(&layer, &strains, tolerance)
     }
 
-    /// The layer of the rod with its end at `held` seen from the base, under no wrench yet.
+    /// The layer of the rod with its end at `held` relative to the base, with wrench 0.
     fn layer<const D: usize>(&self, held: &Isometry3<f64>) -> Layer<D> {
         let length = self.rod.length();
         let units = Measures {
@@ -280,8 +281,9 @@ impl Link {
             .collect())
     }
 
-    /// The rod leaves its equilibrium `q`, its end at `end`, in the direction `kernel` of the chart, or against it; with the shapes on the way
-    /// if they are to be shown. Where paths of equilibria cross, as at the branch points of rods between two ball joints, it is pushed once.
+    /// Falls from the equilibrium `q`, with end `end`, in the direction `kernel` of the chart or against it;
+    /// optionally with the shapes on the way. At a crossing of paths of equilibria (branch points of rods between two
+    /// ball joints) there is one push.
     fn settled<const D: usize>(
         &self,
         q: &Wrench,
@@ -308,7 +310,7 @@ impl Link {
         let start = layer.wrench;
         let mut found: Option<(f64, Vec<DVector<f64>>, Wrench)> = None;
         let mut lost = None;
-        // Where paths cross a rod that does not fall at once follows another path, along which it falls ever more slowly.
+        // At a crossing a rod that does not fall at once follows another path, along which it falls ever more slowly.
         let crossing = crosses || self.crossing(end, NEUTRAL).is_some();
         let pushes = if crossing { &PUSHES[..1] } else { &PUSHES[..] };
         for &size in pushes {
@@ -368,7 +370,7 @@ impl Link {
         })
     }
 
-    /// The same of a taut rod.
+    /// [`Link::settle`] for a taut rod.
     fn fallen_taut(
         &self,
         q: &Wrench,
@@ -389,7 +391,7 @@ impl Link {
         Ok((shapes, q))
     }
 
-    /// The strains at the nodes, in units of 1/L, one after the other.
+    /// Strains at the nodes, in units of 1/L, one after the other.
     fn strains(
         &self,
         grid: &Grid,
@@ -414,7 +416,7 @@ impl Link {
         Ok(DVector::from_iterator(6 * grid.len(), values))
     }
 
-    /// The chart point of the equilibrium near `strains`, with the end exactly where it is held.
+    /// Chart point of the equilibrium near `strains`, with the end exactly at its attachment.
     fn charted<const D: usize>(
         &self,
         layer: &Layer<D>,
@@ -433,7 +435,7 @@ impl Link {
         };
         let mut start = joined(&(m + end.end().translation.vector.cross(&n)), &n);
         if let Some(load) = &layer.load {
-            // What the load adds: its force, and its couple about the base.
+            // Force of the load, and its couple about the base.
             let nodes = load.iter().zip(end.positions()).zip(layer.grid.weights());
             start += nodes.fold(Wrench::zeros(), |sum, ((f, r), weight)| {
                 sum + joined(&(r.cross(f) * *weight), &(f * *weight))
@@ -444,7 +446,7 @@ impl Link {
         self.polished(&start, &held, tolerance)
     }
 
-    /// Newton's method in the chart from `q` to the equilibrium with the end at `held`, seen from the base.
+    /// Newton's method in the chart from `q` to the equilibrium with the end at `held`, relative to the base.
     ///
     /// # Errors
     /// No convergence.

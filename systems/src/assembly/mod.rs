@@ -1,11 +1,14 @@
-//! Bodies and rods between them: what is attached where, and what holds for the whole (theory 3.3, 3.4).
+//! Assemblies: rigid bodies and point masses joined by elastic rods (theory 3.3, 3.4).
 //!
-//! A rod without inertia sits between two attachments: the ground, a support that moves, or the frame of a body. In the
-//! directors of its base it is the equilibrium manifold with the base wrench q = (m(0), n) as its chart, whose end
-//! moves as the twist of one attachment seen from the other says. The bodies are free but for the wrenches of their rods.
+//! A rod without inertia sits between two attachments: the ground, a support that moves, or the frame of a body. Its
+//! chart is the base wrench q = (m(0), n) on the equilibrium manifold, in the directors of its base. The end of the
+//! rod moves by the twist of one attachment relative to the other. The bodies are free but for the wrenches of their
+//! rods.
 //!
-//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments; [`FreeRod`] one with a free end.
-//! * [`Configuration`]: where everything is; [`Assembly::balance`], [`Assembly::stiffness`] and the index of the whole.
+//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments; [`FreeRod`]
+//!   one with a free end.
+//! * [`Configuration`]: poses and charts; [`Assembly::balance`], [`Assembly::stiffness`] and the Morse index of the
+//!   assembly.
 //! * [`Assembly::equilibrium`], [`Assembly::modes`], [`AssemblyFamily`]: statics, small vibrations, branches.
 
 mod axial_slider;
@@ -64,18 +67,18 @@ pub struct Assembly {
     carriers: Vec<Carrier>,
     links: Vec<Link>,
     free: Vec<FreeRod>,
-    /// Rods with mass, by their place among the links; empty where none has any.
+    /// Mass properties by rod number; empty if no rod has mass.
     light: Vec<Option<LightRod>>,
-    /// Names of bodies and rods, for messages; none, or one each.
+    /// Names of the rods for messages: one each, or empty.
     names: Vec<String>,
 }
 
 impl Assembly {
-    /// An assembly of bodies and rods, both known by their place in the lists.
+    /// An assembly of bodies and rods, both numbered by their position in the lists.
     ///
     /// # Errors
-    /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass that it
-    /// is welded to; a body that no rod reaches.
+    /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass
+    /// that it is welded to; a body that no rod reaches.
     pub fn new(carriers: Vec<Carrier>, links: Vec<Link>) -> Result<Self> {
         if carriers.is_empty() {
             return Err(Error::domain("an assembly has one body at least"));
@@ -127,19 +130,19 @@ impl Assembly {
         })
     }
 
-    /// Gives the rods names, in order, by which messages call them; without, they have their numbers.
+    /// Names the rods, in order, for messages; by default messages use their numbers.
     #[must_use]
     pub fn with_names(mut self, rods: Vec<String>) -> Self {
         self.names = rods;
         self
     }
 
-    /// Its name, if the rods have names.
+    /// Name of a rod, if the rods have names.
     pub fn name_of_rod(&self, rod: usize) -> Option<&str> {
         self.names.get(rod).map(String::as_str)
     }
 
-    /// What messages call a rod.
+    /// Label of a rod in messages.
     pub fn rod_name(&self, rod: usize) -> String {
         match (self.names.get(rod), self.links.len()) {
             (Some(name), _) => format!("rod {name:?}"),
@@ -158,8 +161,8 @@ impl Assembly {
         &self.links
     }
 
-    /// The assembly for those who look at a motion: what they find of taut rods is not where the motion begins its next search, which would move it within its
-    /// tolerance.
+    /// A copy for observers of a motion. Their solutions of taut rods do not become the start of the motion's next
+    /// search, which would move the motion within its tolerance.
     #[must_use]
     pub fn aside(self: &Arc<Self>) -> Arc<Self> {
         match self.links.iter().any(|link| link.warm.last().is_some()) {
@@ -168,7 +171,7 @@ impl Assembly {
         }
     }
 
-    /// Says what the chart of rod `k` stands for ([`Link::seen_as`]).
+    /// Sets the chart kind of rod `k` ([`Link::seen_as`]).
     pub fn see(&mut self, k: usize, seen: Seen) {
         self.links[k].seen_as(seen);
     }
@@ -178,7 +181,8 @@ impl Assembly {
         self.links[k].beside_spring(stiffness);
     }
 
-    /// Lets rods that cannot stretch give way by what a motion of this tolerance does not see ([`Link::allow`]), as it begins; true if one does so at once.
+    /// At the start of a motion: lets the ends of inextensible rods give way by less than the tolerance
+    /// ([`Link::allow`]). True if one does so at once.
     pub fn allow(&mut self, tolerance: f64, at: &Evaluated) -> bool {
         for (link, point) in self.links.iter_mut().zip(&at.points) {
             link.allow(tolerance);
@@ -187,12 +191,12 @@ impl Assembly {
         self.links.iter().any(|link| link.give().is_some())
     }
 
-    /// Sets what stands between the end of rod `k` and its attachment ([`Link::let_give`]).
+    /// Sets the slider between the end of rod `k` and its attachment ([`Link::let_give`]).
     pub fn let_give(&mut self, k: usize, give: Option<Give>) {
         self.links[k].let_give(give);
     }
 
-    /// The first time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
+    /// First time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
     pub fn next_break(&self, t: f64) -> f64 {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
         let supports = self.links.iter().map(|link| link.next_break(t));
@@ -209,7 +213,7 @@ impl Assembly {
         self.carriers.iter().any(|body| body.is_followed(t))
     }
 
-    /// Where the velocities of each body begin among those of all, and how many there are.
+    /// Index of the first velocity of each body in the vector of all velocities, and the total count.
     pub fn freedoms(&self) -> (Vec<usize>, usize) {
         let mut total = 0;
         let starts = self.carriers.iter().map(|carrier| {
@@ -219,7 +223,7 @@ impl Assembly {
         (starts.collect(), total)
     }
 
-    /// How many unknowns statics has: those of the bodies, and the charts of the rods.
+    /// Number of unknowns of statics: the velocities of the bodies and six chart components per rod.
     pub(super) fn unknowns(&self) -> usize {
         let bodies: usize = self.carriers.iter().map(Carrier::freedoms).sum();
         bodies + 6 * self.links.len()

@@ -14,23 +14,23 @@ use nalgebra::{Complex, DMatrix, DVector, Vector6};
 pub struct Modes {
     /// omega^2, ascending.
     pub squares: Vec<f64>,
-    /// Angular frequencies, ascending; of an instability, where omega^2 < 0, -sqrt(-omega^2): minus its rate of growth.
+    /// Angular frequencies, ascending; for an instability (omega^2 < 0) -sqrt(-omega^2), minus its rate of growth.
     pub frequencies: Vec<f64>,
     /// x by columns, x^T M x = 1: (rotation, translation of the reference point) body by body, in the world.
     pub shapes: DMatrix<f64>,
-    /// What the charts do, by columns: 6 rows a rod, in units B/L, B/L^2.
+    /// Changes of the charts, by columns: 6 rows a rod, in units B/L, B/L^2.
     pub charts: DMatrix<f64>,
-    /// Squares up to this size are those of motions that nothing holds: 0 where the stiffness is positive definite beyond rounding.
+    /// Bound of the squares of neutral motions: 0 if the stiffness is positive definite beyond rounding.
     pub neutral: f64,
     /// True at index 0: no frequency is imaginary, and no rod unstable with its ends held.
     pub stable: bool,
 }
 
-/// Squares of frequencies of directions in which an equilibrium is free to move, in units of the rod and of the largest.
+/// Squares of neutral motions: bound in units of the rod, and relative to the largest square.
 const NEUTRAL: f64 = 1e-10;
 const ROUNDING: f64 = 1e-14;
 
-/// Modes of an assembly with straight inextensible rods, and the omega^2 that they were shifted by.
+/// Modes of an assembly with straight inextensible rods, and the shift of omega^2.
 pub(super) struct SoftModes {
     pub squares: Vec<f64>,
     shapes: DMatrix<f64>,
@@ -39,8 +39,8 @@ pub(super) struct SoftModes {
 }
 
 impl Modes {
-    /// The configuration displaced along the mode of this number (from 0), for drawing: bodies by amplitude times shape, and
-    /// the rods' charts with them. Ends meet to first order in the amplitude.
+    /// Configuration displaced along the mode of this number (from 0), for drawing: bodies by amplitude times shape,
+    /// and the rods' charts with them. Ends meet to first order in the amplitude.
     ///
     /// # Errors
     /// No such mode.
@@ -79,9 +79,10 @@ impl Modes {
 }
 
 impl Assembly {
-    /// Frequencies and mode shapes about an equilibrium at t = 0, drag and rotors left out. A direction in which the assembly is
-    /// rigid, along a straight inextensible rod, has no mode. Where the stiffness is positive definite slow motions have their digits however fast the
-    /// others are; elsewhere squares have an error of rounding times the largest.
+    /// Frequencies and mode shapes about an equilibrium at t = 0, drag and rotors left out. A rigid direction of the
+    /// assembly, along a straight inextensible rod, has no mode. If the stiffness is positive definite, slow motions
+    /// have full relative accuracy however fast the others are; else squares have an error of rounding times the
+    /// largest.
     ///
     /// # Errors
     /// A configuration with neither stiffness nor compliance; as [`super::Link::index`].
@@ -120,9 +121,10 @@ impl Assembly {
         })
     }
 
-    /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0 with drag, rotors and loads that turn with bodies: of the first-order system of
-    /// M x'' + C x' + K x = 0, two for each velocity that is not rigid, by imaginary then real part. A real part above zero is an
-    /// instability; a rotor can hold what the stiffness alone cannot.
+    /// Eigenvalues s of small motions exp(s t) about an equilibrium at t = 0, with drag, rotors and loads that turn
+    /// with bodies. The system M x'' + C x' + K x = 0 has two for each velocity that is not rigid, in order of
+    /// imaginary, then real part. A real part above zero is an instability; a rotor can stabilise an unstable
+    /// stiffness.
     ///
     /// # Errors
     /// As [`Assembly::modes`]; eigenvalues that do not converge.
@@ -140,7 +142,7 @@ impl Assembly {
             }
         };
         let n = k.nrows();
-        // Velocities are measured by the largest frequency, which balances the blocks.
+        // Velocities are scaled by the largest frequency, which balances the blocks.
         let rate = k.norm().sqrt().max(f64::MIN_POSITIVE);
         let mut first = DMatrix::zeros(2 * n, 2 * n);
         first.view_mut((0, n), (n, n)).fill_diagonal(rate);
@@ -153,8 +155,9 @@ impl Assembly {
         Ok(values)
     }
 
-    /// Stiffness and damping c, in L^T x, without the directions in which a rod would have to stretch and cannot. There L^T (K + shift
-    /// M)^-1 L is zero, from the left and from the right; what is left of it is inverted. It need not be symmetric.
+    /// Stiffness and damping c, in L^T x, without the directions that would stretch an inextensible rod. Those are
+    /// the left and right null space of L^T (K + shift M)^-1 L; the rest is inverted. The matrix need not be
+    /// symmetric.
     fn flexible(
         &self,
         now: &Configuration,
@@ -182,7 +185,7 @@ impl Assembly {
         Ok((stiffness, basis.transpose() * c * basis))
     }
 
-    /// The compliance of the bodies held by springs, (K + shift M)^-1, with what the charts do, and the shift.
+    /// Compliance of the bodies on added springs, (K + shift M)^-1, with the response of the charts, and the shift.
     fn shifted_compliance(
         &self,
         now: &Configuration,
@@ -202,9 +205,9 @@ impl Assembly {
         Ok((compliance, charts, shift))
     }
 
-    /// The modes without those in which a rod would have to stretch and cannot: where there is no stiffness K, there is the
-    /// compliance C of the bodies held by springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y, omega^2 =
-    /// 1/mu - shift and x = C L y/mu; what is rigid has mu = 0.
+    /// Modes without those that would stretch an inextensible rod. If there is no stiffness K, there is the
+    /// compliance C of the bodies on added springs, (K + shift M)^-1. With M = L L^T and L^T C L y = mu y,
+    /// omega^2 = 1/mu - shift and x = C L y/mu; rigid directions have mu = 0.
     pub(super) fn soft_modes(
         &self,
         now: &Configuration,
@@ -231,7 +234,7 @@ impl Assembly {
         })
     }
 
-    /// L of the mass matrix M = L L^T.
+    /// Cholesky factor L of the mass matrix M = L L^T.
     pub(super) fn mass_root(
         &self,
         now: &Configuration,
@@ -243,7 +246,8 @@ impl Assembly {
         })
     }
 
-    /// The rods in the world at time `t`, those with a free end last: sections at `count` + 1 arclengths from end to end.
+    /// Shapes of the rods in the world at time `t`, those with a free end last: sections at `count` + 1 arclengths
+    /// from end to end.
     ///
     /// # Errors
     /// As [`super::Link::end`].
@@ -265,7 +269,7 @@ impl Assembly {
             .collect()
     }
 
-    /// Rod `k` in the world at time `t`: its sections at arclengths in growing order.
+    /// Shape of rod `k` in the world at time `t`: its sections at arclengths in growing order.
     ///
     /// # Errors
     /// As [`super::Link::end`].
@@ -302,7 +306,8 @@ fn back(root: &DMatrix<f64>, y: &DMatrix<f64>) -> Result<DMatrix<f64>> {
     x.ok_or_else(|| Error::ill_conditioned("the mass matrix is singular"))
 }
 
-/// Takes the slow half of these from the inverse, which has their digits, if the matrix is positive definite beyond rounding; true if it is.
+/// Replaces the slow half of the eigenpairs by those of the inverse, which have full relative accuracy, if the matrix
+/// is positive definite beyond rounding; true if it is.
 fn slow_ones(matrix: &DMatrix<f64>, squares: &mut [f64], vectors: &mut DMatrix<f64>) -> bool {
     let Some(factors) = definite(&((matrix + matrix.transpose()) * 0.5)) else {
         return false;

@@ -1,28 +1,28 @@
-//! Whether rods are long enough for what they join.
+//! Reach of chains of inextensible rods between fixed attachments.
 
 use super::{Assembly, Attachment, On, Place};
 use crate::error::{Error, Message, Quantity, Result};
 use nalgebra::DMatrix;
 
-/// Rods that reach their places but for this part of the way are held to be straight between them.
+/// Relative slack below which a chain counts as straight.
 const STRAIGHT: f64 = 1e-9;
 
-/// Rods and bodies that join an end of one rod to one of another.
+/// A chain of inextensible rods and bodies between two fixed ends of rods.
 struct Chain {
     rods: [usize; 2],
-    /// How far these ends are from each other.
+    /// Distance of the two ends.
     apart: f64,
-    /// How far they could be; infinite where nothing holds them.
+    /// Largest possible distance; infinite if no such chain joins the ends.
     reach: f64,
 }
 
 impl Assembly {
-    /// Looks whether the rods can join what they should, before equilibria are looked for: a rod that can be neither stretched nor sheared
-    /// ends within its length, so that a chain of such rods and of bodies reaches no farther than the sum of their lengths and of the
+    /// Checks before any search for equilibria that the rods can reach. An unshearable inextensible rod ends within
+    /// its length. A chain of such rods and of bodies thus spans at most the sum of their lengths and of the
     /// distances between the places of attachment.
     ///
     /// # Errors
-    /// Two ends of rods that stand in the ground, or on supports where these are at t = 0, farther apart than that.
+    /// Two ends of rods in the ground, or on supports at t = 0, that are farther apart than their chain spans.
     pub fn within_reach(&self) -> Result<()> {
         let chains = self.chains()?;
         let short = chains
@@ -31,7 +31,8 @@ impl Assembly {
         short.map_or(Ok(()), |chain| Err(self.too_short(chain)))
     }
 
-    /// The first rod that is shorter than its ends are apart where the bodies are here, and can be neither stretched nor sheared.
+    /// First unshearable inextensible rod that is shorter than the distance of its attachments for these places of
+    /// the bodies.
     ///
     /// # Errors
     /// Those of the sections of the rods.
@@ -46,7 +47,8 @@ impl Assembly {
         Ok(None)
     }
 
-    /// Why no load across can be borne, if a chain is drawn straight between places that do not move: its force would be infinite.
+    /// Error for a chain drawn straight between fixed places: it bears no load across, since its force would be
+    /// infinite.
     pub(super) fn drawn_straight(&self) -> Option<Error> {
         let chains = self.chains().ok()?;
         let drawn = |chain: &&Chain| {
@@ -63,7 +65,7 @@ impl Assembly {
         )))
     }
 
-    /// What joins any two ends that stand.
+    /// Chains between any two fixed ends.
     fn chains(&self) -> Result<Vec<Chain>> {
         let ends = self.links().iter();
         let ends: Vec<&Attachment> = ends.flat_map(|link| [&link.from, &link.to]).collect();
@@ -88,7 +90,7 @@ impl Assembly {
                 }
             }
         }
-        // The shortest ways from end to end over all others (Floyd, Warshall).
+        // Shortest paths between all ends (Floyd, Warshall).
         for over in 0..n {
             for i in 0..n {
                 for j in 0..n {

@@ -1,4 +1,4 @@
-//! A rod between two attachments: its chart, the wrenches on what carries it, and its tangent.
+//! Rods between two attachments: chart, wrenches on the attachments, tangent.
 
 use super::axial_slider::Give;
 use super::distributed_load::{Along, Borne};
@@ -13,23 +13,24 @@ use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3,
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Rotations (or couples) of a rod's end by unit couples at its base, at a given force: less is neutral.
+/// Relative rotation (or couple) of the rod's end per unit base couple, at fixed force, below which the rod counts as
+/// neutral.
 const NEUTRAL: f64 = 1e-7;
-/// How far aside the index of a rod is counted that is neutral under its force.
+/// Relative change of the force at which the index is counted instead if the rod is neutral under its force.
 const ASIDE: f64 = 1e-6;
 
-/// What an end of a rod is attached to.
+/// Carrier of an attachment.
 #[derive(Debug, Clone)]
 pub enum On {
     /// The ground; the place is in the world.
     Ground,
-    /// A support that moves; the place is in its frame.
+    /// A moving support; the place is in the support's frame.
     Support(Box<Support<3>>),
-    /// The body of this number; the place is in its frame.
+    /// A body, by number; the place is in the body's frame.
     Body(usize),
 }
 
-/// How the end of a rod is held by its attachment.
+/// Joint between the end of a rod and its attachment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -37,7 +38,7 @@ pub enum On {
     serde(rename_all = "lowercase")
 )]
 pub enum Joint {
-    /// The directors turn with the attachment.
+    /// The directors of the rod's end turn with the attachment.
     #[default]
     Weld,
     /// The end is free to turn: m(1) = 0.
@@ -46,12 +47,12 @@ pub enum Joint {
     Pins,
 }
 
-/// Where an end of a rod is attached: point and directors in the frame of what carries it.
+/// Attachment of a rod's end: point and directors in the frame of the carrier.
 #[derive(Debug, Clone)]
 pub struct Attachment {
-    /// What carries it.
+    /// Carrier: ground, support or body.
     pub on: On,
-    /// Its place there.
+    /// Pose in the carrier's frame.
     pub place: Isometry3<f64>,
 }
 
@@ -64,7 +65,7 @@ impl Attachment {
         }
     }
 
-    /// An attachment to a support that moves, in its frame.
+    /// An attachment to a moving support, in the support's frame.
     pub fn support(support: Support<3>) -> Self {
         Self {
             on: On::Support(Box::new(support)),
@@ -80,7 +81,7 @@ impl Attachment {
         }
     }
 
-    /// The body that carries it.
+    /// Number of the carrying body, if any.
     pub(super) fn carried_by(&self) -> Option<usize> {
         match self.on {
             On::Body(body) => Some(body),
@@ -88,7 +89,7 @@ impl Attachment {
         }
     }
 
-    /// Distance from the origin of the frame that it is in.
+    /// Distance from the origin of the carrier's frame.
     pub(super) fn lever(&self) -> f64 {
         self.place.translation.vector.norm()
     }
@@ -117,7 +118,7 @@ impl Attachment {
         }
     }
 
-    /// A wrench on the attachment as one about the reference point of the body, `lever` away.
+    /// Moves a wrench on the attachment to the reference point of its body.
     pub(super) fn moved(&self, bodies: &[Place], wrench: &Vector6<f64>) -> Vector6<f64> {
         let On::Body(body) = self.on else {
             return *wrench;
@@ -128,36 +129,37 @@ impl Attachment {
     }
 }
 
-/// A rod with its attachments. The rod's own clamp is not used: it begins at `from`.
+/// A rod with its attachments. The rod's own clamp is not used: the rod begins at `from`.
 #[derive(Debug, Clone)]
 pub struct Link {
     pub(super) rod: Rod,
     pub(super) from: Attachment,
     pub(super) to: Attachment,
     pub(super) joint: Joint,
-    /// What its chart stands for, and the taut rod that was found last.
+    /// Chart kind; the taut solution found last is cached beside it.
     pub(super) seen: Seen,
     pub(super) warm: Warm<Taut>,
-    /// Beside the end of a taut rod, in B/L^3.
+    /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
-    /// Between the end of a rod that cannot stretch and its attachment, and how far that may give way, in lengths of the rod.
+    /// Slider between the end of an inextensible rod and its attachment, and the bound of its travel, in rod lengths.
     pub(super) give: Option<Give>,
     pub(super) unseen: f64,
-    /// True while a motion feels its mass.
+    /// True while the motion includes the rod's inertia.
     pub(super) felt: bool,
     pub(super) diameter: Option<f64>,
-    /// What it bears along it.
+    /// Distributed load along the rod.
     pub(super) load: Option<Borne>,
-    /// True if its ends keep their [`LinkEnd::trace`].
+    /// True if the ends keep their [`LinkEnd::trace`].
     pub(super) keeps_trace: bool,
-    /// True if the clamp turns from which it is seen, so that traces tell of turns of the base though it stands there.
+    /// True if bodies are seen from a clamp that turns: traces then include turns of the base, although the base
+    /// looks fixed.
     pub(super) clamp_turns: bool,
 }
 
-/// The end of a rod seen from its base, in the directors there.
+/// End of a rod relative to its base, in the directors of the base.
 ///
-/// Charts are in units B/L and B/L^2. That of a taut rod is told apart by [`LinkEnd::slack`]: its force counts, its end is held as the
-/// attachment says (turned, or without couple), and the couple m(0) follows from both.
+/// Charts are in units B/L and B/L^2. [`LinkEnd::slack`] marks a taut rod: its chart is the force alone, its end is
+/// held as the attachment says (turned, or without couple), and the couple m(0) follows from both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkEnd {
     /// Pose.
@@ -166,9 +168,9 @@ pub struct LinkEnd {
     pub base_couple: Vector3<f64>,
     /// Couple m(1) of the attachment on the rod.
     pub couple: Vector3<f64>,
-    /// Force n(0): all along the rod, if nothing loads it there.
+    /// Force n(0); constant along the rod if no load acts along it.
     pub force: Vector3<f64>,
-    /// What a load along the rod adds.
+    /// Contribution of a load along the rod.
     pub(super) along: Option<Along>,
     /// Stored energy.
     pub energy: f64,
@@ -176,41 +178,43 @@ pub struct LinkEnd {
     pub tangent: Matrix6<f64>,
     /// d(m(0), n, m(1)) by the chart.
     pub resultants: SMatrix<f64, 9, 6>,
-    /// Length over couple, by which couples stand beside lengths in the equations of a rod between ball joints.
+    /// Length over couple: scale of couples beside lengths in the equations of a rod between ball joints.
     pub(super) per_couple: f64,
-    /// The same by the turn of the attachment, if a taut rod is welded to it and turns along.
+    /// Derivative of the resultants by the turn of the attachment, for a taut rod welded to it.
     pub(super) turned: Option<SMatrix<f64, 9, 3>>,
-    /// What a motion of the attachment prescribes, by the chart; singular at folds. The rows are those of `tangent`; of a ball joint the
-    /// first are d m(1); of a taut rod they are d m(0) less what the force makes of it.
+    /// Jacobian J of the constraint at the attachment by the chart; singular at folds. The rows are those of
+    /// `tangent`. For a ball joint the first are d m(1). For a taut rod they are d m(0) less its part due to the
+    /// force.
     pub jacobian: Matrix6<f64>,
-    /// What the twist of the attachment prescribes: jacobian . q' = drive . twist.
+    /// Right-hand side by the twist of the attachment: jacobian . q' = drive . twist.
     pub(super) drive: Matrix6<f64>,
-    /// Of a rod between two ball joints the direction of its chord, along the directors of its base.
+    /// Direction of the chord of a rod between two ball joints, along the directors of its base.
     pub(super) chord: Option<Vector3<f64>>,
     /// The rod, if it is taut.
     pub(super) taut: Option<Arc<Taut>>,
-    /// How the end was found, for a rod whose mass is known ([`super::Assembly::with_light_rods`]) and that its base wrench charts.
+    /// Record of the integration to the end, for a rod of known mass ([`super::Assembly::with_light_rods`]) in
+    /// base-wrench chart.
     pub(super) trace: Option<Arc<Trace>>,
-    /// By how much m(0) of a taut rod differs from the couple of its chart; None for a rod that its base wrench charts.
+    /// Difference of m(0) of a taut rod from the couple of its chart; None in base-wrench chart.
     pub slack: Option<Vector3<f64>>,
 }
 
-/// A rod of an assembly in place.
+/// A rod of an assembly evaluated in place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkPoint {
     /// Base attachment.
     pub base: Place,
     /// End attachment.
     pub tip: Place,
-    /// The end of the rod itself, from the base.
+    /// End of the rod, relative to the base.
     pub end: LinkEnd,
-    /// The angular velocity about its chord with which a rod with mass spins between two ball joints.
+    /// Angular velocity about the chord, for a rod with mass between two ball joints.
     pub spin: f64,
 }
 
 impl Link {
-    /// A rod from one attachment to another, which holds it by `joint`. At the first it is welded: a rod with a ball joint at
-    /// one side begins at the other ([`Link::reversed`]).
+    /// A rod from one attachment, to which it is welded, to another, which holds it by `joint`. A rod with a ball
+    /// joint at one side begins at the other ([`Link::reversed`]).
     pub fn new(rod: Rod, from: Attachment, to: Attachment, joint: Joint) -> Self {
         let rod = rod.with_clamp(Vector3::zeros(), nalgebra::UnitQuaternion::identity());
         Self {
@@ -231,8 +235,9 @@ impl Link {
         }
     }
 
-    /// A rod from one attachment, which holds it by `joint`, to another, to which it is welded: the same as [`Link::new`] for
-    /// the rod begun at its other end, the attachments' directors turned by pi about their d1 ([`Rod::reversed`]).
+    /// A rod from one attachment, which holds it by `joint`, to another, to which it is welded. Equals [`Link::new`]
+    /// of the rod begun at its other end, with the attachments' directors turned by pi about their d1
+    /// ([`Rod::reversed`]).
     ///
     /// # Errors
     /// As [`Rod::reversed`].
@@ -251,30 +256,30 @@ impl Link {
         &self.rod
     }
 
-    /// Where it begins.
+    /// Attachment at the base.
     pub fn from(&self) -> &Attachment {
         &self.from
     }
 
-    /// Where it ends.
+    /// Attachment at the end.
     pub fn to(&self) -> &Attachment {
         &self.to
     }
 
-    /// The attachment of its end seen from that of its base, at time `t`.
+    /// End attachment relative to the base attachment, at time `t`.
     pub fn end_place(&self, t: f64, bodies: &[Place]) -> Place {
         self.to.at(t, bodies).seen_from(&self.from.at(t, bodies))
     }
 
-    /// The rod alone: from the ground at the origin to a body at its end, without a load along it. Its equilibria are those that it has between its
-    /// attachments where they stand so to each other.
+    /// The rod alone, from the ground at the origin to a free body, without a load along the rod. Equilibria depend
+    /// only on the relative pose of the attachments, so they are the same.
     pub fn alone(&self) -> Self {
         let [origin, end] = [Attachment::ground, |place| Attachment::body(0, place)]
             .map(|on: fn(Isometry3<f64>) -> Attachment| on(Isometry3::identity()));
         Self::new(self.rod.clone(), origin, end, self.joint)
     }
 
-    /// How its end is held.
+    /// Joint at the end.
     pub fn joint(&self) -> Joint {
         self.joint
     }
@@ -285,7 +290,8 @@ impl Link {
         Vector6::new(couple, couple, couple, force, force, force)
     }
 
-    /// The end under the chart point q = (m(0), n) in units B/L, B/L^2, from the base wrench alone: [`Link::held`] for taut rods.
+    /// End of the rod at the chart point q = (m(0), n), in units B/L, B/L^2, by integration from the base; for taut
+    /// rods see [`Link::held`].
     ///
     /// # Errors
     /// As [`Rod::end`].
@@ -335,7 +341,7 @@ impl Link {
                     .unwrap_or_else(Vector3::z);
                 chord = Some(along);
                 (jacobian, drive) = self.pins(&tangent, &couple, section, &along);
-                // The base turns with the chord, and the force with it.
+                // The base turns with the chord, and the force turns with it.
                 let force = along * along.transpose() * change.fixed_rows::<3>(3);
                 resultants.fixed_rows_mut::<3>(3).copy_from(&force);
             }
@@ -374,7 +380,8 @@ impl Link {
         Ok(self.placed(t, bodies, end))
     }
 
-    /// An end that is known between its attachments at time `t`; the base of a rod between ball joints is turned along its chord.
+    /// A known end placed between its attachments at time `t`; the base of a rod between ball joints is turned along
+    /// its chord.
     pub(super) fn placed(&self, t: f64, bodies: &[Place], end: LinkEnd) -> LinkPoint {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
         let spin = 0.0;
@@ -388,22 +395,23 @@ impl Link {
         point
     }
 
-    /// A rod between two ball joints: a spring along its chord, whose force charts it (theory 3.3).
+    /// A rod between two ball joints: a spring along its chord, charted by its force (theory 3.3).
     pub fn pinned(rod: Rod, from: Attachment, to: Attachment) -> Self {
         Self::new(rod, from, to, Joint::Pins)
     }
 
-    /// The rod with its end held by its joint at a pose seen from the base.
+    /// Equilibrium problem of the rod with its end held by its joint at a pose relative to the base.
     pub(super) fn held_at(&self, end: &Isometry3<f64>, tolerance: f64) -> Result<Problem> {
         let conditions = match self.joint {
             Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
-            // As if the base were held too.
+            // As if the base were clamped too.
             Joint::Ball | Joint::Pins => EndConditions::ball(end.translation.vector),
         };
         self.bearing(conditions, tolerance)
     }
 
-    /// How many equilibria with less energy the rod could buckle away into with its end held as it is: its index.
+    /// Morse index of the rod with its end held as it is: number of directions in which it could buckle to less
+    /// energy.
     ///
     /// # Errors
     /// As [`Problem::index_at`]; as [`Rod::taut`].
@@ -411,14 +419,15 @@ impl Link {
         if self.is_taut(q, held) {
             return self.rod.taut_index(&*self.pulled(q, held, tolerance)?);
         }
-        // What is held counts, not where.
+        // The index depends on which components are held, not on the pose.
         if self.joint == Joint::Pins {
             return self.pinned_index(q, held, tolerance);
         }
         let problem = self.held_at(&Isometry3::identity(), tolerance)?;
         let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
-        // It is counted under the force alone first. Where that is neutral (an elastica that can turn about its force) rounding
-        // decides; nearby it is not, and away from folds the index of the held rod is the same there.
+        // Count first with dead force. If the rod is neutral under that force (an elastica free to turn about its
+        // force), rounding decides the count; nearby it does not, and away from folds the index of the held rod is
+        // the same there.
         let end = self.end(q, tolerance)?;
         let loaded = (self.gap_scale(&end) * end.jacobian)
             .fixed_view::<3, 3>(0, 0)
@@ -434,14 +443,14 @@ impl Link {
         count(q)
     }
 
-    /// How far the end is from its attachment: the largest component of the gap, in radians (for a ball joint the couple it
-    /// should not bear, in B/L) and lengths of the rod. The couple of a taut rod's chart does not count.
+    /// Largest component of the gap between end and attachment, in radians and rod lengths. For a ball joint the
+    /// couple that the joint cannot bear counts, in B/L. The couple of a taut rod's chart does not count.
     pub(super) fn apart(&self, point: &LinkPoint) -> f64 {
         let gap = self.gap_scale(&point.end) * point.gap(self.joint);
         if point.end.slack.is_none() {
             return gap.amax();
         }
-        // A spring beside the end holds it the better by so much.
+        // A spring beside the end reduces the force error by this factor, so the gap counts by as much more.
         let string = point.end.pose.translation.vector.norm() / point.end.force.norm();
         let spring = self.spring * self.units()[3] / self.rod.length();
         gap.rows(3, 3).amax() * (1.0 + spring * string)
@@ -457,9 +466,9 @@ impl Link {
 }
 
 impl LinkEnd {
-    /// The twist that leads from here to the pose `wanted`, both seen from the base; for a ball joint minus the couple that
-    /// should be 0, and the way between the points; for a taut rod its slack, and the way: [`LinkEnd::jacobian`] times the
-    /// correction of the chart.
+    /// Twist from this end to the pose `wanted`, both relative to the base: [`LinkEnd::jacobian`] times the
+    /// correction of the chart. For a ball joint: minus the couple (which should be 0) and the distance vector of the
+    /// points. For a taut rod: its slack and the distance vector.
     pub fn gap(&self, wanted: &Isometry3<f64>, joint: Joint) -> Vector6<f64> {
         let apart = wanted.translation.vector - self.pose.translation.vector;
         match (self.slack, joint) {
@@ -482,12 +491,12 @@ impl LinkEnd {
 }
 
 impl LinkPoint {
-    /// The twist of the end attachment relative to that of the base, along the base's directors.
+    /// Twist of the end attachment relative to the base attachment, along the base's directors.
     pub fn relative_twist(&self) -> Vector6<f64> {
         self.tip.seen_from(&self.base).twist
     }
 
-    /// What the chart follows: jacobian . q' = drive.
+    /// Right-hand side of the chart's equation of motion: jacobian . q' = drive.
     pub fn drive(&self) -> Vector6<f64> {
         let drive = self.end.drive * self.relative_twist();
         match &self.end.along {
@@ -496,22 +505,22 @@ impl LinkPoint {
         }
     }
 
-    /// The spin of the base along its own directors.
+    /// Spin of the base along its own directors.
     pub(super) fn base_spin(&self) -> Vector3<f64> {
         self.base.pose.rotation.inverse() * halves(&self.base.twist).0
     }
 
-    /// From the end of the rod to its attachment: [`LinkEnd::gap`].
+    /// Gap from the end of the rod to its attachment: [`LinkEnd::gap`].
     pub fn gap(&self, joint: Joint) -> Vector6<f64> {
         self.end.gap(&self.held(), joint)
     }
 
-    /// The end attachment seen from the base.
+    /// Pose of the end attachment relative to the base.
     pub fn held(&self) -> Isometry3<f64> {
         self.base.pose.inv_mul(&self.tip.pose)
     }
 
-    /// The wrenches of the rod on what carries its base and on what carries its end, each at its attachment, in the world.
+    /// Wrenches of the rod on the carriers of its base and of its end, each at its attachment, in the world.
     pub fn wrenches(&self) -> [Vector6<f64>; 2] {
         let turn = self.base.pose.rotation;
         let n = self.end.force;
@@ -520,7 +529,7 @@ impl LinkPoint {
         [base, joined(&(turn * -self.end.couple), &tip)]
     }
 
-    /// The potential of the load along the rod, in the world.
+    /// Potential of the load along the rod, in the world.
     pub fn potential(&self) -> f64 {
         self.end.along.as_ref().map_or(0.0, |along| {
             let total = self.base.pose.rotation * along.total;
@@ -550,7 +559,7 @@ impl Assembly {
             .collect()
     }
 
-    /// What the rods do to every body, about its reference point in the world.
+    /// Sum of the rods' wrenches on every body, about its reference point in the world.
     pub fn wrenches(&self, bodies: &[Place], points: &[LinkPoint]) -> Vec<Vector6<f64>> {
         let mut sums = vec![Vector6::zeros(); bodies.len()];
         for (link, point) in self.links.iter().zip(points) {
@@ -563,7 +572,7 @@ impl Assembly {
         sums
     }
 
-    /// Power of the supports that move, on the rods.
+    /// Power of the moving supports on the rods.
     pub fn support_power(&self, points: &[LinkPoint]) -> f64 {
         let mut power = 0.0;
         for (link, point) in self.links.iter().zip(points) {

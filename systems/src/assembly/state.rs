@@ -1,13 +1,14 @@
-//! States of an assembly as numbers, and how they move (theory 3.3).
+//! State vectors of an assembly and their rates (theory 3.3).
 //!
-//! A state holds the place and the velocity of every body, the chart of every rod, the spins of rods with mass between two ball joints, then time, the
-//! work of loads and supports and what drag took. Poses and charts say the same thing twice: their gap is the error of the integration.
+//! A state holds the pose and the velocity of every body, the chart of every rod, and the spins of rods with mass
+//! between two ball joints. Time, the work of loads and supports, and the loss to drag follow. Poses and charts are
+//! redundant: the gap between them is the error of the integration.
 //!
 //! ```text
 //! place' = V,   M V' = wrenches of the rods + loads,   q_k' = J_k^-1 xi_k,
 //! ```
-//! xi_k the twist of the end of rod k relative to its base. Where a rod nears its fold, det J_k = 0, time itself is slowed,
-//! t' = det J_k/d, and q_k' = adj(J_k) xi_k/d: both are smooth through the fold, which is where t' = 0.
+//! Here xi_k is the twist of the end of rod k relative to its base. Near the fold of a rod, det J_k = 0, time itself
+//! is slowed: t' = det J_k/d, and q_k' = adj(J_k) xi_k/d. Both are smooth through the fold, at which t' = 0.
 
 use super::{Assembly, Carrier, Give, LinkPoint, Place, Seen, Spin};
 use crate::manifold::adjugate_times;
@@ -16,35 +17,36 @@ use crate::rod::Wrench;
 use nalgebra::{DVector, Isometry3, Matrix6, Vector3, Vector6};
 use std::ops::Range;
 
-/// Where everything is: the bodies, and the charts (m(0), n) of the rods in their bases' directors, in units B/L, B/L^2.
+/// Poses and velocities of the bodies, and charts (m(0), n) of the rods in their bases' directors, in units B/L,
+/// B/L^2.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
     /// Poses and velocities of the bodies.
     pub bodies: Vec<Place>,
     /// Charts of the rods.
     pub charts: Vec<Wrench>,
-    /// How rods with mass between two ball joints spin about their chords, as far as that is known; by rod, or none.
+    /// Spins about the chord of rods with mass between two ball joints, by rod, if known; or empty.
     pub spins: Vec<Option<Spin>>,
 }
 
-/// Time slowed for rods near their folds. With x = det J/(det J where that began) for each of them, t' = 1/(the sum of 1/x): for one rod x itself,
-/// for several about the least of them. t' has the sign of the x that vanishes first, and where all vanish together, as in a symmetric assembly, it
-/// vanishes as they do.
+/// Slowed time near folds of several rods. With x = det J/(det J where slowing began) for each rod,
+/// t' = 1/(the sum of 1/x): for one rod x itself, for several about the least x. The sign of t' is that of the x that
+/// vanishes first. If all vanish together, as in a symmetric assembly, t' vanishes with them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slowed {
-    /// The rods, by number, each with its det J where time began to be slowed for it.
+    /// Rods by number, each with det J at the start of slowing.
     pub rods: Vec<(usize, f64)>,
 }
 
 impl Slowed {
-    /// Time slowed for one rod.
+    /// Slowed time near the fold of one rod.
     pub fn one(link: usize, scale: f64) -> Self {
         Self {
             rods: vec![(link, scale)],
         }
     }
 
-    /// t', and t'/det J of each of the rods in turn, where `det` tells det J of a rod.
+    /// t', and t'/det J of each of the rods in turn; `det` gives det J of a rod.
     pub fn clock(&self, det: impl Fn(usize) -> f64) -> (f64, Vec<f64>) {
         let x: Vec<f64> = self.rods.iter().map(|(k, scale)| det(*k) / scale).collect();
         let share = |k: usize| {
@@ -58,47 +60,47 @@ impl Slowed {
     }
 }
 
-/// Tolerance of what is shown of a state, where it was not evaluated with all that it needs.
+/// Tolerance for evaluating a state for display, if the state was not evaluated in full.
 const SHOWN: f64 = 1e-12;
 
-/// What is watched of a rod while it moves.
+/// Monitored quantities of a rod in motion.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Sight {
     /// det J: 0 at a fold.
     pub det: f64,
-    /// J, in radians and lengths of the rod.
+    /// J, in radians and rod lengths.
     pub jacobian: Matrix6<f64>,
-    /// xi, what the chart follows, in the same.
+    /// xi, the right-hand side of J q' = xi, in radians and rod lengths.
     pub drive: Vector6<f64>,
-    /// Distance of its end from its attachment, in radians and lengths of the rod.
+    /// Gap between rod end and attachment, in radians and rod lengths.
     pub gap: f64,
-    /// What its chart should stand for.
+    /// Chart kind best suited to the present pull.
     pub better: Seen,
-    /// The spring that should stand beside its end ([`super::Link::better_spring`]).
+    /// Best stiffness of the spring beside the end ([`super::Link::better_spring`]).
     pub spring: f64,
-    /// What should stand between its end and its attachment ([`super::Link::better_give`]).
+    /// Best slider between end and attachment ([`super::Link::better_give`]).
     pub give: Option<Give>,
 }
 
-/// Time and the integrals that the ledger needs.
+/// Time and the integrals of the energy ledger.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Integrals {
     /// Time.
     pub time: f64,
-    /// Work of the loads in time and of the supports.
+    /// Work of time-dependent loads and of the supports.
     pub work: f64,
-    /// Lost to drag.
+    /// Energy lost to drag.
     pub drag: f64,
 }
 
-/// A state taken apart and evaluated.
+/// A state unpacked, with its rods evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Evaluated {
-    /// Where everything is.
+    /// Poses, velocities and charts.
     pub now: Configuration,
     /// Time and integrals.
     pub integrals: Integrals,
-    /// The rods.
+    /// The rods in place.
     pub points: Vec<LinkPoint>,
 }
 
@@ -115,13 +117,13 @@ impl Assembly {
         self.carriers().iter().map(Carrier::numbers).sum()
     }
 
-    /// Where the chart of rod `k` stands in a state.
+    /// Indices of the chart of rod `k` in a state.
     pub fn chart_slots(&self, k: usize) -> Range<usize> {
         let start = self.chart_start() + 6 * k;
         start..start + 6
     }
 
-    /// Where time stands in a state; work and drag follow.
+    /// Index of time in a state; work and drag follow.
     pub fn time_slot(&self) -> usize {
         let charts = self.chart_slots(self.links().len()).start;
         self.spin_slots()
@@ -129,7 +131,7 @@ impl Assembly {
             .map_or(charts, |(_, slots)| slots.end)
     }
 
-    /// A configuration as a state.
+    /// Packs a configuration into a state.
     pub fn state(&self, now: &Configuration, integrals: &Integrals) -> DVector<f64> {
         let time = self.time_slot();
         let mut state = DVector::zeros(time + 3);
@@ -151,7 +153,7 @@ impl Assembly {
         state
     }
 
-    /// The configuration of a state.
+    /// Unpacks the configuration of a state.
     pub fn configuration(&self, state: &DVector<f64>) -> Configuration {
         let numbers = state.as_slice();
         Configuration {
@@ -164,7 +166,7 @@ impl Assembly {
         }
     }
 
-    /// The numbers of a state that are those of charts.
+    /// Charts read from a state.
     fn charts(&self, state: &DVector<f64>) -> Vec<Wrench> {
         let slots = (0..self.links().len()).map(|k| self.chart_slots(k));
         slots
@@ -182,13 +184,13 @@ impl Assembly {
         }
     }
 
-    /// The rods of a state in place; None where a rod's law or its length of integration refuses.
+    /// Evaluates the rods of a state; None where a rod's law or its length of integration refuses.
     pub fn evaluated(&self, state: &DVector<f64>, tolerance: f64) -> Option<Evaluated> {
         let mut now = self.configuration(state);
         let integrals = self.integrals(state);
         let placed = |k| self.placed(integrals.time, &now, k, tolerance).ok();
         let points: Vec<LinkPoint> = (0..self.links().len()).map(placed).collect::<Option<_>>()?;
-        // Directors that are integrated part from the chord by the error of that.
+        // Integrated directors depart from the chord by the integration error.
         for (spin, point) in now.spins.iter_mut().zip(&points) {
             if let Some(spin) = spin {
                 spin.turn = point.base.pose.rotation;
@@ -208,8 +210,8 @@ impl Assembly {
         })
     }
 
-    /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen` is told of
-    /// every rod.
+    /// Writes the rates of `state`; None outside the domain of a law. `tolerance` is that along the rods; `seen`
+    /// receives the monitored quantities of every rod.
     pub fn write_slope(
         &self,
         state: &DVector<f64>,
@@ -250,7 +252,8 @@ impl Assembly {
             dets.push(det);
             out.as_mut_slice()[self.chart_slots(k)].copy_from_slice(scaled.as_slice());
         }
-        // Here the slopes of the charts are q' det J: they get their t'/det J, which is finite where det J of a slowed rod vanishes.
+        // Up to here the slopes of the charts are q' det J. The factor t'/det J is finite where det J of a slowed rod
+        // vanishes.
         let mut rate = 1.0;
         let mut by_time = vec![None; points.len()];
         if let Some(slowed) = slowed {
@@ -292,19 +295,20 @@ impl Assembly {
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
-    /// A state with another chart of rod `k`; the bodies keep their numbers.
+    /// Replaces the chart of rod `k` in a state; the bodies keep their numbers.
     pub fn with_chart(&self, mut state: DVector<f64>, k: usize, q: &Wrench) -> DVector<f64> {
         state.as_mut_slice()[self.chart_slots(k)].copy_from_slice(q.as_slice());
         state
     }
 
-    /// A state with these charts of the rods.
+    /// Replaces the charts of all rods in a state.
     pub fn with_charts(&self, state: DVector<f64>, charts: &[Wrench]) -> DVector<f64> {
         let charts = charts.iter().enumerate();
         charts.fold(state, |state, (k, q)| self.with_chart(state, k, q))
     }
 
-    /// A state whose rods between two ball joints are turned along their chords, as after another chart.
+    /// Aligns the base directors of rods between two ball joints with their chords, as needed after a change of
+    /// chart.
     pub fn aligned(&self, mut state: DVector<f64>, tolerance: f64) -> DVector<f64> {
         if let Some(at) = self.evaluated(&state, tolerance) {
             self.write_spins(&at.now, &mut state);
@@ -312,7 +316,7 @@ impl Assembly {
         state
     }
 
-    /// The parameters of the grooves in a state and their rates, with the numbers of their bodies.
+    /// Groove parameter and its rate for each body in a groove, with the number of the body.
     pub fn along_grooves(&self, state: &DVector<f64>) -> Vec<(usize, [f64; 2])> {
         let all = self.starts().enumerate();
         let all = all.filter_map(|(body, (start, carrier))| {
@@ -322,8 +326,8 @@ impl Assembly {
         all.collect()
     }
 
-    /// The body that stands at an end of its groove and leaves it, if there is one, from a state and its slope in time; pushes from rest count from
-    /// `least` on.
+    /// First body that leaves its groove at an end, from a state and its slope in time. A push from rest counts if
+    /// its acceleration exceeds `least`.
     pub fn leaves_groove(
         &self,
         state: &DVector<f64>,
@@ -341,7 +345,7 @@ impl Assembly {
         })
     }
 
-    /// The forces of the grooves, body by body; None where there is none.
+    /// Forces of the grooves on the bodies; None for a body without groove.
     pub fn groove_forces(&self, at: &Evaluated) -> Vec<Option<Vector3<f64>>> {
         let wrenches = self.felt_wrenches(at, SHOWN);
         let bodies = self.carriers().iter().zip(&at.now.bodies).zip(&wrenches);
@@ -351,8 +355,8 @@ impl Assembly {
         force.collect()
     }
 
-    /// The charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. Along rods that are all but straight the place of
-    /// the end does not tell the force, which is left as it is.
+    /// Charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. The place of
+    /// the end of a nearly straight rod does not determine its force along the rod, so that force is kept.
     pub fn corrected(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
         rods.map(|((link, point), q)| {
@@ -366,13 +370,13 @@ impl Assembly {
         .collect()
     }
 
-    /// A state whose rods are brought to their attachments: their charts are [`Assembly::corrected`], and along rods that are all but straight the
-    /// bodies are moved.
+    /// Closes the gaps of a state: charts are [`Assembly::corrected`]; for nearly straight rods the bodies are moved.
     pub fn joined(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
         Some(self.slid(self.with_charts(state, &self.corrected(at)?), at))
     }
 
-    /// A state whose bodies are moved along the rods that are all but straight, to the ends of these. One in a groove goes along that alone, and stays.
+    /// Moves bodies along nearly straight rods onto the rods' ends. A body in a groove moves along the groove only,
+    /// and stays in it.
     pub fn slid(&self, mut state: DVector<f64>, at: &Evaluated) -> DVector<f64> {
         let mut bodies = at.now.bodies.clone();
         let starts: Vec<_> = self.starts().collect();
@@ -408,14 +412,14 @@ impl Assembly {
         ]
     }
 
-    /// How far the ends of the rods are from their attachments, at worst: in radians, and in lengths of the rod.
+    /// Largest gap between rod ends and attachments, in radians and rod lengths.
     pub fn drift(&self, at: &Evaluated) -> f64 {
         let rods = self.links().iter().zip(&at.points);
         rods.map(|(link, point)| link.apart(point))
             .fold(0.0, f64::max)
     }
 
-    /// Poses at rest.
+    /// Places of bodies at rest with these poses.
     pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<Place> {
         poses.iter().map(|pose| Place::at_rest(*pose)).collect()
     }

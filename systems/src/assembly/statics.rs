@@ -1,11 +1,11 @@
-//! Equilibria of an assembly under its loads at t = 0.
+//! Equilibria of an assembly under its loads at t = 0, by Newton's method and a residual homotopy.
 //!
-//! Newton's method needs a start near by. Without one, rods are laid out unloaded along the tree of attachments from the ground,
-//! which leaves a gap where they close a loop, and the residual homotopy R(y) = (1 - lambda) (R(y0) + springs) brings gaps and loads
-//! together from what they are there to zero; its path is followed through its limit points. Rods slightly bent by couples
-//! serve where the unloaded ones lead to an unstable equilibrium (a straight column) or begin singular (straight and
-//! inextensible ones that hold each other): the bend goes with the residual. From an unstable end the bodies fall, held by springs that slacken,
-//! to where they are stable.
+//! Newton's method needs a start near by. Without one, rods are laid out unloaded along the tree of attachments from
+//! the ground, which leaves a gap where they close a loop. The residual homotopy
+//! R(y) = (1 - lambda) (R(y0) + springs) brings gaps and loads together from their start to zero; its path is
+//! followed through its limit points. Rods slightly bent by couples serve if the unloaded ones lead to an unstable
+//! equilibrium (a straight column) or begin singular (straight inextensible rods that hold each other): the bend
+//! vanishes with the residual. From an unstable end the bodies fall, held by springs that slacken, to a stable one.
 
 use super::homotopy::{BRIEF, FAR, Lost, Patience, Root, Statics, settled, solved};
 use super::{Assembly, Carrier, Configuration, Joint, On, Place};
@@ -19,29 +19,30 @@ use std::collections::VecDeque;
 /// An equilibrium of an assembly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyEquilibrium {
-    /// Where everything is.
+    /// Poses of the bodies and charts of the rods.
     pub now: Configuration,
-    /// Stored energy and potential of the constant forces, those along rods included. Couples and loads in time have none.
+    /// Stored energy and potential of the constant forces, those along rods included. Couples and loads in time have
+    /// none.
     pub energy: f64,
-    /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`]) that of the
-    /// symmetric part of the stiffness, which does not decide stability.
+    /// Morse index with the bodies free; 0 is stable. Under loads without a potential ([`Assembly::is_conservative`])
+    /// the index of the symmetric part of the stiffness, which does not decide stability.
     pub index: usize,
-    /// The largest of the equations left over: gaps in radians and lengths of the rod, balance in B/L and B/L^2.
+    /// Largest residual of the equations: gaps in radians and rod lengths, balance in B/L and B/L^2.
     pub residual: f64,
-    /// Length of Newton's last correction, in radians, mean lengths of the rods, and B/L, B/L^2 of each rod.
+    /// Length of Newton's last correction, in radians, mean rod lengths, and B/L, B/L^2 of each rod.
     pub correction: f64,
-    /// How it was reached.
+    /// Route of the search.
     pub route: AssemblyRoute,
 }
 
 impl AssemblyEquilibrium {
-    /// Lower is better.
+    /// Sort key, lower is better: index, then energy.
     fn order(&self) -> (usize, f64) {
         (self.index, self.energy)
     }
 }
 
-/// How an equilibrium was reached.
+/// Route by which an equilibrium was reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AssemblyRoute {
     /// By Newton's method from the guess.
@@ -50,19 +51,19 @@ pub enum AssemblyRoute {
     FromGuess,
     /// Along the homotopy from the unloaded rods.
     Unloaded,
-    /// Along the homotopy from rods slightly bent, in the way of this number.
+    /// Along the homotopy from slightly bent rods; the number is that of the bend.
     Bent(usize),
 }
 
 impl AssemblyRoute {
-    /// True if it led from the guess.
+    /// True for a route from the guess.
     pub fn is_near_guess(self) -> bool {
         matches!(self, Self::Guess | Self::FromGuess)
     }
 }
 
-/// Couples (B/L) that bend the rods of a start, and whether every second rod is bent the other way. Generic directions, so that
-/// no symmetry is kept.
+/// Couples (B/L) that bend the rods of a start, and whether every second rod is bent the other way. The directions
+/// are generic, so no symmetry is kept.
 const BENDS: [([f64; 3], bool); 6] = [
     ([0.011, 0.023, 0.001], false),
     ([0.021, -0.013, -0.002], true),
@@ -72,20 +73,22 @@ const BENDS: [([f64; 3], bool); 6] = [
     ([-0.5, 0.8, -0.05], false),
 ];
 
-/// Equilibria whose energies differ by no more than this part are one, or mirror images, from which bodies fall alike.
+/// Relative difference of energies up to which equilibria are one, or mirror images from which bodies fall alike.
 const ALIKE: f64 = 1e-9;
 
 impl Assembly {
-    /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from the
-    /// unloaded rods: a stable one if a few starts lead to one, otherwise that of the lowest index found.
+    /// An equilibrium under the constant loads and those in time at t = 0, near `guess` or, without one, reached from
+    /// the unloaded rods. The result is stable if one of a few starts leads to a stable one, and else of the lowest
+    /// index found.
     ///
-    /// Bodies that no chain of rods joins to the ground are in equilibrium wherever they are carried together: the search begins with the
-    /// first of them in the origin, and ends near by.
+    /// Bodies that no chain of rods joins to the ground are in equilibrium at any common rigid displacement: the
+    /// search begins with the first of them in the origin, and ends near by.
     ///
     /// `tolerance` bounds Newton's last correction relative to the unknowns ([`AssemblyEquilibrium::correction`]).
     ///
     /// # Errors
-    /// A tolerance outside [1e-13, 1e-3]; rods that are too short; a guess of another assembly; no equilibrium found, with how far the best path came.
+    /// A tolerance outside [1e-13, 1e-3]; rods that are too short; a guess of another assembly; no equilibrium found,
+    /// with how far the best path came.
     pub fn equilibrium(
         &self,
         guess: Option<&Configuration>,
@@ -111,7 +114,7 @@ impl Assembly {
                 break;
             }
             match self.led(start, patience, tolerance) {
-                // Under loads that turn with bodies no index tells one equilibrium from another.
+                // Under loads that turn with bodies the index does not rank equilibria.
                 Ok(found) if found.index == 0 || self.is_followed(0.0) => return Ok(found),
                 Ok(found) => {
                     let again =
@@ -139,7 +142,7 @@ impl Assembly {
                     break;
                 }
                 Err(lost) => {
-                    // Of paths that are too long one is followed farther, where the others lead to nothing.
+                    // One path that was too long is followed farther, if the others lead to nothing.
                     if lost.long && !far {
                         paths.push_back((start, FAR));
                         far = true;
@@ -163,7 +166,7 @@ impl Assembly {
         })
     }
 
-    /// Where paths begin: the unloaded rods, and bent ones.
+    /// Starts of homotopy paths: the unloaded rods, and bent ones.
     fn beginnings(&self, tolerance: f64) -> Result<Vec<(Configuration, AssemblyRoute)>> {
         let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
         let bent = BENDS.iter().enumerate();
@@ -180,8 +183,8 @@ impl Assembly {
         starts.collect()
     }
 
-    /// The bodies at rest where the unloaded rods bring them, each where the first rod that reaches it ends. Rods that close a loop
-    /// need not meet their attachments there.
+    /// Bodies at rest at the ends of the unloaded rods, each at the end of the first rod that reaches it. Rods that
+    /// close a loop need not meet their attachments.
     ///
     /// # Errors
     /// A body that no chain of rods joins to the ground or to a support; as [`super::Link::end`].
@@ -189,8 +192,8 @@ impl Assembly {
         self.let_go(&[], tolerance)
     }
 
-    /// The same of bodies that need no ground: where no chain of rods leads to it, the first body stands as in `bodies` and the rods
-    /// bring the others there.
+    /// [`Assembly::unloaded`] for bodies without a ground: a body that no chain of rods reaches stands as in
+    /// `bodies`, and the rods place the others from there.
     ///
     /// # Errors
     /// As [`Assembly::unloaded`], of bodies that `bodies` does not have.
@@ -216,8 +219,8 @@ impl Assembly {
         held.iter().all(|held| *held)
     }
 
-    /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: every rod in the equilibrium that it is found in
-    /// with its ends held there, slightly bent where none is found.
+    /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: each rod in an equilibrium between its
+    /// attachments, slightly bent if none is found.
     pub fn held(&self, bodies: Vec<Place>, tolerance: f64) -> Configuration {
         let bent = joined(&Vector3::from(BENDS[0].0), &Vector3::zeros());
         let chart = |link: &super::Link| {
@@ -271,7 +274,7 @@ impl Assembly {
                 })?
             }
         };
-        // Newton's method may come from anywhere, to anywhere: farther than the rods are long is not near.
+        // Newton's method may converge far away: a result farther than the total rod length is not near the guess.
         let reach: f64 = self.links().iter().map(|link| link.rod().length()).sum();
         let moved = guess.bodies.iter().zip(&found.now.bodies).map(|(a, b)| {
             let (a, b) = (a.pose.translation.vector, b.pose.translation.vector);
@@ -288,7 +291,7 @@ impl Assembly {
         Ok(found)
     }
 
-    /// The end of the homotopy from a configuration, or how far it came and why no farther.
+    /// End of the homotopy from a configuration, or the reason and distance of its failure.
     fn led(
         &self,
         (from, route): &(Configuration, AssemblyRoute),
@@ -313,7 +316,7 @@ impl Assembly {
             })
     }
 
-    /// The better equilibrium of those to which bodies fall from an unstable one, or that itself where they fall to none.
+    /// Best equilibrium to which bodies fall from an unstable one, or the unstable one itself if they fall to none.
     fn below(&self, found: AssemblyEquilibrium, tolerance: f64) -> AssemblyEquilibrium {
         let statics = Statics::new(self, &found.now, tolerance);
         let x = statics.frame.unknowns(self, &found.now);
@@ -337,7 +340,7 @@ impl Assembly {
         route: AssemblyRoute,
     ) -> Result<AssemblyEquilibrium> {
         let now = statics.frame.configuration(self, root.x.as_slice());
-        // The search itself may go on along what the last piece of a spline is beyond the end.
+        // During the search a body may pass the end of a groove, along the extension of the spline's last piece.
         Carrier::within_ends(self.carriers(), &now.bodies)?;
         let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
         let index = self
@@ -364,8 +367,8 @@ impl Assembly {
         rods.sum::<f64>() + potential
     }
 
-    /// Bodies where rods with these charts bring them, rod by rod from the ground: a body is where the first rod that reaches it
-    /// ends, of those that are welded at both ends if there is one. Ball joints are laid out as welds.
+    /// Places of bodies given the charts of the rods, rod by rod from the ground: a body stands at the end of the
+    /// first rod that reaches it, preferring rods welded at both ends. Ball joints are laid out as welds.
     ///
     /// # Errors
     /// A body that no chain of rods joins to the ground.
@@ -379,7 +382,7 @@ impl Assembly {
         let ends = ends.map(|(link, q)| Ok(link.end(q, tolerance)?.pose));
         let ends = ends.collect::<Result<Vec<Isometry3<f64>>>>()?;
         let mut placed: Vec<Option<Isometry3<f64>>> = vec![None; self.carriers().len()];
-        // A ball joint leaves open how a body is turned: rods that are welded at both ends lead first.
+        // A ball joint leaves the rotation of a body open: rods that are welded at both ends lead first.
         let mut by_joints = false;
         loop {
             let before = placed.iter().flatten().count();
@@ -416,7 +419,7 @@ impl Assembly {
                 by_joints = !led;
                 continue;
             }
-            // Where the rods lead no further, from the next body.
+            // If the rods lead no further, continue from the next body.
             by_joints = false;
             let next = placed.iter().position(Option::is_none);
             match next.and_then(|body| Some((body, bodies.get(body)?.pose))) {

@@ -1,4 +1,4 @@
-//! The stiffness of a whole assembly against small displacements of its bodies, and its index (theory 3.4).
+//! Stiffness matrix of an assembly against small displacements of its bodies, and its Morse index (theory 3.4).
 
 use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
 use crate::error::{Error, Result};
@@ -7,7 +7,7 @@ use nalgebra::{
     DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3, Vector6,
 };
 
-/// A twist of the reference point of a body as one of a place `lever` away, all along the axes of the world.
+/// Transfer of a twist from the reference point of a body to a point `lever` away, along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
     let mut carried = Matrix6::identity();
     carried
@@ -23,7 +23,8 @@ fn diagonal(turn: &Matrix3<f64>) -> Matrix6<f64> {
     both
 }
 
-/// What a small turn of the body does to the couple of a force `n` that acts `lever` away: d(lever x n) = (phi x lever) x n.
+/// Change of the couple of a force `n` at `lever` under a small rotation phi of the body:
+/// d(lever x n) = (phi x lever) x n.
 pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f64> {
     let mut turned = Matrix6::zeros();
     turned
@@ -32,13 +33,13 @@ pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f6
     turned
 }
 
-/// Pivots of a rod's Jacobian below this part of the largest mean that its ends held leave some wrench undetermined.
+/// Relative pivot of a rod's Jacobian below which the held ends leave some wrench undetermined.
 const SINGULAR: f64 = 1e-13;
-/// An end that turns by so many radians while its attachment moves by a length of the rod is at a fold.
+/// Rotation of the end, in radians per rod length of the attachment's motion, beyond which the rod is at a fold.
 const STEEP: f64 = 1e7;
 
 impl Link {
-    /// The bodies that carry its ends, with the levers from their reference points in the world.
+    /// Bodies at both ends, with the levers from their reference points in the world.
     pub(super) fn levers(&self, bodies: &[Place]) -> [Option<(usize, Vector3<f64>)>; 2] {
         [&self.from, &self.to].map(|site| match site.on {
             On::Body(body) => {
@@ -51,8 +52,8 @@ impl Link {
 }
 
 impl Link {
-    /// The Jacobian in units of [`Link::gap_scale`], factored; None where it is singular: at a fold, and on a rod that is straight
-    /// and cannot be stretched.
+    /// LU factors of the Jacobian in units of [`Link::gap_scale`]; None if it is singular: at a fold, and for a
+    /// straight inextensible rod.
     pub(super) fn regular(&self, end: &LinkEnd) -> Option<FullPivLU<f64, U6, U6>> {
         let factors = (self.gap_scale(end) * end.jacobian).full_piv_lu();
         let pivots = factors.u().diagonal().abs();
@@ -61,8 +62,8 @@ impl Link {
 }
 
 impl LinkPoint {
-    /// The twist of the rod's own end, `link` being the rod, seen from the base. On a ball joint its spin is NaN at a fold, where the end turns
-    /// infinitely fast.
+    /// Twist of the end of the rod `link`, relative to the base. On a ball joint its spin is NaN at a fold, at which
+    /// the end turns infinitely fast.
     pub fn end_twist(&self, link: &Link) -> Vector6<f64> {
         let twist = self.relative_twist();
         if link.joint == Joint::Weld {
@@ -78,7 +79,7 @@ impl LinkPoint {
             return Vector6::repeat(f64::NAN);
         };
         if self.end.taut.is_some() {
-            // The force beside the spring, whose far end moves along.
+            // Rate of the force beside the spring, whose far end moves along.
             let pulled = halves(&twist).1 * (link.spring() / link.rod().length());
             let mut force = q.fixed_rows_mut::<3>(3);
             force += pulled;
@@ -88,7 +89,7 @@ impl LinkPoint {
         if let Some(along) = &self.end.along {
             spin += along.turned.fixed_rows::<3>(0) * self.base_spin();
         }
-        // A straight rod's force along it has no determined rate, either, but turns nothing.
+        // The axial force of a straight rod has no determined rate, either, but does not affect the rotation.
         let steep = (0..6).any(|i| {
             let least = svd.singular_values[i].max(f64::EPSILON * largest);
             (turned * v.row(i).transpose()).norm() > STEEP * least
@@ -99,7 +100,8 @@ impl LinkPoint {
         joined(&spin, &halves(&twist).1)
     }
 
-    /// The twist of the end attachment seen from the base, along its directors, by twists of base and end in the world.
+    /// Twist of the end attachment relative to the base, along the base's directors, as a function of the twists of
+    /// base and end in the world.
     pub(super) fn relative_by_twists(&self) -> SMatrix<f64, 6, 12> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
         let back = diagonal(&turn.matrix().transpose());
@@ -112,7 +114,7 @@ impl LinkPoint {
         relative
     }
 
-    /// What the end attachment does as the base sees it, by twists of base and end in the world: [`LinkPoint::drive`].
+    /// Right-hand side [`LinkPoint::drive`] as a function of the twists of base and end in the world.
     pub(super) fn drive_by_twists(&self) -> SMatrix<f64, 6, 12> {
         let mut drive = self.end.drive * self.relative_by_twists();
         if let Some(along) = &self.end.along {
@@ -123,7 +125,7 @@ impl LinkPoint {
         drive
     }
 
-    /// The wrenches on base and end that m(0), n, m(1) in the base make, each at its attachment, in the world.
+    /// Wrenches on base and end from m(0), n, m(1) in the base, each at its attachment, in the world.
     fn wrenches_of<const K: usize>(&self, resultants: &SMatrix<f64, 9, K>) -> SMatrix<f64, 12, K> {
         let turn = self.base.pose.rotation.to_rotation_matrix();
         let part = |row: usize| turn.matrix() * resultants.fixed_rows::<3>(row);
@@ -140,12 +142,12 @@ impl LinkPoint {
         self.wrenches_of(&self.end.resultants)
     }
 
-    /// The same by twists of base and end at held chart: the base's turn takes the wrenches along, and a turn between both ends changes
-    /// the couples of a taut rod.
+    /// Derivatives of the wrenches by twists of base and end at fixed chart: the wrenches turn with the base, and a
+    /// relative rotation of the ends changes the couples of a taut rod.
     pub(super) fn wrenches_by_turns(&self) -> SMatrix<f64, 12, 12> {
         let mut by = SMatrix::<f64, 12, 12>::zeros();
         if let Some(along) = &self.end.chord {
-            // The force turns with the chord between the attachments, whatever these do.
+            // The force turns with the chord between the attachments, whatever their rotations.
             let chord = self.tip.pose.translation.vector - self.base.pose.translation.vector;
             let along = self.base.pose.rotation * along;
             let across = nalgebra::Matrix3::identity() - along * along.transpose();
@@ -171,7 +173,7 @@ impl LinkPoint {
             }
         }
         if let Some(along) = &self.end.along {
-            // The load does not turn along.
+            // The load does not turn with the base.
             let turn = self.base.pose.rotation.to_rotation_matrix();
             let couple = turn.matrix() * along.turned.fixed_rows::<3>(6) * back.matrix();
             let mut block = by.fixed_view_mut::<3, 3>(6, 0);
@@ -187,8 +189,8 @@ impl LinkPoint {
         by
     }
 
-    /// Derivatives of the wrenches by twists of base and end, the rod following, and the chart's by the same. None at a fold,
-    /// and for a rod that is straight and cannot be stretched.
+    /// Derivatives of the wrenches, and of the chart, by twists of base and end, with the rod in equilibrium. None at
+    /// a fold, and for a straight inextensible rod.
     fn linear(&self, link: &Link) -> Option<(SMatrix<f64, 12, 12>, SMatrix<f64, 6, 12>)> {
         let drive = link.gap_scale(&self.end) * self.drive_by_twists();
         let chart = link.regular(&self.end)?.solve(&drive)?;
@@ -197,30 +199,30 @@ impl LinkPoint {
     }
 }
 
-/// What small displacements of the bodies do.
+/// Linear response of an assembly to small displacements of the bodies.
 #[derive(Debug, Clone)]
 pub struct Stiffness {
-    /// Minus the derivative of the balance about the reference points by (rotation, translation) of the bodies, in the world:
-    /// K, symmetric at an equilibrium under loads that have a potential.
+    /// Minus the derivative of the balance about the reference points by (rotation, translation) of the bodies, in
+    /// the world: K, symmetric at an equilibrium under loads that have a potential.
     pub matrix: DMatrix<f64>,
     /// The mass matrix M about the reference points.
     pub mass: DMatrix<f64>,
     /// Minus the derivative of the balance by the velocities: drag, and the gyroscopic couples of rotors (skew).
     pub damping: DMatrix<f64>,
-    /// Derivatives of the charts, rod by rod: 6 rows each.
+    /// Derivatives of the charts by the displacements: 6 rows per rod.
     pub charts: DMatrix<f64>,
 }
 
 impl Assembly {
-    /// The twists of every body by its own velocities.
+    /// Twists of each body per unit of the body's own velocities.
     pub(super) fn own_twists(&self, bodies: &[Place]) -> Vec<Matrix6xX<f64>> {
         let all = self.carriers().iter().zip(bodies);
         all.map(|(carrier, place)| carrier.own_twists(&place.pose))
             .collect()
     }
 
-    /// The wrench on every body, rods and loads together, about its reference point, by the body's own velocities: point masses
-    /// have three components, in a groove the force along it is the last. 0 at an equilibrium.
+    /// Wrench on each body, rods and loads together, about its reference point, in the body's own velocities: three
+    /// components for a point mass; in a groove the last is the force along the groove. 0 at an equilibrium.
     pub fn balance(&self, t: f64, bodies: &[Place], points: &[LinkPoint]) -> DVector<f64> {
         let wrenches = self.wrenches(bodies, points);
         let parts =
@@ -238,7 +240,7 @@ impl Assembly {
         DVector::from_vec(parts)
     }
 
-    /// The stiffness at a configuration at rest.
+    /// Stiffness matrix, mass matrix and damping about a configuration at rest.
     ///
     /// # Errors
     /// A rod at its fold, with its number.
@@ -302,7 +304,7 @@ impl Assembly {
         Ok(sum)
     }
 
-    /// Of every body: its mass matrix, and the derivatives of what its loads do by pose and velocity, by its own velocities.
+    /// Mass matrix of each body, and derivatives of its loads by pose and velocity, in its own velocities.
     fn linear_bodies(
         &self,
         t: f64,
@@ -354,10 +356,10 @@ impl Assembly {
         Ok(matrix)
     }
 
-    /// The Morse index of the whole with the bodies free: the rods' indices with their ends held and the negative eigenvalues
-    /// of the stiffness (Haynsworth). 0 is stable; an eigenvalue within the tolerance of zero, relative to the largest, is
-    /// neutral and does not count. Where a rod is straight and inextensible there is no
-    /// stiffness: the frequencies tell.
+    /// Morse index of the assembly with the bodies free: the rods' indices with their ends held plus the negative
+    /// eigenvalues of the stiffness (Haynsworth). 0 is stable. An eigenvalue within the tolerance of zero, relative
+    /// to the largest, is neutral and does not count. With a straight inextensible rod there is no stiffness, and the
+    /// frequencies decide.
     ///
     /// # Errors
     /// As [`super::Link::index`]; a configuration with neither stiffness nor compliance.
@@ -382,10 +384,11 @@ impl Assembly {
         Ok(held + negative)
     }
 
-    /// How many negative eigenvalues a stiffness has, beyond rounding.
+    /// Number of negative eigenvalues of a stiffness, beyond rounding.
     fn negative(&self, matrix: &DMatrix<f64>, tolerance: f64) -> usize {
         let mut scaled = (matrix + matrix.transpose()) * 0.5;
-        // Congruent, so that no sign changes: rows and columns that compare, as far as they are above rounding.
+        // Scales rows and columns alike to comparable size, as far as they exceed rounding. Congruence keeps the
+        // signs.
         let congruent = |scaled: &mut DMatrix<f64>, i: usize, factor: f64| {
             scaled.row_mut(i).scale_mut(factor);
             scaled.column_mut(i).scale_mut(factor);
@@ -404,7 +407,7 @@ impl Assembly {
     }
 }
 
-/// Adds a block of wrenches by twists as one by the velocities of row and column.
+/// Adds a block from twists to wrenches as one in the velocities of row and column.
 pub(super) fn add(
     to: &mut DMatrix<f64>,
     at: (usize, usize),

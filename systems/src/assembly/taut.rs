@@ -1,18 +1,19 @@
-//! Rods of an assembly that are pulled taut: their charts hold the force, their attachments the rest.
+//! Taut rods of an assembly: the unknowns are the end force, the end pose is given by the attachments.
 //!
-//! Beyond sqrt(n.r L/B) of about ten the base wrench loses digits as to where the end is, ten times as many at twice that. The
-//! force n still charts the rod if its end is held as the attachment says, turned so or without couple: r(1), m(0) and m(1) follow from
-//! [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart stay the base wrench (m(0), n); the couple is one that
-//! follows, its place in the equations
+//! Beyond sqrt(n.r L/B) of about ten the base wrench loses digits of the end's place, ten times as many at twice that
+//! value. The force n still charts the rod if its end is held as the attachment says, turned or without couple. Then
+//! r(1), m(0) and m(1) follow from [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart stay
+//! the base wrench (m(0), n), but the couple is dependent; its place in the equations is
 //! ```text
 //! m(0) of the chart = m(0)(n, turn of the end),     place of the end = r(1)(n, turn of the end).
 //! ```
 //!
-//! With its place held a rod is stable longer than under its force: before it comes to its fold it is neutral under its force, which
-//! turns back there and is no chart. Between them a spring beside the end tells equilibria apart that have the same force: what is given is
-//! f = n + k (r(1) - place of the attachment), which is n as long as the end is where it is held. With C = d r(1)/dn the rod beside the
-//! spring gives way by C (1 + k C)^-1: regular where C is infinite, singular where C is 0 as before, and where C is -1/k, from which k is
-//! kept away ([`Link::better_spring`]). Then, w and v being turn and velocity of the attachment,
+//! With its place held a rod is stable longer than under its force. Before it comes to its fold it is neutral under
+//! its force, which turns back there and is no chart. Between the two a spring beside the end separates equilibria
+//! that have the same force. The given quantity is f = n + k (r(1) - place of the attachment), which is n as long as
+//! the end is where it is held. With C = d r(1)/dn, the rod beside the spring gives way by C (1 + k C)^-1. That is
+//! regular where C is infinite and singular where C is 0, as before. It is also singular where C is -1/k: k is kept
+//! away from that ([`Link::better_spring`]). Then, w and v being turn and velocity of the attachment,
 //! ```text
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
@@ -25,45 +26,46 @@ use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
 use nalgebra::{Isometry3, Matrix3, Matrix6, SMatrix, Vector3};
 use std::sync::Arc;
 
-/// The pull beyond which a rod is taut, and below which it is slack again; and the same of one whose mass is known. What the base wrench tells of
-/// the mass is the square of what it tells of the end, and so are the digits that it loses.
+/// Pull (L/B) n.r(1) above which a rod is charted as taut, and below which as slack again; without and with known
+/// mass. The mass needs squares of the end's sensitivities, and loses twice the digits.
 const TAUT: [f64; 2] = [100.0, 36.0];
 const SLACK: [f64; 2] = [64.0, 25.0];
 
-/// Places along a rod at which the force in it is looked at.
+/// Number of sample points of the force along a rod.
 const PARTS: usize = 16;
 
-/// What the chart of a rod stands for.
+/// Kind of chart of a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Seen {
-    /// Whichever is better under its pull.
+    /// The better of the two kinds for the present pull.
     #[default]
     ByPull,
-    /// Its base wrench.
+    /// The base wrench.
     FromBase,
-    /// Its force.
+    /// The end force.
     Taut,
 }
 
-/// In motion an equilibrium is another one whose end is farther off than this, in lengths of the rod, or whose couple at the base is farther
-/// from that of the chart, over sqrt(n B).
+/// In motion a solution counts as another equilibrium beyond these bounds: on the distance of its end, in rod
+/// lengths, and on the difference of its base couple from that of the chart, over sqrt(n B).
 const OTHER: (f64, f64) = (1e-3, 0.03);
 
 impl Link {
-    /// Says what the chart stands for; until then the pull decides.
+    /// Sets the kind of chart; by default the pull decides.
     pub fn seen_as(&mut self, seen: Seen) {
         self.seen = seen;
     }
 
-    /// The same, to be led to an equilibrium from some way off.
+    /// A copy whose chart kind is chosen by pull, for a search that starts far from its equilibrium.
     pub fn sought(&self) -> Self {
         let mut link = self.clone();
         link.seen_as(Seen::ByPull);
         link
     }
 
-    /// (L/B) n.r(1), of a rod that holds its end at `held`; of one under a load along it, which `gathered` has in B/L^2 from the base to
-    /// x = s/L, the square of the mean root of that with n(s), for errors at the base grow by its exponential on the way to the end.
+    /// Pull (L/B) n.r(1) of a rod with its end at `held`. Under a load along the rod, gathered from the base to
+    /// x = s/L in B/L^2 (`gathered`), the square of the mean root of the pull with n(s): errors at the base grow by
+    /// the exponential of that.
     fn pull(
         &self,
         q: &Wrench,
@@ -90,19 +92,19 @@ impl Link {
         self.spring = stiffness;
     }
 
-    /// The spring beside its end, in B/L^3.
+    /// Stiffness of the spring beside the end, in B/L^3.
     pub fn spring(&self) -> f64 {
         self.spring
     }
 
-    /// The spring that should stand beside the end of a taut rod: [`Spring::better`].
+    /// Best stiffness of the spring beside the end of a taut rod: [`Spring::better`].
     pub fn better_spring(&self, end: &LinkEnd) -> f64 {
         let own = if end.slack.is_some() {
             self.spring
         } else {
             0.0
         };
-        // d r(1)/d(force given), the end held as it is.
+        // d r(1)/d(force given), with the end held as it is.
         let block = |i: usize, j: usize| end.jacobian.fixed_view::<3, 3>(i, j).into_owned();
         let of_turn = block(0, 0).lu().solve(&block(0, 3)).unwrap_or_default();
         let give = (block(3, 3) - block(3, 0) * of_turn) / self.rod.length();
@@ -116,12 +118,12 @@ impl Link {
         Spring::better(&give, own, string)
     }
 
-    /// What its chart stands for.
+    /// Kind of chart.
     pub fn seen(&self) -> Seen {
         self.seen
     }
 
-    /// What its chart should stand for, with hysteresis.
+    /// Kind of chart suited to the present pull, with hysteresis.
     pub fn better_seen(&self, q: &Wrench, point: &LinkPoint) -> Seen {
         if self.joint == Joint::Pins {
             return Seen::FromBase;
@@ -154,7 +156,7 @@ impl Link {
         }
     }
 
-    /// The end under the chart point q with the attachment at `held`, both seen from the base.
+    /// End at the chart point q with the attachment at `held`, both relative to the base.
     ///
     /// # Errors
     /// As [`crate::rod::Rod::end`] and [`crate::rod::Rod::taut`].
@@ -258,7 +260,7 @@ impl Link {
         }
     }
 
-    /// The taut rod, begun from the last one.
+    /// Taut equilibrium, started from the last one found.
     pub(super) fn pulled(
         &self,
         q: &Wrench,
@@ -301,7 +303,8 @@ impl Link {
         Ok(found)
     }
 
-    /// Sections at the arclengths `at`, in growing order, in the directors of the base, of the rod whose attachment is at `held`.
+    /// Sections at the arclengths `at`, in growing order, in the directors of the base, of the rod with its
+    /// attachment at `held`.
     ///
     /// # Errors
     /// As [`Link::held`].

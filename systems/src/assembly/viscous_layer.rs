@@ -1,4 +1,4 @@
-//! The fast layer along which a rod falls that has lost its equilibrium, as a flow of its strains (see [`super::landing`]).
+//! Fast layer of a rod after the loss of equilibrium: a flow of the strains (see [`super::landing`]).
 
 use crate::math::se3::joined;
 use crate::rod::Fallen;
@@ -11,29 +11,29 @@ use crate::viscoelastic::space::{Curve, Space};
 use nalgebra::{DMatrix, DVector, Isometry3, Rotation3, SMatrix, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
-/// Tolerance of the flow, which need not be accurate: its end is polished in the chart.
+/// Tolerance of the flow. Low accuracy suffices: the end of the flow is polished in the chart.
 const TOLERANCE: f64 = 1e-7;
-/// Strain rates below this are rest.
+/// Strain rate below which the flow is at rest.
 const REST: f64 = 1e-6;
-/// The flow stands on the wrong side once it is back at this part of the push.
+/// Distance from the start, in lengths of the push, below which the flow has fallen back.
 const BACK: f64 = 0.5;
-/// Steps of the flow at most.
+/// Largest number of steps of the flow.
 pub(super) const MOST_STEPS: usize = 5_000;
-/// Wrenches that the resultants feel by less than this part of what they feel most are left out.
+/// Relative singular value below which a wrench direction hardly changes the resultants and is left out.
 const FELT: f64 = 1e-12;
-/// Shapes whose end is farther than this from where it is held, in lengths of the rod and in radians, are not shown: the push has moved it.
+/// Gap of the end, in rod lengths and radians, beyond which a shape is not shown: the push has moved the end.
 const SHOWN: f64 = 0.02;
 
-/// The layer of one rod, in its own units and in the directors of its base.
+/// The layer of one rod, in the units of the rod and the directors of the base.
 pub(super) struct Layer<const D: usize> {
     pub law: Arc<dyn SectionLaw>,
     pub grid: Grid,
     pub held: Isometry3<f64>,
-    /// Only how far the end is from the base is held.
+    /// True if only the distance of the end from the base is held.
     pub by_chord: bool,
-    /// The wrench on the end where it was last found.
+    /// Wrench on the end at the last evaluation.
     pub wrench: AtEnd<D>,
-    /// The load along the rod at the nodes.
+    /// Load along the rod at the nodes.
     pub load: Option<Vec<Vector3<f64>>>,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn split(strains: &DVector<f64>) -> Vec<Local<6>> {
 }
 
 impl<const D: usize> Layer<D> {
-    /// The twist that leads from where the end is held to where it is.
+    /// Twist from the held pose of the end to its present pose.
     fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
         let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
         let all = joined(
@@ -56,7 +56,7 @@ impl<const D: usize> Layer<D> {
         all.fixed_rows::<D>(6 - D).into_owned()
     }
 
-    /// The direction of the chord, if that is all that is held.
+    /// Direction of the chord, if only the chord's length is held.
     fn chord(&self, end: &Isometry3<f64>) -> Option<AtEnd<D>> {
         let mut along = AtEnd::<D>::zeros();
         along
@@ -65,12 +65,13 @@ impl<const D: usize> Layer<D> {
         self.by_chord.then(|| along / along.norm())
     }
 
-    /// By how much the chord is longer than it is held.
+    /// Excess of the chord over its held length.
     fn stretched(&self, end: &Isometry3<f64>) -> f64 {
         end.translation.vector.norm() - self.held.translation.vector.norm()
     }
 
-    /// Takes the wrench for which the resultants of the strains `e` differ least from those of an equilibrium, those of strains that cannot change left out.
+    /// Fits the end wrench to the resultants of the strains `e` by least squares, leaving out resultants of rigid
+    /// strains.
     pub fn fit(&mut self, e: &DVector<f64>) -> Option<()> {
         let space = Space::<6, D>::new();
         let strains = split(e);
@@ -90,7 +91,7 @@ impl<const D: usize> Layer<D> {
             normal += transfer.tr_mul(&transfer) * *weight;
             sum += transfer.tr_mul(&left) * *weight;
         }
-        // A straight rod that cannot stretch does not feel a pull.
+        // The resultants of a straight inextensible rod do not determine its axial force.
         let normal = DMatrix::from_column_slice(D, D, normal.as_slice());
         let sum = DVector::from_column_slice(sum.as_slice());
         let svd = normal.svd(true, true);
@@ -102,7 +103,7 @@ impl<const D: usize> Layer<D> {
         Some(())
     }
 
-    /// The resultants of the load along the rod at its nodes.
+    /// Resultants of the load along the rod at its nodes.
     fn borne(&self, curve: &Curve, nodes: usize) -> Vec<Local<6>> {
         match &self.load {
             Some(load) => {
@@ -160,8 +161,8 @@ impl<const D: usize> Layer<D> {
         None
     }
 
-    /// Where the flow from `start` + `push` comes to rest, `seen` being shown the strains after every step; None if it falls back to `start`, or does
-    /// not settle.
+    /// Rest point of the flow from `start` + `push`; `seen` receives the strains after each step. None if the flow
+    /// falls back to `start`, or does not settle.
     pub fn flow(
         &mut self,
         start: &DVector<f64>,
@@ -191,8 +192,8 @@ impl<const D: usize> Layer<D> {
         None
     }
 
-    /// The shape of the strains `e` in units of the rod, turned so that a chord that is held points where it is held; None where the end is not yet
-    /// back.
+    /// Energy and shape of the strains `e` in units of the rod, rotated so that a held chord has its held direction.
+    /// None while the end is away from its attachment.
     pub fn shape(&self, e: &DVector<f64>) -> Option<Fallen> {
         let strains = split(e);
         let curve = Space::<6, D>::new().shape(&self.grid, &strains)?;

@@ -1,4 +1,4 @@
-//! Small motions with friction and memory: eigenvalues in the space of the vibrations.
+//! Eigenvalues of small motions with friction and memory, in the space of the vibrations.
 
 use super::statics::Vibration;
 use crate::error::{Error, Result};
@@ -6,29 +6,30 @@ use crate::math::small_sort::{sort_eigenvalues, sort_few};
 use crate::spectrum::eigenvalues;
 use nalgebra::{Complex, DMatrix, DVector};
 
-/// Springs softer than this part of the stiffest, both relative to what they stand beside, are rounding.
+/// Relative stiffness of a Maxwell branch below which a direction of its springs is rounding.
 const SOFTEST: f64 = 1e-12;
 
-/// Stresses of a closed loop of rods against itself relax at the rates of the dashpots while the rods rest: a rate that is one of these up to this part
-/// is no motion.
+/// In a closed loop of rods self-stresses relax at the rates of the dashpots while the rods rest. A rate that equals
+/// one of these up to this relative difference is no motion.
 const OWN: f64 = 1e-10;
 
 /// A Maxwell branch of a rod.
 pub(super) struct Branch {
-    /// Where the coordinates of its rod begin.
+    /// First coordinate of the branch's rod.
     pub first: usize,
-    /// Its modulus over these, symmetric and positive semidefinite.
+    /// Modulus over these coordinates, symmetric and positive semidefinite.
     pub modulus: DMatrix<f64>,
-    /// Its relaxation time.
+    /// Relaxation time.
     pub time: f64,
 }
 
-/// A branch as it is among vibrations.
+/// A Maxwell branch projected on the vibrations.
 struct Springs {
-    /// Its modulus E over their amplitudes.
+    /// Modulus E over the vibrations' amplitudes.
     modulus: DMatrix<f64>,
-    /// L with scale E scale = L L^T, a column for every direction in which the springs pull. Others have no dashpot here: its rate -1/tau would be
-    /// an eigenvalue as many times as there are vibrations, mostly of other rods, on which the method for these goes in circles.
+    /// L with scale E scale = L L^T, one column for each direction in which the springs pull. Other directions get no
+    /// dashpot: its rate -1/tau would be an eigenvalue once per vibration, mostly of other rods, and such
+    /// multiplicity can stall the QR iteration.
     pull: DMatrix<f64>,
     time: f64,
 }
@@ -57,9 +58,9 @@ impl Springs {
     }
 }
 
-/// Eigenvalues s of the `count` slowest motions exp(s t), Im s >= 0, the smallest ones by Im s, within the space of these vibrations
-/// of mass 1, under this stiffness, symmetric if all loads have a potential, and damping and with these Maxwell branches: the
-/// `count` slowest of those that oscillate, and all that creep in the shapes of the `count` slowest vibrations.
+/// Eigenvalues s of the `count` slowest motions exp(s t), Im s >= 0, ordered by Im s: the `count` slowest
+/// oscillations, and all creep in the shapes of the `count` slowest vibrations. The space is that of these vibrations
+/// of mass 1, with this stiffness (symmetric if all loads have a potential), damping and these Maxwell branches.
 ///
 /// # Errors
 /// Eigenvalues that are not found.
@@ -83,14 +84,15 @@ pub(super) fn decaying(
         .iter()
         .map(|mode| 1.0 / mode.square.abs().sqrt())
         .collect();
-    // 1/s, from (Omega x, x')' = [0, Omega; -Omega S, -C] (Omega x, x') turned round, where the stiffness is Omega S Omega: slow motions then keep
-    // their digits beside the fast ones. Motions that nothing holds have no 1/s.
+    // With the stiffness Omega S Omega, (Omega x, x')' = [0, Omega; -Omega S, -C] (Omega x, x'). The inverse of that
+    // matrix has the eigenvalues 1/s, so that slow motions keep their digits beside the fast ones. A neutral motion
+    // has no 1/s.
     let held = match slow.iter().all(|slow| slow.is_finite()) {
         true => DMatrix::from_fn(n, n, |i, j| push[(i, j)] * slow[i] * slow[j]).try_inverse(),
         false => None,
     };
     let turned = held.is_some();
-    // What nothing holds strains no spring.
+    // A neutral motion strains no spring.
     let scale = slow.iter().map(|x| if x.is_finite() { *x } else { 1.0 });
     let scale: Vec<f64> = scale.collect();
     let branches = branches.iter();
@@ -157,7 +159,8 @@ pub(super) fn decaying(
     let all = found.iter().map(|x| if turned { x.inv() } else { *x });
     let mut upper: Vec<Complex<f64>> = all.filter(|s| s.im >= 0.0 && s.re.is_finite()).collect();
     sort_few(&mut upper, |s| s.norm());
-    // What friction and dashpots make of fast vibrations lies densely beside each other, at the rates of the section: what is led by a slow one is told.
+    // Creep rates of fast vibrations lie densely at the rates of the section: report a rate if a slow vibration leads
+    // its shape.
     let led_by = |s: f64| {
         let s = s * (1.0 + 1e-11);
         let scale = |i: usize| 1.0 / (modes[i].square.abs().sqrt() + s.abs());
@@ -169,7 +172,7 @@ pub(super) fn decaying(
             let sum = push[(i, j)] + s * friction[(i, j)] + own + springs.sum::<f64>();
             sum * scale(i) * scale(j)
         });
-        // Singular but for rounding and for this little of s: what solves it is the shape of the motion.
+        // Singular except for rounding and a relative shift of s by 1e-11: the solution is the shape of the motion.
         let even = DVector::from_element(n, 1.0);
         balance.lu().solve(&even).map_or(0, |shape| shape.iamax())
     };

@@ -1,14 +1,15 @@
-//! Sections of a rod: where they are, how they move, and the derivatives of both by the strains.
+//! Kinematics of the sections of a rod with mass: poses, velocities, accelerations, and derivatives by the strains.
 //!
-//! With A the integration from the base to a section, u and v the strains, R the directors, and r0, Omega, V the base and its motion:
+//! Let A be the integration from the base to a section, u and v the strains, R the directors. With r0, Omega, V, the
+//! place, angular velocity and velocity of the base,
 //! ```text
 //! r = r0 + A tau,   tau = R v;       omega = Omega + A (R u_t),   r_t = V + A (omega x tau + R v_t);
 //! omega_t = Omega' + A (R u_tt + omega x R u_t),
 //! r_tt = V' + A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
 //! ```
-//! In space the integrals A (R u_t ..) of turns are replaced by what the rotations by collocation do exactly (`spins`).
-//! A has one row more than there are nodes: the last is the end. A change of the strains turns R by phi = A (R du), a turn of the base
-//! by what it is, and all derivatives follow from dR = phi x R.
+//! In space the integrals A (R u_t ..) of rotations are replaced by the exact rates of the rotations by collocation
+//! (`spins`). A has one row more than there are nodes: the last is the end. A change of the strains turns R by
+//! phi = A (R du); a turn of the base adds to phi. All derivatives follow from dR = phi x R.
 
 mod derivatives;
 
@@ -27,31 +28,33 @@ use std::sync::Arc;
 /// Three components of a vector at sections (rows) for changes of the strains (columns).
 pub type Triple = [DMatrix<f64>; 3];
 
-/// How the strains make a curve.
+/// Discrete kinematics from strains to a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Curve {
-    /// In the plane of x and y, from the base along x, d1 along z: the angle is the integral of u1 and exact. Of length 1.
+    /// In the plane of x and y, from the base along x, d1 along z: the angle is the integral of u1 and exact. Of
+    /// length 1.
     Plane,
-    /// In space, from the clamp along z: rotations by collocation, with the velocities that are theirs exactly.
+    /// In space, from the clamp along z: rotations by collocation, with their exact velocities.
     Space,
 }
 
-/// Parts of the rod over which curvatures of its centreline are taken: they lead to the nearest place, not to the distance.
+/// Step along the rod of the differences for curvatures of the centreline. These serve the search for the nearest
+/// place, not the distance.
 const STRIDE: f64 = 1e-5;
 
-/// The nodes, and integration from the clamp to each of them and to the end.
+/// Nodes of a rod, and integration from the clamp to each of them and to the end.
 #[derive(Debug, Clone)]
 pub struct Sections {
     /// The nodes.
     pub grid: Grid,
-    /// Row i: int_0^{s_i}; the last: over the whole rod.
+    /// Integration matrix A. Row i: int_0^{s_i}; the last: over the whole rod.
     up: DMatrix<f64>,
-    /// It, and its transpose, for products.
+    /// Matrix A and its transpose, for products.
     upward: Matrix,
     downward: Matrix,
     /// Length of the rod.
     length: f64,
-    /// Which strains can change, places among u1 .. v3.
+    /// Indices among u1 .. v3 of the strains that can change.
     active: Vec<usize>,
     curve: Curve,
 }
@@ -61,29 +64,29 @@ pub struct Sections {
 pub struct Shape {
     /// R = \[d1 d2 d3\].
     pub directors: Vec<Matrix3<f64>>,
-    /// r.
+    /// Positions r.
     pub positions: Vec<Vector3<f64>>,
-    /// Where the base is.
+    /// Position of the base.
     base: Vector3<f64>,
     /// tau = R v at the nodes.
     tangents: Vec<Vector3<f64>>,
-    /// How the sections turn with the strains; None in the plane, where it is A.
+    /// Rotation sums of the collocation; None in the plane, where they reduce to A.
     spins: Option<Arc<Spins>>,
-    /// How well the nodes resolve the rotations, as [`Kinematics::defect`].
+    /// Error of the rotations on the nodes, as [`Kinematics::defect`].
     pub defect: f64,
 }
 
 /// Velocities of the sections.
 #[derive(Debug, Clone)]
 pub struct Flow {
-    /// omega.
+    /// Angular velocities omega.
     pub spins: Vec<Vector3<f64>>,
-    /// r_t.
+    /// Velocities r_t.
     pub velocities: Vec<Vector3<f64>>,
     /// R u_t and R v_t at the nodes.
     bends: Vec<Vector3<f64>>,
     stretches: Vec<Vector3<f64>>,
-    /// In space y of [`Spins`], seen from the base, and the angular velocity of that.
+    /// In space: y of [`Spins`] relative to the base, and the angular velocity of the base.
     turning: Vec<Turn>,
     base: Vector3<f64>,
 }
@@ -91,9 +94,9 @@ pub struct Flow {
 /// Accelerations of the sections.
 #[derive(Debug, Clone)]
 pub struct Change {
-    /// omega_t.
+    /// Angular accelerations omega_t.
     pub spins: Vec<Vector3<f64>>,
-    /// r_tt.
+    /// Accelerations r_tt.
     pub accelerations: Vec<Vector3<f64>>,
     /// R u_tt and R v_tt at the nodes.
     bends: Vec<Vector3<f64>>,
@@ -102,14 +105,14 @@ pub struct Change {
     turning: Vec<Turn>,
 }
 
-/// Motions of a base: three turns, three moves.
+/// Number of motions of a base: three rotations, three translations.
 pub const BASE: usize = 6;
 
 fn cross(v: &Vector3<f64>) -> Matrix3<f64> {
     v.cross_matrix()
 }
 
-/// The product with the three components of a field.
+/// Product with the three components of a field.
 fn summed(matrix: &Matrix, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let parts: [_; 3] = std::array::from_fn(|k| DVector::from_fn(f.len(), |j, _| f[j][k]));
     let [x, y, z] = matrix.times(parts.each_ref());
@@ -119,7 +122,7 @@ fn summed(matrix: &Matrix, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
 }
 
 impl Sections {
-    /// Sections at the nodes of `grid`, which spans a rod of this length from 0 to 1.
+    /// Sections at the nodes of `grid`, scaled to [0, 1], of a rod of this length.
     pub fn new(grid: Grid, active: &[usize], curve: Curve, length: f64) -> Self {
         let n = grid.len();
         let mut up = DMatrix::zeros(n + 1, n);
@@ -144,7 +147,7 @@ impl Sections {
         self.grid.len() * self.active.len()
     }
 
-    /// The centreline at an arclength s, and its first and second derivatives there; the latter by differences.
+    /// The centreline at an arclength s, and its first and second derivatives; the latter by differences.
     pub fn centreline(&self, shape: &Shape, s: f64) -> [Vector3<f64>; 3] {
         let part = (s / self.length).clamp(0.0, 1.0);
         let tangent = |part: f64| self.grid.at(&shape.tangents, part);
@@ -157,7 +160,7 @@ impl Sections {
         ]
     }
 
-    /// The weights of the nodes; they add up to the length.
+    /// Weights of the nodes; their sum is the length.
     pub fn weights(&self) -> impl Iterator<Item = f64> {
         self.grid
             .weights()
@@ -165,12 +168,12 @@ impl Sections {
             .map(|weight| weight * self.length)
     }
 
-    /// What a field at the nodes adds up to, at every section.
+    /// Integral of a field at the nodes up to each section.
     fn up(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         summed(&self.upward, f)
     }
 
-    /// The transpose: sections to nodes.
+    /// Transpose of [`Sections::up`]: from sections to nodes.
     fn down(&self, f: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         summed(&self.downward, f)
     }
@@ -180,7 +183,7 @@ impl Sections {
         self.upward.times_all(f.each_ref())
     }
 
-    /// The curve of the strains at the nodes, begun at `base`; None if they are too large for one.
+    /// The curve of the strains at the nodes, begun at `base`; None if the strains are too large.
     pub fn shape(&self, base: &Isometry3<f64>, strains: &[Strain]) -> Option<Shape> {
         let turn = base.rotation.to_rotation_matrix().into_inner();
         let mut spins = None;
@@ -189,7 +192,7 @@ impl Sections {
                 let bends: Vec<_> = strains.iter().map(|e| Vector3::z() * e[0]).collect();
                 let angles = self.up(&bends);
                 let directors: Vec<_> = angles.iter().map(|angle| planar(angle.z)).collect();
-                // What the last coefficients of (cos, sin) leave out of the positions.
+                // Truncation error of the positions, from the last coefficients of (cos, sin).
                 let tangents: Vec<Vector3<f64>> =
                     directors.iter().map(|r| r.column(2).into_owned()).collect();
                 let tails = self.grid.tails(&tangents[..strains.len()]);
@@ -231,7 +234,7 @@ impl Sections {
         })
     }
 
-    /// The velocities of the sections at these strain rates, where the base moves at the twist `base`.
+    /// Velocities of the sections at these strain rates, with the twist `base` of the base.
     pub fn flow(&self, shape: &Shape, base: &Vector6<f64>, rates: &[Strain]) -> Flow {
         let [bends, stretches] = outward(shape, rates);
         let (spin, velocity) = halves(base);
@@ -259,7 +262,8 @@ impl Sections {
         }
     }
 
-    /// The accelerations of the sections, `base` those of the base and `second` the second derivatives of the strains.
+    /// Accelerations of the sections from `base`, those of the base, and `second`, the second derivatives of the
+    /// strains.
     pub fn change(
         &self,
         shape: &Shape,
@@ -330,7 +334,7 @@ impl Sections {
         out
     }
 
-    /// The same couples and forces as one wrench on the base.
+    /// Resultant wrench on the base of couples and forces on the sections.
     pub fn on_base(
         &self,
         shape: &Shape,
@@ -345,7 +349,8 @@ impl Sections {
         joined(&couple, &force)
     }
 
-    /// The couples at the sections with those of the forces on the tangents, and weight_j times the force of what acts beyond node j.
+    /// Couples at the sections plus the moments of the forces on the tangents, and weight_j times the total force
+    /// beyond node j.
     fn borne(
         &self,
         shape: &Shape,
@@ -383,7 +388,7 @@ fn last_rows(of: [&Triple; 2]) -> DMatrix<f64> {
     DMatrix::from_rows(&rows)
 }
 
-/// Fields that begin at a value.
+/// Fields integrated from a starting value.
 fn beyond(begin: Vector3<f64>, mut field: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     field.iter_mut().for_each(|x| *x += begin);
     field
@@ -410,7 +415,7 @@ fn outward(shape: &Shape, rates: &[Strain]) -> [Vec<Vector3<f64>>; 2] {
     })
 }
 
-/// Directors of a section in the plane whose tangent is at this angle to x: d1 along z.
+/// Directors of a section in the plane, at the angle of the tangent to x; d1 is along z.
 fn planar(angle: f64) -> Matrix3<f64> {
     let (sin, cos) = angle.sin_cos();
     Matrix3::new(0.0, sin, cos, 0.0, -cos, sin, 1.0, 0.0, 0.0)

@@ -1,12 +1,14 @@
-//! The vibrations of a rod of small mass while its ends are held where they are (theory 2.9, 3.9).
+//! Vibrations of a light rod with its ends held (theory 2.9, 3.9).
 //!
-//! About an equilibrium of the light rod, with the strains q at the nodes as coordinates, K the stiffness under the wrench that holds the end
-//! (and a dead load along the rod), M = J^T N J and E the motions of the end that its attachment prevents,
+//! About an equilibrium, let the strains q at the nodes be the coordinates and M = J^T N J. K is the stiffness under
+//! the wrench that holds the end (and a dead load along the rod), and E are the motions of the end that its
+//! attachment prevents:
 //! ```text
 //! K x = omega^2 M x,     E x = 0.
 //! ```
-//! At a weld E are turns and moves of the end, at a ball joint its moves. A rod between two ball joints turns about its base too, and has no
-//! momentum of spin about its chord, since nothing holds that.
+//! At a weld E are rotations and translations of the end, at a ball joint its translations. A rod between two ball
+//! joints turns about its base too, and has no angular momentum about its chord, since the spin about the chord is
+//! free.
 
 use super::frames::Curve;
 use super::law::Law;
@@ -25,36 +27,36 @@ use crate::viscoelastic::grid::{Grid, more};
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Vector3, Vector6};
 use std::sync::Arc;
 
-/// A rod whose mass is known: its section law, with the strains that can change and its friction if it has any, and its mass.
+/// A rod of known mass: section law, free strains, friction if any, and mass properties.
 #[derive(Debug, Clone)]
 pub struct Massive {
     /// The law, along the rod.
     law: Law,
-    /// Its mass, and the inertia of its sections; 0 where they turn at no cost.
+    /// Mass, and inertia of the sections; 0 for sections without rotary inertia.
     pub sections: SectionMass,
 }
 
 /// A vibration of a rod whose ends are held.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldMode {
-    /// The square of its angular frequency; negative where the held rod is unstable.
+    /// Square of the angular frequency; negative if the held rod is unstable.
     pub square: f64,
-    /// The rate at which the friction of the law makes its amplitude decay; 0 without friction.
+    /// Decay rate of the amplitude by the friction of the law; 0 without friction.
     pub decay: f64,
-    /// That rate by a friction proportional to the stiffness, per Kelvin-Voigt time.
+    /// Decay rate by a friction proportional to the stiffness, per Kelvin-Voigt time.
     pub proportional: f64,
 }
 
-/// Nodes of an element to begin with, coordinates beyond which no more are taken, and the relative change of the slowest vibration at which
-/// there are enough.
+/// Nodes of an element to begin with, largest number of coordinates, and relative change of the slowest square at
+/// which the nodes suffice.
 const FIRST: usize = 12;
 const MOST: usize = 300;
 const CONVERGED: f64 = 1e-9;
-/// The slowest frequency counts as none where its square is below this part of the next one's.
+/// Ratio of the slowest square to the next one below which the slowest counts as zero.
 const FOLDED: f64 = 1e-3;
 /// Tolerance of the shape.
 const ALONG: f64 = 1e-13;
-/// The relative change at which what differences of the fourth order tell is good.
+/// Relative change at which results of fourth-order differences count as converged.
 const DIFFERENCES: f64 = 1e-7;
 /// Steps of derivatives along a motion, the first over its scale.
 const STEPS: Steps = Steps {
@@ -62,9 +64,10 @@ const STEPS: Steps = Steps {
     most: 8,
     same: 1e-9,
 };
-/// Motions of the end smaller than this part of the largest are none: a straight rod without stretch does not move along itself.
+/// Relative size below which a motion of the end counts as none: a straight rod without stretch does not move along
+/// itself.
 const IDLE: f64 = 1e-10;
-/// What the strains leave of a balance is that of no equilibrium, relative to 1 and the wrench.
+/// Largest residual of the balance, relative to 1 and the wrench, at which the strains are those of an equilibrium.
 const BALANCED: f64 = 1e-5;
 
 impl Massive {
@@ -88,14 +91,14 @@ impl Massive {
 }
 
 impl HeldMode {
-    /// The angular frequency; None of an unstable rod.
+    /// Angular frequency; None for an unstable rod.
     pub fn frequency(&self) -> Option<f64> {
         (self.square > 0.0).then(|| self.square.sqrt())
     }
 }
 
-/// The `count` slowest vibrations, by rising square of the frequency, of the rod `massive` that is in equilibrium between its attachments as
-/// `link` under the chart point `q` at `point`. The slowest is resolved to 1e-9, relative.
+/// The `count` slowest vibrations, by rising square of the frequency, of the rod `massive` in equilibrium between its
+/// attachments: `link` at the chart point `q` and at `point`. The slowest is resolved to 1e-9, relative.
 ///
 /// # Errors
 /// As [`Link::shape`]; a chart point that is none of this section law; a rod that is not resolved.
@@ -146,7 +149,7 @@ pub fn held_modes(
     }
 }
 
-/// The strains at places in [0, 1], in growing order.
+/// Strains at places in [0, 1], in growing order.
 fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Result<Vec<Strain>> {
     let seen = link.facing(&point.base.pose.rotation);
     let length = link.rod().length();
@@ -155,18 +158,19 @@ fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Re
     Ok(sections.iter().map(|section| section.strain).collect())
 }
 
-/// A motion of a rod through its equilibria: its sections, at places in [0, 1] in growing order, when it has gone so far.
+/// A motion of a rod through its equilibria: its sections, at places in [0, 1] in growing order, as a function of the
+/// amplitude.
 pub type Way<'a> = &'a dyn Fn(f64, &[f64]) -> Result<Vec<RodSection>>;
 
-/// A motion of a rod through its equilibria, and the step of derivatives along it.
+/// A motion of a rod through equilibria, and the step of derivatives along the motion.
 pub struct Sweep<'a> {
     way: Way<'a>,
     step: f64,
 }
 
 impl<'a> Sweep<'a> {
-    /// The longest step at which the next shorter one gives the same, or that nearest to it. `scale` is how far the rod has gone when everything
-    /// is another.
+    /// Chooses the longest step that agrees with the next shorter one, or the one closest to agreement. `scale` is
+    /// the amplitude of a relative change of 1.
     ///
     /// # Errors
     /// Those of the motion.
@@ -189,7 +193,7 @@ impl<'a> Sweep<'a> {
         Ok(Self { way, step })
     }
 
-    /// The rates of force and place at the end.
+    /// Rates of force and position at the end.
     ///
     /// # Errors
     /// Those of the motion.
@@ -199,7 +203,7 @@ impl<'a> Sweep<'a> {
         Ok([end.force, end.velocity])
     }
 
-    /// Differences of the fourth order.
+    /// Derivatives by differences of the fourth order.
     fn rates(&self, here: &[RodSection], places: &[f64]) -> Result<Vec<Swept>> {
         let step = self.step;
         let at = |part: f64| (self.way)(part * step, places);
@@ -230,19 +234,19 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// What resists a motion z of a rod, against a motion y.
+/// Inertia and friction of a motion z of a rod, paired with a motion y.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resistance {
-    /// y^T N z, by its mass.
+    /// y^T N z, by the mass of the rod.
     pub mass: f64,
     /// y^T R z by a friction in proportion to the stiffness, per Kelvin-Voigt time.
     pub proportional: f64,
-    /// y^T R z by the friction of its law.
+    /// y^T R z by the friction of the law.
     pub friction: f64,
 }
 
-/// What resists motions z and y of the rod, begun where it is, y being z if it is not given. About `chord` (a place and a direction), if there is one, the
-/// rod spins without momentum.
+/// Inertia and friction of motions z and y of the rod, from its present state; y = z by default. If there is a free
+/// spin about `chord` (a place and a direction), its angular momentum is zero.
 ///
 /// # Errors
 /// Those of the sweeps; strains outside the section law; a rod that is not resolved.
@@ -268,7 +272,7 @@ pub fn resistance(
             massive.sections.mass * a.velocity.dot(&b.velocity)
                 + a.spin.dot(&rotary.component_mul(&b.spin))
         };
-        // (y, z), (y, spin), (spin, z), (spin, spin).
+        // Pairs (y, z), (y, spin), (spin, z), (spin, spin).
         let mut masses = [0.0; 4];
         let [mut proportional, mut friction] = [0.0; 2];
         for (i, (s, weight)) in places.iter().zip(grid.weights()).enumerate() {
@@ -309,7 +313,8 @@ pub fn resistance(
     ))
 }
 
-/// What a motion does to a section: its velocity and the rate of its force, its spin and the rate of its strains along its directors.
+/// Rates of a section in a motion: velocity and rate of the force in the world, spin and strain rates along its
+/// directors.
 #[derive(Debug, Clone, Copy, Default)]
 struct Swept {
     velocity: Vector3<f64>,
@@ -319,15 +324,15 @@ struct Swept {
 }
 
 impl Swept {
-    /// The sum of what places, turns and strains differ by.
+    /// Distance of two rates: sum of the differences of velocity, spin and strain rate.
     fn off(&self, other: &Self) -> f64 {
         let [a, b] = [self.velocity - other.velocity, self.spin - other.spin];
         a.norm() + b.norm() + (self.strain - other.strain).norm()
     }
 }
 
-/// The normal form of the fold that the rod is at, its attachments moving as `point` says (theory 2.8, 3.9), and the Kelvin-Voigt time whose
-/// friction is that of its law there, along the critical direction.
+/// Normal form of the rod's present fold, for the attachments' motion in `point` (theory 2.8, 3.9). With it the
+/// Kelvin-Voigt time that is equivalent to the friction of the law there, along the critical direction.
 ///
 /// # Errors
 /// As [`Link::fold`] and [`resistance`].
@@ -372,7 +377,8 @@ pub fn fold_form(
     Ok((form, against.friction / against.proportional))
 }
 
-/// True if the squares of the slowest frequencies are the same; next to a fold, where the first has none, relative to the second.
+/// True if the squares of the slowest frequencies agree; next to a fold, where the first vanishes, relative to the
+/// second.
 fn alike(a: &[f64], b: &[f64]) -> bool {
     let ([a, ..], [b, rest @ ..]) = (a, b) else {
         return false;
@@ -381,7 +387,7 @@ fn alike(a: &[f64], b: &[f64]) -> bool {
     (a - b).abs() <= CONVERGED * b.abs().max(size)
 }
 
-/// The vibrations at these nodes, and what is left of the balance.
+/// Vibrations at these nodes, and the residual of the balance.
 fn at_nodes(
     given: &Given,
     grid: Grid,
@@ -406,7 +412,7 @@ fn at_nodes(
     let weights = rod.norm_weights();
     let left = balance.residual.component_mul(&weights).norm();
     let found = rod.derivatives(0.0, &at, &balance).ok_or_else(outside)?;
-    // The base stands, or turns on its ball joint.
+    // The base is fixed, or turns on its ball joint.
     let (free, first) = match joint {
         Joint::Weld => (m, 0),
         Joint::Ball => (m, 3),
@@ -447,7 +453,7 @@ fn at_nodes(
     Ok((modes.collect(), left))
 }
 
-/// An orthonormal basis of what is orthogonal to these vectors.
+/// An orthonormal basis of the orthogonal complement of these vectors.
 fn complement(prevented: &[DVector<f64>]) -> DMatrix<f64> {
     let rows = DMatrix::from_columns(prevented);
     let n = rows.nrows();

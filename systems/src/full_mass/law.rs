@@ -1,4 +1,4 @@
-//! A section, elastic or with friction, seen through those of its strains that can change.
+//! Section law, elastic or with friction, restricted to the free strains.
 
 use crate::error::{Error, Result};
 use crate::section::rate::{Maxwell, RateLaw};
@@ -6,7 +6,7 @@ use crate::section::{SectionLaw, Strain};
 use nalgebra::{DMatrix, Matrix6};
 use std::sync::Arc;
 
-/// A section law in the units of the rod with the strains that can change.
+/// A section law in the units of the rod, with the strains that can change.
 #[derive(Debug, Clone)]
 pub struct Law {
     elastic: Arc<dyn SectionLaw>,
@@ -15,20 +15,20 @@ pub struct Law {
     active: Vec<usize>,
     length: f64,
     rest: Strain,
-    /// d D/d e_t of friction that is the same everywhere and always, formed once.
+    /// d D/d e_t of a uniform linear friction, formed once.
     viscosity: Option<Matrix6<f64>>,
 }
 
-/// What the section answers to strains and rates.
+/// Energy, resultants and loss of a section at given strains and rates.
 #[derive(Debug, Clone, Copy)]
 pub struct Answer {
-    /// Stored energy per length, with that of the springs of Maxwell branches.
+    /// Stored energy per length, including the springs of Maxwell branches.
     pub energy: f64,
-    /// dW/de, with the springs of Maxwell branches.
+    /// dW/de, including the springs of Maxwell branches.
     pub elastic: Strain,
-    /// D(e, e_t).
+    /// Friction D(e, e_t).
     pub friction: Strain,
-    /// Energy lost per length and time, in the dashpots of Maxwell branches too.
+    /// Energy lost per length and time, including the dashpots of Maxwell branches.
     pub loss: f64,
 }
 
@@ -42,10 +42,11 @@ pub struct Stiffness {
 }
 
 impl Law {
-    /// The elastic law with friction, if there is any, for the strains `active` (places among u1 .. v3, in growing order).
+    /// The elastic law with friction, if any, for the strains `active` (indices among u1 .. v3, in growing order).
     ///
     /// # Errors
-    /// A law without an unloaded state at s = 0; an active strain that is held rigid; friction whose viscosity has no inverse.
+    /// A law without an unloaded state at s = 0; an active strain that is held rigid; friction whose viscosity has no
+    /// inverse.
     pub fn new(
         elastic: Arc<dyn SectionLaw>,
         friction: Option<Arc<dyn RateLaw>>,
@@ -75,21 +76,22 @@ impl Law {
         Ok(law)
     }
 
-    /// The law of a rod of this length, along which the law's own arclength runs; s is always from 0 to 1. Without it, 1.
+    /// Sets the length of the rod, over which the law's own arclength runs; s is always from 0 to 1. The default
+    /// length is 1.
     #[must_use]
     pub fn along(mut self, length: f64) -> Self {
         self.length = length;
         self
     }
 
-    /// The same with Maxwell branches beside it.
+    /// Adds Maxwell branches in parallel.
     #[must_use]
     pub fn with_branches(mut self, branches: Vec<Maxwell>) -> Self {
         self.branches = branches;
         self
     }
 
-    /// Its Maxwell branches.
+    /// Maxwell branches.
     pub fn branches(&self) -> &[Maxwell] {
         &self.branches
     }
@@ -99,7 +101,7 @@ impl Law {
         self.length
     }
 
-    /// Places of the strains that can change among u1 .. v3.
+    /// Indices among u1 .. v3 of the strains that can change.
     pub fn active(&self) -> &[usize] {
         &self.active
     }
@@ -109,7 +111,7 @@ impl Law {
         self.friction.is_some() || !self.branches.is_empty()
     }
 
-    /// Where the law is not smooth, in (0, 1).
+    /// Points in (0, 1) at which the law is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.elastic.breaks();
         breaks.extend(self.friction.iter().flat_map(|law| law.breaks()));
@@ -120,15 +122,15 @@ impl Law {
         breaks
     }
 
-    /// The strains at s without load.
+    /// Unloaded strains at s.
     ///
     /// # Errors
-    /// A law that has no unloaded state there.
+    /// A law without an unloaded state at s.
     pub fn unloaded(&self, s: f64) -> Result<Strain> {
         self.elastic.unloaded(s * self.length)
     }
 
-    /// All six strains: the active ones, and the others as they are without load at the clamp.
+    /// All six strains: the active ones as given, the others as unloaded at the clamp.
     pub fn all(&self, active: &[f64]) -> Strain {
         let mut all = self.rest;
         for (k, e) in self.active.iter().zip(active) {
@@ -137,7 +139,7 @@ impl Law {
         all
     }
 
-    /// All six rates: those of the strains that cannot change are 0.
+    /// All six rates; those of rigid strains are 0.
     pub fn rates(&self, active: &[f64]) -> Strain {
         let mut all = Strain::zeros();
         for (k, e) in self.active.iter().zip(active) {
@@ -146,8 +148,8 @@ impl Law {
         all
     }
 
-    /// Energy and resultants, with the strains of the springs of the Maxwell branches: none where these carry nothing. None outside the
-    /// law's domain.
+    /// Energy and resultants. `springs` are the strains of the springs of the Maxwell branches, empty if these carry
+    /// no load. None outside the law's domain.
     pub fn answer(&self, s: f64, e: &Strain, rate: &Strain, springs: &[Strain]) -> Option<Answer> {
         let s = s * self.length;
         let free = self.elastic.free(s, e).ok()?;
@@ -172,7 +174,7 @@ impl Law {
         Some(answer)
     }
 
-    /// Derivatives of the resultants, but for those of Maxwell branches; None outside the law's domain.
+    /// Derivatives of the resultants, without Maxwell branches; None outside the law's domain.
     pub fn stiffness(&self, s: f64, e: &Strain, rate: &Strain) -> Option<Stiffness> {
         let s = s * self.length;
         let mut by_strain = self.elastic.free(s, e).ok()?.tangent;
@@ -191,7 +193,7 @@ impl Law {
         Some(Stiffness { by_strain, by_rate })
     }
 
-    /// The inverse among the active strains, zero elsewhere.
+    /// Inverse on the active strains, zero elsewhere.
     fn inverse(&self, matrix: &Matrix6<f64>) -> Result<Matrix6<f64>> {
         let count = self.active.len();
         let block = DMatrix::from_fn(count, count, |i, j| {

@@ -1,4 +1,4 @@
-//! What hangs at a section of a rod: a piece of the rod itself, or the body at its end.
+//! Masses carried by a section of a rod: a piece of the rod itself, or the body at the end.
 
 use super::frames::Triple;
 use crate::body::{Body, EndBody, EndMotion, RigidBody};
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 
 /// A mass that moves with a section of a rod.
 #[derive(Debug, Clone)]
-#[allow(clippy::large_enum_variant)] // All of one rod are of one kind.
+#[allow(clippy::large_enum_variant)] // The masses of a rod are all of one variant.
 pub enum Mass {
     /// A point: the section is free to turn.
     Point(Body<3>),
@@ -15,14 +15,14 @@ pub enum Mass {
     Rigid(RigidBody),
 }
 
-/// How the wrench that a mass asks for changes.
+/// Derivatives of the wrench that a mass requires.
 #[derive(Debug, Clone)]
 pub struct MassLinear {
-    /// With the acceleration: the mass matrix, symmetric.
+    /// By the acceleration: the mass matrix, symmetric.
     pub by_acceleration: Matrix6<f64>,
-    /// With a twist of the section.
+    /// By a twist of the section.
     pub by_pose: Matrix6<f64>,
-    /// With its velocity.
+    /// By the velocity of the section.
     pub by_velocity: Matrix6<f64>,
 }
 
@@ -32,7 +32,7 @@ fn lifted(m: &Matrix3<f64>) -> Matrix6<f64> {
     all
 }
 
-/// The couples of wrenches, from component 0, or their forces, from component 3.
+/// Couples of wrenches (from component 0), or forces (from component 3).
 pub(super) fn parts(wrenches: &[Vector6<f64>], first: usize) -> Vec<Vector3<f64>> {
     let each = wrenches.iter();
     each.map(|w| w.fixed_rows::<3>(first).into_owned())
@@ -40,7 +40,7 @@ pub(super) fn parts(wrenches: &[Vector6<f64>], first: usize) -> Vec<Vector3<f64>
 }
 
 impl Mass {
-    /// The same on a clamp that stands where its own is at time `t`.
+    /// The mass on a clamp fixed at the clamp's pose of time `t`.
     pub(super) fn standing_at(self, t: f64) -> Self {
         match self {
             Self::Point(body) => Self::Point(body.standing_at(t)),
@@ -72,7 +72,7 @@ impl Mass {
         }
     }
 
-    /// The derivatives of [`Mass::wrench`], which is `wrench` here.
+    /// Derivatives of [`Mass::wrench`] at a state with the value `wrench`.
     pub fn linear(
         &self,
         t: f64,
@@ -140,7 +140,7 @@ impl Mass {
         }
     }
 
-    /// The first time after `t` at which a load or the motion of the clamp is not smooth.
+    /// First time after `t` at which a load or the motion of the clamp is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         match self {
             Self::Point(body) => body.next_break(t),
@@ -148,7 +148,7 @@ impl Mass {
         }
     }
 
-    /// How heavy it is.
+    /// The mass.
     pub fn mass(&self) -> f64 {
         match self {
             Self::Point(body) => body.mass(),
@@ -156,14 +156,15 @@ impl Mass {
         }
     }
 
-    /// True if it turns with the section.
+    /// True if the mass turns with the section.
     pub fn turns(&self) -> bool {
         matches!(self, Self::Rigid(_))
     }
 }
 
 impl MassLinear {
-    /// Adds J^T (matrix x) for row `i` of the sections to `out`, where `left` and `right` hold the twists (turn, move) of all of them.
+    /// Adds J^T (matrix x) for row `i` of the sections to `out`, where `left` and `right` hold the twists
+    /// (turn, move) of all of them.
     pub fn add(
         out: &mut DMatrix<f64>,
         i: usize,

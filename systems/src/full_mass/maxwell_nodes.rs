@@ -1,25 +1,27 @@
-//! Maxwell branches of a rod with mass: a spring in series with a dashpot at every node, for every branch.
+//! Maxwell branches of a rod with mass: a spring in series with a dashpot, at each node, for each branch.
 //!
 //! With z the strains of a dashpot, E the modulus of its spring and tau its relaxation time,
 //! ```text
-//! z' = (e - z)/tau,      resultants + E (e - z),      energy + 1/2 (e - z) . E (e - z),      loss (e - z) . E (e - z)/tau.
+//! z' = (e - z)/tau,      resultants + E (e - z),
+//! energy + 1/2 (e - z) . E (e - z),      loss (e - z) . E (e - z)/tau.
 //! ```
-//! Implicit steps eliminate z at its node: sigma dz - (dq - dz)/tau = b leaves dz = (dq + tau b)/(1 + sigma tau), and the spring answers
-//! E (dq - dz) = E tau (sigma dq - b)/(1 + sigma tau). The matrix of the rod keeps its size.
+//! Implicit steps eliminate z at its node: sigma dz - (dq - dz)/tau = b leaves dz = (dq + tau b)/(1 + sigma tau). The
+//! spring then adds E (dq - dz) = E tau (sigma dq - b)/(1 + sigma tau). The matrix of the rod keeps its size.
 
 use super::damped_modes::Branch;
 use super::law::Law;
 use crate::section::Strain;
 use nalgebra::{ComplexField, DMatrix, DVector};
 
-/// The Maxwell branches of a rod at its nodes. Numbers of the dashpots stand branch after branch, each as the coordinates do.
+/// Maxwell branches of a rod at its nodes. Dashpot strains are stored branch by branch, each in the order of the
+/// coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Memory {
-    /// Strains that can change.
+    /// Indices of the strains that can change.
     active: Vec<usize>,
     /// Weights of the nodes.
     weights: Vec<f64>,
-    /// Modulus among the active strains, and relaxation time, of every branch.
+    /// Modulus among the active strains, and relaxation time, of each branch.
     branches: Vec<(DMatrix<f64>, f64)>,
 }
 
@@ -40,17 +42,17 @@ impl Memory {
         }
     }
 
-    /// Coordinates of the rod.
+    /// Number of coordinates of the rod.
     fn size(&self) -> usize {
         self.active.len() * self.weights.len()
     }
 
-    /// Numbers of all dashpots.
+    /// Number of all dashpot strains.
     pub fn numbers(&self) -> usize {
         self.branches.len() * self.size()
     }
 
-    /// Strains of the springs, for every node those of all branches, from the coordinates and the dashpots.
+    /// Strains of the springs from the coordinates and the dashpots: node by node, those of all branches.
     pub fn springs(&self, q: &[f64], z: &[f64]) -> Vec<Strain> {
         let (count, size) = (self.active.len(), self.size());
         let nodes = 0..self.weights.len();
@@ -66,7 +68,7 @@ impl Memory {
         springs.collect()
     }
 
-    /// Dashpots that carry nothing at these coordinates.
+    /// Dashpot strains of unloaded branches at these coordinates.
     pub fn relaxed(&self, q: &[f64]) -> Vec<f64> {
         q.repeat(self.branches.len())
     }
@@ -81,14 +83,14 @@ impl Memory {
         }
     }
 
-    /// The part of the error of all dashpots in the norm of a rod, from that of every number.
+    /// Squared error of all dashpots in the norm of a rod, from that of each number.
     pub fn mean_square(&self, part: impl Fn(usize) -> f64) -> f64 {
         let (count, size) = (self.active.len(), self.size());
         let all = (0..self.numbers()).map(|i| self.weights[i % size / count] * part(i));
         all.sum::<f64>() / count as f64
     }
 
-    /// The branches of all nodes, at their weights, of a rod whose coordinates begin at `first`.
+    /// Branches of all nodes, with the nodes' weights, for a rod with coordinates from `first` on.
     pub fn branches_from(&self, first: usize) -> impl Iterator<Item = Branch> {
         let (count, size) = (self.active.len(), self.size());
         self.branches.iter().map(move |(e, time)| Branch {
@@ -101,7 +103,7 @@ impl Memory {
         })
     }
 
-    /// Adds weights E sigma tau/(1 + sigma tau): what the springs answer to a change of the strains.
+    /// Adds weights E sigma tau/(1 + sigma tau): the response of the springs to a change of the strains.
     pub fn stiffen<T: ComplexField<RealField = f64> + Copy>(&self, sigma: T, out: &mut DMatrix<T>) {
         let count = self.active.len();
         for (modulus, time) in &self.branches {
@@ -145,7 +147,8 @@ impl Memory {
         self.add(|_| 1.0, (q, z), out);
     }
 
-    /// Adds what the right-hand sides of dashpots, and of the strains (dq = (dw + b)/sigma), leave on the right of the balance.
+    /// Adds to the right of the balance the contributions of the right-hand sides of dashpots, and of the strains
+    /// (dq = (dw + b)/sigma).
     pub fn eliminate<T: ComplexField<RealField = f64> + Copy>(
         &self,
         sigma: T,

@@ -1,21 +1,21 @@
-//! Rods with mass: the strains are the generalised coordinates of a Lagrangian system.
+//! Rods with mass: Lagrangian systems with the strains at the nodes as generalised coordinates.
 //!
-//! A rod of mass eps (that of the body is 1) is held at s = 0 and carries the body at s = 1. With q the free strains at the
-//! nodes, J the velocities of the sections per strain rate and N the masses, the principle of d'Alembert reads
+//! A rod of mass eps (that of the body is 1) is held at s = 0 and carries the body at s = 1. With q the free strains
+//! at the nodes, J the velocities of the sections per strain rate and N the masses, the principle of d'Alembert reads
 //! ```text
 //! J^T N (J q'' + J' q') + weights (dW/de + D(e, e_t)) = J^T loads,      M = J^T N J.
 //! ```
-//! Kinematics, masses and their derivatives are those of one discrete system: its energy is an integral of the motion, whatever the
-//! number of nodes.
+//! Kinematics, masses and their derivatives are those of one discrete system: its energy is an integral of the
+//! motion, whatever the number of nodes.
 //!
-//! * [`law`]: the section, seen through the strains that can change.
+//! * [`law`]: the section law on the strains that can change.
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
 //! * `decaying`: small motions with friction and memory, in the space of the vibrations.
 //! * `memory`: Maxwell branches, which implicit steps eliminate node by node.
-//! * `spins`: how sections in space turn with the strains, exactly as their rotations by collocation do.
-//! * [`mass`]: what hangs at a section: a piece of the rod, or the body.
+//! * `spins`: rotation rates of the sections in space, exact for the rotations by collocation.
+//! * [`mass`]: masses carried by the sections: pieces of the rod, and the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
-//! * [`held_vibrations`]: vibrations of a rod of small mass whose ends are held.
+//! * [`held`]: vibrations of a light rod whose ends are held.
 //! * [`statics`]: equilibria of the rod with its weight, rates tangent to the equilibria, small vibrations.
 //! * [`system`]: the differential equations, for explicit and implicit steps.
 //!

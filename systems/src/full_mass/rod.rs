@@ -1,7 +1,8 @@
-//! A rod with mass, and the body at its end if it has one of its own: balance, energies, linearisation.
+//! A rod with mass and the body at its end, if any: balance, energies, linearisation.
 //!
-//! The base of a single rod stands at the origin of its clamp. That of a rod of an assembly is where its attachment is and moves as
-//! that does ([`Held`]), all vectors are along the axes of the world, and the derivatives have six rows and columns more for the base.
+//! The base of a single rod stands at the origin of its clamp. In an assembly the base follows its attachment
+//! ([`Held`]), and all vectors are along the axes of the world. The derivatives then have six more rows and columns
+//! for the base.
 
 use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
 use super::law::{Answer, Law};
@@ -18,60 +19,60 @@ use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector1, Vector3, Vector6,
 };
 
-/// A rod with mass, whatever its nodes: what [`HeavyRod`] is made of.
+/// Description of a rod with mass, independent of the nodes of [`HeavyRod`].
 #[derive(Debug, Clone)]
 pub struct Given {
     /// The section, in the units of the rod.
     pub law: Law,
-    /// Its kinematics.
+    /// Kinematics, in the plane or in space.
     pub curve: Curve,
     /// Mass of the whole rod, over that of the body.
     pub mass: f64,
-    /// Inertia of the sections per length, along their directors, about their middle; None: they turn at no cost.
+    /// Rotary inertia per length about the middle of the sections, along their directors; None for none.
     pub rotary: Option<Matrix3<f64>>,
-    /// A point of mass 1 under gravity, on the clamp of the rod: what acts on every piece of the rod.
+    /// A point of mass 1 under gravity, on the clamp of the rod; scaled, it represents each piece of the rod.
     pub grain: Body<3>,
     /// Dead force per length, in the world.
     pub distributed: Option<Distributed>,
     /// The body at the end; None in an assembly, where a wrench acts on the end.
     pub body: Option<Mass>,
-    /// How thick it is where it touches itself or another; None where contacts are not looked for.
+    /// Contact diameter; None if contacts are ignored.
     pub diameter: Option<f64>,
 }
 
 /// A rod with mass at given nodes.
 #[derive(Debug, Clone)]
 pub struct HeavyRod {
-    /// What it is made of.
+    /// Description of the rod.
     pub given: Given,
-    /// Its sections.
+    /// Kinematics at the nodes.
     pub sections: Sections,
-    /// What hangs at them, the body last.
+    /// Masses at the sections, the body last.
     masses: Vec<Mass>,
-    /// Its Maxwell branches.
+    /// Maxwell branches.
     pub(super) memory: Memory,
     hinge: Option<Hinge>,
 }
 
-/// A base that turns by itself. Its turn is one field more than the nodes can tell: phi = P_n(2 s - 1) vanishes at all of them. The
-/// integral of phi^2 that Gauss' rule leaves out, of the part c P_n of phi, is c^2/(2 n + 1), and c is the turn of the base less the
-/// value there of what the nodes tell.
+/// A base on a ball joint. Its rotation adds a field that vanishes at all nodes: phi = P_n(2 s - 1). Gauss' rule
+/// leaves out the integral c^2/(2 n + 1) of phi^2, of the part c P_n of phi. Here c is the rotation of the base minus
+/// the extrapolation from the nodes.
 #[derive(Debug, Clone)]
 struct Hinge {
-    /// Inertia of that part.
+    /// Rotary inertia of that field.
     inertia: f64,
     /// Values at the base of fields that are 1 at one node.
     weights: Vec<f64>,
 }
 
 impl Hinge {
-    /// c, of the base and the nodes.
+    /// c, from the rotation of the base and those at the nodes.
     fn part(&self, base: Vector3<f64>, nodes: &[Vector3<f64>]) -> Vector3<f64> {
         let pairs = self.weights.iter().zip(nodes);
         pairs.fold(base, |part, (weight, x)| part - x * *weight)
     }
 
-    /// The same of the columns of derivatives, of which those from `base` on turn the base.
+    /// Derivatives of c, by columns; those from `base` on rotate the base.
     fn rows(&self, of: &Triple, base: Option<usize>) -> [DMatrix<f64>; 3] {
         let weights = DMatrix::from_row_slice(1, self.weights.len(), &self.weights);
         std::array::from_fn(|k| {
@@ -84,12 +85,12 @@ impl Hinge {
     }
 }
 
-/// Strains, their rates and what follows from them.
+/// State of the rod: strains, rates, poses and velocities.
 #[derive(Debug, Clone)]
 pub struct Moving {
-    /// All strains at the nodes.
+    /// All six strains at the nodes.
     pub strains: Vec<Strain>,
-    /// All rates.
+    /// All six strain rates at the nodes.
     pub rates: Vec<Strain>,
     /// Poses.
     pub shape: Shape,
@@ -97,11 +98,11 @@ pub struct Moving {
     pub flow: Flow,
     /// Angular velocity of the base.
     spin: Vector3<f64>,
-    /// Strains of the springs of Maxwell branches, all of a node in a row; none where they carry nothing.
+    /// Strains of the springs of Maxwell branches, node by node; empty if they carry no load.
     springs: Vec<Strain>,
 }
 
-/// What holds a rod of an assembly. By default its base stands and its end is free.
+/// Support of a rod in an assembly. By default the base is fixed and the end is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Held {
     /// Acceleration of the base (angular first).
@@ -119,38 +120,38 @@ impl Default for Held {
     }
 }
 
-/// The balance at some second derivatives of the strains.
+/// Balance of the rod at given second derivatives of the strains.
 #[derive(Debug, Clone)]
 pub struct Balance {
     /// J^T (masses - loads) + weights (resultants): zero in a motion.
     pub residual: DVector<f64>,
-    /// (couple, force) of the rod on what hangs at the sections.
+    /// (couple, force) of the rod on the masses at the sections.
     pub wrenches: Vec<Vector6<f64>>,
-    /// Couple of the turn of the base beside the nodes.
+    /// Couple of the base's additional rotation field (`Hinge`).
     turned: Vector3<f64>,
     /// (couple, force) that holds the base.
     pub base: Vector6<f64>,
-    /// Accelerations.
+    /// Accelerations of the sections.
     pub change: Change,
-    /// Power of friction, of loads without potential, of drag.
+    /// Powers: of friction, of loads without potential, of drag.
     pub powers: [f64; 3],
 }
 
 /// Derivatives of the residual.
 #[derive(Debug, Clone)]
 pub struct Derivatives {
-    /// By the strains, Maxwell branches left out: as if these carried nothing.
+    /// By the strains, without Maxwell branches.
     pub by_strain: DMatrix<f64>,
     /// By the rates.
     pub by_rate: DMatrix<f64>,
     /// By the second derivatives: the mass matrix.
     pub mass: DMatrix<f64>,
-    /// Of the acceleration of the end, by the same three.
+    /// Derivatives of the acceleration of the end by strains, rates and second derivatives.
     pub end: [DMatrix<f64>; 3],
 }
 
 impl Given {
-    /// Where its law or its load is not smooth, in (0, 1).
+    /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
         breaks.extend(self.distributed.iter().flat_map(Distributed::breaks));
@@ -205,7 +206,7 @@ impl HeavyRod {
         })
     }
 
-    /// The same on a clamp that stands where its own is at time `t`: what a rod at rest is in equilibrium with has no inertia.
+    /// The rod on a clamp fixed at the clamp's pose of time `t`: the equilibrium of a rod at rest has no inertia.
     pub(super) fn standing_at(&self, t: f64) -> Self {
         let stand = |mass: &Mass| mass.clone().standing_at(t);
         let mut standing = self.clone();
@@ -215,7 +216,7 @@ impl HeavyRod {
         standing
     }
 
-    /// The same with a base that turns by itself.
+    /// The rod with its base on a ball joint.
     #[must_use]
     pub fn on_hinge(mut self) -> Self {
         let grid = &self.sections.grid;
@@ -234,7 +235,7 @@ impl HeavyRod {
         self
     }
 
-    /// The rod as it lies, of this number and with its ends held so, if it has a contact diameter.
+    /// Centreline of this rod, number `rod`, with its ends held as given, if it has a contact diameter.
     pub fn tube<'a>(
         &'a self,
         at: &'a Moving,
@@ -279,12 +280,12 @@ impl HeavyRod {
         each.flat_map(|e| active.iter().map(|k| e[*k])).collect()
     }
 
-    /// The state of coordinates and rates; None if the strains are too large for a curve.
+    /// Evaluates coordinates and rates; None if the strains are too large for a curve.
     pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<Moving> {
         self.moving_from(&Isometry3::identity(), &Vector6::zeros(), q, w)
     }
 
-    /// The same with the base at a pose, moving at a twist.
+    /// Evaluates coordinates and rates with the base at a pose and a twist.
     pub fn moving_from(
         &self,
         base: &Isometry3<f64>,
@@ -305,7 +306,7 @@ impl HeavyRod {
         })
     }
 
-    /// The state with the dashpots of its Maxwell branches at these strains.
+    /// The state with the dashpots of the Maxwell branches at the strains `z`.
     #[must_use]
     pub fn remembering(&self, at: Moving, q: &[f64], z: &[f64]) -> Moving {
         Moving {
@@ -314,7 +315,7 @@ impl HeavyRod {
         }
     }
 
-    /// Strains of the dashpots of every Maxwell branch at the nodes.
+    /// Dashpot strains of each Maxwell branch at the nodes.
     pub fn dashpots(&self, at: &Moving) -> Vec<Vec<Strain>> {
         let branches = self.given.law.branches().len();
         let of = |k: usize| {
@@ -330,7 +331,7 @@ impl HeavyRod {
         self.balance_held(t, at, a, &Held::default())
     }
 
-    /// The same of a rod that is held.
+    /// The balance of a rod with a moving base and an end wrench.
     pub fn balance_held(&self, t: f64, at: &Moving, a: &[f64], held: &Held) -> Option<Balance> {
         let second = self.rates(a);
         let sections = &self.sections;
@@ -380,7 +381,7 @@ impl HeavyRod {
         })
     }
 
-    /// What the section of a node answers.
+    /// Response of the section at a node.
     fn answer(&self, node: usize, s: f64, at: &Moving) -> Option<Answer> {
         let branches = at.springs.len() / at.strains.len();
         let springs = &at.springs[node * branches..(node + 1) * branches];
@@ -398,7 +399,7 @@ impl HeavyRod {
         (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
     }
 
-    /// M alone, with J; of a rod of an assembly with six rows and columns more for its base.
+    /// The mass matrix M, with J; for a rod of an assembly with six more rows and columns for its base.
     pub fn mass_matrix(&self, t: f64, at: &Moving) -> Option<(DMatrix<f64>, Turned)> {
         let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let none = Vector6::zeros();
@@ -413,7 +414,7 @@ impl HeavyRod {
         Some((mass, turned))
     }
 
-    /// The derivatives of the residual of `balance`; None outside the law's domain.
+    /// Derivatives of the residual of `balance`; None outside the law's domain.
     pub fn derivatives(&self, t: f64, at: &Moving, balance: &Balance) -> Option<Derivatives> {
         let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let carried = self
@@ -455,7 +456,7 @@ impl HeavyRod {
         })
     }
 
-    /// The couples at the sections, `turned` that of the base beside the nodes.
+    /// Couples at the sections; `turned` is that of the base's additional rotation field.
     fn couples(&self, wrenches: &[Vector6<f64>], turned: &Vector3<f64>) -> Vec<Vector3<f64>> {
         let mut couples = parts(wrenches, 0);
         let weights = self.hinge.iter().flat_map(|hinge| &hinge.weights);
@@ -465,8 +466,8 @@ impl HeavyRod {
         couples
     }
 
-    /// Adds what the turn of the base beside the nodes does to matrices, each with the turns of the sections that it belongs to and
-    /// whether the base turns with them.
+    /// Adds the terms of the base's additional rotation field to matrices. Each comes with the rotations of its
+    /// sections, and with a flag whether the base rotates along.
     fn add_hinge<const K: usize>(
         &self,
         turned: &Turned,
@@ -482,7 +483,7 @@ impl HeavyRod {
         }
     }
 
-    /// Adds what the sections themselves answer.
+    /// Adds the response of the sections' law.
     pub(super) fn add_section(
         &self,
         at: &Moving,
@@ -568,7 +569,7 @@ impl HeavyRod {
             .sum()
     }
 
-    /// Stored energy and, at the nodes, dissipation per length and time.
+    /// Stored energy, and dissipation per length and time at the nodes.
     pub fn stored(&self, at: &Moving) -> Option<(f64, Vec<f64>)> {
         let grid = &self.sections.grid;
         let mut energy = 0.0;
@@ -581,7 +582,7 @@ impl HeavyRod {
         Some((energy, lost))
     }
 
-    /// The first time after `t` at which a load or the motion of the clamp is not smooth.
+    /// First time after `t` at which a load or the motion of the clamp is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let grain = self.given.grain.next_break(t);
         (self.given.body.as_ref()).map_or(grain, |body| body.next_break(t).min(grain))

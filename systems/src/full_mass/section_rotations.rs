@@ -1,14 +1,15 @@
-//! How the sections of a rod in space turn with its strains: exactly as its rotations by collocation do.
+//! Rotation rates of a rod's sections in space, exact for the rotations by collocation.
 //!
-//! The quaternions at the nodes solve p_i = p_0 + sum_j A_ij p_j o u_j/2, of any norm, and R = R(p). With x = R u_t the rates in the world,
-//! and g the solution of g_im = A_im + sum_j A_ij g_jm o u_j/2,
+//! The quaternions at the nodes solve p_i = p_0 + sum_j A_ij p_j o u_j/2, of any norm, and R = R(p). With x = R u_t
+//! the rates in the world, and g the solution of g_im = A_im + sum_j A_ij g_jm o u_j/2,
 //! ```text
-//! y = p_t p^-1 = S(x)/2,   z = p_tt p^-1 = S(2 y x + R u_tt)/2,   S(f)_i = sum_j f_j o q_ij,   q_ij = p_j o g_ij o p_i^-1,
+//! S(f)_i = sum_j f_j o q_ij,   q_ij = p_j o g_ij o p_i^-1,
+//! y = p_t p^-1 = S(x)/2,       z = p_tt p^-1 = S(2 y x + R u_tt)/2,
 //! omega = 2 Im y,          omega_t = 2 Im (z - y^2),
 //! ```
-//! so that R_t = omega x R holds at the nodes whatever they resolve: the energy of the discrete rod is kept, and ends do not leave what
-//! holds them. Where the nodes resolve the rotations q_ij is A_ij, and omega = A (R u_t). A change du of the strains turns p by
-//! eta = S(R du)/2.
+//! R_t = omega x R therefore holds at the nodes at any resolution: the energy of the discrete rod is conserved, and
+//! ends do not drift from their attachments. If the nodes resolve the rotations, q_ij is A_ij, and omega = A (R u_t).
+//! A change du of the strains turns p by eta = S(R du)/2.
 
 use super::frames::Triple;
 use crate::math::se3::{Turn, conjugate, product};
@@ -26,14 +27,14 @@ const SIGN: [[f64; 4]; 4] = [
     [1.0, 1.0, -1.0, 1.0],
 ];
 
-/// The sums S of a shape.
+/// The sums S of a shape, from the rates at the nodes.
 #[derive(Debug, Clone)]
 pub struct Spins {
     /// q; rows are sections, the last of them the end.
     q: Quads,
 }
 
-/// A column of [`Quads`] that turns a node alone: its number, the node, and the axis in the world.
+/// A column of [`Quads`] that rotates a single node: column number, node, axis in the world.
 #[derive(Debug, Clone, Copy)]
 pub struct Own {
     pub column: usize,
@@ -43,7 +44,7 @@ pub struct Own {
 
 /// The quaternions of a motion.
 pub struct Spun<'a> {
-    /// R u_t and R u_tt at the nodes.
+    /// Vectors R u_t and R u_tt at the nodes.
     pub bends: &'a [Vector3<f64>],
     pub faster: &'a [Vector3<f64>],
     /// y and z.
@@ -95,7 +96,7 @@ fn add(x: &mut Quads, row: usize, column: usize, value: &Turn) {
     }
 }
 
-/// A matrix of each section times what is there, of the first `rows` sections.
+/// Product of each section's matrix with the quaternions of the first `rows` sections.
 fn local(x: &Quads, rows: usize, matrix: impl Fn(usize) -> Matrix4<f64>) -> Quads {
     let matrices: Vec<_> = (0..rows).map(matrix).collect();
     products(&matrices, x)
@@ -120,14 +121,14 @@ fn subtract(x: &mut Quads, y: &Quads) {
     }
 }
 
-/// Twice the vectors.
+/// Twice the vector parts.
 fn vectors(x: &Quads) -> Triple {
     [1, 2, 3].map(|k| &x[k] * 2.0)
 }
 
 impl Spins {
-    /// Those of curvatures `u` along the directors, of a rod whose base stands so; `up` leads to the nodes and to the end. None where the
-    /// collocation has no solution.
+    /// The sums S for curvatures `u` along the directors, of a rod with base directors `base`; `up` leads to the
+    /// nodes and to the end. None if the collocation has no solution.
     pub fn new(up: &DMatrix<f64>, u: &[Vector3<f64>], base: &Matrix3<f64>) -> Option<Self> {
         let n = u.len();
         let halves: Vec<Matrix4<f64>> = u.iter().map(|u| right(&(pure(u) * 0.5))).collect();
@@ -138,7 +139,7 @@ impl Spins {
                 block -= half * up[(i, j)];
             }
         }
-        // The columns of g, and p.
+        // Columns of g, and p.
         let mut found = DMatrix::zeros(4 * n, n + 1);
         for i in 0..n {
             for m in 0..n {
@@ -193,7 +194,7 @@ impl Spins {
         out
     }
 
-    /// sum_i a_i o q_ij*, of vectors at the sections: its vector is what a turn of node j works against.
+    /// sum_i a_i o q_ij*, of vectors at the sections: the vector part is dual to a rotation of node j.
     pub fn gathered(&self, a: &[Vector3<f64>]) -> Vec<Turn> {
         let n = self.q[0].ncols();
         let sum = |j: usize| {
@@ -205,7 +206,7 @@ impl Spins {
         (0..n).map(sum).collect()
     }
 
-    /// The vectors of the same of every column; of the first sections, as many as there are rows.
+    /// Vector parts of [`Spins::gathered`] for each column, of as many sections as there are rows.
     pub fn gathered_all(&self, a: &Triple) -> Triple {
         let rows = a[0].nrows();
         [1, 2, 3].map(|k| {
@@ -218,7 +219,7 @@ impl Spins {
         })
     }
 
-    /// S(f)/2 of every column.
+    /// S(f)/2 for each column.
     fn halved_all(&self, f: &Quads) -> Quads {
         std::array::from_fn(|k| {
             let mut sum = DMatrix::zeros(self.q[0].nrows(), f[0].ncols());
@@ -229,7 +230,8 @@ impl Spins {
         })
     }
 
-    /// eta: how these changes of the strains turn the sections, and those from `base` on the base, about the three axes.
+    /// eta: rotations of the sections by these changes of the strains, and by rotations of the base about the three
+    /// axes from column `base` on.
     pub fn turned(&self, own: &[Own], base: Option<usize>, columns: usize) -> Quads {
         let rows = self.q[0].nrows();
         let mut eta = blank(rows, columns);
@@ -247,10 +249,11 @@ impl Spins {
         eta
     }
 
-    /// How omega and omega_t change with the strains, and omega_t with their rates; columns of the base are turned and spun.
+    /// Derivatives of omega and omega_t by the strains, and of omega_t by the rates; columns of the base rotate and
+    /// spin it.
     pub fn carried(&self, eta: &Quads, own: &[Own], base: Option<usize>, at: &Spun) -> [Triple; 3] {
         let (rows, n) = self.q[0].shape();
-        // What is rigid is carried along.
+        // A rigid rotation carries the vectors along.
         let rigid = |x: &mut Quads, by: &[Turn]| {
             let Some(base) = base else { return };
             for column in base..base + 3 {
@@ -292,7 +295,7 @@ impl Spins {
             &mut by_rate,
             &local(eta, rows, |i| left(&at.y[i]) + right(&at.y[i])),
         );
-        // The turn of the base leads what is seen from there.
+        // Rotation of the base adds to the rates relative to the base.
         let led = |mut out: Triple, by: &Quads| {
             let cross = at.base.cross_matrix();
             for column in 0..out[0].ncols() {
@@ -320,8 +323,8 @@ impl Spins {
         [vectors(&dy), d_alpha, alpha_by_rate]
     }
 
-    /// How the work of couples on the turns by `own` changes with all of the strains and the turn of the base: rows are numbered as `own`,
-    /// the couples are those on the sections, and `gathered` what [`Spins::gathered`] makes of them.
+    /// Derivative of the work of couples on the rotations by `own`, by all strains and the rotation of the base. Rows
+    /// are numbered as `own`; the couples are those on the sections, and `gathered` their [`Spins::gathered`].
     pub fn bent(
         &self,
         eta: &Quads,
@@ -331,7 +334,7 @@ impl Spins {
     ) -> DMatrix<f64> {
         let rows = self.q[0].nrows();
         let columns = eta[0].ncols();
-        // -couple . 2 Im (eta_a eta_b), and of a turn of the base couple . 2 Im (eta_b eta_a - eta_a eta_b).
+        // -couple . 2 Im (eta_a eta_b), and for a rotation of the base couple . 2 Im (eta_b eta_a - eta_a eta_b).
         let mut w = blank(rows, columns);
         for column in 0..columns {
             let turns = base.is_some_and(|base| (base..base + 3).contains(&column));

@@ -1,4 +1,5 @@
-//! A rod with mass at rest: equilibria with its weight, rates tangent to the equilibria of its end, small vibrations.
+//! Statics of a rod with mass: equilibria with its weight, rates tangent to the equilibria of its end, small
+//! vibrations.
 
 use super::damped_modes::{Branch, decaying};
 use super::frames::Curve;
@@ -12,47 +13,47 @@ use nalgebra::{Complex, DMatrix, DVector, Vector3, Vector6};
 /// A small vibration about an equilibrium.
 #[derive(Debug, Clone)]
 pub struct Vibration {
-    /// The square of its angular frequency; negative where the equilibrium is unstable.
+    /// Square of the angular frequency; negative if the equilibrium is unstable.
     pub square: f64,
-    /// The rate at which its amplitude decays, to first order in the friction.
+    /// Decay rate of the amplitude, to first order in the friction.
     pub decay: f64,
-    /// The change of the coordinates, of mass 1.
+    /// Change of the coordinates, normalised to mass 1.
     pub shape: DVector<f64>,
 }
 
-/// Motions with friction are made of all vibrations: what acts on a body pushes across at an end, which a few vibrations do not follow. Of 24 of them eigenvalues
-/// were off by 1e-6 to 1e-4 with drag on the body, a rotor in it or friction of the rod, and Beck's column fluttered at 0.97 of its load.
+/// Motions with friction need all vibrations: a force on a body acts across the rod at its end, which a few
+/// vibrations do not resolve. With 24 of them eigenvalues were off by 1e-6 to 1e-4 with drag on the body, a rotor in
+/// it or friction of the rod. Beck's column fluttered at 0.97 of its load.
 pub(super) const ALL: usize = usize::MAX;
-/// Steps of the search for an equilibrium.
+/// Largest number of steps of the search for an equilibrium.
 const STEPS: usize = 400;
-/// Shifts of an indefinite stiffness that are tried, each ten times the one before.
+/// Largest number of shifts tried for an indefinite stiffness, each ten times the one before.
 const SHIFTS: i32 = 24;
-/// Its residual, a couple in EI/length, with which it is at its end, and the part of 1 + the residual at its start with which it has found one: under
-/// great loads rounding is a part of these.
+/// Residual, a couple in EI/length, at which the search stops, and the residual over 1 + that at the start at which
+/// it has converged: under great loads rounding is a part of the latter.
 const SOLVED: f64 = 1e-13;
 const FOUND: f64 = 1e-9;
-/// Stiffnesses above minus this, in units of EI/length and of the largest one, are none: those of directions in which
-/// nothing holds the rod.
+/// Stiffnesses above minus this, in units of EI/length and of the largest one, count as neutral.
 const NEUTRAL: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;
-/// Squares of frequencies below this, in units of the rod and the body, are those of directions in which nothing holds
-/// a rod or an assembly.
+/// Squares of frequencies below this, in units of the rod and the body, count as those of neutral directions of a rod
+/// or an assembly.
 const NEUTRAL_SQUARE: f64 = 1e-8;
-/// Strains, as a mean over the rod, by which it is bent away from an unstable equilibrium, one after the other.
+/// Mean strains over the rod, tried in order, by which it is bent away from an unstable equilibrium.
 const ASIDE: [f64; 3] = [0.3, 0.03, 0.003];
-/// A rod in space leaves an unstable equilibrium as this bend leads (flexures, twist, shear, stretch): no symmetry
-/// keeps it.
+/// Bend (flexures, twist, shear, stretch) along which a rod in space leaves an unstable equilibrium: it breaks every
+/// symmetry.
 const BEND: [f64; 6] = [0.6, 0.8, 0.01, 0.02, 0.01, 0.005];
-/// A part of that bend smaller than this leads nowhere: the rod then leaves as it falls fastest.
+/// If the unstable part of that bend is smaller than this, the rod leaves along the lowest mode instead.
 const ACROSS: f64 = 1e-3;
-/// Most unstable equilibria that a rod leaves before the search for a stable one gives up.
+/// Largest number of unstable equilibria left before the search gives up.
 const LEFT: usize = 6;
-/// A clamp turns by this angle for the difference that tells how fast its rod then bends.
+/// Rotation of a clamp for the difference quotient of the rod's balance.
 pub(super) const TURN: f64 = 1e-5;
 
 impl HeavyRod {
     /// The coordinates of a stable equilibrium under the loads at time `t`, the clamp at rest, searched from `q`
-    /// downhill in the energy. Under loads without a potential no energy tells whether it is stable.
+    /// downhill in the energy. Under loads without a potential stability is not decided.
     ///
     /// A symmetric rod in space, which may buckle to several sides alike, buckles to one of them.
     ///
@@ -70,8 +71,8 @@ impl HeavyRod {
         Err(unstable())
     }
 
-    /// A direction of the coordinates, of mean size 1 over the rod, in which the rod falls from the equilibrium `q` on
-    /// a clamp at rest; None where it is stable.
+    /// A descent direction of the coordinates, of mean size 1 over the rod, from the equilibrium `q` on a clamp at
+    /// rest; None if that is stable.
     ///
     /// # Errors
     /// A planar rod that falls to either side alike; strains outside the law's domain.
@@ -160,7 +161,7 @@ impl HeavyRod {
             let residual = size(&balance.residual);
             let here = energy(&at).ok_or_else(outside)?;
             let mut taken = None;
-            // Uphill curvature is shifted away: the step then leads downhill.
+            // A shift removes negative curvature: the step then leads downhill.
             for _ in 0..60 {
                 let mut matrix = (&slope + slope.transpose()) * 0.5;
                 for i in 0..m {
@@ -203,8 +204,8 @@ impl HeavyRod {
         }
     }
 
-    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `q`, Im s >= 0, the smallest ones by Im s: with friction, drag,
-    /// rotors and loads that turn with the body.
+    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `q`, Im s >= 0, ordered by Im s:
+    /// with friction, drag, rotors and loads that turn with the body.
     ///
     /// # Errors
     /// As [`HeavyRod::vibrations`]; eigenvalues that are not found.
@@ -217,7 +218,7 @@ impl HeavyRod {
         decaying(&modes, (matrices, conservative), &branches, count)
     }
 
-    /// The balance about the equilibrium `q` at rest, and its derivatives.
+    /// Balance about the equilibrium `q` at rest, and its derivatives.
     fn small(&self, t: f64, q: &[f64]) -> Result<(DVector<f64>, Derivatives)> {
         let none = vec![0.0; self.size()];
         let found = self.moving(q, &none).and_then(|at| {
@@ -230,15 +231,15 @@ impl HeavyRod {
         })
     }
 
-    /// 1/sqrt(weight) for every coordinate, so that norms are means over the rod.
+    /// 1/sqrt(weight) for each coordinate: norms become means over the rod.
     pub(super) fn norm_weights(&self) -> DVector<f64> {
         let count = self.given.law.active().len();
         let weights = self.sections.grid.weights();
         DVector::from_fn(self.size(), |i, _| 1.0 / weights[i / count].sqrt())
     }
 
-    /// The rates of the strains at which the end of the rod moves at `velocity` (angular first; that of a point mass is the velocity
-    /// alone) while a rod without inertia would stay in equilibrium under its loads at time `t` and a wrench on its end.
+    /// Strain rates for which the end moves at `velocity` (angular first; for a point mass the velocity alone) while
+    /// the rod, as if without inertia, stays in equilibrium under its loads at time `t` and a wrench on its end.
     ///
     /// # Errors
     /// A velocity that the rod cannot follow: a straight inextensible rod cannot be stretched.
@@ -249,7 +250,7 @@ impl HeavyRod {
         let last = self.sections.grid.len();
         let turns = self.given.body.as_ref().is_some_and(Mass::turns);
         let first = if turns { 0 } else { 3 };
-        // Components in which the end can move at all.
+        // Components of the end's motion that the rod admits.
         let rows: Vec<(DVector<f64>, f64)> = (first..6)
             .map(|k| {
                 let of = if k < 3 { &turned.phi } else { &turned.r };
@@ -261,7 +262,7 @@ impl HeavyRod {
         let d = moves.len();
         let gather = DMatrix::from_fn(d, m, |i, j| moves[i].0[j]);
         let wanted = DVector::from_fn(d, |i, _| moves[i].1);
-        // The wrench on the end, beside the loads, under which the rod is, or is nearest to, an equilibrium: J^T f = -residual.
+        // End wrench, beside the loads, with which the rod is in, or closest to, equilibrium: J^T f = -residual.
         let standing = self.standing_at(t);
         let balance = standing.balance(t, at, &vec![0.0; m]).ok_or_else(wrong)?;
         let small = standing.derivatives(t, at, &balance).ok_or_else(wrong)?;
@@ -300,7 +301,7 @@ impl HeavyRod {
         let mut right = DVector::zeros(m + d);
         right.rows_mut(m, d).copy_from(&wanted);
         if let Some(support) = self.given.grain.support().filter(|clamp| clamp.turns()) {
-            // What hangs along the rod turns, seen from the clamp.
+            // Gravity along the rod turns relative to the clamp.
             let step = TURN / (1.0 + support.at(t).spin_rate());
             let turned = |by: f64| {
                 let standing = self.standing_at(t + by);
@@ -343,8 +344,8 @@ impl HeavyRod {
     }
 }
 
-/// The vibrations `modes`, with a square of 0 where the square is no larger than rounding makes that of a free motion.
-/// If the stiffness is positive definite beyond rounding, nothing is free and all squares stay.
+/// The vibrations `modes`, with squares at the rounding level of a free motion set to 0. If the stiffness is positive
+/// definite beyond rounding, no motion is free and all squares stay.
 pub(super) fn held_or_neutral(modes: Vec<Vibration>, stiffness: &DMatrix<f64>) -> Vec<Vibration> {
     let symmetric = (stiffness + stiffness.transpose()) * 0.5;
     let neutral = definite(&symmetric).map_or(NEUTRAL_SQUARE, |_| 0.0);
@@ -369,11 +370,13 @@ fn unstable() -> Error {
     )
 }
 
-/// The `count` slowest vibrations of a system with this stiffness K, damping and mass M, by rising square of the frequency.
+/// The `count` slowest vibrations of a system with this stiffness K, damping and mass M, by rising square of the
+/// frequency.
 ///
-/// From (1/omega^2) K x = M x by Cholesky factors of K where that is positive definite, so that low frequencies keep their digits
-/// however fast the highest are; elsewhere from K + shift M, with 1/(omega^2 + shift). There the rigid motions, 1/shift, leave rounding
-/// in the others: their squares are the Rayleigh quotients of their shapes, which are off by the square of what these are.
+/// If K is positive definite, they come from (1/omega^2) K x = M x by Cholesky factors of K: low frequencies keep
+/// their digits however fast the highest are. Otherwise they come from K + shift M, with 1/(omega^2 + shift). There
+/// the rigid motions, 1/shift, leave rounding in the others. Their squares are then the Rayleigh quotients of their
+/// shapes, whose error is the square of that of the shapes.
 ///
 /// # Errors
 /// A mass matrix that is singular to rounding where K is not positive definite.
@@ -384,8 +387,8 @@ pub(super) fn slowest(
     let k = (stiffness + stiffness.transpose()) * 0.5;
     let degenerate =
         || Error::domain("the mass matrix of the rod is singular to rounding: use fewer nodes");
-    // From the first frequency that a shift shows, upwards.
-    // Rigid motions have no stiffness but rounding.
+    // Start at the first frequency that a shift resolves, and go upwards. The stiffness of rigid motions is pure
+    // rounding.
     let diagonal = k.diagonal().abs();
     let elastic = diagonal.iter().filter(|x| **x > 1e-10 * diagonal.max());
     let typical = elastic.copied().fold(f64::INFINITY, f64::min) / mass.diagonal().max();

@@ -1,12 +1,13 @@
-//! The differential equations of a rod with mass, for explicit and implicit steps.
+//! Differential equations of a rod with mass, for explicit and implicit steps.
 //!
-//! State: strains q, their rates w, the dashpots z of Maxwell branches; time, energy lost to friction, work of the loads without potential, loss to drag; and the second
-//! derivatives a of the strains, which implicit steps keep as unknowns beside the others:
+//! State: strains q, their rates w, the dashpots z of Maxwell branches. Time, energy lost to friction, work of the
+//! loads without potential and loss to drag follow. Last come the second derivatives a of the strains, which implicit
+//! steps keep as unknowns:
 //! ```text
 //! q' = w,   w' = a,   0 = G(q, w, a, t),         G = M(q) a + ...
 //! ```
-//! The balance G is then evaluated by passes along the rod, and M is formed for the matrix of Newton's iteration alone,
-//! sigma^2 M + sigma dG/dw + dG/dq, in which the stiff parts (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the size of
+//! Passes along the rod evaluate the balance G. Only the matrix of Newton's iteration, sigma^2 M + sigma
+//! dG/dw + dG/dq, needs M. The stiff parts in it (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the size of
 //! the stiffness of the rod. Explicit steps solve for a by Cholesky factors of M.
 
 use super::maxwell_nodes::Memory;
@@ -15,16 +16,16 @@ use crate::solve::lu::Lu;
 use crate::solve::system::{Factor, Linearised, Scalar, System};
 use nalgebra::{DMatrix, DVector};
 
-/// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
+/// Number of integrals over time in a state: time itself, energy dissipated, work, loss to drag.
 pub const INTEGRALS: usize = 4;
 
 impl HeavyRod {
-    /// Where time stands in a state; dissipated energy, work and loss to drag follow.
+    /// Index of time in a state; dissipated energy, work and loss to drag follow.
     pub fn time(&self) -> usize {
         2 * self.size() + self.memory.numbers()
     }
 
-    /// The state of these coordinates and rates at time 0, in which Maxwell branches carry nothing.
+    /// State at time 0 of these coordinates and rates, with unloaded Maxwell branches.
     pub fn state(&self, q: &[f64], w: &[f64]) -> DVector<f64> {
         let m = self.size();
         let mut y = DVector::zeros(self.time() + INTEGRALS + m);
@@ -34,14 +35,14 @@ impl HeavyRod {
         y
     }
 
-    /// Strains and velocities of a state.
+    /// Evaluates the strains and velocities of a state.
     pub fn at(&self, y: &DVector<f64>) -> Option<Moving> {
         let m = self.size();
         let (q, w) = (&y.as_slice()[..m], &y.as_slice()[m..2 * m]);
         Some(self.remembering(self.moving(q, w)?, q, &y.as_slice()[2 * m..self.time()]))
     }
 
-    /// The second derivatives of the strains that balance a state.
+    /// Second derivatives of the strains that balance a state.
     pub fn accelerations(&self, t: f64, at: &Moving) -> Option<DVector<f64>> {
         let none = vec![0.0; self.size()];
         let rest = self.balance(t, at, &none)?.residual;
@@ -94,7 +95,7 @@ impl System for HeavyRod {
         })
     }
 
-    /// Strains in the mean over the rod relative to 1 + their size; rates likewise; energies.
+    /// Error norm: strains in the mean over the rod relative to 1 + their size; rates likewise; energies.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);
         let (m, count) = (self.size(), self.given.law.active().len());
@@ -112,7 +113,7 @@ impl System for HeavyRod {
 }
 
 impl HeavyRod {
-    /// Rates of all components of a state, and the balance in the places of the second derivatives.
+    /// Writes the rates of all components of a state, and the balance at the indices of the second derivatives.
     fn write(
         &self,
         y: &DVector<f64>,
@@ -134,14 +135,14 @@ impl HeavyRod {
     }
 }
 
-/// The Jacobian of a rod with mass.
+/// Jacobian of a rod with mass.
 #[derive(Debug, Clone)]
 pub struct HeavyLinear {
     derivatives: Derivatives,
     memory: Memory,
 }
 
-/// sigma^2 M + sigma dG/dw + dG/dq, factored.
+/// LU factors of sigma^2 M + sigma dG/dw + dG/dq.
 #[derive(Debug)]
 pub struct HeavyFactor<T> {
     derivatives: Derivatives,
@@ -165,7 +166,8 @@ impl Linearised for HeavyLinear {
                 + real(d.by_strain[(i, j)])
         });
         self.memory.stiffen(sigma, &mut matrix);
-        // Rows and columns are scaled to a diagonal of size 1: nodes have weights, strains have stiffnesses.
+        // Rows and columns are scaled to a diagonal of size 1, since weights of nodes and stiffnesses of strains
+        // differ in size.
         let scale: Vec<f64> = (0..m)
             .map(|i| 1.0 / matrix[(i, i)].modulus().sqrt())
             .collect();
@@ -186,7 +188,7 @@ impl Linearised for HeavyLinear {
         })
     }
 
-    /// (q, w, z) alone; second derivatives follow from them.
+    /// Product for (q, w, z) alone; the second derivatives are dependent.
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
         let d = &self.derivatives;
         let m = d.mass.nrows();
@@ -210,10 +212,11 @@ impl Linearised for HeavyLinear {
 }
 
 impl<T: Scalar> Factor<T> for HeavyFactor<T> {
-    /// dq = (dw + b_q)/sigma, da = sigma dw - b_w leave, with b_a on the right of the balance,
-    /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w, to which Maxwell branches add (`memory`).
+    /// With b_a on the right of the balance, eliminating dq = (dw + b_q)/sigma and da = sigma dw - b_w leaves:
+    /// (sigma^2 M + sigma G_w + G_q) dw/sigma = -b_a - G_q b_q/sigma + M b_w. Maxwell branches add to this
+    /// (`memory`).
     ///
-    /// Solved for dq it would lose the digits of dw that M, whose smallest eigenvalues are near rounding, leaves to b_q.
+    /// A solution for dq would lose digits of dw: the smallest eigenvalues of M are near rounding, and b_q dominates.
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let d = &self.derivatives;
         let m = d.mass.nrows();

@@ -1,21 +1,22 @@
-//! What strain rates that no node holds enter by.
+//! Time scales (1/omega, D/K) of the shortest wave on the grid: how much unresolved strain rates can change the
+//! motion.
 
 use super::rod::{HeavyRod, Moving};
 use crate::section::Strain;
 use std::f64::consts::PI;
 
 impl HeavyRod {
-    /// For each strain two times by which its rate enters, in the shortest wave that the nodes hold: into the motion,
-    /// and into the energy. Both are the longest along the rod. None outside the law's domain.
+    /// For each strain two times by which an unresolved rate acts, in the shortest wave on the grid: on the motion,
+    /// and on the energy. Both are the longest along the rod. None outside the law's domain.
     ///
-    /// A rate has the energy of the strain rate/omega: the second time is 1/omega. It makes the strain rate/(omega +
-    /// omega^2 D/K), for friction D stops a wave before it swings if omega D/K > 1. Nodes that leave the rate out
-    /// change the motion by the product of both strains: the first time is the root of that product over the rate.
-    /// Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of shear and
-    /// stretch; mu and J are mass and inertia per length.
+    /// A rate has the energy of the strain rate/omega: the second time is 1/omega. It makes the strain
+    /// rate/(omega + omega^2 D/K), since friction D stops a wave before it swings if omega D/K > 1. Nodes that leave
+    /// the rate out change the motion by the product of both strains: the first time is the root of that product over
+    /// the rate. Waves of wave number k: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of torsion, K k^2/mu of
+    /// shear and stretch; mu and J are mass and inertia per length.
     ///
     /// A section without moment, as at a free end, creeps: its rate is -(K/D) times its strain, so that friction
-    /// cancels the elastic moment. Such rates are as large as friction is small, in a layer that no nodes hold at
+    /// cancels the elastic moment. Such rates are as large as friction is small, in a layer that no nodes resolve at
     /// first.
     pub fn delays(&self, at: &Moving) -> Option<[Strain; 2]> {
         let (grid, law) = (&self.sections.grid, &self.given.law);
@@ -46,7 +47,7 @@ impl HeavyRod {
                         false => swing * (swing / (swing + friction)).sqrt(),
                     };
                     for (longest, delay) in longest.iter_mut().zip([moves, swing]) {
-                        // A section that is not stiff has none.
+                        // A section without positive stiffness has no such wave.
                         let delay = if delay >= 0.0 { delay } else { f64::INFINITY };
                         longest[a] = longest[a].max(delay);
                     }

@@ -1,12 +1,12 @@
-//! Poses of the end carried along as numbers: a position, after a quaternion (w, x, y, z) if the end's rotation counts.
+//! Poses of the end as numbers in a state: a position, after a quaternion (w, x, y, z) if the end's rotation counts.
 //!
-//! A state that carries its pose beside its strains can ask for poses that agree, in place of velocities that do: in stiff
+//! A state that carries its pose beside its strains can require that poses agree, in place of velocities. In stiff
 //! rods (small viscosities) a velocity is a small difference of large terms, a pose is not.
 
 use super::kinematics::AtEnd;
 use nalgebra::{ComplexField, Quaternion, SMatrix, SVector, Vector3};
 
-/// Whether places of so many numbers, for `D` velocities, hold a rotation.
+/// True if a place of this length holds a rotation.
 fn turns(place: &[f64]) -> bool {
     place.len() == 7
 }
@@ -15,7 +15,7 @@ fn quaternion(place: &[f64]) -> Quaternion<f64> {
     Quaternion::new(place[0], place[1], place[2], place[3])
 }
 
-/// The rates of a place that moves at `v`.
+/// Rates of a place that moves at `v`.
 pub fn rates<const D: usize>(place: &[f64], v: &AtEnd<D>, out: &mut [f64]) {
     if !turns(place) {
         out.copy_from_slice(v.as_slice());
@@ -28,7 +28,7 @@ pub fn rates<const D: usize>(place: &[f64], v: &AtEnd<D>, out: &mut [f64]) {
     out[4..].copy_from_slice(&v.as_slice()[3..]);
 }
 
-/// The twist (rotation vector, then translation; world frame) that leads from `place` to `other`, to first order.
+/// The twist (rotation vector, then translation; world frame) from `place` to `other`, to first order.
 pub fn gap<const D: usize>(place: &[f64], other: &[f64]) -> AtEnd<D> {
     if !turns(place) {
         return AtEnd::from_fn(|i, _| other[i] - place[i]);
@@ -44,7 +44,7 @@ pub fn gap<const D: usize>(place: &[f64], other: &[f64]) -> AtEnd<D> {
     })
 }
 
-/// How a twist of the place changes by itself while it moves at `v`: (d twist)_t = dV + spin (d twist).
+/// Matrix spin of (d twist)_t = dV + spin (d twist), for a place that moves at `v`.
 pub fn spin<const D: usize>(place: &[f64], v: &AtEnd<D>) -> SMatrix<f64, D, D> {
     let mut spin = SMatrix::<f64, D, D>::zeros();
     if turns(place) {
@@ -82,7 +82,7 @@ pub fn split<T: ComplexField<RealField = f64> + Copy, const D: usize>(
     (twist, norm)
 }
 
-/// The change of the numbers of `place` that [`split`] splits.
+/// Inverse of [`split`]: the change of the numbers of `place`.
 pub fn join<T: ComplexField<RealField = f64> + Copy, const D: usize>(
     place: &[f64],
     twist: &SVector<T, D>,

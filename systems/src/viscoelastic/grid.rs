@@ -1,7 +1,7 @@
-//! Gauss nodes along a rod, in elements between the places where its law is not smooth.
+//! Gauss nodes along a rod, in elements between the points at which its law is not smooth.
 //!
 //! A field is a polynomial on each element, given by its values at the element's Gauss nodes: integrals are exact to
-//! degree 2n - 1, and the coefficients in Legendre polynomials say how well it is resolved.
+//! degree 2n - 1, and the Legendre coefficients measure the resolution.
 
 use crate::math::gauss::{Rule, legendre};
 use nalgebra::{DMatrix, SVector};
@@ -14,7 +14,7 @@ pub struct Grid {
     elements: Vec<Element>,
     s: Vec<f64>,
     weights: Vec<f64>,
-    /// What [`Grid::finer`] made first.
+    /// Cache of the first result of [`Grid::finer`].
     finer: OnceLock<(usize, Arc<Grid>)>,
 }
 
@@ -23,11 +23,12 @@ pub struct Grid {
 pub struct Element {
     from: f64,
     to: f64,
-    /// Indices of its nodes among those of the grid.
+    /// Range of nodes in the grid.
     nodes: Range<usize>,
     /// int_from^{s_i} of the polynomial through values at the nodes; row i, column j.
     integrate: DMatrix<f64>,
-    /// The same for the first half of the nodes, of fields symmetric and antisymmetric about the middle: half the work.
+    /// Integration matrix of the first half of the nodes, for the symmetric and antisymmetric parts of fields: half
+    /// the work.
     symmetric: DMatrix<f64>,
     antisymmetric: DMatrix<f64>,
     /// Coefficients in P_k(2x - 1), x in [0, 1], of the polynomial through values at the nodes; row k, column j.
@@ -38,8 +39,8 @@ pub struct Element {
 pub const FEWEST: usize = 4;
 
 impl Grid {
-    /// A grid with elements between `breaks` (inside (0, 1), in growing order), each with as many nodes as `nodes`
-    /// says, at least [`FEWEST`].
+    /// A grid with elements between `breaks` (inside (0, 1), in growing order), with `nodes` nodes on each, at least
+    /// [`FEWEST`].
     pub fn new(breaks: &[f64], nodes: &[usize]) -> Self {
         let ends: Vec<f64> = [0.0].iter().chain(breaks).chain(&[1.0]).copied().collect();
         let mut grid = Self {
@@ -62,8 +63,8 @@ impl Grid {
         Self::new(&[], &[nodes])
     }
 
-    /// The grid with so many nodes on each of its elements, on which curves are drawn. The first is kept: its matrices cost more
-    /// than a curve.
+    /// A grid with `nodes` nodes on each of its elements, for drawing curves. The first is cached: its matrices cost
+    /// more than a curve.
     pub fn finer(&self, nodes: usize) -> Arc<Self> {
         let make = || {
             let counts = vec![nodes; self.elements.len()];
@@ -105,7 +106,7 @@ impl Grid {
         self.s.len()
     }
 
-    /// Never true: a grid has nodes.
+    /// Always false: a grid has nodes.
     pub fn is_empty(&self) -> bool {
         self.s.is_empty()
     }
@@ -115,7 +116,7 @@ impl Grid {
         &self.s
     }
 
-    /// The weights of the quadrature; they add up to 1.
+    /// Quadrature weights; their sum is 1.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
@@ -171,7 +172,7 @@ impl Grid {
         matrix
     }
 
-    /// The field with these values at the nodes, at the place `s` in [0, 1].
+    /// Interpolates the field with these values at the nodes at the point `s` in [0, 1].
     pub fn at<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
         let last = self.elements.len() - 1;
         let at = self.elements.partition_point(|e| e.to < s).min(last);
@@ -207,7 +208,7 @@ impl Grid {
         values
     }
 
-    /// A field carried over to another grid with the same elements: exact if that has as many nodes or more.
+    /// A field interpolated on another grid with the same elements: exact if that has as many nodes or more.
     pub fn carried<const K: usize>(
         &self,
         f: &[SVector<f64, K>],
@@ -223,8 +224,8 @@ impl Grid {
         values
     }
 
-    /// For every element the size of the last two Legendre coefficients of a field, and what it would be with fewer
-    /// nodes: see [`Tail`].
+    /// For each element the size of the last two Legendre coefficients of a field, and the same on fewer nodes: see
+    /// [`Tail`].
     pub fn tails<const K: usize>(&self, f: &[SVector<f64, K>]) -> Vec<Tail> {
         self.elements
             .iter()
@@ -251,18 +252,18 @@ impl Grid {
         self.elements.iter().map(|e| e.nodes.len()).collect()
     }
 
-    /// The places between elements.
+    /// Points between elements.
     pub fn breaks(&self) -> Vec<f64> {
         self.elements[1..].iter().map(|e| e.from).collect()
     }
 }
 
-/// How well a field is resolved on one element.
+/// Resolution of a field on one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tail {
     /// Largest of the last two Legendre coefficients.
     pub now: f64,
-    /// Largest of those that the next coarser choice ([`fewer`]) would end with or leave out.
+    /// Largest of the coefficients at the end of, or left out by, the next coarser choice ([`fewer`]).
     pub fewer: f64,
 }
 
@@ -277,30 +278,30 @@ pub fn fewer(nodes: usize) -> usize {
 }
 
 impl Element {
-    /// Where it begins.
+    /// Start of the element.
     pub fn from(&self) -> f64 {
         self.from
     }
 
-    /// Where it ends.
+    /// End of the element.
     pub fn to(&self) -> f64 {
         self.to
     }
 
-    /// Its nodes among those of the grid.
+    /// Range of the element's nodes in the grid.
     pub fn nodes(&self) -> Range<usize> {
         self.nodes.clone()
     }
 
-    /// int_from^{s_i} of the polynomial through values at its nodes; row i, column j.
+    /// int_from^{s_i} of the polynomial through values at the element's nodes; row i, column j.
     pub fn integrate(&self) -> &DMatrix<f64> {
         &self.integrate
     }
 
     /// int_0^{s_i} f at the nodes of the element into `out`, given int f `before` it and its own `total`.
     ///
-    /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each other,
-    /// int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
+    /// Fields split into parts symmetric and antisymmetric about the middle: with nodes i and i' that mirror each
+    /// other, int to s_i' = total - (symmetric part) + (antisymmetric part) of int to s_i.
     fn integrate_into<const K: usize>(
         &self,
         f: &[SVector<f64, K>],
@@ -326,14 +327,14 @@ impl Element {
         for (odd, even) in near.iter_mut().zip(far.iter_mut()) {
             (*odd, *even) = (before + *even + *odd, before + total - *even + *odd);
         }
-        // They were computed in the order of their mirror images.
+        // Computed in the order of the mirror images, hence reversed.
         far.reverse();
         if n > 2 * half {
             near[half] += before + total * 0.5;
         }
     }
 
-    /// Coefficients in P_k(2x - 1) of the polynomial through values at its nodes.
+    /// Coefficients in P_k(2x - 1) of the polynomial through values at the element's nodes.
     pub(super) fn coefficients<const K: usize>(
         &self,
         f: &[SVector<f64, K>],
@@ -351,7 +352,7 @@ impl Element {
             .fold(SVector::zeros(), |sum, (p, c)| sum + c * *p)
     }
 
-    /// int_from^s of the polynomial through values at its nodes.
+    /// int_from^s of the polynomial through values at the element's nodes.
     fn integral<const K: usize>(&self, f: &[SVector<f64, K>], s: f64) -> SVector<f64, K> {
         let half = 0.5 * (self.to - self.from);
         let x = (s - self.from) / half - 1.0;

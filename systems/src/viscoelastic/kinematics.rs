@@ -1,4 +1,4 @@
-//! What the strains say about the shape of a rod, and what an end wrench does to its sections.
+//! Kinematics of a rod from its strains: shape, pose of the end, and resultants of an end wrench at the sections.
 
 use super::grid::Grid;
 use super::material::Constant;
@@ -7,13 +7,14 @@ use std::fmt::Debug;
 
 /// A local quantity of one node: strains, rates, resultants.
 pub type Local<const M: usize> = SVector<f64, M>;
-/// A quantity of the end: its velocity, or the wrench on it.
+/// A quantity of the end: velocity, or wrench.
 pub type AtEnd<const D: usize> = SVector<f64, D>;
 
-/// Where an end is, and the energy that its rod dissipates per time; None as long as it is not known.
+/// Pose of an end, and dissipation of its rod per time; None while unknown.
 pub type Ended<P> = Option<(P, f64)>;
 
-/// What a dead load along a rod makes of it: local resultants g at the nodes, beside those of the end wrench, and its potential -int f.r.
+/// Effect of a dead load along a rod: local resultants g at the nodes, beside those of the end wrench, and potential
+/// -int f.r.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Borne<const M: usize> {
     /// g at the nodes.
@@ -26,16 +27,17 @@ pub struct Borne<const M: usize> {
 ///
 /// The rod leaves its clamp at s = 0 and has length 1. All fields are given at the nodes of a [`Grid`], in their order.
 pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
-    /// The shape: what the strains determine at the nodes and at the end.
+    /// Shape of the rod: the quantities that the strains determine at the nodes and at the end.
     type Shape: Debug + Clone + Default;
 
-    /// Room to work in, kept from one shape to the next.
+    /// Workspace, reused from one shape to the next.
     type Room: Debug + Default + Send;
 
     /// The pose of the end.
     type Pose: Debug + Clone;
 
-    /// Makes `shape` that of the rod with `strains` at the nodes; None, and the shape is of no use, if a strain is not finite.
+    /// Sets `shape` to that of the rod with `strains` at the nodes; None, with an unusable shape, if a strain is not
+    /// finite.
     fn reshape(
         &self,
         grid: &Grid,
@@ -69,10 +71,10 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         out: &mut DMatrix<f64>,
     );
 
-    /// What the dead load of the force per length `force` at the nodes, in the frame of the clamp, makes of the rod.
+    /// Effect on the rod of a dead load `force` per length at the nodes, in the frame of the clamp.
     fn borne(&self, grid: &Grid, shape: &Self::Shape, force: &[Vector3<f64>]) -> Borne<M>;
 
-    /// Adds d g_i/d e_j of the same load to the block (i, j) of `out`.
+    /// Adds d g_i/d e_j of that load to the block (i, j) of `out`.
     fn borne_stiffness(
         &self,
         grid: &Grid,
@@ -90,16 +92,16 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         out: &mut DMatrix<f64>,
     );
 
-    /// How many numbers hold the pose of the end in a state: its position, after the quaternion (w, x, y, z) of its
-    /// rotation if the body is welded to it.
+    /// Length of the pose of the end in a state: its position, after the quaternion (w, x, y, z) of its rotation if
+    /// the body is welded to the end.
     const PLACE: usize;
 
-    /// The pose in these numbers.
+    /// Writes the pose as these numbers.
     fn place(pose: &Self::Pose, out: &mut [f64]);
 
-    /// What end wrenches make of several states at once, Q_i w at the nodes, node by node at the head of each of `out`; each state begins with its strains,
-    /// node by node. With a `law` it is the strain rates that are put there. Where the ends are comes with the energy that is dissipated per
-    /// time, which is 0 without a law. False if that is to be done one by one.
+    /// Resultants Q_i w of several states at once, node by node at the head of each of `out`; each state begins with
+    /// its strains, node by node. With a `law`, strain rates are written instead. Each end comes with the dissipation
+    /// per time, which is 0 without a law. False if the states must be evaluated one by one.
     fn loaded(
         &self,
         _grid: &Grid,
@@ -112,7 +114,7 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// The accuracy with which the nodes hold the shape itself, beyond what the tails of the strains say; 0 where the
-    /// strains are polynomials that the shape follows exactly.
+    /// Error of the shape on these nodes beyond that measured by the tails of the strains; 0 if the shape is exact
+    /// for polynomial strains.
     fn defect(&self, grid: &Grid, shape: &Self::Shape) -> f64;
 }

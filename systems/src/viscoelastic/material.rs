@@ -1,4 +1,4 @@
-//! A viscoelastic section in the units of the rod, seen through those of its strains that can change.
+//! A viscoelastic section law in the units of the rod, restricted to the strains that can change.
 
 use super::kinematics::Local;
 use crate::error::{Error, Result};
@@ -8,21 +8,21 @@ use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
-/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` strains that can change.
+/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` free strains.
 #[derive(Debug, Clone)]
 pub struct Material<const M: usize> {
     law: Viscoelastic,
     active: [usize; M],
-    /// Strains without load at the clamp; the values of the inactive ones hold all along the rod.
+    /// Unloaded strains at the clamp; the inactive ones keep these values all along the rod.
     rest: Strain,
-    /// Stiffness, rest and fluidity of a law that is linear and the same all along the rod, formed once.
+    /// Stiffness, rest strains and fluidity of a uniform linear law, formed once.
     hoisted: Option<Constant<M>>,
     branches: Vec<MaxwellBranch<M>>,
-    /// The dead load that it bears, in the frame of the clamp.
+    /// Dead load on the rod, in the frame of the clamp.
     load: Option<Distributed>,
 }
 
-/// A law that is linear and the same all along the rod, without memory: e_t = fluidity (resultants - stiffness (e - rest)).
+/// A uniform linear law without memory: e_t = fluidity (resultants - stiffness (e - rest)).
 #[derive(Debug, Clone)]
 pub struct Constant<const M: usize> {
     /// The stiffness.
@@ -36,9 +36,9 @@ pub struct Constant<const M: usize> {
 /// A Maxwell branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MaxwellBranch<const M: usize> {
-    /// Its modulus.
+    /// Modulus.
     pub modulus: SMatrix<f64, M, M>,
-    /// Its relaxation time.
+    /// Relaxation time.
     pub time: f64,
 }
 
@@ -47,11 +47,11 @@ pub struct MaxwellBranch<const M: usize> {
 pub struct Stored<const M: usize> {
     /// Stored energy W per length.
     pub energy: f64,
-    /// Its resultants dW/de.
+    /// Elastic resultants dW/de.
     pub resultants: Local<M>,
 }
 
-/// Rates under an overstress.
+/// Strain rates under an overstress, with derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Creep<const M: usize> {
     /// Strain rates e_t.
@@ -63,7 +63,7 @@ pub struct Creep<const M: usize> {
 }
 
 impl<const M: usize> Material<M> {
-    /// The law `law`, in the units of the rod, for the strains `active` (places among u1 .. v3, in growing order).
+    /// The law `law`, in the units of the rod, for the strains `active` (indices among u1 .. v3, in growing order).
     ///
     /// # Errors
     /// An active strain that the law holds rigid; a law that has no unloaded state.
@@ -103,7 +103,7 @@ impl<const M: usize> Material<M> {
         Ok(material)
     }
 
-    /// Places of the active strains among u1 .. v3.
+    /// Indices of the active strains among u1 .. v3.
     pub fn active(&self) -> &[usize; M] {
         &self.active
     }
@@ -118,7 +118,7 @@ impl<const M: usize> Material<M> {
         &self.branches
     }
 
-    /// Where the law or the load is not smooth, in (0, 1).
+    /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
         breaks.extend(self.load.iter().flat_map(Distributed::breaks));
@@ -128,14 +128,14 @@ impl<const M: usize> Material<M> {
         breaks
     }
 
-    /// The same bearing a dead load along the rod, in the frame of the clamp and the units of the rod.
+    /// Adds a dead load along the rod, in the frame of the clamp and the units of the rod.
     #[must_use]
     pub fn under(mut self, load: Option<Distributed>) -> Self {
         self.load = load;
         self
     }
 
-    /// Force per length of the load at places in [0, 1]; None without a load.
+    /// Force per length of the load at points in [0, 1]; None without a load.
     pub fn load_at(&self, places: &[f64]) -> Option<Vec<Vector3<f64>>> {
         let load = self.load.as_ref()?;
         Some(places.iter().map(|s| load.density(*s)).collect())
@@ -146,17 +146,17 @@ impl<const M: usize> Material<M> {
         self.law.rate.is_linear()
     }
 
-    /// The law, if it is a constant one.
+    /// The law, if uniform and linear without memory.
     pub fn constant(&self) -> Option<&Constant<M>> {
         self.hoisted.as_ref().filter(|_| self.branches.is_empty())
     }
 
-    /// True if stiffness and fluidity are the same everywhere and always.
+    /// True if stiffness and fluidity are uniform and constant.
     pub fn is_constant(&self) -> bool {
         self.hoisted.is_some()
     }
 
-    /// The active strains without load.
+    /// Unloaded values of the active strains.
     ///
     /// # Errors
     /// A law that has no unloaded state at s.
@@ -164,12 +164,12 @@ impl<const M: usize> Material<M> {
         Ok(self.active_of(&self.law.elastic.unloaded(s)?))
     }
 
-    /// The active ones of all strains (or of resultants, or of rates).
+    /// Selects the active components of strains (or of resultants, or of rates).
     pub fn active_of(&self, e: &Strain) -> Local<M> {
         Local::from_fn(|a, _| e[self.active[a]])
     }
 
-    /// All strains: the active ones, and the others as they are without load.
+    /// All strains: the active ones as given, the others unloaded.
     pub fn all(&self, e: &Local<M>) -> Strain {
         let mut all = self.rest;
         for (a, &i) in self.active.iter().enumerate() {
@@ -183,7 +183,7 @@ impl<const M: usize> Material<M> {
         SMatrix::from_fn(|a, b| k[(self.active[a], self.active[b])])
     }
 
-    /// Stored energy and its resultants at s in [0, 1]; None outside the law's domain.
+    /// Stored energy and elastic resultants at s in [0, 1]; None outside the law's domain.
     #[inline]
     pub fn stored(&self, s: f64, e: &Local<M>) -> Option<Stored<M>> {
         if let Some(h) = &self.hoisted {
@@ -210,8 +210,8 @@ impl<const M: usize> Material<M> {
         Some(self.among(&free.tangent))
     }
 
-    /// What [`Self::stored`] and [`Self::creep`] give without energy and derivatives: the strain rates under local resultants of which the
-    /// Maxwell branches have taken their share, and the overstress that the stored energy leaves of them.
+    /// Strain rates and overstress without energy and derivatives (see [`Self::stored`], [`Self::creep`]). `left` are
+    /// the local resultants less the Maxwell branches' share; the stored energy takes the rest up to the overstress.
     #[inline(always)]
     pub fn flowing(&self, s: f64, e: &Local<M>, left: &Local<M>) -> Option<(Local<M>, Local<M>)> {
         let Some(h) = &self.hoisted else {

@@ -83,8 +83,8 @@ impl Kinematics<1, 2> for Plane {
         shape.lever(i).transpose()
     }
 
-    /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t: the gradient of the discrete potential, for Gauss' rules have
-    /// weight_i A_ij + weight_j A_ji = weight_i weight_j.
+    /// With N the force beyond a section, g_i = int_{s_i}^1 N.J t. This is the gradient of the discrete potential,
+    /// since Gauss' rules have weight_i A_ij + weight_j A_ji = weight_i weight_j.
     fn borne(&self, grid: &Grid, shape: &PlaneShape, force: &[Vector3<f64>]) -> Borne<1> {
         let beyond = beyond(grid, force);
         let mut before = vec![Vector1::zeros(); grid.len()];
@@ -124,8 +124,8 @@ impl Kinematics<1, 2> for Plane {
         add_turned(grid, shape, &vec![*n; grid.len()], out);
     }
 
-    /// The velocity of the end at fixed rates is int t' dtheta_t with t' = J t; its change is -int t theta_t dtheta, and
-    /// by parts -weight_j int_{s_j}^1 t theta_t at node j.
+    /// The velocity of the end at fixed rates is int t' dtheta_t with t' = J t; its change is -int t theta_t dtheta,
+    /// and by parts -weight_j int_{s_j}^1 t theta_t at node j.
     fn convection(
         &self,
         grid: &Grid,
@@ -152,8 +152,8 @@ impl Kinematics<1, 2> for Plane {
         out.copy_from_slice(end.as_slice());
     }
 
-    /// The last Legendre coefficients of (cos theta, sin theta), over the number n of nodes: integration makes coefficients of
-    /// degree n smaller by about n.
+    /// The last Legendre coefficients of (cos theta, sin theta), over the number n of nodes: integration makes
+    /// coefficients of degree n smaller by about n.
     fn defect(&self, grid: &Grid, shape: &PlaneShape) -> f64 {
         let tails = grid.tails(&shape.tangents);
         let sizes = tails.iter().zip(grid.counts());
@@ -163,7 +163,7 @@ impl Kinematics<1, 2> for Plane {
     }
 }
 
-/// The force that acts beyond every node.
+/// Force beyond each node.
 fn beyond(grid: &Grid, force: &[Vector3<f64>]) -> Vec<Vector2<f64>> {
     let flat: Vec<Vector2<f64>> = force.iter().map(|f| f.xy()).collect();
     let mut before = vec![Vector2::zeros(); grid.len()];

@@ -1,13 +1,13 @@
-//! The reduced rod: given strains, memory and the velocity of the end, the end wrench and the strain rates.
+//! The reduced rod: end wrench and strain rates from strains, memory and the velocity of the end.
 //!
-//! With resultants Q_i w1 at node i, of which the stored energy and the Maxwell branches take S_i, the rates are
-//! e_t = R(e, Q w1 - S), and w1 is such that the end moves at V:
+//! The stored energy and the Maxwell branches take S_i of the resultants Q_i w1 at node i. The rates are
+//! e_t = R(e, Q w1 - S), and w1 makes the end move at V:
 //! ```text
 //! sum_i weight_i Q_i^T R(e_i, Q_i w1 - S_i) = V.
 //! ```
-//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i.
-//! The left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV (5.10):
-//! one solve for laws that are linear in the overstress, Newton's method with a line search for the others.
+//! A dead load along the rod adds its own resultants g, known from the shape: they count as -g among the S_i. The
+//! left side is the gradient of a convex function of w1 with the Hessian G = sum_i weight_i Q_i^T dR_i Q_i, AMV
+//! (5.10). Laws that are linear in the overstress take one solve, others Newton's method with a line search.
 
 use super::grid::Grid;
 use super::kinematics::{AtEnd, Ended, Kinematics, Local};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 /// A viscoelastic rod on a grid.
 #[derive(Debug, Clone)]
 pub struct Reduced<K, const M: usize, const D: usize> {
-    /// How strains make a shape.
+    /// Kinematics: the shape from the strains.
     pub kinematics: K,
     /// The section.
     pub material: Material<M>,
@@ -27,26 +27,26 @@ pub struct Reduced<K, const M: usize, const D: usize> {
     pub grid: Arc<Grid>,
 }
 
-/// Strains and memory, and what follows from them alone.
+/// Strains and memory of the rod, shape, transfer matrices and elastic resultants.
 #[derive(Debug, Clone, Default)]
 pub struct Configuration<S, const M: usize, const D: usize> {
-    /// e at the nodes.
+    /// Strains e at the nodes.
     pub strains: Vec<Local<M>>,
     /// Strains of the dashpots of the Maxwell branches, branch by branch.
     pub memory: Vec<Vec<Local<M>>>,
     /// The shape.
     pub shape: S,
-    /// Q at the nodes.
+    /// Matrices Q at the nodes.
     pub transfer: Vec<SMatrix<f64, M, D>>,
-    /// Resultants that the stored energy and the branches take, less those of a load along the rod.
+    /// Resultants taken by the stored energy and the branches, less those of a load along the rod.
     pub taken: Vec<Local<M>>,
-    /// Stored energy, with that of the branches.
+    /// Stored energy, including the branches.
     pub energy: f64,
     /// Potential of a load along the rod.
     pub potential: f64,
 }
 
-/// What the rod does at one moment.
+/// Wrench, rates and overstress of the rod at one moment.
 #[derive(Debug, Clone)]
 pub struct Flow<const M: usize, const D: usize> {
     /// The wrench w1 that the body exerts on the end.
@@ -59,7 +59,7 @@ pub struct Flow<const M: usize, const D: usize> {
     pub fluidity: Vec<SMatrix<f64, M, M>>,
     /// d e_t/d e at fixed overstress.
     pub by_strain: Vec<SMatrix<f64, M, M>>,
-    /// G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
+    /// Mobility G of AMV (5.10): symmetric, positive definite unless an inextensible rod is straight.
     pub mobility: SMatrix<f64, D, D>,
 }
 
@@ -76,15 +76,15 @@ impl<const M: usize, const D: usize> Default for Flow<M, D> {
     }
 }
 
-/// Room to work in: what is asked for again and again need not ask for memory each time.
+/// Workspace of repeated evaluations, which then allocate nothing.
 #[derive(Debug)]
 pub struct Room<K: Kinematics<M, D>, const M: usize, const D: usize> {
     /// A configuration and its flow.
     pub at: Configuration<K::Shape, M, D>,
-    /// See `at`.
+    /// Flow of the configuration `at`.
     pub flow: Flow<M, D>,
     next: Flow<M, D>,
-    /// Where shapes are made.
+    /// Workspace for shapes.
     pub shaping: K::Room,
 }
 
@@ -120,14 +120,15 @@ pub struct Linear<const M: usize, const D: usize> {
 /// d e_t/d e at fixed memory and wrench, for n nodes of M strains.
 #[derive(Debug, Clone)]
 pub enum Drift<const M: usize> {
-    /// All of it, (n M) x (n M).
+    /// Full matrix, (n M) x (n M).
     Whole(DMatrix<f64>),
-    /// What the strains at a node do to their own rates, as if the loads did not turn about the rod while it deforms: blocks by node.
+    /// Blocks by node, from the strains at a node to their own rates; the rotation of the loads relative to the
+    /// deforming rod is neglected.
     Local(Vec<SMatrix<f64, M, M>>),
 }
 
 impl<const M: usize> Drift<M> {
-    /// Its product with a change of the strains.
+    /// Product with a change of the strains.
     pub fn times(&self, strains: &DVector<f64>) -> DVector<f64> {
         match self {
             Self::Whole(drift) => drift * strains,
@@ -144,24 +145,24 @@ impl<const M: usize> Drift<M> {
     }
 }
 
-/// How often the linear equations for the wrench of a linear law are solved: the second solution takes off the rounding
-/// error that the first leaves.
+/// Number of solves of the linear equations for the wrench of a linear law: the second removes the rounding error of
+/// the first.
 const REFINEMENTS: usize = 2;
 /// Most steps of Newton's method for a wrench.
 const MOST: usize = 60;
-/// Newton's method for a wrench ends when its decrement (the square of the error) is below this part of the powers; the
-/// last, linear correction then leaves an error of this order.
+/// Newton's method for a wrench ends once its decrement (the square of the error) is below this part of the powers.
+/// The last, linear correction then leaves an error of this order.
 const CONVERGED: f64 = 1e-19;
-/// A decrement below this part of the powers that falls no more is rounding.
+/// Relative decrement below which a stagnating Newton iteration is at rounding.
 const ROUNDED: f64 = 1e-12;
 /// Eigenvalues of G, scaled to a unit diagonal, below this part of the largest count as zero.
 const SINGULAR: f64 = 1e-13;
-/// Diagonal entries of G below this part of the largest count as zero: the rod is straight, and the wrench along it is
-/// not determined by velocities.
+/// Diagonal entries of G below this part of the largest count as zero: the rod is straight, and velocities do not
+/// determine the wrench along it.
 const STRAIGHT: f64 = 1e-13;
 
 impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
-    /// What follows from the strains and the memory; None outside the law's domain.
+    /// Configuration from strains and memory; None outside the law's domain.
     pub fn configuration(
         &self,
         strains: Vec<Local<M>>,
@@ -176,7 +177,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(at)
     }
 
-    /// Makes all else in a configuration what follows from its strains and its memory. None outside the law's domain; what it holds then is of no use.
+    /// Updates a configuration from its strains and its memory. None outside the law's domain, with an unusable
+    /// configuration.
     pub fn configure(
         &self,
         at: &mut Configuration<K::Shape, M, D>,
@@ -210,9 +212,10 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         at.energy.is_finite().then_some(())
     }
 
-    /// What the rod does in several states under their end wrenches: at the head of each of `out` the rates of strains and memory; where its end is, and the
-    /// energy that it dissipates per time. Each state begins with its strains, node by node, and then has those of its dashpots, branch by
-    /// branch. None outside the law's domain, and if a strain is not finite.
+    /// Rates in several states under their end wrenches. The head of each of `out` receives the rates of strains and
+    /// memory, `ends` the pose of the end and the dissipation per time. Each state begins with its strains, node by
+    /// node, and continues with those of its dashpots, branch by branch. None outside the law's domain, and if a
+    /// strain is not finite.
     pub fn flowing(
         &self,
         states: &[(&[f64], AtEnd<D>)],
@@ -237,7 +240,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(())
     }
 
-    /// The pose of the end in a state, and at the head of `out` the resultants at the nodes that the end wrench and a force along the rod make.
+    /// Pose of the end in a state; the head of `out` receives the resultants at the nodes of the end wrench and a
+    /// force along the rod.
     fn loaded(
         &self,
         state: &[f64],
@@ -262,7 +266,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(self.kinematics.pose(shape))
     }
 
-    /// The rates of strains and memory of a state, in place of the resultants at the nodes; returns what is dissipated per time.
+    /// Replaces the resultants at the nodes by the rates of strains and memory of a state; returns the dissipation
+    /// per time.
     fn flowing_under(&self, state: &[f64], out: &mut [f64]) -> Option<f64> {
         let n = self.grid.len() * M;
         let mut dissipated = 0.0;
@@ -287,22 +292,22 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(dissipated)
     }
 
-    /// The wrench and the rates while the end moves at `v`; None where a law has no answer.
+    /// Wrench and rates for the velocity `v` of the end; None where a law has no answer.
     ///
-    /// The rates move the end at `v` to rounding of the rates themselves: in stiff rods (small viscosities) they are small
-    /// differences of large stresses, and what is lost there must not make the end drift.
+    /// The rates reproduce `v` to rounding of the rates themselves. In stiff rods (small viscosities) rates are small
+    /// differences of large stresses, and their errors must not make the end drift.
     pub fn flow(&self, at: &Configuration<K::Shape, M, D>, v: &AtEnd<D>) -> Option<Flow<M, D>> {
         let mut flow = Flow::default();
         self.follow(at, v, &mut flow, &mut Flow::default())?;
         Some(flow)
     }
 
-    /// [`Self::flow`] of the configuration in the room.
+    /// [`Self::flow`] of the configuration in the workspace.
     pub fn flow_in(&self, room: &mut Room<K, M, D>, v: &AtEnd<D>) -> Option<()> {
         self.follow(&room.at, v, &mut room.flow, &mut room.next)
     }
 
-    /// Makes `flow` that of [`Self::flow`]; `next` is room for another.
+    /// Sets `flow` to [`Self::flow`]; `next` is workspace.
     fn follow(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -316,7 +321,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             for step in 0..REFINEMENTS {
                 let change = solve(&flow.mobility, &-residual)?;
                 if step == 0 && !self.material.is_constant() {
-                    // The derivatives of the rates by the strains depend on the overstress: they are taken at the final one.
+                    // Derivatives of the rates by the strains depend on the overstress: they are taken at the final
+                    // one.
                     self.press(at, &change, flow)?;
                 } else {
                     self.load(at, flow, &change);
@@ -325,8 +331,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             }
             return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
         }
-        // Convergence is judged by powers, in which a wrench counts as much as it does. A wrench along a rod that is
-        // straight to within an angle a is not known better than to rounding/a, and need not be.
+        // Convergence is judged by powers, which weigh the components of a wrench. A wrench along a rod that is
+        // straight to within an angle a is known only to rounding/a, which suffices.
         let mut before = f64::INFINITY;
         for _ in 0..MOST {
             let change = solve(&flow.mobility, &-residual)?;
@@ -338,8 +344,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
                 return flow.wrench.iter().all(|x| x.is_finite()).then_some(());
             }
             before = decrement;
-            // Along the step the slope of a convex function grows from -decrement towards zero. A step on which it comes out
-            // positive by as much has gone too far and is halved.
+            // Along the step the slope of a convex function grows from -decrement towards zero. A step at whose end
+            // the slope exceeds +decrement is too long and is halved.
             let mut fraction = 1.0;
             loop {
                 self.press(at, &(flow.wrench + change * fraction), next)?;
@@ -355,7 +361,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         None
     }
 
-    /// What the stresses that are taken up and the overstress would dissipate each for itself: the measure of rounding.
+    /// Scale of rounding: the sum of the dissipations that the taken stresses and the overstress would each cause
+    /// alone.
     fn power(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
         let nodes = at.taken.iter().zip(&flow.overstress).zip(&flow.fluidity);
         nodes
@@ -366,7 +373,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             .sum()
     }
 
-    /// Adds to the wrench, and what that adds to overstress and rates to first order.
+    /// Adds `w` to the wrench, and its first-order effect to overstress and rates.
     fn load(&self, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>, w: &AtEnd<D>) {
         flow.wrench += w;
         for (i, q) in at.transfer.iter().enumerate() {
@@ -376,14 +383,14 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         }
     }
 
-    /// The rates under the end wrench `w`, wherever the end goes.
+    /// Flow under the end wrench `w`, for any velocity of the end.
     pub fn under(&self, at: &Configuration<K::Shape, M, D>, w: &AtEnd<D>) -> Option<Flow<M, D>> {
         let mut flow = Flow::default();
         self.press(at, w, &mut flow)?;
         Some(flow)
     }
 
-    /// Makes `flow` that of [`Self::under`].
+    /// Sets `flow` to [`Self::under`].
     pub fn press(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -411,7 +418,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(())
     }
 
-    /// int Q^T e_t, the velocity at which the rates move the end.
+    /// int Q^T e_t, the velocity of the end for these rates.
     pub fn moved(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> AtEnd<D> {
         let nodes = at.transfer.iter().zip(&flow.rates).zip(self.grid.weights());
         let mut sum = AtEnd::zeros();
@@ -421,7 +428,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         sum
     }
 
-    /// The whole dissipation, per time.
+    /// Total dissipation per time.
     pub fn dissipated(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> f64 {
         let nodes = self.grid.weights().iter().enumerate();
         nodes
@@ -429,7 +436,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             .sum()
     }
 
-    /// Overstress times rate at the nodes, the Maxwell branches' dissipation included: density in s.
+    /// Dissipation density in s at the nodes: overstress times rate, including the Maxwell branches.
     pub fn dissipation(&self, at: &Configuration<K::Shape, M, D>, flow: &Flow<M, D>) -> Vec<f64> {
         (0..at.strains.len())
             .map(|i| self.dissipated_at(at, flow, i))
@@ -450,7 +457,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         density
     }
 
-    /// The linearisation of the flow; None where a law has none.
+    /// Linearisation of the flow; None where a law has none.
     pub fn linear(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -479,7 +486,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         Some(self.with_drift(at, flow, Drift::Whole(drift)))
     }
 
-    /// The same without what the turning of the loads does ([`Drift::Local`]): for rods far below their buckling loads about all of it.
+    /// Linearisation without the rotation of the loads ([`Drift::Local`]): accurate for rods far below their buckling
+    /// loads.
     pub fn roughly_linear(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -536,10 +544,11 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     }
 }
 
-/// The solutions of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular otherwise.
+/// The solutions of G x = b, zero in the directions that [`loose`] names; of least norm where G is singular
+/// otherwise.
 ///
-/// A rod that is nearly straight lets its end move along the clamp by far less than across. Scaled to a unit diagonal G
-/// is as regular as ever there: no digits are lost.
+/// A nearly straight rod lets its end move along the clamp by far less than across. Scaled to a unit diagonal, G is
+/// as regular there as elsewhere: no digits are lost.
 pub(crate) fn solve<const D: usize, const K: usize>(
     g: &SMatrix<f64, D, D>,
     b: &SMatrix<f64, D, K>,
@@ -590,8 +599,8 @@ pub(crate) fn solve<const D: usize, const K: usize>(
     Some(x)
 }
 
-/// The directions in which no wrench moves the end: along the clamp where an inextensible rod is straight, to about the
-/// root of [`STRAIGHT`].
+/// Directions in which no wrench moves the end: along the clamp for a straight inextensible rod, to about the root of
+/// [`STRAIGHT`].
 pub(crate) fn loose<const D: usize>(g: &SMatrix<f64, D, D>) -> impl Iterator<Item = usize> {
     let diagonal = g.diagonal();
     let largest = diagonal.max();

@@ -1,5 +1,5 @@
-//! How many nodes a field needs: elements gain nodes while the tails of their Legendre series are too large, and lose
-//! them where they could be fewer.
+//! Adaptive resolution of fields: elements gain nodes while the tails of their Legendre series are too large, and
+//! lose nodes if fewer suffice.
 
 use crate::viscoelastic::grid::{Grid, fewer, more};
 use crate::viscoelastic::kinematics::Local;
@@ -7,32 +7,32 @@ use crate::viscoelastic::kinematics::Local;
 /// Nodes along the rod.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Nodes {
-    /// As many as the tolerance asks for, at every time.
+    /// As many as the tolerance requires, at every time.
     #[default]
     Adaptive,
-    /// The same given number on every element, at all times.
+    /// A fixed number on each element, at all times.
     Fixed(usize),
 }
 
-/// Most nodes of an element under [`Nodes::Adaptive`].
+/// Largest number of nodes of an element under [`Nodes::Adaptive`].
 pub const MOST_NODES: usize = 320;
-/// An element loses nodes when its tail would stay below this part of the bound.
+/// Part of the bound below which an element's tail on fewer nodes must lie before the element loses nodes.
 const MARGIN: f64 = 0.03;
 /// Tails below this, relative to 1 + the largest strain, are rounding.
 pub const ROUNDING: f64 = 3e-14;
 
-/// What the last Legendre coefficients ("tails") of some fields ask for, each element for itself.
+/// Number of nodes required by the last Legendre coefficients ("tails") of some fields, element by element.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Demand {
-    /// These numbers of nodes on the elements, some larger than now.
+    /// Some elements need more nodes: these numbers.
     More(Vec<usize>),
-    /// These numbers of nodes on the elements would do, some smaller than now.
+    /// Some elements need fewer nodes: these numbers.
     Fewer(Vec<usize>),
-    /// The nodes are as many as the fields need.
+    /// The present nodes suffice.
     Enough,
 }
 
-/// Largest tail of the fields relative to 1 + their size, and what it asks for at this tolerance.
+/// Largest tail of the fields relative to 1 + their size, and the nodes that it requires at this tolerance.
 pub fn demand<const M: usize>(
     grid: &Grid,
     fields: &[&[Local<M>]],

@@ -1,11 +1,11 @@
 //! Rods in space that bend, twist, shear and stretch.
 //!
-//! The directors d1, d2, d3 are the columns of R: R' = R \[u\]x, r' = R v, from R = 1, r = 0 at the clamp. A change of
-//! the strains turns the sections by the world vector phi and moves them by dr, where
+//! The directors d1, d2, d3 are the columns of R: R' = R \[u\]x, r' = R v, from R = 1, r = 0 at the clamp. A change
+//! of the strains turns the sections by the world vector phi and moves them by dr, where
 //! ```text
 //! phi(s) = int_0^s R du,        dr(s) = int_0^s (R du x (r(s) - r) + R dv),
 //! ```
-//! so that V = int Q^T e_t ds with Q^T e_t = (R u_t, R u_t x (r(1) - r) + R v_t), and the local resultants Q w1 are
+//! Hence V = int Q^T e_t ds with Q^T e_t = (R u_t, R u_t x (r(1) - r) + R v_t). The local resultants Q w1 are
 //! m_k = d_k . (m1 + (r(1) - r) x n1), n_k = d_k . n1.
 
 mod distributed_load;
@@ -37,7 +37,7 @@ impl<const M: usize, const D: usize> Default for Space<M, D> {
     }
 }
 
-/// Room in which shapes are made.
+/// Workspace for shapes.
 #[derive(Debug, Default)]
 pub struct Room {
     curvatures: Vec<Vector3<f64>>,
@@ -51,7 +51,7 @@ pub struct Curve {
     turns: Vec<Turn>,
     directors: Vec<Matrix3<f64>>,
     positions: Vec<Vector3<f64>>,
-    /// r' = R v.
+    /// Tangents r' = R v.
     tangents: Vec<Vector3<f64>>,
     end: Isometry3<f64>,
     defect: f64,
@@ -92,7 +92,7 @@ fn tangent<const M: usize>(directors: &Matrix3<f64>, strain: &Local<M>) -> Vecto
     }
 }
 
-/// R dv for a change or a rate of the strains: none of v where that is rigid.
+/// R dv for a change or a rate of the strains; 0 for rigid components of v.
 fn stretched<const M: usize>(directors: &Matrix3<f64>, strain: &Local<M>) -> Vector3<f64> {
     free_v(M).fold(Vector3::zeros(), |sum, k| {
         sum + directors.column(k) * strain[k + M - 3]
@@ -108,7 +108,7 @@ fn pose(position: Vector3<f64>, p: &Turn) -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::from(position), unit(p))
 }
 
-/// (A_ij) for all i of a column j: what a value at node j adds to the integrals up to the nodes.
+/// (A_ij) for all i of a column j: the share of a value at node j in the integrals up to the nodes.
 fn column(grid: &Grid, element: &Element, j: usize, out: &mut [f64]) {
     let nodes = element.nodes();
     let a = element.integrate().column(j - nodes.start);
@@ -117,7 +117,7 @@ fn column(grid: &Grid, element: &Element, j: usize, out: &mut [f64]) {
     out[nodes.end..].fill(grid.weights()[j]);
 }
 
-/// sum_i weight_i A_ij f_i, about weight_j times the integral of f beyond node j, in place of f_j.
+/// Replaces f_j by sum_i weight_i A_ij f_i, about weight_j times the integral of f beyond node j.
 fn beyond<const K: usize>(grid: &Grid, f: &mut [SVector<f64, K>]) {
     for (f, weight) in f.iter_mut().zip(grid.weights()) {
         *f *= *weight;
@@ -144,7 +144,7 @@ fn beyond<const K: usize>(grid: &Grid, f: &mut [SVector<f64, K>]) {
 }
 
 impl<const M: usize, const D: usize> Space<M, D> {
-    /// Rods with these strains and this end; other M and D do not compile.
+    /// Kinematics with M strains and D end velocities; other M and D do not compile.
     pub fn new() -> Self {
         const {
             assert!(matches!(M, 3 | 4 | 6), "3, 4 or 6 strains");
@@ -153,12 +153,12 @@ impl<const M: usize, const D: usize> Space<M, D> {
         Self(())
     }
 
-    /// Places of the strains that can change among u1 .. v3.
+    /// Indices among u1 .. v3 of the strains that can change.
     pub fn places() -> [usize; M] {
         std::array::from_fn(|a| if M == 4 && a == 3 { 5 } else { a })
     }
 
-    /// All six strains; those that cannot change are v = (0, 0, 1).
+    /// All six strains; the rigid ones are those of v = (0, 0, 1).
     pub fn strain(&self, active: &Local<M>) -> Strain {
         let mut strain = Strain::new(0.0, 0.0, 0.0, 0.0, 0.0, 1.0);
         for (place, e) in Self::places().into_iter().zip(active) {
@@ -175,8 +175,8 @@ impl<const M: usize, const D: usize> Space<M, D> {
         strains: &[Local<M>],
         s: f64,
     ) -> Isometry3<f64> {
-        // Position and rotation are integrals of their rates of change along the rod, so that they agree with the clamp and
-        // with the end as the quadrature of the nodes has it.
+        // Position and rotation are integrated from their rates along the rod. They agree with the clamp and with the
+        // end exactly as the quadrature of the nodes does.
         let changes: Vec<SVector<f64, 7>> = curve
             .turns
             .iter()
@@ -295,7 +295,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         });
         let places = states.chunks(LANES).zip(ends.chunks_mut(LANES));
         for ((states, ends), out) in places.zip(out.chunks_mut(LANES)) {
-            // Lanes without a state of their own repeat the first.
+            // Unused lanes repeat the first state.
             let mut lanes = [states[0].0; LANES];
             let mut wrenches = [[0.0; 6]; LANES];
             for (k, (state, w)) in states.iter().enumerate() {
@@ -340,11 +340,11 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         q
     }
 
-    /// Changes that the nodes resolve are followed to the accuracy of the curve; of a change at one node alone what they
-    /// do not is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
+    /// For changes that the nodes resolve the accuracy is that of the curve. For a change at one node alone the error
+    /// is 0.4 |w|/n^2 of the loads at its neighbours. Cost: some 100 operations for a block.
     ///
-    /// With x = r(1) - r, phi_i = sum_j A_ij R_j du_j and
-    /// dr(1) - dr_i = sum_j (weight_j - A_ij) (R_j du_j x x_j + R_j dv_j) + A_ij R_j du_j x x_i:
+    /// Let x = r(1) - r and phi_i = sum_j A_ij R_j du_j. With dr(1) - dr_i = sum_j (weight_j - A_ij)
+    /// (R_j du_j x x_j + R_j dv_j) + A_ij R_j du_j x x_i:
     /// ```text
     /// dm_i = R_i^T (M_i x phi_i + (dr(1) - dr_i) x n1),   dn_i = R_i^T (n1 x phi_i),   M_i = m1 + x_i x n1.
     /// ```
@@ -352,7 +352,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         let n = grid.len();
         let (m1, n1) = Self::wrench(w);
         let (m1_cross, n1_cross) = (m1.cross_matrix(), n1.cross_matrix());
-        // Factors of the row: R^T, and what of dm goes with A_ij R_j du_j alone.
+        // Factors of the row: R^T, and the part of dm with A_ij R_j du_j alone.
         let rows: Vec<[Matrix3<f64>; 2]> = (0..n)
             .map(|i| {
                 let across = curve.directors[i].transpose();
@@ -417,7 +417,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         distributed_load::add_stiffness::<M>(grid, curve, force, out);
     }
 
-    /// With a = R u_t, b = R v_t, x = r(1) - r, and C, P the sums of weight_i A_ij times a and a x r - b, the columns
+    /// Let a = R u_t, b = R v_t, x = r(1) - r, and C, P the sums of weight_i A_ij times a and a x r - b. The columns
     /// of a strain at node j are
     /// ```text
     /// d omega/du = -[C] R,
@@ -460,8 +460,8 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         }
     }
 
-    /// The larger of what |p| of the quaternions says of the rotations, and what the next coefficients of r' would add
-    /// to the positions if they fall as those before; the pose of the end is better than that, about its square.
+    /// The larger of two estimates: the rotation error by |p| of the quaternions, and the position error by the next
+    /// coefficients of r' if they fall like the last. The pose of the end is more accurate, about the square of this.
     fn defect(&self, grid: &Grid, curve: &Curve) -> f64 {
         grid.elements()
             .iter()

@@ -1,20 +1,22 @@
-//! The differential equations of strains, memory and body, and their linearisation.
+//! Differential equations of strains, memory and body, and their linearisation.
 //!
-//! State: strains e at the nodes, strains z of the dashpots of every Maxwell branch, velocity V of the end; then time,
-//! energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1 of the end.
+//! State: strains e at the nodes, strains z of the dashpots of each Maxwell branch, velocity V of the end. Then come
+//! time, energy dissipated in the rod, work of the loads without a potential, loss to drag; then place and wrench w1
+//! of the end.
 //!
-//! The equations of theory Sec. 5 are solved in one of three forms ([`Hold`]), which differ in how the wrench w1 is found:
+//! The equations of theory Sec. 5 are solved in one of three forms ([`Hold`]), which differ in the equation for the
+//! wrench w1:
 //!
-//! * From strains and velocity, by the positive definite G (5.10). Explicit steps always do this; place and wrench in the
-//!   state are then idle.
-//! * As an unknown of its own, beside strains and velocity, in the equation int Q^T e_t = V. An inextensible rod that is
-//!   straight to within an angle a has G ~ a^2 along the clamp: an error d of the velocity becomes d/a^2 in the wrench of
-//!   the first form and d/a in the stresses, which a friction law that is not linear does not forgive. With w1 unknown the
+//! * From strains and velocity, by the positive definite G (5.10). Explicit steps always use this form; place and
+//!   wrench in the state are then idle.
+//! * As an unknown of its own, beside strains and velocity, in the equation int Q^T e_t = V. An inextensible rod that
+//!   is straight to within an angle a has G ~ a^2 along the clamp. In the first form an error d of the velocity
+//!   becomes d/a^2 in the wrench and d/a in the stresses, which breaks a nonlinear friction law. With w1 unknown the
 //!   equations have nothing of size 1/a, and implicit steps pass through the straight rod.
-//! * From the place of the end. For small viscosities eta the strain rates are small differences of terms of size 1/eta
-//!   that must cancel in the velocity of the end, and Newton's iteration of an implicit step contracts only for steps up
-//!   to eta^(1/3). The equations of which the others are the derivative have nothing of size 1/eta beside e_t itself, and
-//!   become those of the elastic rod as eta -> 0:
+//! * From the place of the end. For small viscosities eta the strain rates are small differences of terms of size
+//!   1/eta, which must cancel in the velocity of the end. Newton's iteration of an implicit step then contracts only
+//!   for steps up to eta^(1/3). The time integrals of those equations have nothing of size 1/eta beside e_t itself,
+//!   and become those of the elastic rod as eta -> 0:
 //! ```text
 //! e_t = R(e, Q w1 - S),   M V_t = -w1 + loads,   place_t = V,   0 = pose(e) - place.
 //! ```
@@ -37,7 +39,7 @@ use std::cell::RefCell;
 use std::slice;
 use std::sync::Arc;
 
-/// Where the parts of a state stand.
+/// Layout of a state: sizes and indices of its parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
     /// Number of nodes.
@@ -48,16 +50,16 @@ pub struct Layout {
     pub branches: usize,
     /// Number of velocities of the end.
     pub end: usize,
-    /// How many numbers hold the pose of the end.
+    /// Number of components of the pose of the end.
     pub place: usize,
 }
 
-/// The rate at which the velocity of the end along a straight inextensible rod, where it has drifted off by errors of the
-/// steps, returns to the velocity that the strain rates give it.
+/// Relaxation rate for a straight inextensible rod: the velocity of its end along the rod, which drifts by errors of
+/// the steps, returns at this rate to the velocity of the strain rates.
 const FADES: f64 = 10.0;
-/// States whose slopes are found together: as many as the stages of an implicit step at most.
+/// Largest number of states whose slopes are found together: the stages of an implicit step.
 const STAGES: usize = 8;
-/// Numbers in a state that are integrals over time: time itself, energy dissipated, work, loss to drag.
+/// Number of integrals over time in a state: time itself, energy dissipated, work, loss to drag.
 const INTEGRALS: usize = 4;
 
 impl Layout {
@@ -66,22 +68,22 @@ impl Layout {
         self.nodes * self.strains
     }
 
-    /// Where the velocity stands.
+    /// Index of the velocity.
     pub fn velocity(&self) -> usize {
         self.field() * (1 + self.branches)
     }
 
-    /// Where time stands; dissipated energy, work and loss to drag follow.
+    /// Index of time; dissipated energy, work and loss to drag follow.
     pub fn time(&self) -> usize {
         self.velocity() + self.end
     }
 
-    /// Where the place of the end stands.
+    /// Index of the place of the end.
     pub fn place(&self) -> usize {
         self.time() + INTEGRALS
     }
 
-    /// Where the wrench on the end stands.
+    /// Index of the wrench on the end.
     pub fn wrench(&self) -> usize {
         self.place() + self.place
     }
@@ -91,7 +93,7 @@ impl Layout {
         self.wrench() + self.end
     }
 
-    /// Never true: a state holds time at least.
+    /// Always false: a state holds time at least.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -102,18 +104,19 @@ impl Layout {
 pub enum Hold {
     /// The end moves at V, int Q^T e_t = V, solved for w1 at every evaluation of the slope.
     Velocity,
-    /// The same equation, solved for w1 together with the strains and the velocity of an implicit step.
+    /// The equation of [`Hold::Velocity`], solved for w1 together with the strains and the velocity of an implicit
+    /// step.
     Together,
-    /// The end is where V has brought it: pose(e) = place.
+    /// The pose of the strains equals the integrated place: pose(e) = place.
     Place,
 }
 
-/// [`Hold::Place`] is chosen only while the strains relax faster than the velocity of the end by this factor.
+/// [`Hold::Place`] is chosen only if the strains relax faster than the velocity of the end by this factor.
 const FASTER: f64 = 3.0;
-/// [`Hold::Place`] is chosen when the fastest relaxation rate of the strains, times the step, exceeds the first number; it
-/// is left when that product has fallen below the second.
+/// [`Hold::Place`] is chosen once the fastest relaxation rate of the strains, times the step, exceeds the first
+/// number, and left once that product falls below the second.
 const STIFF: [f64; 2] = [1e2, 1e1];
-/// [`Hold::Together`], likewise, for the relaxation rate of the velocity of the end.
+/// Bounds of [`Hold::Together`], likewise, for the relaxation rate of the velocity of the end.
 const TIGHT: [f64; 2] = [1e3, 1e2];
 
 /// A viscoelastic rod and the body on its end.
@@ -125,7 +128,7 @@ pub struct ViscousSystem<'a, K: Kinematics<M, D>, B, const M: usize, const D: us
     pub body: &'a B,
     /// The form of implicit steps.
     pub hold: Hold,
-    /// Where right-hand sides are made: they ask for no memory. Nothing is remembered in it.
+    /// Workspace of right-hand sides, to avoid allocations; without state.
     room: RefCell<Room<K, M, D>>,
 }
 
@@ -150,7 +153,7 @@ where
     K: Kinematics<M, D>,
     B: EndBody<D, Pose = K::Pose>,
 {
-    /// The layout of its states.
+    /// Layout of the system's states.
     pub fn layout(&self) -> Layout {
         Layout {
             nodes: self.rod.grid.len(),
@@ -199,9 +202,9 @@ where
         y.fixed_rows::<D>(self.layout().velocity()).into_owned()
     }
 
-    /// The form that implicit steps of about length `h` should take from here on: by place if the strains relax fast
-    /// against the step and faster than the velocity of the end does; together if that velocity relaxes fast against the
-    /// step, as that of a nearly straight inextensible rod.
+    /// The form that implicit steps of about length `h` should take from here on. By place if the strains relax fast
+    /// against the step and faster than the velocity of the end. Together if that velocity relaxes fast against the
+    /// step, as for a nearly straight inextensible rod.
     pub fn suited(
         &self,
         at: &Configuration<K::Shape, M, D>,
@@ -236,7 +239,7 @@ where
         }
     }
 
-    /// Makes the configuration in the room that of a state.
+    /// Sets the configuration in the workspace to that of a state.
     fn configure(&self, y: &DVector<f64>, room: &mut Room<K, M, D>) -> Option<()> {
         let layout = self.layout();
         let (strains, memory) = y.as_slice()[..layout.velocity()].split_at(layout.field());
@@ -313,7 +316,8 @@ where
         );
     }
 
-    /// What [`System::balance`] of [`Hold::Place`] is beside the rates of strains and memory, from where the end is and what the rod dissipates.
+    /// Completes [`System::balance`] of [`Hold::Place`] beside the rates of strains and memory, from the pose of the
+    /// end and the rod's dissipation.
     fn held(
         &self,
         y: &DVector<f64>,
@@ -333,7 +337,7 @@ where
     }
 
     /// Shape and flow of a state; None outside the law's domain.
-    #[allow(clippy::type_complexity)] // Two things that are always wanted together.
+    #[allow(clippy::type_complexity)] // Configuration and flow are needed together.
     pub fn at(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let mut flow = self.rod.flow(&at, &self.velocity(y))?;
@@ -341,10 +345,10 @@ where
         Some((at, flow))
     }
 
-    /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench: V differs from the
-    /// velocity that strains and wrench make by the remainder of Newton's iteration, which is small in V, but not in the
-    /// wrench that would follow from it where G is small.
-    #[allow(clippy::type_complexity)] // As above.
+    /// Shape and flow of a state that an implicit step has reached. [`Hold::Together`] found its wrench. V differs
+    /// from the velocity of strains and wrench by the remainder of Newton's iteration. That is small in V, but not in
+    /// the wrench that would follow from V where G is small.
+    #[allow(clippy::type_complexity)] // Configuration and flow.
     pub fn reached(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         match self.hold {
             Hold::Together => self.under(y),
@@ -353,7 +357,7 @@ where
     }
 
     /// Shape and flow under the wrench of the state.
-    #[allow(clippy::type_complexity)] // As above.
+    #[allow(clippy::type_complexity)] // Configuration and flow.
     fn under(&self, y: &DVector<f64>) -> Option<(Configuration<K::Shape, M, D>, Flow<M, D>)> {
         let at = self.rod.configuration(self.strains(y), self.memory(y))?;
         let wrench = y.fixed_rows::<D>(self.layout().wrench()).into_owned();
@@ -361,7 +365,7 @@ where
         Some((at, flow))
     }
 
-    /// The Jacobian from that of the rod.
+    /// Jacobian of the system from that of the rod.
     fn with_body(
         &self,
         y: &DVector<f64>,
@@ -396,9 +400,9 @@ where
         }
     }
 
-    /// A straight inextensible rod holds its end along the clamp whatever the wrench: G is singular, and
-    /// V = int Q^T e_t says nothing of that component of w1. Its derivative does: V_t = (int Q^T e_t)_t, in which e_tt
-    /// has no part; what V has drifted off fades.
+    /// A straight inextensible rod holds its end along the clamp for any wrench: G is singular, and V = int Q^T e_t
+    /// leaves that component of w1 open. The derivative V_t = (int Q^T e_t)_t determines it, and e_tt has no part in
+    /// that. The drift of V decays.
     fn hold(&self, y: &DVector<f64>, at: &Configuration<K::Shape, M, D>, flow: &mut Flow<M, D>) {
         let g = flow.mobility;
         for i in loose(&g) {
@@ -477,7 +481,7 @@ where
         out.iter().all(|x| x.is_finite()).then_some(())
     }
 
-    /// By place the shapes of all states are found at once, and nothing of one state is needed for another.
+    /// By place the shapes of all states are found at once, since they are independent.
     fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
         if self.hold != Hold::Place {
             let mut pairs = states.iter().zip(out);
@@ -518,14 +522,15 @@ where
         Some(())
     }
 
-    /// At the wrench that goes with strains and velocity: that of the state may be a poorer one.
+    /// Uses the wrench that follows from strains and velocity; the wrench in the state may be less accurate.
     fn linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = self.at(y)?;
         let rod = self.rod.linear(&at, &flow)?;
         Some(self.with_body(y, &at, &flow, rod))
     }
 
-    /// As if the loads did not turn about the rod while it deforms: the strains at a node then move each other and the end alone.
+    /// Neglects the rotation of the loads relative to the deforming rod: the strains at a node then affect only each
+    /// other and the end.
     fn roughly_linearised(&self, y: &DVector<f64>) -> Option<ViscousLinear<M, D>> {
         let (at, flow) = match self.hold {
             Hold::Velocity => self.at(y)?,
@@ -535,7 +540,8 @@ where
         Some(self.with_body(y, &at, &flow, rod))
     }
 
-    /// Strains and memory are judged in the mean over the rod, relative to 1 + their size; so are velocity and energies.
+    /// Error norm: strains and memory in the mean over the rod, relative to 1 + their size; likewise velocity and
+    /// energies.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         let layout = self.layout();
         let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);

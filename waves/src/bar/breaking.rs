@@ -1,25 +1,26 @@
-//! When waves break: the envelope of characteristics from a loaded end, and the law of acceleration waves (docs/bars.md 1).
+//! Breaking of waves: the envelope of characteristics from a loaded end, and the law of acceleration waves
+//! (docs/bars.md 1).
 
 use super::{Bar, End, Material, WaveKind};
 
-/// Where and when the first shock forms.
+/// Place and time at which the first shock forms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Breaking {
     /// The time.
     pub time: f64,
     /// The material coordinate.
     pub position: f64,
-    /// When the characteristic that breaks first left the end.
+    /// Time of emission of the characteristic that breaks first.
     pub emitted: f64,
 }
 
 /// Samples of a smooth part of a load's history, from which the first crossing is bracketed.
 const SAMPLES: usize = 4000;
 
-/// The first shock of the waves that a load in time sends into a bar at rest in a uniform state, if it forms before `until` and
-/// before a wave from the other end, reflected or its own, can have reached it: the envelope of the characteristics, X = c^2/(dc/dtau) from the end and
-/// t = tau + X/c for the time tau of emission (docs/bars.md 1). None if no shock forms so, or if the ends and the start are
-/// others.
+/// The first shock of the waves that a load in time sends into a bar at rest in a uniform state. It must form before
+/// `until`, and before a wave from the other end, reflected or its own, can have reached it. It is found on the
+/// envelope of the characteristics, X = c^2/(dc/dtau) from the end and t = tau + X/c for the time tau of emission
+/// (docs/bars.md 1). None if no such shock forms, or for other ends or starts.
 pub fn first(bar: &Bar, until: f64) -> Option<Breaking> {
     let [stretch, velocity] = bar.at_start(0.0);
     let samples = 64;
@@ -44,7 +45,7 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
     let material = bar.material();
     let rest = bar.at_start(0.0)[0];
     let sign = if side == 0 { -1.0 } else { 1.0 };
-    // (c, X of the envelope, stretch) of the characteristic that leaves at tau; X is infinite where the wave spreads.
+    // (c, X of the envelope, stretch) of the characteristic that leaves at tau; X is infinite for a spreading wave.
     let ray = |tau: f64| {
         let [force, rate, _] = history.with_rates(tau);
         let lam = material.stretch(sign * force / bar.area()).ok()?;
@@ -63,13 +64,13 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
         ))
     };
     let crossing = |tau: f64| ray(tau).map_or(f64::INFINITY, |(c, x, _)| tau + x / c);
-    // (time, emitted, X) of the first crossing of every smooth part of the history.
+    // (time, emitted, X) of the first crossing of each smooth part of the history.
     let mut found = Vec::new();
     let mut start = 0.0;
     let mut before = rest;
     while start < until {
         let stop = history.next_break(start).min(until);
-        // A jump whose hull has a chord is a shock at once, unless it is the noise of rounding.
+        // A jump whose hull has a chord is a shock at once, unless the jump is rounding.
         let now = ray(start)?.2;
         let waves = material.waves(before, now);
         let shocks = waves.iter().any(|wave| wave.kind == WaveKind::Shock);
@@ -114,8 +115,8 @@ fn from_end(bar: &Bar, side: usize, until: f64) -> Option<Breaking> {
     })
 }
 
-/// Since when the load of an end does not hold the bar as it rests, and the speed in the fastest state that it gives the end before `until`; None if it
-/// holds the bar.
+/// Time from which the load of an end disturbs the bar at rest, and the speed in the fastest state of the end before
+/// `until`; None if the load never disturbs the bar.
 fn wakened(bar: &Bar, side: usize, until: f64) -> Option<(f64, f64)> {
     let (material, rest) = (bar.material(), bar.at_start(0.0)[0]);
     let sign = if side == 0 { -1.0 } else { 1.0 };
@@ -141,16 +142,18 @@ fn wakened(bar: &Bar, side: usize, until: f64) -> Option<(f64, f64)> {
 /// An acceleration wave that runs into a uniform state at rest: a front across which the acceleration jumps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AccelerationWave {
-    /// The jump at the start, positive if it pushes the way the front goes, and compresses.
+    /// Jump of the acceleration at the start, positive if it pushes in the direction of the front, and compresses.
     pub start: f64,
-    /// When the jump has grown beyond bounds and a shock forms; where this is negative, it decays. Infinite for a linear law.
+    /// Time at which the jump becomes infinite and a shock forms; a wave with negative time decays. Infinite for a
+    /// linear law.
     pub blow_up: f64,
-    /// How far the front has gone until then.
+    /// Distance travelled by the front until the blow-up.
     pub distance: f64,
 }
 
 impl AccelerationWave {
-    /// Into the uniform stretch `stretch` at rest, with this jump at the start: a' = -sigma'' a^2/(2 density c^3).
+    /// An acceleration wave into the uniform stretch `stretch` at rest, with this jump at the start:
+    /// a' = -sigma'' a^2/(2 density c^3).
     ///
     /// # Errors
     /// A stretch outside the reach of the law.

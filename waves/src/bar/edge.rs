@@ -4,20 +4,20 @@ use super::finite_volumes::{COURANT, STEEPEST, limited};
 use super::{Bar, End};
 use snaprod_core::error::Result;
 
-/// The state at an end.
+/// State at an end.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edge {
-    /// Stress of the bar there.
+    /// Stress of the bar at the end.
     pub stress: f64,
-    /// Velocity there.
+    /// Velocity of the end.
     pub velocity: f64,
-    /// A bound of the speed of the wave from there into the bar.
+    /// Upper bound of the speed of the wave from the end into the bar.
     pub fastest: f64,
 }
 
 impl Bar {
-    /// The one-sided Riemann problem at an end (0 left, 1 right) with cells of width `h` and the states \[stretch, velocity\], the
-    /// velocity of the mass and the force of the load with its rate.
+    /// The one-sided Riemann problem at an end (0 left, 1 right) with cells of width `h` and the states
+    /// \[stretch, velocity\]. Also given are the velocity of the mass, and the force of the load with its rate.
     pub(super) fn edge(
         &self,
         side: usize,
@@ -33,13 +33,13 @@ impl Bar {
         let [_, stress, slope, _] = material.jet(lam[place(0)]);
         let next = material.stress(lam[place(1)]);
         let [v0, v1, v2] = [0, 1, 2].map(|k| v[place(k)]);
-        // 1 where the velocity varies evenly, 0 in a shock, which would else overshoot as it is reflected.
+        // 1 for an evenly varying velocity, 0 in a shock, to avoid overshoot at the reflection.
         let even = 1.0
             - (8.0 * (v0 - 2.0 * v1 + v2) / (v0 - v2 + f64::MIN_POSITIVE))
                 .powi(2)
                 .min(1.0);
-        // From the last cell to the end. One variable is given there, and what the load or the mass does says how the other
-        // varies: density v_t = sigma_X, lam_t = v_X.
+        // From the last cell to the end. One variable is given at the end. The other's gradient follows from the load
+        // or the mass: density v_t = sigma_X, lam_t = v_X.
         let half = 0.5 * sign * h;
         let inside = match &self.ends[side] {
             End::Loaded(_) => {
@@ -88,8 +88,9 @@ impl Bar {
             End::Wall => moving(0.0),
             End::Mass { mass: m, .. } => {
                 let held = moving(mass)?;
-                // A body that is lighter than what the waves pass in a step would overtake the bar that pulls it. It moves as
-                // if it had this mass, and the end feels the rest of the load: as the body vanishes, it is a free end.
+                // A body lighter than the material that waves pass in a step would overtake the bar that pulls it. It
+                // moves as if it had that mass, and the end feels the rest of the load: as the body vanishes, it
+                // becomes a free end.
                 let share = m / (COURANT * material.density() * self.area * h);
                 if share >= 1.0 {
                     return Ok(held);
@@ -105,7 +106,7 @@ impl Bar {
     }
 }
 
-/// A change over half a cell, at most as great as that from the neighbour.
+/// A change over half a cell, limited by that from the neighbour.
 fn bounded(change: f64, before: f64) -> f64 {
     if change * before > 0.0 {
         change.abs().min(before.abs()).copysign(before)

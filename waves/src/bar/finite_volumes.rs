@@ -1,15 +1,16 @@
 //! Finite volumes: limited slopes of the characteristic variables, a Riemann solver at every face, SSP-RK3.
 //!
-//! At a face the solver takes acoustic waves into both sides, with the impedance of the shock where that is greater: single shocks are
-//! exact. Where the waves are strong, or an inflection of the stress lies between the states, it solves the Riemann problem of the
-//! cells exactly, by the hull of the stress. For stretch and momentum the energy is an entropy with the potential -sigma v, and the scheme loses at a face
+//! At a face the solver takes acoustic waves into both sides, with the impedance of the shock if that is greater:
+//! single shocks are exact. For strong waves, or an inflection of the stress between the states, it solves the
+//! Riemann problem of the cells exactly, by the hull of the stress. For stretch and momentum the energy is an entropy
+//! with the potential -sigma v. The scheme loses at a face
 //!
 //! ```text
 //! D = [sigma] (v* - mean v) + [v] (sigma* - mean sigma)
 //! ```
 //!
-//! (Tadmor), brackets and means of the cells; their sum is the loss but for errors of the steps in time. Without slopes every D is
-//! positive, whatever the impedances.
+//! (Tadmor), with brackets and means of the cells. The sum is the loss except for errors of the steps in time.
+//! Without slopes every D is positive, whatever the impedances.
 
 use super::edge::Edge;
 use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Snapshot, no_time};
@@ -25,7 +26,7 @@ pub struct FiniteVolumes {
     v: Vec<f64>,
     ends: [EndState; 2],
     extremes: [Extremes; 2],
-    /// The stresses of the inflections of the law.
+    /// Stresses at the inflections of the law.
     bends: Vec<f64>,
     sums: Sums,
     /// Energy and momentum at the start.
@@ -42,7 +43,7 @@ struct Sums {
     dissipated: f64,
 }
 
-/// Room for a stage.
+/// Workspace of a stage.
 #[derive(Default)]
 struct Scratch {
     lam: Vec<f64>,
@@ -61,15 +62,15 @@ struct Scratch {
 
 /// Step over h/speed. SSP-RK3 with slopes is stable up to about 1.
 pub(super) const COURANT: f64 = 0.6;
-/// Slopes over the lesser jump to the neighbours, at most: as steep as keeps their bounds.
+/// Largest slope over the lesser jump to the neighbours: the steepest that keeps their bounds.
 pub(super) const STEEPEST: f64 = 2.0;
-/// Acoustic waves do for jumps up to this part of the stretch, by the slower of the two states.
+/// Largest jump, relative to the stretch and by the slower of the two states, for which acoustic waves suffice.
 const WIDE: f64 = 0.3;
-/// Strains across an inflection below which the stress is as good as straight.
+/// Strain across an inflection below which the stress counts as straight.
 const FAINT: f64 = 1e-6;
 
 impl FiniteVolumes {
-    /// The bar in so many equal cells, at least 4.
+    /// The bar in `cells` equal cells, at least 4.
     ///
     /// # Errors
     /// Fewer cells; a start outside the reach of the law.
@@ -120,7 +121,7 @@ impl FiniteVolumes {
         Ok(volumes)
     }
 
-    /// With steps no longer than this.
+    /// Bounds the length of the steps.
     #[must_use]
     pub fn bounded(mut self, step: Option<f64>) -> Self {
         self.most = step.unwrap_or(f64::INFINITY);
@@ -137,7 +138,7 @@ impl FiniteVolumes {
         self.cells
     }
 
-    /// Energy dissipated per time at the inner faces, as of the last stage; the face i stands at X = i h.
+    /// Energy dissipated per time at the inner faces in the last stage; face i is at X = i h.
     pub fn losses(&self) -> impl Iterator<Item = f64> {
         let area = self.bar.area;
         self.work.losses.iter().map(move |loss| area * loss)
@@ -162,7 +163,7 @@ impl FiniteVolumes {
         sums
     }
 
-    /// Brings the states of the ends up to the present.
+    /// Updates the states of the ends to the present.
     fn look(&mut self) -> Result<()> {
         for side in 0..2 {
             let force = self.bar.ends[side].force_rate(self.time);
@@ -179,7 +180,7 @@ impl FiniteVolumes {
         Ok(())
     }
 
-    /// Fills the faces from a state; the sum of the losses per time.
+    /// Fills the faces from a state; returns the sum of the losses per time.
     fn faces(
         &mut self,
         lam: &[f64],
@@ -189,7 +190,7 @@ impl FiniteVolumes {
     ) -> Result<f64> {
         let density = self.bar.material.density();
         let n = lam.len();
-        // Steeper slopes would hold the jump of a compound wave together that must come apart.
+        // Steeper slopes would keep the jump of a compound wave from splitting.
         let steep = if self.bends.is_empty() { STEEPEST } else { 1.0 };
         let Scratch { sigma, z, .. } = &mut self.work;
         if !self.bar.material.fill(lam, sigma, z) {
@@ -212,7 +213,7 @@ impl FiniteVolumes {
             tops,
             ..
         } = &mut self.work;
-        // To the ends it is half a cell.
+        // The end is half a cell away.
         let rises = |edge: &Edge, i: usize| [edge.stress - sigma[i], edge.velocity - v[i]];
         let (into, out) = (rises(&left, 0), rises(&right, n - 1));
         let (first, last) = (into.map(|rise| -2.0 * rise), out.map(|rise| 2.0 * rise));
@@ -261,7 +262,7 @@ impl FiniteVolumes {
             let (zl, zr) = (z0[i].max(shock), z1[i].max(shock));
             tops[i] = zl.max(zr);
             let one = 1.0 / (zl + zr);
-            // v* and sigma* less the means of the cells.
+            // v* and sigma* minus the means of the cells.
             let (ms, mv) = (0.5 * (s1[i] + s0[i]), 0.5 * (v1[i] + v0[i]));
             let to_v = (zl * vl[i] + zr * vr[i] + sr[i] - sl[i]) * one - mv;
             let to_s = (zr * sl[i] + zl * sr[i] + zl * zr * (vr[i] - vl[i])) * one - ms;
@@ -269,7 +270,7 @@ impl FiniteVolumes {
             fs[i] = ms + to_s;
             fv[i] = mv + to_v;
             inside[i] = loss;
-            // Perhaps no weak jump, by the slower of its sides.
+            // Possibly a strong jump, by the slower of its sides.
             let weakest = z0[i].min(z1[i]);
             wide |= scale * (to_s.abs() + ds.abs()) > l0[i] * weakest * weakest;
         }
@@ -279,11 +280,11 @@ impl FiniteVolumes {
         Ok(self.bar.area * self.work.losses.iter().sum::<f64>())
     }
 
-    /// Solves the Riemann problem of the two cells exactly at the faces where acoustic waves do not do.
+    /// Solves the Riemann problem of the two cells exactly at the faces for which acoustic waves do not suffice.
     ///
-    /// Across an inflection of the stress waves may be compound, and a jump that meets the jump conditions need not be one that
-    /// the material makes: the impedance of the chord would keep it for ever. Where the waves are strong, those of the state
-    /// between the cells are faster than all that the cells know of.
+    /// Across an inflection of the stress waves may be compound, and a jump that meets the jump conditions need not
+    /// be admissible: the impedance of the chord would keep it for ever. Strong waves of the state between the cells
+    /// are faster than either cell's own.
     fn solve_exactly(&mut self, lam: &[f64], v: &[f64]) -> Result<()> {
         let (material, density) = (&self.bar.material, self.bar.material.density());
         let Scratch {
@@ -349,7 +350,7 @@ impl FiniteVolumes {
             (0.25, 1.0 / 6.0, 1.0),
             (2.0 / 3.0, 2.0 / 3.0, 0.5),
         ] {
-            // At the end of a step that a break ends, the load is still what it was.
+            // At the end of a step up to a break, the load still has its value before the break.
             let t = (self.time + at * dt).min(stop.next_down());
             let force = [0, 1].map(|side| self.bar.ends[side].force_rate(t));
             let loss = match self.faces(&lam, &v, mass, force) {
@@ -430,7 +431,7 @@ impl Motion for FiniteVolumes {
             }
             let (at, stop) = (self.time, until.min(self.bar.next_break(self.time)));
             self.step(until).map_err(|error| stuck(at, error))?;
-            // A step that a break ends may be as short as it likes.
+            // A step up to a break may be arbitrarily short.
             if self.time < stop && until + (self.time - at) == until {
                 return Err(no_time(at));
             }
@@ -491,8 +492,8 @@ fn sloped(steep: f64, sigma: f64, v: f64, z: f64, before: [f64; 2], after: [f64;
     [sigma - ds, v - dv, sigma + ds, v + dv]
 }
 
-/// The central slope where that is at most `steep` times the lesser of both: with 2 it keeps the bounds of the neighbours (van Leer's
-/// monotonized central limiter), with 1 it is the lesser of them.
+/// The central slope, limited to `steep` times the lesser of both. With 2 it keeps the bounds of the neighbours (van
+/// Leer's monotonized central limiter), with 1 it is the lesser of them.
 #[inline]
 pub(super) fn limited(steep: f64, a: f64, b: f64) -> f64 {
     let size = (steep * a.abs())

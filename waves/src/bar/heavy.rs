@@ -1,4 +1,5 @@
-//! A light bar with a heavy end: the motion without waves, its next order, and the frequencies of a linear bar (docs/bars.md 3).
+//! A light bar with a heavy end: the motion without waves, its next order, and the frequencies of a linear bar
+//! (docs/bars.md 3).
 
 use super::{Bar, End, Material, positive};
 use nalgebra::Vector4;
@@ -6,9 +7,10 @@ use snaprod_core::error::{Error, Result};
 use snaprod_core::solve::dop853::Dop853;
 use snaprod_core::solve::roots::chandrupatla;
 
-/// The motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant:
-/// m r'' = -area sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar. The error is
-/// of the order of eps = mass of the bar over mass of the end, or of eps^2. Gives \[r, r'\] at the `times`, which grow.
+/// Motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant: m
+/// r'' = -area sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar.
+/// The error is of the order of eps = mass of the bar over mass of the end, or of eps^2. Gives \[r, r'\] at the
+/// growing `times`.
 ///
 /// # Errors
 /// Other ends; a start that is not uniform in the stretch; a motion that leaves the reach of the law.
@@ -63,8 +65,8 @@ pub fn reduced(bar: &Bar, first_order: bool, times: &[f64]) -> Result<Vec<[f64; 
     Ok(found)
 }
 
-/// The lowest circular frequencies of small longitudinal vibrations about a uniform stretch, of a bar held at one end with a mass
-/// at the other: w tan w = eps, times speed/length.
+/// The lowest circular frequencies of small longitudinal vibrations about a uniform stretch, of a bar held at one end
+/// with a mass at the other: w tan w = eps, times speed/length.
 ///
 /// # Errors
 /// A stretch outside the reach of the law; a length or a ratio of masses that is not positive.

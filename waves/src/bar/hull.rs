@@ -1,9 +1,9 @@
-//! The waves between two states, by the concave or convex hull of the stress (Oleinik's condition; docs/bars.md 1).
+//! Waves between two states, by the concave or convex hull of the stress (Oleinik's condition; docs/bars.md 1).
 
 use super::Material;
 use snaprod_core::solve::roots::chandrupatla;
 
-/// What a part of a wave is.
+/// Kind of a part of a wave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WaveKind {
     /// A jump.
@@ -12,7 +12,7 @@ pub enum WaveKind {
     Fan,
 }
 
-/// A part of a wave, with speeds over the material, both positive whichever way it goes.
+/// A part of a wave, with speeds over the material, positive in either direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {
     /// Shock or fan.
@@ -23,16 +23,17 @@ pub struct Wave {
     pub to: f64,
     /// Speed of the front.
     pub head: f64,
-    /// Speed of the end; of a shock the same.
+    /// Speed of the end; equal to that of the front for a shock.
     pub tail: f64,
 }
 
-/// Samples in every interval between inflections, from which the order of chords and arcs is found.
+/// Samples in each interval between inflections, from which the order of chords and arcs is found.
 const SAMPLES: usize = 12;
 
 impl Material {
-    /// The parts of the wave that changes the stretch `ahead` of it to the stretch `behind` it, the foremost first: the upper
-    /// concave hull of the stress if the wave stretches, the lower convex hull if it shortens; chords are shocks, arcs fans.
+    /// The parts of the wave that changes the stretch `ahead` of it to the stretch `behind` it, the foremost first:
+    /// the upper concave hull of the stress if the wave stretches, the lower convex hull if it shortens; chords are
+    /// shocks, arcs fans.
     pub fn waves(&self, ahead: f64, behind: f64) -> Vec<Wave> {
         let arc = |from, to| Wave {
             kind: WaveKind::Fan,
@@ -64,7 +65,7 @@ impl Material {
         waves
     }
 
-    /// The one kind of a wave across which the stress has no inflection.
+    /// The kind of a wave across which the stress has no inflection.
     fn simple(&self, ahead: f64, behind: f64) -> Option<WaveKind> {
         let (low, high) = (ahead.min(behind), ahead.max(behind));
         let next = self.inflections().partition_point(|lam| *lam <= low);
@@ -90,26 +91,26 @@ impl Material {
         }
     }
 
-    /// The speed of a shock, density s^2 = \[sigma\]/\[lam\]; of waves where the states are the same.
+    /// The speed of a shock, density s^2 = \[sigma\]/\[lam\]; the speed of waves if the states are equal.
     pub fn chord_speed(&self, from: f64, to: f64) -> f64 {
         let rise = self.stress(to) - self.stress(from);
-        // Below this the difference of the stresses has lost more digits than the curvature of the law is worth.
+        // Below this the difference of the stresses loses more digits than the curvature of the law contributes.
         if (to - from).abs() < 1e-8 * from {
             return self.speed(0.5 * (from + to));
         }
         (rise / (to - from) / self.density()).sqrt()
     }
 
-    /// Energy that a shock dissipates per area and time: its speed times the area between the stress and its chord. Negative
-    /// for a jump that no material makes.
+    /// Energy that a shock dissipates per area and time: its speed times the area between the stress and its chord.
+    /// Negative for an inadmissible jump.
     pub fn dissipation(&self, ahead: f64, behind: f64) -> f64 {
         let [w0, s0, ..] = self.jet(ahead);
         let [w1, s1, ..] = self.jet(behind);
         self.chord_speed(ahead, behind) * (w0 - w1 - 0.5 * (s0 + s1) * (ahead - behind))
     }
 
-    /// How much the wave from `ahead` to `behind` changes the velocity, positive if it stretches, and the derivative of that
-    /// by `behind`: a wave that goes towards -X adds it, one that goes towards +X takes it away.
+    /// Change of the velocity by the wave from `ahead` to `behind`, positive for a stretching wave, and its
+    /// derivative by `behind`. A wave towards -X adds the change, one towards +X subtracts it.
     pub fn rise(&self, ahead: f64, behind: f64) -> (f64, f64) {
         let jump = |from: f64, to: f64| {
             let speed = self.chord_speed(from, to);
@@ -162,7 +163,7 @@ impl Material {
             .collect();
         points.push(high);
 
-        // The hull of the samples, as their places in the list.
+        // The hull of the samples, as indices into the list.
         let mut hull: Vec<usize> = Vec::new();
         for i in 0..points.len() {
             while let [.., p, q] = hull[..] {
@@ -183,7 +184,7 @@ impl Material {
             if concave.iter().any(|(a, b)| *a <= p && q <= *b) {
                 continue;
             }
-            // The arcs on which the chord may end: the tangent to one has a single point there.
+            // Arcs on which the chord may end: a tangent to an arc touches at a single point.
             let left = concave.iter().find(|(a, b)| *a <= p && p <= *b);
             let right = concave.iter().rfind(|(a, b)| *a <= q && q <= *b);
             for _ in 0..50 {
@@ -209,7 +210,7 @@ impl Material {
     }
 }
 
-/// Where the falling function `gap` is zero between a and b; the end towards which it points if it has one sign.
+/// Zero of the falling function `gap` between a and b; if `gap` has one sign, the end towards which it points.
 fn touching(gap: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {
     let (at_a, at_b) = (gap(a), gap(b));
     if !(at_a > 0.0) {

@@ -1,7 +1,8 @@
-//! The schemes of the thesis on linear elements (docs/bars.md 2), by name, with the faults that they have.
+//! The schemes of the thesis on linear elements (docs/bars.md 2), by name, with their faults.
 //!
-//! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form. The stretch forms
-//! move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has the stretch of its load.
+//! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form.
+//! The stretch forms move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has
+//! the stretch of its load.
 
 use super::{Bar, End, EndState, Extremes, LOWER, Ledger, Motion, Scheme, Snapshot, no_time};
 use snaprod_core::error::{Cause, Error, Result, Stuck};
@@ -25,14 +26,15 @@ pub struct Lattice {
     extremes: [Extremes; 2],
 }
 
-/// Step over h/c at the start, if none is given: about that of the thesis.
+/// Default step over h/c at the start: about that of the thesis.
 const COURANT: f64 = 0.05;
 
 impl Lattice {
-    /// The bar on so many elements, with steps of at most `time_step`.
+    /// The bar on this number of elements, with steps of at most `time_step`.
     ///
     /// # Errors
-    /// Fewer than 2 elements; another scheme; ends or a start that it cannot have; [`Scheme::StretchTaylor`] unless `unstable`.
+    /// Fewer than 2 elements; another scheme; ends or a start that it cannot have; [`Scheme::StretchTaylor`] unless
+    /// `unstable`.
     pub fn new(
         bar: &Bar,
         scheme: Scheme,
@@ -127,7 +129,7 @@ impl Lattice {
         )
     }
 
-    /// Size of the deviation from rest, and the same made smaller by a factor: for the growth of small disturbances.
+    /// Size of the deviation from rest, which is then scaled by a factor: for the growth of small disturbances.
     pub(super) fn deviation(&mut self, factor: f64) -> f64 {
         let rest = |i: usize| {
             if self.central() {
@@ -210,7 +212,7 @@ impl Lattice {
             }
             return (force, walls);
         }
-        // Thomas' elimination; the rows of held nodes say zero, and nothing of them reaches their neighbours.
+        // Thomas' elimination; the rows of held nodes are zero and decoupled from their neighbours.
         let link = |i: usize| match (i == 0 && held[0]) || (i + 2 == n && held[1]) {
             true => 0.0,
             false => off,
@@ -254,7 +256,7 @@ impl Lattice {
             let before = [self.a[0], self.a[n - 1]];
             let ends = self.snapshot().ends;
             let free = |i: usize| !((i == 0 && loaded[0]) || (i == n - 1 && loaded[1]));
-            // Second differences; at a wall, which no P acts on, twice the one-sided first.
+            // Second differences; at a wall, with no load P, twice the one-sided first difference.
             let second = |f: &dyn Fn(usize) -> f64, i: usize| match i {
                 0 => 2.0 * (f(1) - f(0)),
                 i if i == n - 1 => 2.0 * (f(n - 2) - f(n - 1)),
@@ -308,7 +310,7 @@ impl Lattice {
         };
         let middles: Vec<(f64, f64)> = (0..n - 1).map(middle).collect();
         for i in 0..n {
-            // Half a cell at the ends: a wall does not move, and a load is the stress there.
+            // Half a cell at the ends: a wall does not move, and the stress at a loaded end is the load.
             let (left, right) = match i {
                 0 => ((jets[0][1], 0.0), middles[0]),
                 i if i == n - 1 => (middles[n - 2], (jets[n - 1][1], 0.0)),
@@ -324,7 +326,7 @@ impl Lattice {
         }
     }
 
-    /// Places from stretches, or velocities from their rates: the sum from the wall, which stays where it is.
+    /// Places from stretches, or velocities from their rates: the sum from the wall, which is fixed.
     fn summed(&self, rates: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0];
         for pair in rates.windows(2) {
@@ -332,13 +334,13 @@ impl Lattice {
         }
         if self.bar.ends[0] != End::Wall {
             let last = sums[sums.len() - 1];
-            // The right wall stands at the length of the bar at the start, 0 as a velocity: shifts do not matter to either.
+            // The right wall is at the length of the bar at the start, with velocity 0. Shifts affect neither.
             sums.iter_mut().for_each(|sum| *sum -= last);
         }
         sums
     }
 
-    /// What a bar that left its law says of its scheme.
+    /// Error for a bar outside the domain of the law, by scheme.
     fn blown_up(&self, dt: f64) -> Stuck {
         let name = self.scheme.name();
         let ratio = self.bar.material.speed(1.0) * dt / self.h;
@@ -366,7 +368,7 @@ impl Motion for Lattice {
     }
 
     fn go(&mut self, until: f64, most: usize) -> Result<(), Stuck> {
-        // Equal steps: nothing here knows of breaks, as in the thesis.
+        // Equal steps: breaks are ignored, as in the thesis.
         let steps = ((until - self.time) / self.dt - 1e-6).ceil().max(0.0);
         let dt = (until - self.time) / steps;
         for _ in 0..most.min(steps as usize) {

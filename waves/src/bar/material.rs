@@ -5,8 +5,8 @@ use snaprod_core::error::{Error, Result};
 use snaprod_core::math::gauss::Rule;
 use snaprod_core::solve::roots::chandrupatla;
 
-/// A law as a scene writes it; sigma is force per undeformed area. The neo-Hookean, Mooney and Biderman laws are those of an
-/// incompressible material in uniaxial stress, I1 = lam^2 + 2/lam, I2 = 2 lam + 1/lam^2.
+/// A law as given in a scene; sigma is force per undeformed area. The neo-Hookean, Mooney and Biderman laws are those
+/// of an incompressible material in uniaxial stress, I1 = lam^2 + 2/lam, I2 = 2 lam + 1/lam^2.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stress {
     /// sigma = modulus (lam - 1).
@@ -28,9 +28,9 @@ pub enum Stress {
 pub struct Material {
     kind: Kind,
     density: f64,
-    /// The stretches around 1 in which the stress grows: the speed of waves is real.
+    /// Interval of stretches around 1 in which the stress grows: the speed of waves is real.
     reach: [f64; 2],
-    /// Where the stress changes its curvature, in growing order.
+    /// Stretches at which the curvature of the stress changes sign, in growing order.
     inflections: Vec<f64>,
     nodes: [f64; PANEL],
     weights: [f64; PANEL],
@@ -44,7 +44,7 @@ enum Kind {
     Table(Vec<Knot>),
 }
 
-/// A point of a table: slope of the stress there, energy up to there.
+/// A point of a table, with the slope of the stress and the energy at the point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Knot {
     lam: f64,
@@ -55,7 +55,7 @@ struct Knot {
 
 /// Nodes of a panel of the quadrature of Phi.
 const PANEL: usize = 12;
-/// Laws are looked through for zeros of sigma' and sigma'' between 1/FAR and FAR, in steps of lam by this factor.
+/// Zeros of sigma' and sigma'' are sought between 1/FAR and FAR, in steps of lam by the factor FINE.
 const FAR: f64 = 1e3;
 const FINE: f64 = 1.01;
 
@@ -63,7 +63,8 @@ impl Material {
     /// The law with a density.
     ///
     /// # Errors
-    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at lam = 1.
+    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at lam
+    /// = 1.
     pub fn new(stress: &Stress, density: f64) -> Result<Self> {
         positive("density", density)?;
         let kind = match stress {
@@ -102,7 +103,7 @@ impl Material {
         self.reach
     }
 
-    /// The stretches at which the stress changes its curvature.
+    /// Stretches at which the curvature of the stress changes sign.
     pub fn inflections(&self) -> &[f64] {
         &self.inflections
     }
@@ -142,7 +143,8 @@ impl Material {
         (self.jet(lam)[2] / self.density).sqrt()
     }
 
-    /// The greatest speed of waves at the stretches from `a` to `b`: none of the parts of the wave between them is faster.
+    /// The greatest speed of waves at the stretches from `a` to `b`, an upper bound for the parts of the wave between
+    /// them.
     pub(super) fn fastest(&self, a: f64, b: f64) -> f64 {
         let (low, high) = (a.min(b), a.max(b));
         let inner = self.inflections.iter().copied();
@@ -151,7 +153,7 @@ impl Material {
         speeds.fold(self.speed(a).max(self.speed(b)), f64::max)
     }
 
-    /// The stretch that has the stress `sigma`.
+    /// The stretch at the stress `sigma`.
     ///
     /// # Errors
     /// A stress that no stretch inside the reach has.
@@ -191,7 +193,7 @@ impl Material {
         inside
     }
 
-    /// Phi(to) - Phi(from), the integral of the speed, to rounding: what a fan changes the velocity by.
+    /// Phi(to) - Phi(from), the integral of the speed, to rounding: the change of velocity across a fan.
     pub fn phi(&self, from: f64, to: f64) -> f64 {
         let Kind::Table(knots) = &self.kind else {
             return self.panel(from, to);
@@ -219,8 +221,8 @@ impl Material {
     fn halved(&self, from: f64, to: f64, whole: f64, floor: f64) -> f64 {
         let middle = 0.5 * (from + to);
         let (a, b) = (self.rule(from, middle), self.rule(middle, to));
-        // A rule of 12 nodes gains some 7 digits by halving: 1e-8 here is rounding in the halves.
-        // A difference that is no number is not refined either.
+        // A rule of 12 nodes gains some 7 digits by halving: 1e-8 here is rounding in the halves. NaN is not refined
+        // either.
         let refined = (a + b - whole).abs();
         if !(refined > floor && refined > 1e-9 * whole.abs()) {
             return a + b;
@@ -258,7 +260,7 @@ impl Material {
             } else {
                 return None;
             }
-            // No further than by a factor, where the law may be steep beyond measure.
+            // Bounded by a factor, since the law may be arbitrarily steep.
             let newton = (x - value / slope).clamp(0.25 * x, 4.0 * x);
             if (newton - x).abs() <= 2.0 * f64::EPSILON * x {
                 return Some(newton);
@@ -269,7 +271,7 @@ impl Material {
                 false => return None,
             };
             if (next - x).abs() <= 2.0 * f64::EPSILON * x {
-                // At an edge of the reach there is a root only if the function says so.
+                // At an edge of the reach the last iterate is a root only if the function vanishes.
                 return (value.abs() <= 1e-9 * slope * x).then_some(next);
             }
             x = next;
@@ -324,7 +326,7 @@ impl Kind {
         }
     }
 
-    /// From 1 both ways, up to where the stress ceases to grow.
+    /// From 1 in both directions, up to where the stress ceases to grow.
     fn reach(&self) -> [f64; 2] {
         if let Self::Table(knots) = self {
             return [knots[0].lam, knots[knots.len() - 1].lam];
@@ -349,7 +351,7 @@ impl Kind {
         let bend = |lam: f64| self.jet(lam)[3];
         let mut found = Vec::new();
         if let Self::Table(knots) = self {
-            // Linear in every interval, with jumps at the knots.
+            // Linear in each interval, with jumps at the knots.
             let mut before = 0.0;
             for pair in knots.windows(2) {
                 let [a, b] = [pair[0].lam, pair[1].lam];
@@ -394,7 +396,8 @@ fn cubic(a: &Knot, b: &Knot, lam: f64) -> [f64; 4] {
     ]
 }
 
-/// Slopes by the weighted harmonic mean of Fritsch and Butland, at most twice the lesser secant: the cubics grow strictly.
+/// Slopes by the weighted harmonic mean of Fritsch and Butland, at most twice the lesser secant: the cubics grow
+/// strictly.
 fn knots(rows: &[[f64; 2]]) -> Result<Vec<Knot>> {
     let grows = rows
         .windows(2)

@@ -6,9 +6,10 @@
 //! lam_t = v_X,   density v_t = sigma(lam)_X.
 //! ```
 //!
-//! A [`Bar`] is computed by one of the [`Scheme`]s. [`FiniteVolumes`] is the one to use where there are shocks, [`Spectral`] where the
-//! motion stays smooth; the others are the schemes of the thesis from which the examples come, with their faults. [`Material`] holds
-//! the law and solves Riemann problems exactly, of laws with inflections, too; [`breaking`] says when a load at an end makes a shock.
+//! A [`Bar`] is computed by one of the [`Scheme`]s. [`FiniteVolumes`] is the one to use where there are shocks,
+//! [`Spectral`] where the motion stays smooth; the others are the schemes of the thesis from which the examples come,
+//! with their faults. [`Material`] holds the law and solves Riemann problems exactly, of laws with inflections, too;
+//! [`breaking`] says when a load at an end makes a shock.
 
 pub mod breaking;
 mod edge;
@@ -36,7 +37,7 @@ use snaprod_core::error::{Cause, Error, Result, Stuck};
 use std::fmt;
 use std::sync::Arc;
 
-/// What stands at an end of the bar.
+/// Condition at an end of the bar.
 #[derive(Debug, Clone, PartialEq)]
 pub enum End {
     /// Held in place.
@@ -83,7 +84,7 @@ impl End {
 /// \[stretch, velocity\] along the bar, at the start.
 pub type Start = Arc<dyn Fn(f64) -> [f64; 2] + Send + Sync>;
 
-/// A uniform bar with its ends and its start, in any consistent units.
+/// A uniform bar with end conditions and initial state, in any consistent units.
 #[derive(Clone)]
 pub struct Bar {
     material: Material,
@@ -131,7 +132,7 @@ impl Bar {
         })
     }
 
-    /// Started with \[stretch, velocity\] = `start`(X).
+    /// Sets the start \[stretch, velocity\] = `start`(X).
     #[must_use]
     pub fn started(mut self, start: impl Fn(f64) -> [f64; 2] + Send + Sync + 'static) -> Self {
         self.start = Arc::new(start);
@@ -153,7 +154,7 @@ impl Bar {
         self.area
     }
 
-    /// What stands at X = 0 and at X = length.
+    /// End conditions at X = 0 and at X = length.
     pub fn ends(&self) -> &[End; 2] {
         &self.ends
     }
@@ -168,7 +169,7 @@ impl Bar {
         (self.start)(x)
     }
 
-    /// The states at the points `x` at the start.
+    /// Stretches and velocities at the points `x` at the start.
     ///
     /// # Errors
     /// A stretch outside the reach of the law, a velocity that is not finite.
@@ -187,7 +188,7 @@ impl Bar {
         Ok(states)
     }
 
-    /// The stretch that the load of the end `side` gives it at `t`.
+    /// The stretch of the end `side` under its load at `t`.
     ///
     /// # Errors
     /// A load beyond all stresses of the law.
@@ -197,7 +198,7 @@ impl Bar {
         self.material.stretch(force / self.area)
     }
 
-    /// What keeps the bar from going on at `t`, if it is a load that no stretch at its end bears.
+    /// Reason why the bar cannot go on at `t`, if an end's load exceeds all stresses of the law.
     fn overloaded(&self, t: f64) -> Option<Stuck> {
         let loaded = |side: &usize| matches!(self.ends[*side], End::Loaded(_));
         let error = (0..2)
@@ -212,7 +213,7 @@ impl Bar {
     }
 }
 
-/// How a bar is computed.
+/// Numerical scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheme {
     /// Finite volumes with slopes, for motions with shocks.
@@ -223,16 +224,16 @@ pub enum Scheme {
     CentralLumped,
     /// Linear elements, consistent mass, central differences.
     CentralConsistent,
-    /// The thesis' Lax-Wendroff finite elements in the stretch as they are printed: unstable.
+    /// The Lax-Wendroff finite elements in the stretch as printed in the thesis: unstable.
     StretchTaylor,
-    /// The same with the stretch moved by the new rate.
+    /// [`Scheme::StretchTaylor`] with the stretch moved by the new rate.
     StretchSequential,
     /// Two-step Lax-Wendroff for stretch and velocity.
     LaxWendroff,
 }
 
 impl Scheme {
-    /// All of them.
+    /// All schemes.
     pub const ALL: [Self; 7] = [
         Self::FiniteVolume,
         Self::Spectral,
@@ -243,7 +244,7 @@ impl Scheme {
         Self::LaxWendroff,
     ];
 
-    /// Its name in scenes.
+    /// Name in scenes.
     pub fn name(self) -> &'static str {
         match self {
             Self::FiniteVolume => "finite-volume",
@@ -262,7 +263,7 @@ pub trait Motion {
     /// The time.
     fn time(&self) -> f64;
 
-    /// Goes on by at most so many steps, and not beyond the time `until`.
+    /// Takes at most `steps` steps, and not beyond the time `until`.
     ///
     /// # Errors
     /// The motion cannot go on: where, why and what would help.
@@ -281,27 +282,28 @@ pub trait Motion {
         }
     }
 
-    /// The state now.
+    /// The present state.
     fn snapshot(&self) -> Snapshot;
 
-    /// Energies and momenta now.
+    /// Present energies and momenta.
     fn ledger(&self) -> Ledger;
 
     /// The bounds of the stress at the two ends so far.
     fn extremes(&self) -> [Extremes; 2];
 }
 
-/// What helps a bar that has come to the edge of its law.
+/// Advice if a bar reaches the edge of its law.
 const LOWER: &str = "lower the loads, or check the law at this stretch";
 
-/// Steps that the digits of the time do not hold.
+/// Error for steps too short for the digits of the time.
 fn no_time(at: f64) -> Stuck {
     let why = "waves pass a cell in less than the last digit of the time";
     let remedy = "check density and law, the units of both, or end earlier";
     Stuck::new(at, Cause::Failed(Error::ill_conditioned(why)), remedy)
 }
 
-/// Sets a bar in motion. `cells` are cells or elements, of the spectral scheme nodes; without a `time_step` the scheme chooses.
+/// Sets a bar in motion. `cells` counts cells or elements, or nodes of the spectral scheme; without a `time_step` the
+/// scheme chooses.
 ///
 /// # Errors
 /// What the scheme cannot compute, and why; [`Scheme::StretchTaylor`] unless `unstable` is true.
@@ -329,11 +331,11 @@ pub struct Snapshot {
     pub time: f64,
     /// Material coordinates: middles of cells or elements, or nodes.
     pub x: Vec<f64>,
-    /// Stretch there.
+    /// Stretch at these points.
     pub stretch: Vec<f64>,
-    /// Velocity there.
+    /// Velocity at these points.
     pub velocity: Vec<f64>,
-    /// Stress there.
+    /// Stress at these points.
     pub stress: Vec<f64>,
     /// The two ends.
     pub ends: [EndState; 2],
@@ -342,24 +344,24 @@ pub struct Snapshot {
 /// The state of an end.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct EndState {
-    /// Where it is; the end at X = 0 starts at 0.
+    /// Position; the end at X = 0 starts at 0.
     pub position: f64,
-    /// Its velocity.
+    /// Velocity.
     pub velocity: f64,
-    /// The stress in the bar there.
+    /// Stress of the bar at the end.
     pub stress: f64,
 }
 
-/// The least and the greatest stress of an end.
+/// The least and the greatest stress of an end, with the times at which they are first reached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
     /// The least.
     pub min: f64,
-    /// When it was first reached.
+    /// Time of the least.
     pub min_time: f64,
     /// The greatest.
     pub max: f64,
-    /// When it was first reached.
+    /// Time of the greatest.
     pub max_time: f64,
 }
 
@@ -392,9 +394,9 @@ pub struct Ledger {
     pub strain: f64,
     /// Work of the loads since the start.
     pub work: f64,
-    /// Energy at the start + work - kinetic - strain: what shocks have dissipated, and errors of the scheme.
+    /// Energy at the start + work - kinetic - strain: the dissipation of shocks, and errors of the scheme.
     pub lost: f64,
-    /// What the scheme dissipates by design, counted where it does so: an independent sum for `lost`. Zero in schemes without.
+    /// Dissipation by design of the scheme, summed independently of `lost`. Zero for schemes without.
     pub dissipated: f64,
     /// Momentum along +X.
     pub momentum: f64,

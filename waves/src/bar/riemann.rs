@@ -1,16 +1,16 @@
-//! Riemann problems: where two uniform states meet, and where one meets an end (docs/bars.md 1, 3).
+//! Riemann problems of two uniform states, and of a state at an end of the bar (docs/bars.md 1, 3).
 
 use super::{Material, Wave};
 use snaprod_core::error::{Error, Result};
 
-/// The state between the two waves that start where two uniform states meet.
+/// The state between the two waves of a Riemann problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Star {
-    /// Its stretch.
+    /// Stretch.
     pub stretch: f64,
-    /// Its velocity.
+    /// Velocity.
     pub velocity: f64,
-    /// Its stress.
+    /// Stress.
     pub stress: f64,
     /// The parts of the wave towards -X, the foremost first.
     pub left: Vec<Wave>,
@@ -40,7 +40,7 @@ impl Material {
         self.check(right[0])?;
         let speeds = [left[0], right[0]].map(|lam| self.speed(lam));
         let apart = right[1] - left[1];
-        // Where both waves are weak.
+        // Guess for two weak waves.
         let guess = (apart + speeds[0] * left[0] + speeds[1] * right[0]) / (speeds[0] + speeds[1]);
         let residual = |lam: f64| {
             let (a, b) = (self.rise(left[0], lam), self.rise(right[0], lam));
@@ -61,8 +61,8 @@ impl Material {
         Ok([stretch, 0.5 * (left[1] + a + right[1] - b)])
     }
 
-    /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see [`Material::rise`]: at a
-    /// wall, or at a mass, whose velocity is known.
+    /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see
+    /// [`Material::rise`]: at a wall, or at a mass of known velocity.
     ///
     /// # Errors
     /// A rise that no stretch in the reach of the law gives.

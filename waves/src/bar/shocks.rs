@@ -1,8 +1,8 @@
-//! Shocks in a computed state.
+//! Detection of shocks in a computed state.
 
 use super::{Bar, Snapshot, WaveKind};
 
-/// A shock.
+/// A shock: position, speed, states on both sides and loss.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shock {
     /// The material coordinate.
@@ -13,25 +13,26 @@ pub struct Shock {
     pub ahead: f64,
     /// The stretch behind.
     pub behind: f64,
-    /// Energy that it dissipates per time, by its two states.
+    /// Energy dissipated per time, computed from the two states.
     pub loss_rate: f64,
 }
 
-/// Most cells over which a scheme spreads the half of a shock on either side of its steepest face.
+/// Largest number of cells over which a scheme spreads either half of a shock beside its steepest face.
 const SPREAD: usize = 6;
-/// Jumps to this fraction of the steepest belong to the shock.
+/// Jumps down to this fraction of the steepest belong to the shock.
 const FOOT: f64 = 0.12;
-/// The part of a shock that its steepest face holds at least.
+/// Least part of the shock's jump on its steepest face.
 const STEEP: f64 = 0.2;
-/// The part of the power [sigma] [v] that it loses at least: weaker fronts are steep waves as often as shocks.
+/// Least dissipation over the power [sigma] [v]: weaker fronts are steep waves as often as shocks.
 const WEAK: f64 = 4e-3;
-/// Jumps below this part of the range of stretches are not looked at.
+/// Jumps below this part of the range of stretches are ignored.
 const FAINT: f64 = 0.02;
 
 /// The shocks in a state on equal cells, by growing position.
 ///
-/// A shock is a monotone passage of few cells between states that are flat beside it, which meets the jump conditions and
-/// dissipates. Its place is where a jump between these states would hold the same material stretched.
+/// A shock is a monotone passage of few cells between states that are flat beside it. The states meet the jump
+/// conditions, and the jump dissipates. Its place is that of a sharp jump between these states with the same total
+/// stretch.
 pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
     let (lam, v) = (&state.stretch, &state.velocity);
     let n = lam.len();
@@ -59,7 +60,7 @@ pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
             b += 1;
         }
         let spread = (a > 0 && belongs(a - 1)) || (b + 1 < n && belongs(b));
-        // The last of its feet, where the bar is flat beside it.
+        // Extends to the last flat cells beside the shock.
         for _ in 0..3 {
             let flat = |k: usize| jump(k).abs() <= FOOT * steepest;
             a -= usize::from(a > 0 && flat(a - 1));

@@ -1,4 +1,4 @@
-//! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For motions that stay smooth.
+//! One spectral element: polynomials through Legendre-Gauss-Lobatto nodes, diagonal mass, DOP853. For smooth motions.
 
 use super::{Bar, End, EndState, Extremes, Ledger, Motion, Snapshot};
 use nalgebra::{DMatrix, DVector};
@@ -11,7 +11,8 @@ pub struct Spectral {
     element: Element,
     integrator: Dop853<DVector<f64>>,
     step: Step<DVector<f64>>,
-    /// The bar's own units of the states, against which errors count: metal in metres would else be asked for digits below rounding.
+    /// The bar's own units of the states, relative to which errors count: metal in metres would otherwise demand
+    /// digits below rounding.
     units: DVector<f64>,
     extremes: [Extremes; 2],
     /// Energy and momentum at the start.
@@ -31,12 +32,12 @@ struct Element {
     masses: Vec<f64>,
 }
 
-/// Most nodes of an element: more make steps too short to be worth it.
+/// Largest number of nodes of an element: more would make the steps too short.
 const MOST: usize = 128;
 
 impl Spectral {
-    /// The bar with so many nodes; the tolerance bounds the error of a step relative to the states and to the bar's own
-    /// units: its length, the speed of waves at stretch 1, its mass.
+    /// The bar with this number of nodes. The tolerance bounds the error of a step relative to the states and to the
+    /// bar's own units: its length, the speed of waves at stretch 1, its mass.
     ///
     /// # Errors
     /// Fewer nodes than 3 or more than 128; a start outside the reach of the law.
@@ -140,7 +141,7 @@ impl Element {
         }
     }
 
-    /// The slope of a state, with loads that are not seen beyond the time `stop` of their break; None outside the law.
+    /// The slope of a state, with loads evaluated before the time `stop` of their break; None outside the law.
     fn slope(&self, state: &DVector<f64>, stop: f64, out: &mut DVector<f64>) -> Option<()> {
         let n = self.x.len();
         let t = state[2 * n + 2].min(stop.next_down());

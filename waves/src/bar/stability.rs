@@ -1,7 +1,7 @@
-//! How long the steps of a scheme may be, by experiment: small disturbances of a linear bar.
+//! Step limits of the schemes by experiment: growth of small disturbances of a linear bar.
 //!
-//! The thesis proves h/dt > sqrt(6) c (5.28) for consistent and h/dt > sqrt(2) c (5.34) for lumped mass. These suffice while the
-//! motion is smooth, but instability begins later, at c dt/h = 1/sqrt(3) and 1.
+//! The thesis proves h/dt > sqrt(6) c (5.28) for consistent and h/dt > sqrt(2) c (5.34) for lumped mass. These
+//! suffice while the motion is smooth, but instability begins later, at c dt/h = 1/sqrt(3) and 1.
 
 use super::{Bar, End, Lattice, Material, Motion, Scheme, Stress};
 use snaprod_core::body::History;
@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 /// Elements of the experiments.
 const ELEMENTS: usize = 60;
 
-/// Growth per step of small disturbances of a linear bar, at r = c dt/h, over so many steps: that of the fastest wave, 1 where none
-/// grows.
+/// Growth per step of small disturbances of a linear bar, at r = c dt/h, over `steps` steps: that of the fastest
+/// wave, 1 if none grows.
 ///
 /// # Errors
 /// A scheme that is none on linear elements.
@@ -20,7 +20,7 @@ pub fn growth(scheme: Scheme, r: f64, steps: usize) -> Result<f64> {
     let material = Material::new(&Stress::Linear(1.0), 1.0)?;
     let ends = [End::Wall, End::Loaded(History::Constant(0.0))];
     let bar = Bar::new(material, ELEMENTS as f64, 1.0, ends)?;
-    // The shortest wave with all others beside it.
+    // The shortest wave, with all others mixed in.
     let bar = bar.started(|x| {
         [
             1.0 + 1e-6 * ((PI * x).cos() + 0.1 * (13.7 * x * x).sin()),
@@ -46,7 +46,7 @@ pub fn growth(scheme: Scheme, r: f64, steps: usize) -> Result<f64> {
     Ok((grown / (steps - half) as f64).exp())
 }
 
-/// The greatest c dt/h at which nothing grows, to `tolerance`, by bisection between 0 and 2.
+/// The greatest c dt/h without growth, to `tolerance`, by bisection between 0 and 2.
 ///
 /// # Errors
 /// A scheme that is none on linear elements.
@@ -54,7 +54,7 @@ pub fn stable_limit(scheme: Scheme, tolerance: f64) -> Result<f64> {
     let (mut low, mut high) = (0.0, 2.0);
     while high - low > tolerance {
         let r = 0.5 * (low + high);
-        // Waves that do not grow wander within bounds: by a factor of 30 or so over the steps looked at.
+        // Bounded waves vary by a factor of 30 or so over these steps.
         match growth(scheme, r, 2000)? < 1.004 {
             true => low = r,
             false => high = r,

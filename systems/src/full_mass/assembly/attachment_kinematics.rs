@@ -1,4 +1,4 @@
-//! Attachments: where they are, how they move with the bodies, and what changes that.
+//! Kinematics of attachments: pose, motion with the bodies, and derivatives.
 
 use super::{HeavyAssembly, On};
 use crate::assembly::{Attachment, Carrier, Place};
@@ -12,32 +12,33 @@ use nalgebra::{
 pub(super) struct BodyNow {
     /// Pose and twist.
     pub place: Place,
-    /// Twists by its own velocities, along a groove by the rate of its parameter.
+    /// Twists per unit of the body's own velocities, in a groove per rate of the parameter.
     pub own: Matrix6xX<f64>,
-    /// Acceleration at constant velocities of its own.
+    /// Acceleration at constant own velocities.
     pub bias: Vector6<f64>,
-    /// Along a groove: the second derivative of the place by the parameter, and the rate of that.
+    /// In a groove: second derivative of the place by the parameter, and rate of the parameter.
     pub bend: Option<(Vector3<f64>, f64)>,
 }
 
 /// An attachment at one moment.
 #[derive(Debug, Clone)]
 pub(super) struct Seat {
-    /// In the world.
+    /// Pose in the world.
     pub pose: Isometry3<f64>,
     /// (angular velocity, velocity).
     pub twist: Vector6<f64>,
-    /// The twist by the velocities of bodies and bases.
+    /// Twist as a matrix on the velocities of bodies and bases.
     pub by: DMatrix<f64>,
-    /// The acceleration beside that of the velocities.
+    /// Acceleration apart from that of the velocities.
     bias: Vector6<f64>,
-    /// The twist that a support prescribes, against which a wrench works.
+    /// Twist prescribed by a support, for the power of a wrench on the support.
     pub driven: Vector6<f64>,
-    /// The body, and the attachment from its reference point.
+    /// Number of the body, and lever from its reference point.
     on: Option<(usize, Vector3<f64>)>,
 }
 
-/// Derivatives of twist and acceleration of an attachment by displacements along the velocities, and of the acceleration by these.
+/// Derivatives of twist and acceleration of an attachment by displacements along the velocities, and of the
+/// acceleration by the velocities.
 pub(super) struct SeatLinear {
     pub twist_by_place: DMatrix<f64>,
     pub by_place: DMatrix<f64>,
@@ -45,7 +46,7 @@ pub(super) struct SeatLinear {
 }
 
 impl BodyNow {
-    /// The body whose numbers these are.
+    /// A body from its numbers in a state.
     pub fn new(carrier: &Carrier, numbers: &[f64]) -> Self {
         let place = carrier.read(numbers);
         let turnings = carrier.turnings();
@@ -78,7 +79,7 @@ impl BodyNow {
     }
 }
 
-/// The twists of a point at `lever` from the reference point.
+/// Twists of a point at `lever` from the reference point.
 fn moved(twists: &Matrix6xX<f64>, lever: &Vector3<f64>) -> Matrix6xX<f64> {
     let mut moved = twists.clone();
     for mut column in moved.column_iter_mut() {
@@ -90,7 +91,8 @@ fn moved(twists: &Matrix6xX<f64>, lever: &Vector3<f64>) -> Matrix6xX<f64> {
 }
 
 impl HeavyAssembly {
-    /// An attachment; `turn`: where its spin stands among the velocities, with quaternion and spin, where it turns by itself.
+    /// An attachment. `turn`, for a base on a ball joint: index of its spin among the velocities, quaternion and
+    /// spin.
     pub(super) fn seat(
         &self,
         t: f64,
@@ -155,7 +157,7 @@ impl HeavyAssembly {
         seat
     }
 
-    /// The body that an attachment is on, as one.
+    /// The reference point of a body as an attachment.
     pub(super) fn body_seat(&self, number: usize, body: &BodyNow) -> Seat {
         let mut by = DMatrix::zeros(6, self.layout.free);
         by.columns_mut(self.layout.velocities[number], body.own.ncols())
@@ -170,7 +172,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// How twist and acceleration of an attachment change; `faster` are the accelerations of bodies and bases.
+    /// Derivatives of twist and acceleration of an attachment; `faster` are the accelerations of bodies and bases.
     pub(super) fn seat_linear(
         &self,
         seat: &Seat,
@@ -215,7 +217,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// Adds how the share of the velocities in a wrench at an attachment changes by displacements along them.
+    /// Adds the change by displacements of the velocities' share in a wrench at an attachment.
     pub(super) fn add_lever(
         &self,
         out: &mut DMatrix<f64>,
@@ -240,13 +242,13 @@ impl HeavyAssembly {
 }
 
 impl Seat {
-    /// The acceleration at these of bodies and bases.
+    /// Acceleration of the attachment from those of bodies and bases.
     pub fn acceleration(&self, faster: &DVector<f64>) -> Vector6<f64> {
         &self.by * faster + self.bias
     }
 }
 
-/// A turn by a rotation vector.
+/// Quaternion rotated by a rotation vector.
 pub(super) fn turned(p: &[f64], by: &[f64]) -> [f64; 4] {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::from_column_slice(by));
     let p = (turn * unit(&Vector4::from_column_slice(p))).into_inner();

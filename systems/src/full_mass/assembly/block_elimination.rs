@@ -1,6 +1,6 @@
-//! Derivatives of the balance, block by block, and their elimination rod by rod.
+//! Derivatives of the balance in blocks, and block elimination rod by rod.
 //!
-//! With A of a rod against its own strains, b the columns of bodies and multipliers,
+//! With A the block of a rod against its own strains, and b the columns of bodies and multipliers,
 //! ```text
 //! [A_k  b_k] [x_k]   [r_k]
 //! [c_k  d  ] [y  ] = [s  ],        (d - sum c_k A_k^-1 b_k) y = s - sum c_k A_k^-1 r_k.
@@ -17,11 +17,12 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub(super) struct Level {
     rods: Vec<Part>,
-    /// Bodies and bases against each other.
+    /// Block of bodies and bases against each other.
     free: DMatrix<f64>,
 }
 
-/// Those of a rod: its balance, its share in that of the bodies, and its end; each by the strains and by bodies and bases.
+/// Blocks of one rod: its balance, its share in the bodies' balance, and its end; each by the strains and by bodies
+/// and bases.
 #[derive(Debug, Clone)]
 struct Part {
     own: DMatrix<f64>,
@@ -36,22 +37,22 @@ struct Part {
 pub(super) struct Blocks {
     /// By displacements, velocities, accelerations; or by accelerations alone.
     levels: Vec<Level>,
-    /// By the multiplier of every rod: its own balance, and that of the bodies.
+    /// By the multiplier of each rod: its own balance, and the bodies' balance.
     by_wrench: Vec<[DMatrix<f64>; 2]>,
 }
 
-/// What stands on the right, or is found: of every rod, and of bodies, bases and multipliers together.
+/// A right-hand side or a solution: per rod, and for bodies, bases and multipliers together.
 #[derive(Debug, Clone)]
 pub(super) struct Sides<T: ComplexField> {
     pub rods: Vec<DVector<T>>,
     pub free: DVector<T>,
 }
 
-/// The factored matrix.
+/// Factors of the block matrix.
 #[derive(Debug)]
 pub(super) struct Factored<T: ComplexField> {
     rods: Vec<RodFactor<T>>,
-    /// Bodies and bases before the multipliers.
+    /// Schur complement: bodies and bases before the multipliers.
     small: LU<T, Dyn, Dyn>,
     scale: Vec<f64>,
 }
@@ -60,24 +61,24 @@ pub(super) struct Factored<T: ComplexField> {
 struct RodFactor<T: ComplexField> {
     lu: LU<T, Dyn, Dyn>,
     scale: Vec<f64>,
-    /// A^-1 b, by bodies and bases, then its multipliers.
+    /// A^-1 b: columns of bodies and bases, then of the multipliers.
     answer: DMatrix<T>,
-    /// c, the rows in the same order.
+    /// Rows c, in the same order.
     below: DMatrix<T>,
-    /// Where the multipliers begin.
+    /// Index of the first multiplier.
     start: usize,
 }
 
-/// Which derivatives of the balance of rods and bodies, and which of the ends, make a matrix: levels with factors.
+/// Linear combination of levels that forms a matrix, for the balance and for the ends: (factor, level).
 pub(super) struct Mix<'a, T> {
     pub balance: &'a [(T, usize)],
     pub ends: &'a [(T, usize)],
-    /// The Maxwell branches of the rods, which answer to displacements at this rate; None: they carry nothing.
+    /// Maxwell branches of the rods, which respond to displacements at this rate; None if they carry no load.
     pub memory: Option<(T, &'a [Memory])>,
 }
 
 impl HeavyAssembly {
-    /// The derivatives by accelerations and multipliers alone.
+    /// Derivatives by accelerations and multipliers alone.
     pub(super) fn mass_blocks(&self, at: &HeavyState) -> Option<Blocks> {
         let mut whole = Vec::with_capacity(self.links.len());
         for (link, moving) in self.links.iter().zip(&at.rods) {
@@ -179,7 +180,8 @@ impl HeavyAssembly {
         })
     }
 
-    /// A level from the derivatives of rods with their bases, and of their ends, and from the columns of bodies and bases in both.
+    /// A level from the derivatives of rods and their ends, with their bases, and from the columns of bodies and
+    /// bases in both.
     fn level(
         &self,
         at: &HeavyState,
@@ -206,7 +208,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// What multipliers do, from the twists of the ends by strains and base.
+    /// Columns of the multipliers, from the twists of the ends by strains and base.
     fn by_wrench<'a>(
         &self,
         at: &HeavyState,
@@ -237,17 +239,17 @@ fn add<T: Scalar>(out: &mut [T], m: &DMatrix<f64>, x: &[T]) {
 }
 
 impl Blocks {
-    /// Number of bodies' and bases' velocities.
+    /// Number of velocities of bodies and bases.
     fn free(&self) -> usize {
         self.levels[0].free.nrows()
     }
 
-    /// A level; that of the accelerations is the last.
+    /// A level by index; the last is that of the accelerations.
     pub fn level(&self, at: usize) -> &Level {
         &self.levels[at]
     }
 
-    /// Of the last level alone, factored.
+    /// Factors of the mass matrix, the last level alone.
     pub fn mass(&self) -> Option<Factored<f64>> {
         let last = [(1.0, self.levels.len() - 1)];
         self.factored(&Mix {
@@ -257,7 +259,7 @@ impl Blocks {
         })
     }
 
-    /// A mix of levels with the multipliers, factored; None if it is singular.
+    /// Factors of a combination of levels with the multipliers; None if singular.
     pub fn factored<T: Scalar>(&self, mix: &Mix<'_, T>) -> Option<Factored<T>> {
         let free = self.free();
         let held: usize = self.by_wrench.iter().map(|by| by[0].ncols()).sum();
@@ -286,7 +288,8 @@ impl Blocks {
             if let Some((sigma, memory)) = mix.memory {
                 memory[k].stiffen(sigma, &mut own);
             }
-            // Rows and columns are scaled to a diagonal of size 1: nodes have weights, strains have stiffnesses.
+            // Rows and columns are scaled to a diagonal of size 1, since weights of nodes and stiffnesses of strains
+            // differ in size.
             let scale: Vec<f64> = (0..m).map(|i| 1.0 / own[(i, i)].modulus().sqrt()).collect();
             if !scale.iter().all(|x| x.is_finite()) {
                 return None;
@@ -360,8 +363,8 @@ impl Blocks {
             .then_some(Factored { rods, small, scale })
     }
 
-    /// What displacements (or velocities, accelerations) of rods, bodies and bases do at a level: the balance of the rods, then that of
-    /// bodies and bases with the ends. Multipliers in `x` do nothing.
+    /// Product of a level with displacements (or velocities, accelerations) of rods, bodies and bases: the balance of
+    /// the rods, then that of bodies and bases with the ends. Multipliers in `x` do not contribute.
     pub fn times<T: Scalar>(&self, level: usize, x: &Sides<T>) -> Sides<T> {
         let Level { rods, free } = &self.levels[level];
         let count = self.free();
@@ -389,7 +392,7 @@ impl Blocks {
 }
 
 impl Level {
-    /// The whole of it, rods before bodies and bases, and the rows of the ends.
+    /// Dense matrix, rods before bodies and bases, and the rows of the ends.
     pub fn dense(&self) -> (DMatrix<f64>, DMatrix<f64>) {
         let sizes = self.rods.iter().map(|part| part.own.nrows());
         let first: usize = sizes.sum();
@@ -419,7 +422,7 @@ impl Level {
         (whole, ends)
     }
 
-    /// The end of a rod by its strains, and by bodies and bases.
+    /// Derivatives of the end of a rod by its strains, and by bodies and bases.
     pub fn end(&self, rod: usize) -> [&DMatrix<f64>; 2] {
         let part = &self.rods[rod];
         [&part.end_by_own, &part.end_by_free]
@@ -427,7 +430,7 @@ impl Level {
 }
 
 impl<T: Scalar> Factored<T> {
-    /// Overwrites the right-hand side with the solution; false if that failed.
+    /// Overwrites the right-hand side with the solution; false on failure.
     pub fn solve(&self, b: &mut Sides<T>) -> bool {
         let held = |start: usize, ties: usize| start..start + ties;
         let free = self.rods.first().map_or(0, |rod| rod.start);

@@ -1,20 +1,22 @@
-//! Rods with mass between bodies, the ground and supports that move.
+//! Assemblies of rods with mass between bodies, the ground and moving supports.
 //!
-//! Bodies have their places, rods their strains, counted from the attachment of the base; a base on a ball joint turns by itself. A far
-//! end is held to its attachment by a constraint with a multiplier, the wrench there. With z the velocities of the bodies (and of the
-//! bases that turn), q_k the strains, d'Alembert's principle and the constraints, differentiated twice, are
+//! Bodies have their places, rods their strains, counted from the attachment of the base; a base on a ball joint has
+//! a rotation of its own. A far end is tied to its attachment by a constraint, whose multiplier is the wrench at the
+//! end. Let z be the velocities of the bodies (and of the free bases) and q_k the strains. D'Alembert's principle and
+//! the constraints, differentiated twice, are
 //! ```text
 //! rod k:    J_k^T w_k + weights (dW/de + D) - E_k^T l_k = 0,
 //! bodies:   masses - loads + sum_k S_k^T (wrench on the base of rod k) + sum_k P_k^T l_k = 0,
 //! ends:     acceleration of the end of rod k - acceleration of its attachment = 0,
 //! ```
-//! linear in (z', q'', l): index 1. w_k are masses times accelerations less loads of the pieces of a rod, S_k and P_k the motions of its
-//! attachments per z, E_k those of its end per strain rate.
+//! linear in (z', q'', l): index 1. Here w_k are masses times accelerations minus loads of the pieces of a rod. S_k
+//! and P_k are the motions of its attachments per z, E_k those of its end per strain rate.
 //!
-//! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with what holds it.
-//! * `seat`: attachments, how they move and what changes that.
+//! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with its ties.
+//! * `seat`: attachments, their motion and its derivatives.
 //! * `blocks`: derivatives of the balance, block by block, and their elimination rod by rod.
-//! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments. `small`: vibrations.
+//! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments.
+//!   `small`: vibrations.
 
 mod attachment_kinematics;
 mod block_elimination;
@@ -33,23 +35,23 @@ use attachment_kinematics::{BodyNow, Seat};
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
 
-/// What holds an end of a rod.
+/// Tie of a rod's end: attachment and joint.
 #[derive(Debug, Clone)]
 pub struct Tie {
-    /// Where.
+    /// The attachment.
     pub on: Attachment,
     /// Weld or ball joint.
     pub joint: Joint,
 }
 
-/// A rod with mass and what holds it.
+/// A rod with mass and its ties.
 #[derive(Debug, Clone)]
 pub struct HeavyLink {
     /// The rod, without a body of its own.
     pub rod: HeavyRod,
-    /// At its base, s = 0.
+    /// Tie of the base, s = 0.
     pub from: Tie,
-    /// At its end; None: it is free.
+    /// Tie of the end; None for a free end.
     pub to: Option<Tie>,
 }
 
@@ -65,37 +67,37 @@ pub struct HeavyAssembly {
     layout: Layout,
 }
 
-/// Where the numbers of a state stand.
+/// Layout of a state: index ranges of all parts.
 #[derive(Debug, Clone)]
 struct Layout {
-    /// Those of the bodies.
+    /// Poses and velocities of the bodies.
     bodies: Vec<Range<usize>>,
-    /// Where the velocities of every body begin among all, and of every base that turns by itself.
+    /// First velocity of each body among all velocities, and of each base on a ball joint.
     velocities: Vec<usize>,
     turning: Vec<Option<usize>>,
-    /// Quaternion and spin of every base that turns by itself.
+    /// Quaternion and spin of each base on a ball joint.
     turns: Vec<Range<usize>>,
     /// Number of velocities of bodies and bases.
     free: usize,
     strains: Vec<Range<usize>>,
     rates: Vec<Range<usize>>,
-    /// Of Maxwell branches.
+    /// Dashpots of Maxwell branches.
     dashpots: Vec<Range<usize>>,
     time: usize,
-    /// Among the accelerations: of the strains, and the multipliers.
+    /// Second derivatives of the strains, and multipliers, within the unknowns.
     second: Vec<Range<usize>>,
     wrenches: Vec<Range<usize>>,
     /// Number of accelerations and multipliers.
     unknowns: usize,
 }
 
-/// A state taken apart.
+/// A state unpacked.
 #[derive(Debug, Clone)]
 pub struct HeavyState {
     /// Time.
     pub t: f64,
     bodies: Vec<BodyNow>,
-    /// The attachments of the rods.
+    /// Attachments of the rods, at base and end.
     seats: Vec<(Seat, Option<Seat>)>,
     /// The rods.
     pub rods: Vec<Moving>,
@@ -104,11 +106,11 @@ pub struct HeavyState {
 /// The balance of an assembly.
 #[derive(Debug, Clone)]
 pub struct HeavyBalance {
-    /// Of bodies and bases that turn, of the rods, of the ends; zero in a motion.
+    /// Residual: bodies and free bases, rods, ends; zero in a motion.
     pub residual: DVector<f64>,
-    /// Each rod.
+    /// Balance of each rod.
     pub rods: Vec<Balance>,
-    /// (couple, force) that the bodies ask for.
+    /// (couple, force) that the bodies require.
     wrenches: Vec<Vector6<f64>>,
     /// Power of friction, of loads without potential and supports, of drag.
     pub powers: [f64; 3],
@@ -128,7 +130,7 @@ impl Tie {
 }
 
 impl HeavyAssembly {
-    /// An assembly; bodies are known by their place in the list.
+    /// An assembly; bodies are numbered by their position in the list.
     ///
     /// # Errors
     /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body.
@@ -188,14 +190,14 @@ impl HeavyAssembly {
         })
     }
 
-    /// The same with names of the rods, for messages.
+    /// Names the rods, for messages.
     #[must_use]
     pub fn with_names(mut self, rods: Vec<String>) -> Self {
         self.names = rods;
         self
     }
 
-    /// What messages call a rod.
+    /// Label of a rod in messages.
     pub fn rod_name(&self, rod: usize) -> String {
         match (self.names.get(rod), self.links.len()) {
             (Some(name), _) => format!("rod {name:?}"),
@@ -204,7 +206,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// The same with so many nodes on the elements of the rods.
+    /// The assembly with other numbers of nodes on the elements of the rods.
     ///
     /// # Errors
     /// As [`HeavyRod::new`].
@@ -221,7 +223,7 @@ impl HeavyAssembly {
         Ok(next.with_names(self.names.clone()))
     }
 
-    /// Where time stands in a state; dissipated energy, work and loss to drag follow.
+    /// Index of time in a state; dissipated energy, work and loss to drag follow.
     pub fn time(&self) -> usize {
         self.layout.time
     }
@@ -231,8 +233,8 @@ impl HeavyAssembly {
         self.layout.unknowns
     }
 
-    /// The state at time 0 of these places of the bodies, turns of the bases in the world (of rods on a ball joint there), strains
-    /// and rates, in which Maxwell branches carry nothing.
+    /// State at time 0 from places of the bodies, rotations in the world of the bases on ball joints, strains and
+    /// rates. Maxwell branches carry no load.
     pub fn state(
         &self,
         bodies: &[Place],
@@ -260,7 +262,7 @@ impl HeavyAssembly {
         y
     }
 
-    /// The state whose Maxwell branches are relaxed at other strains than its own, where these are given: as coordinates, rod by rod.
+    /// Replaces the dashpot strains by those relaxed at the given strains: coordinates, rod by rod, where given.
     #[must_use]
     pub fn relaxed(&self, mut y: DVector<f64>, at: &[Option<Vec<f64>>]) -> DVector<f64> {
         for (k, (link, range)) in self.links.iter().zip(&self.layout.dashpots).enumerate() {
@@ -277,14 +279,14 @@ impl HeavyAssembly {
         &y.as_slice()[self.layout.strains[k].clone()]
     }
 
-    /// The numbers of bodies and of bases that turn by themselves in a state.
+    /// Indices in a state of bodies and free bases.
     fn places_slots(&self) -> Range<usize> {
         let rods = self.layout.strains.first();
         0..rods.map_or(self.layout.time, |q| q.start)
     }
 
-    /// A state of this assembly carried over from the same with other nodes: all but the strains and rates as they are, accelerations
-    /// and multipliers open.
+    /// A state interpolated from the same assembly with other nodes: all but strains and rates are copied,
+    /// accelerations and multipliers remain to be found.
     pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
         let at = from.at(y)?;
         let mut state = DVector::zeros(self.layout.time + INTEGRALS + self.layout.unknowns);
@@ -313,7 +315,7 @@ impl HeavyAssembly {
         &y.as_slice()[self.layout.time + INTEGRALS..]
     }
 
-    /// A state taken apart; None where strains are too large for a curve.
+    /// Evaluates a state; None where strains are too large for a curve.
     pub fn at(&self, y: &DVector<f64>) -> Option<HeavyState> {
         let (layout, numbers) = (&self.layout, y.as_slice());
         let t = y[layout.time];
@@ -352,7 +354,7 @@ impl HeavyAssembly {
         wrench
     }
 
-    /// The balance at accelerations and multipliers; None outside the domain of a law.
+    /// Balance at given accelerations and multipliers; None outside the domain of a law.
     pub fn balance(&self, at: &HeavyState, unknowns: &[f64]) -> Option<HeavyBalance> {
         let layout = &self.layout;
         let mut residual = DVector::zeros(layout.unknowns);
@@ -410,8 +412,8 @@ impl HeavyAssembly {
             })
     }
 
-    /// Kinetic energy of the bodies and of the rods, stored energy, potential; and, at the nodes of every rod, dissipation per length and
-    /// time.
+    /// Kinetic energy of the bodies and of the rods, stored energy, potential; and, at the nodes of every rod,
+    /// dissipation per length and time.
     pub fn energies(&self, at: &HeavyState) -> Option<([f64; 4], Vec<Vec<f64>>)> {
         let mut sums = [0.0; 4];
         for (mass, body) in self.masses.iter().zip(&at.bodies) {
@@ -430,7 +432,7 @@ impl HeavyAssembly {
         Some((sums, lost))
     }
 
-    /// Along every groove with ends: the body, the parameter in a state with its rate, and between which it lies.
+    /// For each groove with ends: body, groove parameter with its rate, and the bounds of the parameter.
     pub fn along_grooves(&self, y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
         let bodies = self.carriers.iter().zip(&self.layout.bodies).enumerate();
         let ended = bodies.filter_map(|(body, (carrier, range))| {
@@ -441,7 +443,7 @@ impl HeavyAssembly {
         ended.collect()
     }
 
-    /// The rods with a contact diameter as they lie in a state.
+    /// Centrelines of the rods with a contact diameter in a state.
     pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
         let body = |tie: &Tie| match tie.on.on {
             On::Body(body) => Some(body),
@@ -455,7 +457,7 @@ impl HeavyAssembly {
         tubes.collect()
     }
 
-    /// The forces of the grooves on the bodies; None where there is none. What a body asks for, less what its rods give.
+    /// Forces of the grooves on the bodies, None for a body without groove: required wrench less that of the rods.
     pub fn groove_forces(
         &self,
         at: &HeavyState,
@@ -476,7 +478,7 @@ impl HeavyAssembly {
         Some(forces.collect())
     }
 
-    /// The first time after `t` at which a load or the motion of a support is not smooth.
+    /// First time after `t` at which a load or the motion of a support is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
         let ties = self
@@ -497,13 +499,13 @@ impl HeavyState {
         self.bodies.iter().map(|body| body.place).collect()
     }
 
-    /// The pose of the base of a rod.
+    /// Pose of the base of a rod.
     pub fn base(&self, rod: usize) -> Isometry3<f64> {
         self.seats[rod].0.pose
     }
 
-    /// How far the end of a rod is from its attachment, from the end to there: (rotation vector, shift), and how fast it leaves it.
-    /// None of a free end.
+    /// Gap from the end of a rod to its attachment (rotation vector, shift), and rate of the gap. None for a free
+    /// end.
     fn apart(&self, k: usize) -> Option<[Vector6<f64>; 2]> {
         let seat = self.seats[k].1.as_ref()?;
         let end = self.rods[k].shape.end();

@@ -1,4 +1,4 @@
-//! Ends brought back to their attachments; equilibria with the weight of the rods, rates tangent to them.
+//! Statics of assemblies with heavy rods: closing of gaps, equilibria with weight, rates tangent to the equilibria.
 
 use super::block_elimination::{Blocks, Mix, Sides};
 use super::{HeavyAssembly, HeavyState, attachment_kinematics};
@@ -9,17 +9,17 @@ use crate::full_mass::statics::TURN;
 use nalgebra::{DMatrix, DVector, Vector3, Vector6};
 use std::ops::Range;
 
-/// Newton's steps towards an equilibrium at most.
+/// Largest number of Newton steps towards an equilibrium.
 const STEPS: usize = 60;
-/// Strains and places change by no more than this, relative to 1 + the largest of them, in a step.
+/// Largest step in strains and places, relative to 1 + the largest of them.
 const LONGEST: f64 = 0.3;
-/// A step this short, relative to the same, is the last.
+/// Relative step at which Newton's method has converged.
 const SHORT: f64 = 1e-12;
-/// Where rounding stops it, one that is this short has arrived.
+/// If Newton's method stalls on rounding, a relative step below this counts as converged.
 const NEARLY: f64 = 1e-8;
-/// Rounds in which ends are brought to their attachments.
+/// Number of rounds for closing gaps of positions; one round for velocities follows.
 const ROUNDS: usize = 3;
-/// Ends that are farther apart, in radians and lengths, are brought together no more.
+/// Gaps beyond this, in radians and lengths, are not closed.
 const FAR: f64 = 0.1;
 /// Singular values below this, relative to the largest, are zero.
 pub(super) const DEPENDENT: f64 = 1e-11;
@@ -28,7 +28,7 @@ pub(super) const DEPENDENT: f64 = 1e-11;
 const HOLD: f64 = 1e-2;
 
 impl HeavyAssembly {
-    /// How far ends are from their attachments, at worst, in radians and lengths; and how fast they leave them.
+    /// Largest gap between ends and attachments, in radians and lengths; and largest rate of a gap.
     pub fn gap(&self, at: &HeavyState) -> [f64; 2] {
         let mut worst = [0.0_f64; 2];
         for (k, link) in self.links.iter().enumerate() {
@@ -42,7 +42,8 @@ impl HeavyAssembly {
         worst
     }
 
-    /// The state with ends at their attachments and moving with them: the nearest one in strains, in the mean over the rods, and places.
+    /// The nearest state without gaps between ends and attachments in place and velocity: nearest in strains, in the
+    /// mean over the rods, and in places.
     ///
     /// # Errors
     /// Ends that are farther apart than 0.1, or cannot be brought together.
@@ -69,7 +70,7 @@ impl HeavyAssembly {
         Ok(y)
     }
 
-    /// The smallest change of strains and places, or of rates and velocities, that bridges the gaps.
+    /// Smallest change of strains and places, or of rates and velocities, that closes the gaps.
     fn bridged(&self, at: &HeavyState, blocks: &Blocks, which: usize) -> Sides<f64> {
         let free = self.layout.free;
         let (mut gaps, mut rows) = (Vec::new(), Vec::new());
@@ -122,7 +123,7 @@ impl HeavyAssembly {
         change
     }
 
-    /// Adds displacements of bodies, bases and strains; what Maxwell branches carry stays.
+    /// Adds displacements of bodies, bases and strains; the loads of Maxwell branches stay.
     pub(super) fn displace(&self, y: &mut DVector<f64>, change: &Sides<f64>, part: f64) {
         let places = self.places(y);
         let slots = y.as_mut_slice();
@@ -163,7 +164,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// The state at rest, Maxwell branches relaxed.
+    /// The state at rest, with Maxwell branches relaxed.
     pub(super) fn still(&self, y: &DVector<f64>) -> DVector<f64> {
         let mut y = y.clone();
         let places = self.places(&y);
@@ -176,7 +177,8 @@ impl HeavyAssembly {
         self.relaxed(y, &[])
     }
 
-    /// True if a rod or a groove holds a body on the ground or on a support; if not, all of it can move as one.
+    /// True if a rod or a groove holds a body on the ground or on a support; if not, all of the assembly can
+    /// translate.
     fn is_held(&self) -> bool {
         let ties = self.links.iter();
         let mut ties = ties.flat_map(|link| std::iter::once(&link.from).chain(&link.to));
@@ -184,13 +186,13 @@ impl HeavyAssembly {
             || self.carriers.iter().any(|body| body.groove().is_some())
     }
 
-    /// Where the shifts of the bodies begin among the velocities.
+    /// Index of the first translation of each body among the velocities.
     fn shifts(&self) -> impl Iterator<Item = usize> {
         let bodies = self.carriers.iter().zip(&self.layout.velocities);
         bodies.map(|(carrier, start)| start + carrier.turnings())
     }
 
-    /// How all of it accelerates as one under its loads at rest: what nothing holds falls.
+    /// Acceleration of an unsupported assembly under its loads at rest: free fall.
     fn fall(&self, at: &HeavyState, unknowns: &DVector<f64>) -> Option<Vector3<f64>> {
         let left = self.balance(at, unknowns.as_slice())?.residual;
         let force: Vector3<f64> = self.shifts().map(|i| -left.fixed_rows::<3>(i)).sum();
@@ -199,8 +201,9 @@ impl HeavyAssembly {
         Some(force / bodies.chain(rods).sum::<f64>())
     }
 
-    /// An equilibrium near the state `y` under the loads at time 0, the weight of the rods included, at rest and with supports that stand; by Newton's
-    /// method. What nothing holds is in equilibrium as it falls, and stays about where it is.
+    /// An equilibrium near the state `y` under the loads at time 0, the weight of the rods included, at rest and with
+    /// fixed supports, by Newton's method. An unsupported assembly is in equilibrium in free fall, and stays near its
+    /// place.
     ///
     /// # Errors
     /// A law left on the way; none found.
@@ -211,13 +214,13 @@ impl HeavyAssembly {
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
         match self.is_held() {
-            // A round rod that has buckled turns about its load at no cost: the added mass holds that turn.
+            // A buckled round rod turns freely about the load: the added mass fixes the rotation.
             true => (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why)),
             false => held(),
         }
     }
 
-    /// Newton's method; its matrix is the sum of the `levels`: (factor, level of the derivative, see [`Blocks`]).
+    /// Newton's method. The matrix is the sum of the `levels`: (factor, level of the derivative, see [`Blocks`]).
     fn newton(&self, y: &DVector<f64>, levels: &[(f64, usize)]) -> Result<DVector<f64>> {
         let outside =
             || Error::domain("the search for the equilibrium left the domain of a section law");
@@ -235,7 +238,7 @@ impl HeavyAssembly {
         for _ in 0..STEPS {
             let inner = self.layout.wrenches.iter().map(Range::len);
             let held: usize = inner.sum();
-            // At rest nothing accelerates but what falls.
+            // At rest only an unsupported assembly accelerates.
             unknowns.rows_mut(0, self.unknowns() - held).fill(0.0);
             let at = self.at(&y).ok_or_else(outside)?;
             if !stands {
@@ -286,7 +289,8 @@ impl HeavyAssembly {
         ))
     }
 
-    /// How fast the balance at rest, of rods, bodies and bases, changes as supports turn: the weight of the rods on them turns, seen from there.
+    /// Rate of the balance at rest, of rods, bodies and bases, as supports turn: relative to a support the weight of
+    /// its rods turns.
     fn drift(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let supports = || {
             self.links.iter().filter_map(|link| match &link.from.on.on {
@@ -322,8 +326,8 @@ impl HeavyAssembly {
         Ok((turned(step)? - turned(-step)?) / (2.0 * step))
     }
 
-    /// The state in which the bodies move at these twists (angular first) and the rods follow as they would without mass: their rates are
-    /// tangent to the equilibria with the bodies held.
+    /// State with these twists of the bodies (angular first), in which the rods follow as if without mass: their
+    /// rates are tangent to the equilibria with the bodies held.
     ///
     /// # Errors
     /// Velocities that the rods cannot follow: a straight inextensible rod cannot be stretched.
@@ -352,7 +356,7 @@ impl HeavyAssembly {
         let first = size - self.layout.free;
         let own = |carrier: &Carrier| carrier.freedoms();
         let held: usize = self.carriers.iter().map(own).sum();
-        // Rods, then the bases that turn by themselves; the bodies are held.
+        // Rods, then the free bases; the bodies are held.
         let unknown: Vec<usize> = (0..first).chain(first + held..size).collect();
         let (n, c) = (unknown.len(), ends.nrows());
         let mut whole = DMatrix::zeros(n + c, n + c);
@@ -376,7 +380,7 @@ impl HeavyAssembly {
         for (i, p) in unknown.iter().enumerate() {
             right[i] = -pushed[*p] * scale[*p];
         }
-        // How fast attachments leave the ends of rods that keep their shapes: by bodies and by supports.
+        // Velocities of attachments relative to ends of rods that keep their shapes: by bodies and by supports.
         let mut row = n;
         for (k, link) in self.links.iter().enumerate() {
             if let (Some([_, leaves]), Some(tie)) = (at.apart(k), &link.to) {

@@ -1,8 +1,8 @@
-//! The differential equations of an assembly of rods with mass, for explicit and implicit steps.
+//! Differential equations of an assembly of rods with mass, for explicit and implicit steps.
 //!
-//! State: the bodies; quaternion and spin of every base that turns by itself; strains q, their rates w, the dashpots of Maxwell
-//! branches; time, energy lost to friction, work,
-//! loss to drag; then accelerations z', q'' and multipliers l, which implicit steps keep as unknowns:
+//! State: the bodies; quaternion and spin of each free base; strains q, their rates w, the dashpots of Maxwell
+//! branches; time, energy lost to friction, work, loss to drag. Then come accelerations z', q'' and multipliers l,
+//! which implicit steps keep as unknowns:
 //! ```text
 //! places' = z,   z' = z',   q' = w,   w' = q'',   0 = G(places, z, q, w, z', q'', l, t).
 //! ```
@@ -17,14 +17,14 @@ use nalgebra::{ComplexField, DVector, Matrix4x3, Vector3, Vector4};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How the numbers of places and velocities go with displacements and velocities.
+/// Map between the numbers of a state and displacements and velocities.
 #[derive(Debug, Clone)]
 pub(super) struct Places {
-    /// Quaternions: where they stand, the rotation vector, and its derivative of the quaternion.
+    /// Quaternions: index in the state, index of the rotation vector, derivative of the quaternion by the latter.
     pub turns: Vec<(usize, usize, Matrix4x3<f64>)>,
-    /// Other places: where they stand, and the displacements.
+    /// Other places: index in the state, and range of displacements.
     pub shifts: Vec<(usize, Range<usize>)>,
-    /// Where velocities stand, and which they are.
+    /// Velocities: index in the state, and range among all velocities.
     pub velocities: Vec<(usize, Range<usize>)>,
     pub strains: Vec<Range<usize>>,
     pub rates: Vec<Range<usize>>,
@@ -80,7 +80,7 @@ impl HeavyAssembly {
         places
     }
 
-    /// Accelerations and multipliers that balance a state, and the matrix that they were found by.
+    /// Accelerations and multipliers that balance a state, with the matrix of the solution and its factors.
     pub(super) fn solved(&self, at: &HeavyState) -> Option<(DVector<f64>, Shared, Factored<f64>)> {
         let none = vec![0.0; self.layout.unknowns];
         let rest = self.balance(at, &none)?.residual;
@@ -93,12 +93,13 @@ impl HeavyAssembly {
         Some((self.joined(&found), blocks, factored))
     }
 
-    /// Accelerations and multipliers that balance a state; None where the ends hold each other in more ways than the rods can give.
+    /// Accelerations and multipliers that balance a state; None if the ends constrain each other in more ways than
+    /// the rods have freedoms.
     pub fn accelerations(&self, at: &HeavyState) -> Option<DVector<f64>> {
         Some(self.solved(at)?.0)
     }
 
-    /// Accelerations and multipliers, or residuals, of rods, and of bodies with the multipliers.
+    /// Splits a vector of accelerations and multipliers, or of residuals, by rod, and by bodies with the multipliers.
     pub(super) fn sides(&self, unknowns: &DVector<f64>) -> Sides<f64> {
         let layout = &self.layout;
         let held = layout.wrenches.iter().flat_map(Range::clone);
@@ -112,7 +113,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// The other way.
+    /// Inverse of `sides`: one vector of accelerations, strains and multipliers.
     pub(super) fn joined(&self, sides: &Sides<f64>) -> DVector<f64> {
         let layout = &self.layout;
         let free = sides.free.rows(0, layout.free);
@@ -122,7 +123,8 @@ impl HeavyAssembly {
         DVector::from_iterator(layout.unknowns, all)
     }
 
-    /// Rates of all components of a state, and the balance in the places of accelerations and multipliers.
+    /// Writes the rates of all components of a state, and the balance at the indices of accelerations and
+    /// multipliers.
     fn write(
         &self,
         y: &DVector<f64>,
@@ -214,8 +216,8 @@ impl System for HeavyAssembly {
         })
     }
 
-    /// Strains and rates of every rod in the mean over it, relative to 1 + their size; places and velocities of bodies likewise, in the
-    /// mean over them; energies.
+    /// Error norm: strains and rates of each rod in the mean over it, relative to 1 + their size; places and
+    /// velocities of bodies likewise, in the mean over them; energies.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);
         let layout = &self.layout;
@@ -239,7 +241,7 @@ impl System for HeavyAssembly {
     }
 }
 
-/// The Jacobian of an assembly of rods with mass.
+/// Jacobian of an assembly of rods with mass.
 #[derive(Debug)]
 pub struct HeavyAssemblyLinear {
     blocks: Shared,
@@ -248,7 +250,7 @@ pub struct HeavyAssemblyLinear {
     memory: Arc<[Memory]>,
 }
 
-/// sigma^2 G_a + sigma G_w + G_q with the multipliers, factored.
+/// Factors of sigma^2 G_a + sigma G_w + G_q with the multipliers.
 #[derive(Debug)]
 pub struct HeavyAssemblyFactor<T: ComplexField> {
     blocks: Shared,
@@ -259,7 +261,7 @@ pub struct HeavyAssemblyFactor<T: ComplexField> {
 }
 
 impl Places {
-    /// Displacements in a vector of the form of a state.
+    /// Displacements of a state-like vector.
     fn displacements<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let mut x = self.none(&self.strains, b);
         for (slot, range) in &self.shifts {
@@ -277,7 +279,7 @@ impl Places {
         x
     }
 
-    /// Velocities in one.
+    /// Velocities of a state-like vector.
     fn velocities<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let mut x = self.none(&self.rates, b);
         for (slot, range) in &self.velocities {
@@ -288,7 +290,7 @@ impl Places {
         x
     }
 
-    /// Nothing of bodies and multipliers, and the parts of rods.
+    /// Parts of the rods, with zeros for bodies and multipliers.
     fn none<T: Scalar>(&self, rods: &[Range<usize>], b: &DVector<T>) -> Sides<T> {
         let own = rods
             .iter()
@@ -300,14 +302,14 @@ impl Places {
         }
     }
 
-    /// Where accelerations of bodies, then of the rods, then multipliers begin.
+    /// Indices of the first acceleration of the bodies, of the rods, and of the first multiplier.
     fn algebraic(&self) -> [usize; 3] {
         let first = self.time + INTEGRALS;
         let inner: usize = self.rates.iter().map(Range::len).sum();
         [first, first + self.free, first + self.free + inner]
     }
 
-    /// What stands in the algebraic places.
+    /// Right-hand sides at the indices of accelerations and multipliers.
     fn right<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
         let [first, mut inner, held] = self.algebraic();
         let ranges: Vec<Range<usize>> = self
@@ -349,7 +351,7 @@ impl Linearised for HeavyAssemblyLinear {
         })
     }
 
-    /// Places and velocities alone; accelerations follow from them.
+    /// Product for places and velocities alone; accelerations are dependent.
     fn times(&self, x: &DVector<f64>) -> DVector<f64> {
         let places = &self.places;
         let (moved, faster) = (places.displacements(x), places.velocities(x));
@@ -401,8 +403,9 @@ impl Places {
 }
 
 impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
-    /// With x the displacements, dx = (dv + b_x)/sigma and da = sigma dv - b_v leave, with b_a on the right of the balance,
-    /// (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a b_v, to which Maxwell branches add (`memory`).
+    /// Let x be the displacements, and b_a the right of the balance. Eliminating dx = (dv + b_x)/sigma and
+    /// da = sigma dv - b_v leaves: (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a
+    /// b_v. Maxwell branches add to this (`memory`).
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let (places, sigma) = (&self.places, self.sigma);
         let over = T::one() / sigma;
@@ -428,7 +431,7 @@ impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
         if !self.factored.solve(&mut found) {
             return false;
         }
-        // The part of a quaternion along itself.
+        // Part of a quaternion's change along itself.
         let mut grown = Vec::with_capacity(places.turns.len());
         for (slot, z, by) in &places.turns {
             let part: Vec<T> = (0..4)

@@ -1,4 +1,4 @@
-//! Small motions about an equilibrium: vibrations, with friction, and what bodies and rods do in them.
+//! Small motions of an assembly with heavy rods about an equilibrium: vibrations, eigenvalues with friction, shapes.
 
 use super::HeavyAssembly;
 use super::block_elimination::Sides;
@@ -9,7 +9,7 @@ use crate::full_mass::damped_modes::decaying;
 use crate::full_mass::statics::{ALL, Vibration, held_or_neutral, slowest};
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
-/// Friction on such a motion below this, relative to the largest on the slow ones, is rounding.
+/// Friction on a neutral motion, relative to the largest on the slow ones, below which it is rounding.
 const UNFELT: f64 = 1e-9;
 const SLOW: usize = 24;
 
@@ -27,7 +27,7 @@ impl HeavyAssembly {
         Ok(([0, 1, 2].map(|j| blocks.level(j).dense().0), ends))
     }
 
-    /// 1/sqrt(weight) of every strain, and 1 of bodies and bases.
+    /// 1/sqrt(weight) for each strain, and 1 for bodies and bases.
     pub(super) fn scale(&self) -> DVector<f64> {
         let rods = self.links.iter().map(|link| link.rod.norm_weights());
         let mut scale: Vec<f64> = rods.flat_map(|w| w.as_slice().to_vec()).collect();
@@ -35,7 +35,7 @@ impl HeavyAssembly {
         DVector::from_vec(scale)
     }
 
-    /// The same with supports that stand where they are at time `t`.
+    /// The assembly with all supports fixed at their poses of time `t`.
     #[must_use]
     pub fn standing_at(&self, t: f64) -> Self {
         let mut standing = self.clone();
@@ -49,8 +49,8 @@ impl HeavyAssembly {
         standing
     }
 
-    /// The `count` slowest vibrations about the equilibrium `y`, by rising square of the frequency; in strains, rod by rod, then bodies
-    /// and bases that turn by themselves. The square is 0 in a direction in which nothing holds the assembly.
+    /// The `count` slowest vibrations about the equilibrium `y`, by rising square of the frequency, in strains, rod
+    /// by rod, then bodies and free bases. The square is 0 in a neutral direction of the assembly.
     ///
     /// # Errors
     /// Strains outside the law's domain; a mass matrix that is singular to rounding.
@@ -59,9 +59,8 @@ impl HeavyAssembly {
         self.within(&matrices, &ends, count)
     }
 
-    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `y`, Im s >= 0, the smallest ones by Im s: with friction,
-    /// drag, rotors and loads that turn with a body. Motions that nothing holds and no
-    /// friction meets are left out.
+    /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `y`, Im s >= 0, ordered by Im s:
+    /// with friction, drag, rotors and loads that turn with a body. Neutral motions without friction are left out.
     ///
     /// # Errors
     /// As [`HeavyAssembly::vibrations`]; eigenvalues that are not found.
@@ -70,7 +69,7 @@ impl HeavyAssembly {
         let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
         let mut modes = self.within(&matrices, &ends, ALL)?;
         let [stiffness, damping, _] = &matrices;
-        // The fastest vibrations rub by orders more.
+        // The friction of the fastest vibrations is larger by orders of magnitude.
         let slow = modes.iter().take(SLOW);
         let most = slow.map(|mode| (damping * &mode.shape).amax());
         let most = most.fold(0.0, f64::max);
@@ -95,7 +94,8 @@ impl HeavyAssembly {
         let size = scale.len();
         let scaled =
             |m: &DMatrix<f64>| DMatrix::from_fn(size, size, |i, j| m[(i, j)] * scale[i] * scale[j]);
-        // What the ends leave free: the complement of their rows, by reflections that take these to the first axes.
+        // Free motions: the orthogonal complement of the ends' rows, by reflections that take these to the first
+        // axes.
         let mut turned = DMatrix::identity(size, size);
         let mut held = 0;
         if ends.nrows() > 0 {
@@ -118,8 +118,8 @@ impl HeavyAssembly {
         Ok(whole.collect())
     }
 
-    /// How far these vibrations of mass 1 are from rest in a state at rest, at worst: the amplitude at which their stiffness holds what
-    /// pushes them.
+    /// Largest static amplitude, in these vibrations of mass 1, of a state at rest: that at which their stiffness
+    /// balances the residual force.
     ///
     /// # Errors
     /// As [`HeavyAssembly::vibrations`].
@@ -154,7 +154,7 @@ impl HeavyAssembly {
         y
     }
 
-    /// The twists (angular first) of the bodies in a vibration about a state; None where that has no shape.
+    /// Twists (angular first) of the bodies in a vibration about a state; None if the state has no shape.
     pub fn twists(&self, y: &DVector<f64>, shape: &DVector<f64>) -> Option<Vec<Vector6<f64>>> {
         let at = self.at(y)?;
         let first = shape.len() - self.layout.free;

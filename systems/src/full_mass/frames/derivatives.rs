@@ -4,16 +4,16 @@ use super::{BASE, Change, Flow, Sections, Shape, Triple, cross, last_rows};
 use crate::full_mass::section_rotations::{Own, Quads, Spun};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-/// Turns and moves of the sections per change of the strains.
+/// Rotations and displacements of the sections per change of the strains.
 #[derive(Debug, Clone)]
 pub struct Turned {
-    /// phi.
+    /// Rotations phi.
     pub phi: Triple,
-    /// dr.
+    /// Displacements dr.
     pub r: Triple,
     /// d tau, at the nodes.
     tau: Triple,
-    /// In space eta of [`Spins`](crate::full_mass::section_rotations::Spins).
+    /// In space: eta of [`Spins`](crate::inertia::spins::Spins).
     eta: Option<Quads>,
 }
 
@@ -29,7 +29,7 @@ pub struct Carried {
 }
 
 impl Sections {
-    /// The strains that turn their nodes.
+    /// Columns of the strains u, each of which rotates a single node.
     fn own(&self, shape: &Shape) -> Vec<Own> {
         let count = self.active.len();
         let nodes = shape.directors[..self.grid.len()].iter().enumerate();
@@ -44,12 +44,12 @@ impl Sections {
         own.collect()
     }
 
-    /// Where the turns of the base begin among columns, if there are any.
+    /// Index of the first column of the base's rotations, if there are any.
     fn base(&self, columns: usize) -> Option<usize> {
         (columns > self.size()).then_some(self.size())
     }
 
-    /// J: turns and moves of the sections; with six columns more, those of the base turned and moved, where it is `free` to.
+    /// J: rotations and displacements of the sections; if `free`, with six more columns for those of the base.
     pub fn turned(&self, shape: &Shape, free: bool) -> Turned {
         let n = self.grid.len();
         let columns = self.size() + if free { BASE } else { 0 };
@@ -85,7 +85,7 @@ impl Sections {
         Turned { r, phi, tau, eta }
     }
 
-    /// A 3 x 3 matrix of each node times what is there.
+    /// Product of each node's 3 x 3 matrix with the vectors of `x` at the node.
     fn local(&self, x: &Triple, matrix: impl Fn(usize) -> Matrix3<f64>) -> Triple {
         let mut out = blank(self.grid.len(), x[0].ncols());
         self.add_local(&mut out, x, matrix);
@@ -97,7 +97,7 @@ impl Sections {
         add_products(out, &matrices, x);
     }
 
-    /// Adds what a change of a strain does at its own node: `part` of u or of v.
+    /// Adds the local effect of a change of a strain at its own node: `part` of u or of v.
     fn add_own(&self, out: &mut Triple, of_v: bool, part: impl Fn(usize, usize) -> Vector3<f64>) {
         let count = self.active.len();
         for j in 0..self.grid.len() {
@@ -138,7 +138,7 @@ impl Sections {
         self.add_local(&mut grown, &turned.phi, |j| -cross(&slide[j]));
         let d_velocity = self.up_all(&grown);
 
-        // What a change of omega does to r_tt.
+        // Change of r_tt per change of omega.
         let by_spin = |j: usize| {
             -cross(&spin[j].cross(&tau[j]))
                 - cross(&spin[j]) * cross(&tau[j])
@@ -166,7 +166,7 @@ impl Sections {
         }
     }
 
-    /// How omega and omega_t change with the strains, and omega_t with their rates, where A leads to all turns.
+    /// Derivatives of omega and omega_t by the strains, and of omega_t by the rates, if A gives all rotations.
     fn carried_in_plane(
         &self,
         shape: &Shape,
@@ -188,7 +188,7 @@ impl Sections {
         [d_omega, d_alpha, self.up_all(&turning)]
     }
 
-    /// d(J^T f)/dq at couples and forces that stay as they are; with six rows more, the wrench on the base, where that is free.
+    /// d(J^T f)/dq at constant couples and forces; with six more rows, the wrench on the base, if that is free.
     pub fn geometric(
         &self,
         shape: &Shape,

@@ -5,42 +5,42 @@
 //! A e_t + B e = Q w1,    d = int Q^T e ds,    Q = [ I  (L - s)[k]x ]
 //!                                                 [ 0       I      ],
 //! ```
-//! where w1 = (m, n) acts on the end and d = (z(L), dr(L)) is its small rotation and displacement; Q^T is M(s) of
-//! (6.14b). In Laplace form d = G(p) w1, G(p) = int Q^T (A p + B)^-1 Q ds, and the response of the end at rest before
+//! Here w1 = (m, n) acts on the end and d = (z(L), dr(L)) is its small rotation and displacement; Q^T is M(s) of
+//! (6.14b). In Laplace form d = G(p) w1, G(p) = int Q^T (A p + B)^-1 Q ds. The response of the end at rest before
 //! t = 0 is
 //! ```text
 //! w1 = A_end V + R(0) d - int_0^t k(t - tau) d(tau) dtau = A_end V + int_0^t R(t - tau) V(tau) dtau,    V = d_t,
 //! ```
 //! with the dashpot A_end = (int Q^T A^-1 Q)^-1, the relaxation function R and the memory kernel k = -R_t.
 //!
-//! # When there is no memory
-//! Under the inner product <f, g> = int f.A g the operator T = A^-1 B is symmetric and positive, and the strain fields
+//! # Condition for no memory
+//! Under the inner product <f, g> = int f.A g the operator T = A^-1 B is symmetric and positive. The strain fields
 //! S = {A^-1 Q w} are those that a wrench starts from rest. G(p) is the resolvent of -T, compressed to S. It is the
 //! inverse of a polynomial p A_end + B_end - a spring beside a dashpot - if and only if T maps S into itself:
 //! ```text
 //! B(s) A(s)^-1 Q(s) = Q(s) X    with one X for all s.                                                  (*)
 //! ```
-//! With nothing rigid Q(L) = I gives X = B(L) A(L)^-1, and since L(s) = A(s)^-1 Q(s) A(L) and C = -A^-1 B in AMV, (*)
-//! is C(s) L(s) = L(s) C(L), which is (6.15): sufficient as AMV say, and necessary too. What it asks, case by case:
+//! With nothing rigid Q(L) = I gives X = B(L) A(L)^-1. AMV have L(s) = A(s)^-1 Q(s) A(L) and C = -A^-1 B, so (*)
+//! is C(s) L(s) = L(s) C(L), their (6.15): sufficient as AMV say, and necessary too. Case by case:
 //!
 //! * A = tau B, also tapered: C = -I/tau, no memory at all.
 //! * Uniform, A and B diagonal: with the retardation rates x_i = B_ii/A_ii of the strains the condition is
 //!   x(u1) = x(v2) and x(u2) = x(v1): flexure and shear in a plane must retard alike. Twist and stretch are free.
-//!   So flexure has memory in general, as AMV say. In one plane it is a single exponential of rate
+//!   Flexure thus has memory in general, as AMV say. In one plane the memory is a single exponential of rate
 //!   (x_s g_b + x_b g_s)/(g_b + g_s) between the two, with g_b = L^2/(12 A_b), g_s = 1/A_s.
-//! * Unshearable (and inextensible) rods have no shear to disagree with: where A and B are diagonal and uniform,
+//! * Unshearable (and inextensible) rods have no shear rate to differ from. If A and B are diagonal and uniform,
 //!   flexure has *no* memory to first order, even if the two planes and twist retard differently. In the plane (*)
 //!   reads EI/eta = const along the rod. AMV's claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without
-//!   shear memory comes with rates that vary along the rod, with joins of flexure and twist that retard differently,
-//!   and with finite deflections, where Q changes with the shape: two histories of a uniform planar rod, free to move
-//!   along itself, that ended in one place left wrenches apart by the fifth order of the deflection (computed).
+//!   shear, memory has three sources: rates that vary along the rod, coupled flexure and twist that retard differently,
+//!   and finite deflections, since Q changes with the shape. For a uniform planar rod, free to move along itself, two
+//!   histories with the same final place left wrenches that differ by the fifth order of the deflection (computed).
 //! * Rates that vary along s - tapered viscosity on a uniform rod - give memory to every motion, also to purely
 //!   longitudinal and twisting ones: units in series that retard differently.
 //!
 //! # Numbers
 //! The rod is taken at the nodes of a [`Grid`](super::grid::Grid), where T is diagonal in modal strains; off S it has
 //! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods
-//! are exact at any number of nodes. Otherwise the nodes are refined until G(p) stands still
+//! are exact at any number of nodes. Otherwise the nodes are refined until G(p) is constant
 //! ([`MemoryKernel::accuracy`]); convergence is spectral between breaks. Rates come with an absolute
 //! error of a few ulp of the largest.
 //! Nonlinear laws enter by their tangents at rest.
@@ -63,7 +63,7 @@ const ROUNDING: f64 = 1e-10;
 /// A term f f^T exp(-rate t) of the memory kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// How fast it is forgotten, > 0.
+    /// Decay rate of the memory, > 0.
     pub rate: f64,
     /// f, a wrench (m, n) per displacement and square root of time.
     pub force: Vector6<f64>,
@@ -94,31 +94,31 @@ pub struct Mode {
 #[derive(Debug, Clone)]
 pub struct MemoryKernel {
     nodes: Vec<Node>,
-    /// Which components of the end move, and carry a wrench that follows from the motion.
+    /// Components of the end that move, and carry a wrench determined by the motion.
     reach: [bool; 6],
     commuting: Commuting,
     instantaneous: Matrix6<f64>,
     glassy: Matrix6<f64>,
     relaxed: Matrix6<f64>,
     modes: Vec<Mode>,
-    /// A(L), B(L), where nothing is rigid and the end carries couple and force.
+    /// A(L), B(L), if nothing is rigid and the end carries couple and force.
     end: Option<(Matrix6<f64>, Matrix6<f64>)>,
     accuracy: f64,
 }
 
-/// How far a rod is from (6.15).
+/// Deviation of a rod from (6.15).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Commuting {
     /// True if (6.15) holds to rounding: the response of the end has no memory.
     pub holds: bool,
-    /// Largest defect of B A^-1 Q = Q X over the rod with the best X, relative to the largest B A^-1 Q, in the norm in
-    /// which a wrench dissipates. No units; at most about 1.
+    /// Largest defect of B A^-1 Q = Q X over the rod with the best X, relative to the largest B A^-1 Q. The norm is
+    /// that of the dissipation of a wrench. Dimensionless; at most about 1.
     pub defect: f64,
-    /// The place s of the largest defect.
+    /// The point s of the largest defect.
     pub at: f64,
 }
 
-/// Does (6.15) hold for this section on a straight rod of this length? The end carries couple and force.
+/// Condition (6.15) for this section on a straight rod of this length, with an end that carries couple and force.
 ///
 /// # Errors
 /// As [`MemoryKernel::new`].
@@ -306,19 +306,19 @@ impl MemoryKernel {
         Ok([direct, kernel])
     }
 
-    /// Which components of (z, r) the end can have: not those it carries no wrench against, nor the displacement along
-    /// an inextensible rod.
+    /// The free components of (z, r) of the end: those it carries a wrench against, except the displacement along an
+    /// inextensible rod.
     pub fn moves(&self) -> [bool; 6] {
         self.reach
     }
 
-    /// Does (6.15) hold for this end, in the components that it carries? Compare [`commuting`].
+    /// Condition (6.15) for this end, in the carried components. Compare [`commuting`].
     pub fn commuting(&self) -> Commuting {
         self.commuting
     }
 
-    /// How much G(p) changed in the last refinement of the grid, relative: an estimate of the error of all matrices
-    /// here, on top of rounding.
+    /// Relative change of G(p) in the last refinement of the grid: an estimate of the error of all matrices of the
+    /// kernel, on top of rounding.
     pub fn accuracy(&self) -> f64 {
         self.accuracy
     }

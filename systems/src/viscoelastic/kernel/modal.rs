@@ -9,17 +9,17 @@ use nalgebra::{Cholesky, DMatrix, Dyn, Matrix6, OMatrix, U6, Vector6};
 
 /// Most unknowns (nodes times free strains).
 const MOST: usize = 384;
-/// The grid is fine enough when G(p) changes by less than this, relative.
+/// Relative change of G(p) below which the grid is fine enough.
 const STILL: f64 = 1e-13;
-/// How far unloaded strains may be from straight.
+/// Largest deviation of the unloaded strains from straight.
 const BENT: f64 = 1e-12;
-/// Modes weaker than this, against the fastest rate, are rounding.
+/// Strength below which a mode, against the fastest rate, is rounding.
 const WEAK: f64 = 1e-14;
 
 /// A row for each modal strain, a column for each component of the end wrench.
 pub(super) type Loads = OMatrix<f64, Dyn, U6>;
 
-/// One place of the rod in modal strains y: e = E y with E E^T = A^-1, E^T B E = diag(rates).
+/// A point of the rod in modal strains y: e = E y with E E^T = A^-1, E^T B E = diag(rates).
 #[derive(Debug, Clone)]
 pub(super) struct Node {
     pub s: f64,
@@ -51,7 +51,7 @@ pub(super) fn total(nodes: &[Node], f: impl Fn(f64) -> f64 + Copy) -> Matrix6<f6
         .fold(Matrix6::zeros(), |sum, node| sum + node.sum(f))
 }
 
-/// The end in units in which int Q^T A^-1 Q is 1.
+/// Normalisation of the end: units in which int Q^T A^-1 Q is 1.
 pub(super) struct End {
     pub reach: [bool; 6],
     /// K^-T of int Q^T A^-1 Q = K K^T; zero rows and columns where the end does not move.
@@ -106,7 +106,7 @@ pub(super) fn off_the_moving(nodes: &[Node], end: &End) -> Option<(Matrix6<f64>,
     }
     let inner = basis.transpose() * &moved;
     let glassy = Matrix6::from_fn(|i, j| inner[(i, j)]);
-    // (1 - U U^T) T (1 - U U^T) + 2 fastest U U^T: what belongs to S lies beyond all rates.
+    // (1 - U U^T) T (1 - U U^T) + 2 fastest U U^T: the part on S is moved beyond all rates.
     let lifted = &basis * (&inner + DMatrix::identity(6, 6) * (2.0 * fastest));
     let mut operator = &lifted * basis.transpose();
     let cross = &moved * basis.transpose();
@@ -136,7 +136,7 @@ pub(super) fn off_the_moving(nodes: &[Node], end: &End) -> Option<(Matrix6<f64>,
     Some((end.physical(&glassy), modes))
 }
 
-/// The rod at the nodes of a grid that is fine enough, and how much the last refinement changed.
+/// The rod on the nodes of a sufficiently fine grid, and the change in the last refinement.
 pub(super) fn nodes(
     section: &Viscoelastic,
     length: f64,
@@ -301,7 +301,8 @@ fn node(
     })
 }
 
-/// F with F F^T = modulus, as many columns as its rank. Scaled to a unit diagonal, so that units play no part.
+/// F with F F^T = modulus, as many columns as its rank. Scaled to a unit diagonal, so that the result does not depend
+/// on units.
 fn factor(modulus: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let roots = modulus.diagonal().map(|entry| entry.max(0.0).sqrt());
     let scaled = modulus.map_with_location(|i, j, entry| match roots[i] * roots[j] {

@@ -1,7 +1,7 @@
 //! A dead load along a rod in space.
 //!
-//! Beyond a section it has the force N = int_s^1 f and about it the couple c = int_s^1 (r(x) - r(s)) x f dx, so that the local resultants
-//! are g = R^T (c, N). With b = weight - A, in sums over the nodes k of what is beyond node i,
+//! Beyond a section the load has the force N = int_s^1 f and the couple c = int_s^1 (r(x) - r(s)) x f dx about the
+//! section. The local resultants are g = R^T (c, N). With b = weight - A, in sums over the nodes k beyond node i,
 //! ```text
 //! dg_i = R_i^T (c_i x phi_i + dc_i, N_i x phi_i),       dc_i = sum_k b_ik (dr_k - dr_i) x f_k,
 //! dr_k = sum_j A_kj (R_j du_j x (r_k - r_j) + R_j dv_j).

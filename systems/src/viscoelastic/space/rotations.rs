@@ -1,18 +1,18 @@
 //! Rotations along an element by collocation at its Gauss nodes.
 //!
-//! p' = p o u/2 for the unit quaternion p of R, with u in the components along the directors, is linear: the values at
-//! the nodes solve p_i = p_0 + sum_j A_ij p_j o u_j/2, with A the integration matrix of the element. They are as good
-//! as the polynomials resolve the rotation, and at the end of the element twice as good.
+//! The equation p' = p o u/2 for the unit quaternion p of R, with u along the directors, is linear: the values at the
+//! nodes solve p_i = p_0 + sum_j A_ij p_j o u_j/2, with A the integration matrix of the element. Their accuracy is
+//! that of the polynomials that resolve the rotation, and twice as many digits at the end of the element.
 
 use crate::math::se3::{Turn, conjugate, exponential, product, spin};
 use crate::viscoelastic::grid::{Element, Grid};
 use nalgebra::{DMatrix, SVector, Vector3};
 
-/// The defect reported where the nodes are too few for any estimate.
+/// Defect reported if the nodes are too few for any estimate.
 const COARSE: f64 = 0.5;
 
-/// Corrections after which the iteration is given up: two or three will do, five on nodes that barely resolve p, fifteen
-/// where they do not at all.
+/// Largest number of corrections: two or three suffice, five on nodes that barely resolve p, fifteen on nodes that do
+/// not at all.
 const CORRECTIONS: usize = 40;
 
 /// out_i = sum_j a_ij f_j, four rows at a time.
@@ -50,19 +50,19 @@ pub(super) fn integrate<const K: usize>(
     }
 }
 
-/// Room for the intermediate fields of an element with up to n nodes.
+/// Workspace: the intermediate fields of an element with up to n nodes.
 #[derive(Debug, Default)]
 pub(super) struct Scratch {
     angles: Vec<Vector3<f64>>,
     residual: Vec<Turn>,
     field: Vec<Turn>,
-    /// Corrections and what they take off the residual, in turn, and the squares of the latter.
+    /// Corrections and their effects on the residual, alternating, and the squared norms of the latter.
     tried: Vec<Turn>,
     squares: Vec<f64>,
 }
 
 impl Scratch {
-    /// Makes room for n nodes.
+    /// Resizes the workspace for n nodes.
     pub(super) fn fit(&mut self, n: usize) {
         self.angles.resize(n, Vector3::zeros());
         self.residual.resize(n, Turn::zeros());
@@ -70,8 +70,9 @@ impl Scratch {
     }
 }
 
-/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`; returns the one at its end and
-/// the defect: how far from 1 the collocation has |p|, about a third of the error of the rotations at the nodes.
+/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`. Returns the one at its end
+/// and the defect: the deviation of |p| from 1 by the collocation, about a third of the error of the rotations at the
+/// nodes.
 pub(super) fn turn(
     grid: &Grid,
     element: &Element,
@@ -96,7 +97,7 @@ pub(super) fn turn(
         *p /= norm;
     }
     if !(defect < COARSE) {
-        // Far too few nodes for a collocation: the defect asks for more, and until then these rotations serve.
+        // Far too few nodes for a collocation: the defect requests more, and until then these rotations serve.
         end = guess(grid, element, start, u, p, &mut scratch.angles);
     }
     (end / end.norm(), defect)
@@ -141,12 +142,12 @@ fn guess(
     product(&at, &exponential(&(total - before + commutator)))
 }
 
-/// Solves the equations of the collocation by corrections of p; returns what is left of them, 0 for rounding.
+/// Solves the equations of the collocation by corrections of p; returns the residual, 0 for rounding.
 ///
-/// Variation of constants: d = rho + eta o p solves d' = d o u/2 + rho' if p does without rho' and
-/// eta' = (rho o u/2) o p*. This is Newton's method where the nodes resolve eta o p, and slow in the last few modes. So
-/// every d is combined with those before for the least residual (generalised conjugate residuals), with quaternions for
-/// coefficients: the equations are linear over them.
+/// Variation of constants: d = rho + eta o p solves d' = d o u/2 + rho' if p solves it without rho' and
+/// eta' = (rho o u/2) o p*. This is Newton's method if the nodes resolve eta o p, and slow in the last few modes. So
+/// every d is combined with those before for the least residual (generalised conjugate residuals), with quaternions
+/// for coefficients: the equations are linear over them.
 fn correct(
     element: &Element,
     start: &Turn,
@@ -183,7 +184,7 @@ fn correct(
             break;
         }
 
-        // The correction d, and c = d - int d o u/2, what it takes off the residual.
+        // The correction d, and its effect c = d - int d o u/2 on the residual.
         for (((f, rho), p), u) in field.iter_mut().zip(&*residual).zip(&*p).zip(u) {
             *f = product(&spin(rho, u), &conjugate(p));
         }

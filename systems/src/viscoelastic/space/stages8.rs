@@ -1,7 +1,8 @@
-//! Up to eight states of a rod at once: the stages of an implicit step, whose shapes are found in wide registers, a state in each lane.
+//! Shapes of up to eight states of a rod at once, such as the stages of an implicit step: wide registers, one state
+//! per lane.
 //!
-//! The same equations in the same order as [`super::turn`], with one number of corrections for all states. What is inlined, always, is compiled for these registers; closures are not,
-//! and loops count by hand.
+//! The equations and their order are those of [`super::turn`], with one number of corrections for all states.
+//! Functions that are always inlined are compiled for these registers; closures are not, and loops count by hand.
 #![allow(clippy::needless_range_loop)]
 
 mod algebra;
@@ -17,21 +18,22 @@ use nalgebra::DMatrix;
 use pulp::{Simd, WithSimd};
 use std::any::Any;
 
-/// States that are worked on at once.
+/// Number of states evaluated at once.
 pub(super) const LANES: usize = 8;
-/// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or three.
+/// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or
+/// three.
 const CORRECTIONS: usize = 8;
-/// A defect of the rotations beyond which they are left to [`super::turn`].
+/// Defect of the rotations beyond which [`super::turn`] takes over.
 const COARSE: f64 = 1e-2;
 
-/// Where the end is.
+/// Pose of the end, and dissipation.
 #[derive(Clone, Copy, Default)]
 pub(super) struct End {
-    /// Its rotation (w, x, y, z).
+    /// Rotation (w, x, y, z).
     pub turn: [f64; 4],
-    /// Its position.
+    /// Position.
     pub place: [f64; 3],
-    /// What is dissipated per time, with a law.
+    /// Dissipation per time, with a law.
     pub dissipated: f64,
 }
 
@@ -43,30 +45,30 @@ pub(super) struct Flowing<'a> {
     pub fluidity: &'a [f64],
 }
 
-/// The local resultants that end wrenches make at the nodes, or the strain rates under them, and where the ends are. Not generic in the strains and the
-/// end: it would be compiled for each.
+/// Local resultants at the nodes under end wrenches, or strain rates with a law, and poses of the ends. Not generic
+/// in strains and end, which would compile one copy for each.
 pub(super) struct Loading<'a, 'b> {
     pub grid: &'a Grid,
-    /// Places of the strains that can change among u1 .. v3.
+    /// Indices among u1 .. v3 of the strains that can change.
     pub places: &'a [usize],
     /// States, which begin with the strains node by node.
     pub states: &'a [&'a [f64]; LANES],
-    /// (m1, n1) of each.
+    /// End wrench (m1, n1) of each state.
     pub wrenches: &'a [[f64; 6]; LANES],
-    /// With it rates, without it resultants are put into `out`.
+    /// Law for strain rates in `out`; without a law `out` receives resultants.
     pub law: Option<Flowing<'a>>,
-    /// At the head of each, node by node; there may be fewer than lanes.
+    /// Outputs, written at the head of each, node by node; there may be fewer than lanes.
     pub out: &'a mut [&'b mut [f64]],
     pub ends: &'a mut [End; LANES],
     pub lanes: &'a mut Lanes,
 }
 
-/// Room kept from one call to the next, of numbers in the registers of this processor.
+/// Workspace in the registers of this processor, kept between calls.
 #[derive(Debug, Default)]
 pub(super) struct Lanes(Option<Box<dyn Any + Send>>);
 
 impl Lanes {
-    /// So many numbers; what they are says nothing.
+    /// A workspace of `size` numbers, with arbitrary contents.
     #[inline(always)]
     fn room<S: Simd>(&mut self, zero: Eight<S>, size: usize) -> Option<&mut [Eight<S>]> {
         let kept = self
@@ -81,7 +83,8 @@ impl Lanes {
 }
 
 impl Loading<'_, '_> {
-    /// False if the nodes do not resolve a shape, it is not finite, or the processor has no registers for this; what has been written is then of no use.
+    /// Evaluates all lanes. False if the nodes do not resolve a shape, it is not finite, or the processor lacks such
+    /// registers; the outputs are then unusable.
     pub(super) fn done(self) -> bool {
         Registers::in_use().is_some_and(|registers| registers.work(self))
     }
@@ -188,7 +191,7 @@ impl WithSimd for Loading<'_, '_> {
                 };
             }
             if let Some(law) = self.law {
-                // Sums that stay in their registers, for a number m of terms that the compiler does not know.
+                // Sums stay in registers although the number m of terms is unknown to the compiler.
                 let (mut short, mut overstress) = ([zero; 6], [zero; 6]);
                 for (k, place) in self.places.iter().enumerate() {
                     let strain = match *place {
@@ -235,11 +238,11 @@ impl WithSimd for Loading<'_, '_> {
     }
 }
 
-/// Numbers of which fields are taken.
+/// Workspace from which fields are allocated.
 struct Room<'a, S: Simd>(&'a mut [Eight<S>]);
 
 impl<'a, S: Simd> Room<'a, S> {
-    /// A field with K numbers at n places.
+    /// A field with K numbers at n points.
     #[inline(always)]
     fn take<const K: usize>(&mut self, n: usize) -> &'a mut [[Eight<S>; K]] {
         let (field, rest) = std::mem::take(&mut self.0).split_at_mut(n * K);
@@ -253,12 +256,12 @@ struct Scratch<'a, S: Simd> {
     angles: &'a mut [Vector<S>],
     residual: &'a mut [Turn<S>],
     field: &'a mut [Turn<S>],
-    /// Corrections and what they take off the residual, in turn.
+    /// Corrections and their effects on the residual, alternating.
     tried: &'a mut [Turn<S>],
 }
 
-/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`; returns the one at its end. None if the nodes do
-/// not resolve it.
+/// Unit quaternions at the nodes of an element, from `start` at its beginning, into `p`. Returns the one at its end.
+/// None if the nodes do not resolve the rotation.
 #[inline(always)]
 fn turn<S: Simd>(
     grid: &Grid,
@@ -474,7 +477,7 @@ fn inner<S: Simd>(a: &[Turn<S>], b: &[Turn<S>], factor: Eight<S>) -> Turn<S> {
     ]
 }
 
-/// Adds theta o a_i to every b_i.
+/// Adds theta o a_i to each b_i.
 #[inline(always)]
 fn add<S: Simd>(theta: &Turn<S>, a: &[Turn<S>], b: &mut [Turn<S>]) {
     for (b, a) in b.iter_mut().zip(a) {
@@ -485,7 +488,7 @@ fn add<S: Simd>(theta: &Turn<S>, a: &[Turn<S>], b: &mut [Turn<S>]) {
     }
 }
 
-/// Adds to a sum m numbers times those of a row, which stand m apart.
+/// Product of a row of m numbers with x, added to `sum`.
 #[inline(always)]
 fn mixed<S: Simd>(row: &[f64], m: usize, x: &[Eight<S>; 6], mut sum: Eight<S>) -> Eight<S> {
     for k in 0..m {

@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// Rounding of a pose, relative to the rod's length.
 const POSE: f64 = 5e-16;
 
-/// The Jacobian of a [`ViscousSystem`](super::ViscousSystem): blocks by node, of the rank of the end's velocities, and the geometry.
+/// Jacobian of a [`ViscousSystem`](super::ViscousSystem): blocks by node, terms of the rank of the end's velocities,
+/// and geometry.
 #[derive(Debug, Clone)]
 pub struct ViscousLinear<const M: usize, const D: usize> {
     pub(super) layout: Layout,
@@ -31,27 +32,29 @@ pub struct ViscousLinear<const M: usize, const D: usize> {
 /// A Maxwell branch: d e_t/d z at the nodes, and its relaxation time.
 pub(super) type Relaxing<const M: usize> = (Vec<SMatrix<f64, M, M>>, f64);
 
-/// sigma - J without the memory and the velocity, which are eliminated: strains and end wrench remain.
+/// Factors of sigma - J with memory and velocity eliminated: strains and end wrench remain.
 #[derive(Debug)]
 pub struct ViscousFactor<T, const M: usize, const D: usize> {
     linear: ViscousLinear<M, D>,
     sigma: T,
-    /// sigma - a_V and sigma - spin.
+    /// Matrices sigma - a_V and sigma - spin.
     damped: SMatrix<T, D, D>,
     turning: SMatrix<T, D, D>,
-    /// What the rows of the body are times gather.
+    /// Factor of gather in the rows of the body.
     follows: SMatrix<T, D, D>,
     solver: Solver<T, M, D>,
-    /// The unit of the wrench.
+    /// Unit of the wrench.
     unit: f64,
 }
 
-/// How the equations of strains and wrench are solved.
+/// Solver for strains and wrench.
 #[derive(Debug)]
 enum Solver<T, const M: usize, const D: usize> {
-    /// By factors of their matrix. Its rows are scaled to one size: those of the strains are rates, those of the body forces over masses.
+    /// LU factors of the full matrix. Its rows are scaled to one size: rows of strains are rates, rows of the body
+    /// forces over masses.
     Whole { lu: Lu, rows: Vec<f64> },
-    /// By inverses of the strains' blocks, which have nothing beside them ([`Drift::Local`]), and of what is left for the wrench.
+    /// Block elimination: inverses of the nodes' own blocks ([`Drift::Local`]), and of the Schur complement of the
+    /// wrench.
     Local {
         blocks: Vec<SMatrix<T, M, M>>,
         wrench: SMatrix<T, D, D>,
@@ -59,7 +62,7 @@ enum Solver<T, const M: usize, const D: usize> {
 }
 
 impl<T: Scalar, const M: usize, const D: usize> Solver<T, M, D> {
-    /// None if the matrix is singular.
+    /// Factors of a full matrix; None if singular.
     fn whole(mut matrix: DMatrix<T>) -> Option<Self> {
         let n = matrix.nrows();
         let mut rows = vec![0.0_f64; n];
@@ -94,14 +97,14 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
     /// (sigma - drift - sum_k relaxing_k/(1 + sigma tau_k)) de - push dw = b_e + ...
     /// ((sigma - a_V) follow - a_pose gather) de + a_w dw = b_V + (sigma - a_V) b_l.
     /// ```
-    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the change
-    /// of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
+    /// By velocity, de_t = sigma de - b_e makes follow = sigma gather + convection, b_l = gather b_e. By place, the
+    /// change of place dr = gather de - b_c makes follow = (sigma - spin) gather, b_l = (sigma - spin) b_c + b_r.
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<ViscousFactor<T, M, D>> {
         let real = T::from_real;
         let largest = self.rod.push.amax();
         let unit = if largest > 0.0 { 1.0 / largest } else { 1.0 };
         let (damped, turning) = (self.damped(sigma), self.turning(sigma));
-        // By place, and as far as it stands in sigma by velocity too, the rows of the body are these times gather.
+        // The rows of the body are these times gather: by place entirely, by velocity in the terms with sigma.
         let follows = match self.hold {
             Hold::Place => damped * turning,
             Hold::Velocity | Hold::Together => damped * sigma,
@@ -130,9 +133,9 @@ impl<const M: usize, const D: usize> Linearised for ViscousLinear<M, D> {
         })
     }
 
-    /// Where an end wrench moves the end slowly (an inextensible rod that is nearly straight, by an angle a) the velocity
-    /// relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates take over the rounding of the wrench
-    /// 1/a times; by place the velocity takes over that of the pose at that rate, or of the pose over a step.
+    /// Rounding of a velocity. If a wrench moves the end slowly (a nearly straight inextensible rod, at an angle a),
+    /// the velocity relaxes fast, at the rate of M^-1 G^-1 ~ 1/a^2. By velocity the strain rates inherit the rounding
+    /// of the wrench times 1/a. By place the velocity inherits that of the pose, at that rate or over a step.
     fn rounding(&self, h: f64) -> f64 {
         let rate = relaxation(&self.body.by_wrench, &self.mobility);
         POSE * match self.hold {
@@ -182,12 +185,12 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
     }
 
-    /// sigma - spin, which takes a change of the end's place to that of its velocity (see [`end_pose::spin`]).
+    /// sigma - spin: from changes of the end's place to changes of its velocity (see [`place::spin`]).
     fn turning<T: Scalar>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }
 
-    /// The matrix of strains and wrench.
+    /// Full matrix of strains and wrench.
     fn whole<T: Scalar>(
         &self,
         drift: &DMatrix<f64>,
@@ -236,7 +239,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         matrix
     }
 
-    /// The inverses of the strains' blocks.
+    /// Inverses of the nodes' blocks.
     fn inverted<T: Scalar>(
         &self,
         own: &[SMatrix<f64, M, M>],
@@ -254,7 +257,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         inverses.collect()
     }
 
-    /// The matrix of the wrench alone, what it does to the strains put into the rows of the body.
+    /// Schur complement of the wrench, with the strains' response put into the rows of the body.
     fn condensed<T: Scalar>(
         &self,
         blocks: &[SMatrix<T, M, M>],
@@ -289,7 +292,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     }
 }
 
-/// The rate M^-1 G^-1 at which the velocity of the end relaxes to the one that strains and loads determine.
+/// Rate M^-1 G^-1 at which the velocity of the end relaxes to that determined by strains and loads.
 pub(super) fn relaxation<const D: usize>(
     by_wrench: &SMatrix<f64, D, D>,
     g: &SMatrix<f64, D, D>,
@@ -307,7 +310,8 @@ fn pairs<const M: usize>() -> impl Iterator<Item = (usize, usize)> {
 }
 
 impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
-    /// Puts the strains in the place of their right-hand sides; returns the wrench, in its unit, that goes with these and the body's.
+    /// Replaces the right-hand sides of the strains by their solution; returns the wrench, in its unit, for these and
+    /// the body's right-hand side `pushed`.
     fn strained(&self, strains: &mut [T], pushed: &SMatrix<T, D, 1>) -> Option<SMatrix<T, D, 1>> {
         let n = strains.len();
         let (blocks, inverse) = match &self.solver {
@@ -359,7 +363,7 @@ impl<T: Scalar, const M: usize, const D: usize> ViscousFactor<T, M, D> {
     }
 }
 
-/// Adds what the strains of a node, a column for each wrench, do to the end.
+/// Adds the end's motion by the strains of a node, a column for each wrench.
 fn add_moved<T: Scalar, const M: usize, const D: usize>(
     columns: &DMatrix<f64>,
     node: usize,
@@ -377,7 +381,7 @@ fn add_moved<T: Scalar, const M: usize, const D: usize>(
     }
 }
 
-/// The sum of the columns times the numbers of a field.
+/// Sum of the columns weighted by the numbers of a field.
 fn gathered<T: Scalar, const D: usize>(columns: &DMatrix<f64>, field: &[T]) -> SMatrix<T, D, 1> {
     let mut sum = SMatrix::<T, D, 1>::zeros();
     for (column, x) in columns.as_slice().as_chunks::<D>().0.iter().zip(field) {
@@ -451,7 +455,7 @@ impl<T: Scalar, const M: usize, const D: usize> Factor<T> for ViscousFactor<T, M
                 Hold::Together | Hold::Place => wrench.scale(self.unit),
             };
         }
-        // All of them are looked at: without an early end the loop has no branches.
+        // No early exit: the loop then has no branches.
         (b.as_slice().iter()).fold(true, |finite, x| finite & x.is_finite())
     }
 }

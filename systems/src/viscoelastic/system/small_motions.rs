@@ -1,41 +1,45 @@
-//! Small motions of a body on a viscoelastic rod about an equilibrium: eigenvalues of the linearised equations.
+//! Eigenvalues of small motions of a body on a viscoelastic rod about an equilibrium.
 //!
-//! About an equilibrium e*, w* with V = 0 small changes obey, with the terms of [`Linear`](crate::viscoelastic::reduced::Linear),
+//! About an equilibrium e*, w* with V = 0 small changes obey, with the terms of
+//! [`Linear`](crate::creep::reduced::Linear),
 //! ```text
 //! e_t = drift e + sum_k relaxing_k z_k + push w,     z_t = (e - z)/tau_k,     gather e_t = V,
 //! M V_t = M (by_pose gather e + by_velocity V) - w,
 //! ```
-//! in which the friction of the section is its derivative at rest. The wrench w is eliminated by G = gather push. In a direction in
-//! which no wrench moves the end (a straight inextensible rod, along itself) V = 0, and that row of the balance only says what w is there.
+//! in which the friction of the section is its derivative at rest. G = gather push eliminates the wrench w. In a
+//! direction in which no wrench moves the end (a straight inextensible rod, along itself), V = 0. That row of the
+//! balance only determines w.
 //!
-//! In Laplace form the strains give w = K(s) gather e, the dynamic stiffness of the rod, and the eigenvalues are the roots of
-//! det(M s^2 + C s + K(s)) = 0. If friction is tau times the tangent and the rod is straight and unloaded, K(s) = (1 + tau s) K.
+//! In Laplace form the strains give w = K(s) gather e, with K(s) the dynamic stiffness of the rod. The eigenvalues
+//! are the roots of det(M s^2 + C s + K(s)) = 0. If friction is tau times the tangent and the rod is straight and
+//! unloaded, K(s) = (1 + tau s) K.
 
 use super::ViscousLinear;
 use crate::spectrum::eigenvalues;
 use crate::viscoelastic::reduced::{Drift, loose};
 use nalgebra::{Complex, DMatrix, DVector, SMatrix};
 
-/// An imaginary part below this part of the eigenvalue is rounding of a multiple real one.
+/// Imaginary part, relative to the eigenvalue, below which the eigenvalue is a multiple real one with rounding.
 const REAL: f64 = 1e-6;
-/// What is new in a field that a wrench brings about, relative, counts from here on.
+/// Relative size from which a new direction of the Krylov space counts.
 const REACHED: f64 = 1e-11;
 
 /// Eigenvalues s of small motions exp(s t).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rates {
-    /// Those of the body on the rod: two for each direction in which the end moves, or more if memory lets more motions oscillate;
-    /// oscillations with Im s > 0 once. By imaginary, then real part.
+    /// Eigenvalues of the body on the rod: two for each direction in which the end moves, or more if memory lets more
+    /// motions oscillate. Oscillations with Im s > 0 appear once. Sorted by imaginary, then real part.
     pub body: Vec<Complex<f64>>,
-    /// The first and the last of those with which the rod relaxes with its end held, as far as wrenches on the end bring it about: real
-    /// parts. None of a rod whose end has no memory; otherwise their number grows with the grid.
+    /// First and last relaxation rate of the rod with its end held, among those that end wrenches excite: real parts.
+    /// None if the end has no memory; otherwise their number grows with the grid.
     pub held: Option<[f64; 2]>,
-    /// How many rates of overdamped motions lie between these. There body and rod are one motion, and no number is the body's.
+    /// Number of overdamped rates between these two. There body and rod move as one, and no rate belongs to the body
+    /// alone.
     pub among: usize,
 }
 
 impl<const M: usize, const D: usize> ViscousLinear<M, D> {
-    /// The eigenvalues, if the state is an equilibrium; `weights` are those of the nodes. None if they do not converge.
+    /// Eigenvalues about an equilibrium; `weights` are those of the nodes. None without convergence.
     pub fn rates(&self, weights: &[f64]) -> Option<Rates> {
         let (rod, n) = (&self.rod, self.layout.field());
         let Drift::Whole(drift) = &rod.drift else {
@@ -73,34 +77,34 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
     }
 }
 
-/// The linearised equations of strains, memory and body, with numbers of rows and columns that are known when they are made.
+/// Linearised equations of strains, memory and body, with matrix sizes known only at run time.
 struct SmallMotion<'a> {
-    /// (e, z_1, ..)_t before the wrench is known.
+    /// (e, z_1, ..)_t without the wrench.
     rate: DMatrix<f64>,
-    /// What the wrench adds to e_t, what strains do to the place of the end, and to its velocity beside their rate.
+    /// Matrices from the wrench to e_t, from strains to the place of the end, and to its velocity at fixed rates.
     push: &'a DMatrix<f64>,
     gather: &'a DMatrix<f64>,
     convection: &'a DMatrix<f64>,
-    /// The roots of the weights of (e, z).
+    /// Square roots of the weights of (e, z).
     roots: Vec<f64>,
-    /// The directions in which the end moves.
+    /// Directions in which the end moves.
     free: Vec<usize>,
-    /// M, and what the acceleration is by pose and velocity.
+    /// M, and derivatives of the acceleration by pose and velocity.
     mass: DMatrix<f64>,
     by_pose: DMatrix<f64>,
     by_velocity: DMatrix<f64>,
 }
 
 impl SmallMotion<'_> {
-    /// The whole pencil has the eigenvalues of the body and, slightly changed, those of the rod with its end held. Each of the latter is paired
-    /// with the nearest real one of the whole; what is left is the body's.
+    /// The full pencil has the eigenvalues of the body and, slightly changed, those of the rod with its end held.
+    /// Each of the latter is paired with the nearest real one of the full pencil; the unpaired ones are the body's.
     fn rates(self) -> Option<Rates> {
         let moving = self.free.len();
         let matrix = self.first_order()?;
         let inner = matrix.nrows() - moving;
         let held = matrix.view((0, 0), (inner, inner)).into_owned();
         let mut held = eigenvalues(held)?;
-        // With V = 0 the place of the end stays as it is: so many eigenvalues are zero.
+        // With V = 0 the place of the end is constant: one zero eigenvalue per direction of motion.
         held.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
         let mut held: Vec<f64> = held.iter().skip(moving).map(|s| s.re).collect();
         held.sort_by(f64::total_cmp);
@@ -124,8 +128,8 @@ impl SmallMotion<'_> {
         })
     }
 
-    /// The matrix of (e, z_1, ..; V) without the directions that are held, the strains in a basis of those that wrenches on the end
-    /// ever bring about.
+    /// The matrix of (e, z_1, ..; V) without the held directions, with the strains in a basis of those that end
+    /// wrenches can excite.
     fn first_order(self) -> Option<DMatrix<f64>> {
         let Self {
             mut rate,
@@ -142,7 +146,7 @@ impl SmallMotion<'_> {
         gather.columns_mut(0, n).copy_from(self.gather);
         let mut convection = DMatrix::zeros(self.gather.nrows(), strains);
         convection.columns_mut(0, n).copy_from(self.convection);
-        // Times the roots of the weights, in which laws that are symmetric are symmetric matrices.
+        // Scaled by the roots of the weights, in which symmetric laws become symmetric matrices.
         for (i, root) in roots.iter().enumerate() {
             rate.row_mut(i).scale_mut(*root);
             push.row_mut(i).scale_mut(*root);
@@ -172,7 +176,7 @@ impl SmallMotion<'_> {
         matrix.view_mut((0, 0), (inner, inner)).copy_from(&rate);
         let mut strained = matrix.rows_mut(0, inner);
         strained += push * &wrench;
-        // M V_t of the free directions; the others give the wrench there.
+        // M V_t of the free directions; the other rows give the wrench there.
         let pose = &mass * self.by_pose * gather;
         let drag = &mass * self.by_velocity;
         let mut balance = -wrench;
@@ -191,13 +195,13 @@ impl SmallMotion<'_> {
     }
 }
 
-/// An orthonormal basis of the smallest space that holds the columns of `push` and that `rate` maps into itself. What is not in it
-/// relaxes by itself, at rates that may be many times the same, and moves no end.
+/// Orthonormal basis of the Krylov space: the smallest that holds the columns of `push` and that `rate` maps into
+/// itself. The complement relaxes by itself, at rates of possibly high multiplicity, and moves no end.
 fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
     let mut basis: Vec<DVector<f64>> = Vec::new();
     let add = |basis: &mut Vec<DVector<f64>>, mut x: DVector<f64>| {
         let size = x.norm();
-        // Twice is enough.
+        // Two passes of orthogonalisation suffice.
         for _ in 0..2 {
             for q in basis.iter() {
                 let part = q.dot(&x);
@@ -224,8 +228,8 @@ fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
     }
 }
 
-/// Those of `all` that are left when each of `some` is paired with one of them, in order, so that the relative distances add up to the
-/// least. Both ascend.
+/// Members of `all` left over when each of `some` is paired with one of them, in order, with the least sum of
+/// relative distances. Both ascend.
 fn unpaired(all: &[f64], some: &[f64]) -> Vec<f64> {
     let (rows, columns) = (some.len(), all.len());
     if rows > columns {

@@ -4,7 +4,7 @@ use crate::math::lanes8::Eight;
 use crate::math::real::Real;
 use pulp::Simd;
 
-/// Half an angle below this, squared, has the cosine and the sine of the series in [`exponential`] to 1e-12.
+/// Squared half angle below which the series in [`exponential`] give cosine and sine to 1e-12.
 const SMALL: f64 = 0.25;
 
 pub(super) type Vector<S> = [Eight<S>; 3];
