@@ -6,7 +6,7 @@
 //! 1e-13. A period is that of the slowest mode about the equilibrium.
 
 use nalgebra::{DVector, Isometry3, Matrix3, SVector, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::assembly::AssemblyRun;
@@ -33,14 +33,14 @@ fn assembly() -> (Assembly, Configuration) {
         Joint::Weld,
     );
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: link.end(&Vector6::zeros(), 1e-14).expect("an end").pose,
             twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
         }],
         charts: vec![Vector6::zeros()],
         spins: Vec::new(),
     };
-    let carriers = vec![Carrier::rigid(body)];
+    let carriers = vec![HeavyBody::rigid(body)];
     (
         Assembly::new(carriers, vec![link]).expect("an assembly"),
         start,
@@ -116,14 +116,14 @@ fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
     q[5] = (pull + stiffness * stretched) / link.units()[5];
     let low = 1.0 + pull / stiffness + stretched;
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::translation(0.0, 0.0, low),
             twist: Vector6::new(0.0, 0.0, 0.0, 9e-3, 4e-3, 0.0),
         }],
         charts: vec![q],
         spins: Vec::new(),
     };
-    let carriers = vec![Carrier::point(mass)];
+    let carriers = vec![HeavyBody::point(mass)];
     (
         Assembly::new(carriers, vec![link]).expect("an assembly"),
         start,
@@ -322,7 +322,7 @@ impl Swing<6> for InSpace {
             .expect("an end")
             .pose;
         let start = Configuration {
-            bodies: vec![Place { pose, twist }],
+            bodies: vec![BodyMotion { pose, twist }],
             charts: vec![q],
             spins: Vec::new(),
         };
@@ -332,7 +332,7 @@ impl Swing<6> for InSpace {
         follow(&mut run, times, AssemblyRun::advance, |run, t| {
             let sample = run.state_at(t).expect("a time of the step");
             let now = &sample.at.now;
-            let Place { pose, twist } = now.bodies[0];
+            let BodyMotion { pose, twist } = now.bodies[0];
             let rotation = pose.rotation.to_rotation_matrix();
             let pose = pose.translation.vector.iter().chain(rotation.matrix());
             seen.push(Seen {

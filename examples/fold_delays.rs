@@ -8,8 +8,8 @@
 
 use nalgebra::Vector2;
 use serde_json::Value;
-use snaprod::elastica::{Elastica, Equilibrium, Passage, RodInertia};
-use snaprod::motion::{Beside, Crossed, Event, Motion, State};
+use snaprod::elastica::{Elastica, Equilibrium, FoldNormalForm, RodInertia};
+use snaprod::motion::{Event, LightReference, LightSnap, Motion, State};
 use snaprod::scene::{AssemblySetup, Scene};
 use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::run::Prepared;
@@ -185,20 +185,20 @@ fn at_zero(points: &[(f64, f64)]) -> f64 {
 }
 
 /// The fold with its normal form.
-fn passage(fold: &Crossed) -> Result<Passage, Failure> {
+fn passage(fold: &LightSnap) -> Result<FoldNormalForm, Failure> {
     let q = &fold.snap.from.q;
     let v = Vector2::new(fold.snap.velocity[0], fold.snap.velocity[1]);
-    Ok(Passage::new(q[0], q[1], &v)?)
+    Ok(FoldNormalForm::new(q[0], q[1], &v)?)
 }
 
 /// Follows a motion until `found` says so, a function of the state that is below 0 first and after the fold turns positive; the time from the
 /// fold to there.
 fn follow(
     motion: &mut dyn Motion<'_>,
-    found: &mut dyn FnMut(&dyn State, &Crossed) -> f64,
-) -> Result<(Crossed, f64), Failure> {
-    let mut beside = Beside::new(Box::new(Elastica), &*motion.now());
-    let mut fold: Option<Crossed> = None;
+    found: &mut dyn FnMut(&dyn State, &LightSnap) -> f64,
+) -> Result<(LightSnap, f64), Failure> {
+    let mut beside = LightReference::new(Box::new(Elastica), &*motion.now());
+    let mut fold: Option<LightSnap> = None;
     while let Some(event) = motion.advance() {
         let Event::Step { from, to } = event else {
             if let Event::Stop(outcome) = event {
@@ -251,7 +251,7 @@ fn zero(
         }
     };
     let v = Vector2::new(snap.velocity[0], snap.velocity[1]);
-    let scale = Passage::new(snap.from.q[0], snap.from.q[1], &v)?.inertial(eps);
+    let scale = FoldNormalForm::new(snap.from.q[0], snap.from.q[1], &v)?.inertial(eps);
     let before = (snap.t - 10.0 * scale).max(0.0);
     let mut light = prepared.motion()?;
     while !matches!(light.advance(), Some(Event::Step { to, .. }) if to >= before) {}
@@ -301,7 +301,7 @@ fn axis(curvature: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<Vector2<f64>> {
 }
 
 /// The shape at the fold, and how it changes along the critical direction towards the landing.
-fn critical(fold: &Crossed) -> [Vec<Vector2<f64>>; 2] {
+fn critical(fold: &LightSnap) -> [Vec<Vector2<f64>>; 2] {
     let q = &fold.snap.from.q;
     let fold = Equilibrium::new(q[0], q[1]).expect("the fold is in the chart");
     let rod = RodInertia::new(q[0], q[1]).expect("the fold is not taut");

@@ -7,7 +7,7 @@
 use snaprod::elastica::fold_curve;
 use snaprod::motion::{Event, Outcome};
 use snaprod::scene::Scene;
-use snaprod::study::film::{Place, Still, film};
+use snaprod::study::film::{PictureRole, Still, film};
 use snaprod::study::{Silent, run};
 use std::fmt::Write;
 
@@ -51,7 +51,7 @@ fn main() -> Result<(), Failure> {
         let end = still.rods[0].last().ok_or("no rod")?;
         let off = (end.translation.vector - still.now.bodies[0].0.translation.vector).norm();
         // Shapes of the layer are as fine as the choice of the landing needs.
-        let bound = if still.place == Place::Layer {
+        let bound = if still.place == PictureRole::Layer {
             1e-3
         } else {
             1e-9
@@ -65,7 +65,7 @@ fn main() -> Result<(), Failure> {
     assert!(
         stills
             .iter()
-            .filter(|still| still.place == Place::Layer)
+            .filter(|still| still.place == PictureRole::Layer)
             .count()
             > 8
     );
@@ -88,8 +88,8 @@ fn pixel(x: f64, y: f64) -> String {
 fn animated(stills: &[Still]) -> Result<String, Failure> {
     let seconds = |k: usize| match stills[k].place {
         _ if k + 1 == stills.len() => 2.0 * LONG,
-        Place::Fold | Place::Landing => LONG,
-        Place::Way | Place::Layer => BRIEF,
+        PictureRole::Fold | PictureRole::Landing => LONG,
+        PictureRole::Way | PictureRole::Layer => BRIEF,
     };
     let whole: f64 = (0..stills.len()).map(seconds).sum();
     let mut begun = 0.0;
@@ -113,7 +113,7 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
             .join(" ")
     };
     let mass = |still: &Still| still.now.bodies[0].0.translation.vector;
-    let falls = |still: &Still| matches!(still.place, Place::Fold | Place::Layer);
+    let falls = |still: &Still| matches!(still.place, PictureRole::Fold | PictureRole::Layer);
     let each = |of: &dyn Fn(&Still) -> String| stills.iter().map(of).collect::<Vec<_>>();
     let across = each(&|still| format!("{:.1}", CLAMP[0] + SCALE * mass(still).x));
     let down = each(&|still| format!("{:.1}", CLAMP[1] - SCALE * mass(still).y));

@@ -1,7 +1,7 @@
 //! Motion of bodies on elastic rods in space: AMV (4.7)-(4.9), several rods and bodies, through folds (theory 3.3).
 //!
 //! Away from folds steps advance in time. A rod that nears its fold slows time (see
-//! [`crate::assembly::Slowed`]): the fold is then an ordinary root of t', found to the accuracy of the
+//! [`crate::assembly::SlowedTime`]): the fold is then an ordinary root of t', found to the accuracy of the
 //! integration. At the fold that rod settles with its ends held, and the others stay as they are.
 //!
 //! Steps are explicit, symmetric, or implicit where a rod is stiff (`implicit`). Near a fold implicit steps
@@ -27,8 +27,8 @@ use super::options::Options;
 use super::snap::{LandingRule, Landings, Snap, SnapEnd};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{
-    Assembly, Carrier, Configuration, Evaluated, Integrals, Link, Nearness, Seen as Chart, Sight,
-    Slowed,
+    Assembly, ChartKind as Chart, Configuration, Evaluated, HeavyBody, Integrals, Link, Nearness,
+    RodMonitor, SlowedTime,
 };
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::rod::Wrench;
@@ -119,7 +119,7 @@ pub struct AssemblyRun {
     implicit: Implicit,
     step: Option<Taken<StateVector>>,
     dense: Option<Inside<StateVector>>,
-    slowed: Option<Slowed>,
+    slowed: Option<SlowedTime>,
     /// Latest time at which loads and supports are evaluated, just before the next break.
     until: f64,
     /// Time at which the clock last changed, with det J of all rods then.
@@ -127,9 +127,9 @@ pub struct AssemblyRun {
     /// Largest det J of every rod on its present sheet, over the starts of steps.
     largest: Vec<f64>,
     /// Charts and clock of the last step; both may change at its end.
-    taken_by: (Arc<Assembly>, Option<Slowed>),
+    taken_by: (Arc<Assembly>, Option<SlowedTime>),
     /// Observed quantities of the rods at the present state.
-    watch: Vec<Sight>,
+    watch: Vec<RodMonitor>,
     /// Morse index of every rod with its ends held, on the present sheet.
     indices: Vec<usize>,
     /// Cost outside the steps.
@@ -183,11 +183,11 @@ impl AssemblyRun {
             ));
         }
         first_order_mass::check(&assembly, &options)?;
-        Carrier::start_in_grooves(assembly.carriers(), &start.bodies)?;
+        HeavyBody::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
         let local = (LOCAL * options.tolerance).max(FINEST);
         let along = (ALONG * local).max(FINEST);
-        let start = &assembly.spun(start, along)?;
+        let start = &assembly.complete_spins(start, along)?;
         let state = assembly.state(start, &Integrals::default());
         let followed = |assembly: &Assembly, state: &DVector<f64>| {
             assembly.evaluated(state, along).ok_or_else(|| {
@@ -197,11 +197,11 @@ impl AssemblyRun {
         let mut at = followed(&assembly, &state)?;
         // From here on charts change only between steps.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
-            let better = assembly.links()[k].better_seen(q, point);
+            let better = assembly.links()[k].suited_chart_kind(q, point);
             let felt = assembly.should_feel(k, &at, along);
             let assembly = Arc::make_mut(&mut assembly);
-            assembly.see(k, better);
-            assembly.feel(k, felt);
+            assembly.set_chart_kind(k, better);
+            assembly.set_inertia(k, felt);
         }
         let apart = assembly.drift(&at);
         if !(apart <= APART * options.tolerance) {
@@ -212,7 +212,7 @@ impl AssemblyRun {
         let links = assembly.links().len();
         let mut numbers = StateVector(state);
         let mut slope = numbers.clone();
-        let mut watch = vec![Sight::default(); links];
+        let mut watch = vec![RodMonitor::default(); links];
         let mut begin = |assembly: &Assembly, numbers: &StateVector| {
             let see = |k: usize, sight| watch[k] = sight;
             assembly.write_slope(&numbers.0, None, along, &mut slope.0, see)
@@ -220,7 +220,7 @@ impl AssemblyRun {
         let mut defined = begin(&assembly, &numbers);
         if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
             let ends = followed(&assembly, &numbers.0)?;
-            numbers = StateVector(assembly.slid(numbers.0, &ends));
+            numbers = StateVector(assembly.slide_bodies(numbers.0, &ends));
             at = followed(&assembly, &numbers.0)?;
             defined = begin(&assembly, &numbers);
         }
@@ -247,7 +247,7 @@ impl AssemblyRun {
         let rate = slope.0.rows(0, bodies).norm() / (bodies as f64).sqrt();
         let slow = FIRST * local.powf(0.125) / rate.max(0.1);
         let indices = indices(&assembly, &at, along)?;
-        let first = AssemblySample::new(assembly.aside(), at, 0.0, &indices);
+        let first = AssemblySample::new(assembly.observer_copy(), at, 0.0, &indices);
         let begun = numbers.clone();
         let symmetric = options.method == Method::Symmetric;
         let solver = Stepper::new(symmetric, numbers, slope, h, local)
@@ -305,7 +305,7 @@ impl AssemblyRun {
 
     /// The sample of a state; None if a rod cannot be integrated under its wrench.
     fn describe(&self, assembly: &Arc<Assembly>, state: &DVector<f64>) -> Option<AssemblySample> {
-        let assembly = assembly.aside();
+        let assembly = assembly.observer_copy();
         let at = assembly.evaluated(state, self.along())?;
         Some(AssemblySample::new(
             assembly,
@@ -318,7 +318,7 @@ impl AssemblyRun {
     /// The state at a time within the last step; None outside it.
     pub fn state_at(&mut self, t: f64) -> Option<AssemblySample> {
         if Arc::ptr_eq(&self.taken_by.0, &self.assembly) {
-            self.taken_by.0 = self.assembly.aside();
+            self.taken_by.0 = self.assembly.observer_copy();
         }
         let state = self.inside(t)?;
         let assembly = &self.taken_by.0;
@@ -328,7 +328,7 @@ impl AssemblyRun {
         if sample.drift() <= self.drifted() {
             return Some(sample);
         }
-        let held = assembly.joined(state, &sample.at);
+        let held = assembly.close_gaps(state, &sample.at);
         let again = held.and_then(|state| self.describe(assembly, &state));
         Some(again.map_or(sample, |mut again| {
             again.ledger.dissipated -= self.booked;
@@ -346,7 +346,7 @@ impl AssemblyRun {
 
     /// Continues from `state` with the clock `slowed` and a first step of the length `h`. Symmetric steps have a
     /// clock of their own and are always slowed for a rod: the slowing is smooth, and harmless away from folds.
-    fn resume(&mut self, state: StateVector, slowed: Option<Slowed>, h: f64) -> Option<()> {
+    fn resume(&mut self, state: StateVector, slowed: Option<SlowedTime>, h: f64) -> Option<()> {
         let is_slowed = slowed.is_some();
         self.go_on(state.clone(), slowed, h)?;
         if is_slowed || !self.solver.is_symmetric() {
@@ -355,10 +355,10 @@ impl AssemblyRun {
         let size = |k: &usize| self.watch[*k].det.abs();
         let link = (0..self.watch.len()).min_by(|a, b| size(a).total_cmp(&size(b)))?;
         let scale = self.watch[link].det;
-        self.go_on(state, Some(Slowed::one(link, scale)), h)
+        self.go_on(state, Some(SlowedTime::one(link, scale)), h)
     }
 
-    fn go_on(&mut self, state: StateVector, slowed: Option<Slowed>, h: f64) -> Option<()> {
+    fn go_on(&mut self, state: StateVector, slowed: Option<SlowedTime>, h: f64) -> Option<()> {
         let along = self.along();
         let mut slope = state.clone();
         let watch = &mut self.watch;
@@ -385,7 +385,7 @@ impl AssemblyRun {
             *k != link && !self.unpushed.contains(k) && near(*k) < COMPANY * near(link)
         });
         let rods = std::iter::once(link).chain(others);
-        let slowed = Slowed {
+        let slowed = SlowedTime {
             rods: rods.map(|k| (k, dets[k])).collect(),
         };
         let h = self.solver.next_step();
@@ -425,7 +425,7 @@ impl AssemblyRun {
             return Ok(self.stuck(Cause::Ledger { relative }, remedy));
         }
         let (point, fold) = (&here.at.points[link], here.at.now.charts[link]);
-        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
+        let rod = self.assembly.links()[link].with_base_rotation(&point.base.pose.rotation);
         let held = point.held();
         let folding = rod.clone().into_owned();
         if let Some(crossing) = crossing
@@ -484,7 +484,7 @@ impl AssemblyRun {
         let state = self.solver.state().0.clone();
         let q = Wrench::from_column_slice(snap.to.q.as_slice());
         let state = self.assembly.with_chart(state, snap.rod, &q);
-        let state = StateVector(self.assembly.aligned(state, self.along()));
+        let state = StateVector(self.assembly.align_spins(state, self.along()));
         self.see_anew(&state, snap.rod)?;
         self.released += snap.released;
         self.snaps += 1;
@@ -496,7 +496,7 @@ impl AssemblyRun {
         let h = self.solver.next_step();
         self.folded.retain(|(link, _)| *link != snap.rod);
         let rods = self.folded.clone();
-        let others = (!rods.is_empty()).then_some(Slowed { rods });
+        let others = (!rods.is_empty()).then_some(SlowedTime { rods });
         self.pending = others
             .is_some()
             .then_some(Pending::Fold(snap.time_error, None));
@@ -527,7 +527,7 @@ fn first_step(state: &StateVector, slope: &StateVector, tolerance: f64) -> f64 {
 fn indices(assembly: &Assembly, at: &Evaluated, tolerance: f64) -> Result<Vec<usize>> {
     let rods = assembly.links().iter().zip(&at.points).zip(&at.now.charts);
     rods.map(|((link, point), q)| {
-        let seen = link.facing(&point.base.pose.rotation);
+        let seen = link.with_base_rotation(&point.base.pose.rotation);
         seen.index(q, &point.held(), tolerance)
     })
     .collect()

@@ -12,7 +12,7 @@ pub use space::LightInSpace;
 use super::snap::{Snap, SnapEnd};
 use super::{Ledger, State};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
-use snaprod_systems::assembly::{Configuration, Place};
+use snaprod_systems::assembly::{BodyMotion, Configuration};
 use snaprod_systems::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
 use std::fmt;
 
@@ -104,36 +104,41 @@ pub trait MasslessRod {
     }
 
     /// Pose and twist of the end seen from the clamp.
-    fn end(&self, state: &dyn State) -> Place {
-        Place {
+    fn end(&self, state: &dyn State) -> BodyMotion {
+        BodyMotion {
             pose: state.pose(),
             twist: state.twist(),
         }
     }
 
     /// Residual of the end under the chart point `q` at the site, to this tolerance; None outside the chart.
-    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<EndResidual>;
+    fn held(&self, q: &DVector<f64>, site: &BodyMotion, tolerance: f64) -> Option<EndResidual>;
 
     /// The equilibrium at `site` by Newton's method from `guess`.
-    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>>;
+    fn inverted(
+        &self,
+        guess: &DVector<f64>,
+        site: &BodyMotion,
+        tolerance: f64,
+    ) -> Option<DVector<f64>>;
 
     /// The stable equilibrium with a shape like that of the rod in `state`.
     fn matching_equilibrium(&self, state: &dyn State) -> Option<DVector<f64>>;
 
     /// The landing after `fold`.
-    fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>>;
+    fn landing(&self, fold: &DVector<f64>, site: &BodyMotion) -> Option<DVector<f64>>;
 
     /// One end of a snap, and the energy from which the released energy is computed.
-    fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)>;
+    fn snap_end(&self, q: &DVector<f64>, site: &BodyMotion) -> Option<(SnapEnd, f64)>;
 
     /// Distance between two poses, over the degrees of freedom that are held.
-    fn apart(&self, a: &Place, b: &Place) -> f64;
+    fn apart(&self, a: &BodyMotion, b: &BodyMotion) -> f64;
 
     /// Pose and velocity of the end in the form a snap reports, and the configuration.
     fn report_end(
         &self,
         q: &DVector<f64>,
-        site: &Place,
+        site: &BodyMotion,
     ) -> (DVector<f64>, DVector<f64>, Option<Configuration>);
 }
 
@@ -171,7 +176,7 @@ struct LightEquilibrium {
 }
 
 impl LightEquilibrium {
-    fn new(rod: &dyn MasslessRod, q: DVector<f64>, site: &Place) -> Option<Self> {
+    fn new(rod: &dyn MasslessRod, q: DVector<f64>, site: &BodyMotion) -> Option<Self> {
         let held = rod.held(&q, site, FOLLOWED)?;
         Some(Self {
             q,
@@ -189,7 +194,7 @@ impl LightEquilibrium {
 #[derive(Debug, Clone, Copy)]
 struct EndSample {
     t: f64,
-    place: Place,
+    place: BodyMotion,
     ledger: Ledger,
 }
 
@@ -204,7 +209,7 @@ impl EndSample {
 
     /// Pose of the end at the fraction `x` of the path to `next`, with the twist per unit of `x`. Position
     /// and rotation vector are cubic in `x`, by their values and rates at both ends.
-    fn towards(&self, next: &Self, x: f64) -> Place {
+    fn towards(&self, next: &Self, x: f64) -> BodyMotion {
         let h = next.t - self.t;
         let cubic = |d: Vector3<f64>, a: Vector3<f64>, b: Vector3<f64>| {
             let (c2, c3) = (d * 3.0 - a * 2.0 - b, a + b - d * 2.0);
@@ -218,7 +223,7 @@ impl EndSample {
         let turn = (there.rotation * here.rotation.inverse()).scaled_axis();
         let (moved, rate) = cubic(there.translation.vector - here.translation.vector, v0, v1);
         let (turned, turning) = cubic(turn, w0, inverse_left_jacobian(&turn) * w1);
-        Place {
+        BodyMotion {
             pose: Isometry3::from_parts(
                 (here.translation.vector + moved).into(),
                 UnitQuaternion::from_scaled_axis(turned) * here.rotation,
@@ -321,7 +326,7 @@ struct EndPath<'a> {
 }
 
 impl EndPath<'_> {
-    fn place(&self, x: f64) -> Place {
+    fn place(&self, x: f64) -> BodyMotion {
         self.ends.0.towards(&self.ends.1, x)
     }
 

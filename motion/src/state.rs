@@ -4,7 +4,7 @@ use super::Ledger;
 use super::run::Sample;
 use super::viscoelastic::{ViscousSample, near_equilibrium};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Vector3, Vector6};
-use snaprod_systems::assembly::{Configuration, Place};
+use snaprod_systems::assembly::{BodyMotion, Configuration};
 use snaprod_systems::elastica::chart::ChartPoint;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::{EquilibriumManifold, Sheet};
@@ -57,7 +57,7 @@ pub trait State {
     }
 
     /// Poses and twists of the bodies of an assembly, in the world; empty for one rod with a body at its end.
-    fn bodies(&self) -> &[Place] {
+    fn bodies(&self) -> &[BodyMotion] {
         self.configuration().map_or(&[], |now| &now.bodies)
     }
 

@@ -3,13 +3,13 @@
 //! Units: length of the rod 1, bending stiffness 1.
 
 use nalgebra::Vector2;
-use snaprod_core::elastica::{Dragged, DraggedSnap, Elastica, Equilibrium, FoldLine};
+use snaprod_core::elastica::{DraggedRod, DraggedSnap, Elastica, Equilibrium, FoldLine};
 use snaprod_core::manifold::Multivalued;
 use std::sync::Mutex;
 
 /// The rod in the hand, the snaps of its last move, and the last answer.
 struct Stage {
-    rod: Option<Dragged>,
+    rod: Option<DraggedRod>,
     snaps: Vec<DraggedSnap>,
     answer: Vec<f64>,
 }
@@ -45,7 +45,7 @@ pub extern "C" fn answer() -> *const f64 {
 #[unsafe(no_mangle)]
 pub extern "C" fn hold(p: f64, w: f64) -> i32 {
     told(|stage| {
-        stage.rod = Some(Dragged::new(Vector2::new(p, w)).ok()?);
+        stage.rod = Some(DraggedRod::new(Vector2::new(p, w)).ok()?);
         stage.snaps.clear();
         Some(Vec::new())
     })
@@ -56,7 +56,7 @@ pub extern "C" fn hold(p: f64, w: f64) -> i32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn drag(x: f64, y: f64) -> i32 {
     told(|stage| {
-        stage.snaps = stage.rod.as_mut()?.to(&Vector2::new(x, y)).ok()?;
+        stage.snaps = stage.rod.as_mut()?.drag_to(&Vector2::new(x, y)).ok()?;
         let snap = |s: &DraggedSnap| {
             [
                 s.from[0], s.from[1], s.to[0], s.to[1], s.place[0], s.place[1], s.released,

@@ -5,7 +5,7 @@ use crate::hooks::{EVERY, Watch};
 use crate::{Given, pieces};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use snaprod::study::fit::Found;
+use snaprod::study::fit::SearchEnd;
 use snaprod::study::{Data, Fit, Hooks, Vary};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -51,7 +51,12 @@ pub fn fit<'py>(
 }
 
 /// Searches from all starts on all cores, as the program does, in the order of the starts.
-fn searched(fit: &Fit, starts: usize, seed: u64, watch: &mut Watch) -> snaprod::Result<Vec<Found>> {
+fn searched(
+    fit: &Fit,
+    starts: usize,
+    seed: u64,
+    watch: &mut Watch,
+) -> snaprod::Result<Vec<SearchEnd>> {
     let (stopped, next) = (AtomicBool::new(false), AtomicUsize::new(0));
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let (end, ends) = channel();

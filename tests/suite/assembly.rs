@@ -4,7 +4,9 @@
 use crate::support::{json, list, number, quaternion, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, On, Place};
+use snaprod::assembly::{
+    Assembly, AttachedTo, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
+};
 use snaprod::body::{Body, History, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
@@ -76,8 +78,8 @@ fn rigid(row: &Value, gravity: Vector3<f64>) -> RigidBody {
         .expect("a body")
 }
 
-fn point(mass: f64, gravity: Vector3<f64>) -> Carrier {
-    Carrier::point(
+fn point(mass: f64, gravity: Vector3<f64>) -> HeavyBody {
+    HeavyBody::point(
         Body::new(mass)
             .and_then(|body| body.with_gravity(gravity))
             .expect("a mass"),
@@ -85,7 +87,7 @@ fn point(mass: f64, gravity: Vector3<f64>) -> Carrier {
 }
 
 /// One rod from a clamp at the origin to one body.
-fn single(rod: Rod, body: Carrier, base: Attachment) -> (Assembly, Vector6<f64>) {
+fn single(rod: Rod, body: HeavyBody, base: Attachment) -> (Assembly, Vector6<f64>) {
     let joint = if body.freedoms() == 3 {
         Joint::Ball
     } else {
@@ -194,12 +196,12 @@ fn welded_bodies_move_as_another_program_has_it() {
     for case in rows(&data, "cases", 2) {
         let name = case["name"].as_str().expect("a name");
         let body = rigid(&case["body"], vector3(case, "gravity"));
-        let (assembly, units) = single(rod(case), Carrier::rigid(body), clamp());
+        let (assembly, units) = single(rod(case), HeavyBody::rigid(body), clamp());
         let start = &case["start"];
         let pose = pose(start);
         let omega = pose.rotation * vector3(start, "angular_velocity");
         let now = Configuration {
-            bodies: vec![Place {
+            bodies: vec![BodyMotion {
                 pose,
                 twist: twist(omega, vector3(start, "velocity_of_end")),
             }],
@@ -236,7 +238,7 @@ fn masses_on_ball_joints_move_as_another_program_has_it() {
         let start = &case["start"];
         let r = vector3(start, "position");
         let now = Configuration {
-            bodies: vec![Place {
+            bodies: vec![BodyMotion {
                 pose: Isometry3::translation(r.x, r.y, r.z),
                 twist: twist(Vector3::zeros(), vector3(start, "velocity")),
             }],
@@ -280,14 +282,14 @@ fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
             )
         } else {
             (
-                Carrier::rigid(rigid(row, gravity)),
+                HeavyBody::rigid(rigid(row, gravity)),
                 pose(start),
                 vector3(start, "angular_velocity"),
             )
         };
         let (assembly, units) = single(rod(case), body, clamp());
         let now = Configuration {
-            bodies: vec![Place {
+            bodies: vec![BodyMotion {
                 pose,
                 twist: twist(pose.rotation * spin, vector3(start, "velocity_of_end")),
             }],
@@ -333,7 +335,7 @@ fn chains_and_loops_move_as_another_program_has_it() {
         let gravity = vector3(network, "gravity");
         let bodies = rows(network, "bodies", 1)
             .iter()
-            .map(|row| Carrier::rigid(rigid(row, gravity)))
+            .map(|row| HeavyBody::rigid(rigid(row, gravity)))
             .collect();
         let site = |row: &Value| match row["on"].as_str().expect("on").strip_prefix("body ") {
             Some(number) => Attachment::body(number.parse().expect("a number"), pose(row)),
@@ -348,7 +350,7 @@ fn chains_and_loops_move_as_another_program_has_it() {
         let place = |row: &Value| {
             let pose = pose(row);
             let omega = pose.rotation * vector3(row, "angular_velocity");
-            Place {
+            BodyMotion {
                 pose,
                 twist: twist(omega, vector3(row, "velocity")),
             }
@@ -418,13 +420,13 @@ fn supports_move_rods_as_another_program_has_it() {
                 .and_then(|support| support.with_turning(&vector3(motion, "axis"), angle))
         };
         let base = Attachment {
-            on: On::Support(Box::new(support.expect("a support"))),
+            on: AttachedTo::Support(Box::new(support.expect("a support"))),
             place: Isometry3::translation(-centre.x, -centre.y, -centre.z),
         };
         let (gravity, row) = (vector3(case, "gravity"), &case["body"]);
         let r = vector3(start, "position");
         let (body, place) = if row["joint"] == "ball" {
-            let place = Place {
+            let place = BodyMotion {
                 pose: Isometry3::translation(r.x, r.y, r.z),
                 twist: twist(Vector3::zeros(), vector3(start, "velocity")),
             };
@@ -432,11 +434,11 @@ fn supports_move_rods_as_another_program_has_it() {
         } else {
             let pose = pose(start);
             let omega = pose.rotation * vector3(start, "angular_velocity_directors");
-            let place = Place {
+            let place = BodyMotion {
                 pose,
                 twist: twist(omega, vector3(start, "velocity_of_end_world")),
             };
-            (Carrier::rigid(rigid(row, gravity)), place)
+            (HeavyBody::rigid(rigid(row, gravity)), place)
         };
         let (assembly, units) = single(rod(case), body, base);
         let chart = match &start["base_wrench"] {
@@ -509,7 +511,7 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
     let (assembly, units) = single(rod, point(1.0, Vector3::zeros()), clamp());
     let r = lifted(at.pose);
     let now = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::translation(r.x, r.y, r.z),
             twist: twist(Vector3::zeros(), lifted(velocity)),
         }],

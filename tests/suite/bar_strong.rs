@@ -92,7 +92,7 @@ fn blows_and_heavy_loads_go_on() {
         volumes.advance(t).expect("a motion");
         let (ledger, what) = (volumes.ledger(), format!("force {force}"));
         let velocity = volumes.snapshot().ends[1].velocity;
-        assert_close(velocity, neo.rise(1.0, behind).0, 1e-2, 0.0, &what);
+        assert_close(velocity, neo.velocity_jump(1.0, behind).0, 1e-2, 0.0, &what);
         let lost = t * neo.dissipation(1.0, behind);
         assert_close(ledger.lost, lost, 0.15, 0.0, &what);
         assert_close(ledger.dissipated, ledger.lost, 0.05, 0.0, &what);

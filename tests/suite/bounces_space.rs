@@ -1,7 +1,7 @@
 //! Bounces of taut rods in space and in assemblies, against the planar rod and closed forms of the bent ends.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
@@ -74,14 +74,14 @@ fn a_planar_bounce_is_the_same_in_space() {
     let at = Elastica.point(&q).unwrap();
     let couple = Vector3::new(0.0, start.section(0.0).unwrap().curvature, 0.0);
     let now = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::from_parts(lifted(at.pose).into(), UnitQuaternion::identity()),
             twist: joined(&Vector3::zeros(), &lifted(velocity)),
         }],
         charts: vec![joined(&couple, &lifted(-at.force)).component_div(&link.units())],
         spins: Vec::new(),
     };
-    let mass = Carrier::point(Body::new(1.0).unwrap());
+    let mass = HeavyBody::point(Body::new(1.0).unwrap());
     let assembly = Assembly::new(vec![mass], vec![link]).unwrap();
     let all = bounces(assembly, &now, plane.t + 0.005);
     assert_eq!(all.len(), 1);
@@ -126,7 +126,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
         Joint::Weld,
     );
     let now = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::from_parts((taut.end.position - turn * arm).into(), turn),
             twist: joined(&Vector3::zeros(), &(n.normalize() * speed)),
         }],
@@ -136,7 +136,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
     let body = RigidBody::new(1.0, inertia())
         .and_then(|body| body.with_dead_force(n * borne))
         .unwrap();
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
     (assembly, now)
 }
 
@@ -198,8 +198,8 @@ fn two_bodies_bounce_with_their_reduced_mass() {
         body.clone(),
         Joint::Weld,
     );
-    let carrier = |mass| Carrier::rigid(RigidBody::new(mass, inertia() * 1e6).unwrap());
-    now.bodies.push(Place {
+    let carrier = |mass| HeavyBody::rigid(RigidBody::new(mass, inertia() * 1e6).unwrap());
+    now.bodies.push(BodyMotion {
         pose: Isometry3::identity(),
         twist: Vector6::zeros() - now.bodies[0].twist,
     });

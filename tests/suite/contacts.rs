@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Contact, Joint, Link, Place,
+    Assembly, Attachment, BodyMotion, Configuration, Contact, HeavyBody, Joint, Link,
 };
 use snaprod::body::Body;
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
@@ -35,8 +35,8 @@ fn thrown(
         let link = Link::new(rod(), from, to, Joint::Ball).with_diameter(d);
         charts.push(found.base.component_div(&link.units()));
         all.push(link);
-        carriers.push(Carrier::point(Body::new(1.0).expect("a mass")));
-        bodies.push(Place {
+        carriers.push(HeavyBody::point(Body::new(1.0).expect("a mass")));
+        bodies.push(BodyMotion {
             pose: Isometry3::translation(end.x, end.y, end.z),
             twist: Vector6::new(0.0, 0.0, 0.0, velocity.x, velocity.y, velocity.z),
         });

@@ -5,7 +5,9 @@ use nalgebra::{Vector2, vector};
 use snaprod::Result;
 use snaprod::body::{Body, History, Support, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
-use snaprod::manifold::{EquilibriumManifold, Held, ManifoldPoint, Multivalued, Patch, Sheet};
+use snaprod::manifold::{
+    AxialConstraint, EquilibriumManifold, ManifoldPoint, Multivalued, Patch, Sheet,
+};
 use snaprod::math::registers::Registers;
 use snaprod::motion::{Event, Options, Outcome, Phase, Run, Sample};
 
@@ -38,7 +40,7 @@ impl Multivalued<2> for OneByOne {
     }
 
     fn change_patch(&self, q: &Pair, from: Patch, to: Patch) -> Pair {
-        Elastica.carried(q, from, to)
+        Elastica.change_patch(q, from, to)
     }
 
     fn point_in(&self, patch: Patch, q: &Pair) -> Option<ManifoldPoint<2>> {
@@ -46,15 +48,15 @@ impl Multivalued<2> for OneByOne {
     }
 
     fn shaking_direction(&self, patch: Patch) -> Option<Pair> {
-        Elastica.shaking(patch)
+        Elastica.shaking_direction(patch)
     }
 
-    fn axial_constraint(&self, pull: f64) -> Option<Held<2>> {
-        Elastica.held(pull)
+    fn axial_constraint(&self, pull: f64) -> Option<AxialConstraint<2>> {
+        Elastica.axial_constraint(pull)
     }
 
     fn deflected_point(&self, pull: f64, across: f64) -> Option<(Patch, Pair)> {
-        Elastica.beside(pull, across)
+        Elastica.deflected_point(pull, across)
     }
 
     fn stable_at(&self, pose: &Pair) -> Result<Vec<Pair>> {

@@ -5,7 +5,9 @@ use nalgebra::Vector2;
 use proptest::prelude::*;
 use snaprod::elastica::chart::ChartPoint;
 use snaprod::elastica::curvature::TipDerivatives;
-use snaprod::elastica::{Elastica, Equilibrium, fold_at, fold_curve, fold_distance, settled};
+use snaprod::elastica::{
+    Elastica, Equilibrium, equilibrium_under_load, fold_at, fold_curve, fold_distance,
+};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sign, adjugate_times};
 use std::f64::consts::PI;
 
@@ -433,7 +435,10 @@ fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
                 false => (b.tan() / b - 1.0) / -along,
             };
             let across = -part * f64::abs(along);
-            let y = settled(&Vector2::new(along, across)).unwrap().unwrap().y;
+            let y = equilibrium_under_load(&Vector2::new(along, across))
+                .unwrap()
+                .unwrap()
+                .y;
             let error = (y / (across * beam) - 1.0).abs();
             let bound = 1e-12 + 1e3 * part * part;
             assert!(
@@ -468,17 +473,19 @@ fn a_settled_rod_carries_its_load() {
                 continue;
             }
             let load = size * Vector2::new(angle.cos(), angle.sin());
-            let rod = settled(&load).unwrap().expect("a bent rod");
+            let rod = equilibrium_under_load(&load).unwrap().expect("a bent rod");
             let off = (Vector2::from(rod.force) + load).norm();
             assert!(off <= 1e-12 * size, "{load}: off by {off:e}");
             assert!(rod.y * load.y > 0.0 && rod.w < std::f64::consts::FRAC_PI_2);
             assert_eq!(Elastica.index(&Vector2::new(rod.p, rod.w)).unwrap(), 0);
         }
     }
-    let rod = settled(&Vector2::new(0.0, -10.0)).unwrap().unwrap();
+    let rod = equilibrium_under_load(&Vector2::new(0.0, -10.0))
+        .unwrap()
+        .unwrap();
     assert!((rod.one_minus_x - 0.5549955978).abs() < 1e-9 && (rod.y + 0.8106090249).abs() < 1e-9);
     let euler = std::f64::consts::PI * std::f64::consts::PI / 4.0;
-    let rod = settled(&Vector2::new(-1.518388793 * euler, 1e-9)).unwrap();
+    let rod = equilibrium_under_load(&Vector2::new(-1.518388793 * euler, 1e-9)).unwrap();
     let rod = rod.unwrap();
     assert!(
         (rod.x - 0.3489893004).abs() < 1e-7 && (rod.y - 0.7915395965).abs() < 1e-7,
@@ -486,7 +493,7 @@ fn a_settled_rod_carries_its_load() {
     );
     // A clamp upright to rounding: loads along the rod to rounding.
     for push in [2.6, 3.0, 3.7011016504085092, 5.0, 8.0] {
-        let rod = settled(&Vector2::new(-push, -6e-17 * push))
+        let rod = equilibrium_under_load(&Vector2::new(-push, -6e-17 * push))
             .unwrap()
             .expect("a bent rod");
         assert!(
@@ -501,10 +508,11 @@ fn a_settled_rod_carries_its_load() {
     for along in [-2.0, 1.0, 30.0] {
         for across in [0.0, 6e-17, -3e-16] {
             let load = Vector2::new(1.0, across) * along;
-            assert!(settled(&load).unwrap().is_none(), "{load}");
+            assert!(equilibrium_under_load(&load).unwrap().is_none(), "{load}");
         }
     }
     assert!(
-        settled(&Vector2::new(-2.5, 0.0)).is_err() && settled(&Vector2::new(0.0, 1e6)).is_err()
+        equilibrium_under_load(&Vector2::new(-2.5, 0.0)).is_err()
+            && equilibrium_under_load(&Vector2::new(0.0, 1e6)).is_err()
     );
 }

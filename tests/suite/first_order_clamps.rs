@@ -2,7 +2,9 @@
 
 use crate::support::laid;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snaprod::assembly::{self, Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{
+    self, Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
+};
 use snaprod::body::{Body, Frame, History, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium, LightRod};
 use snaprod::math::se3::joined;
@@ -140,10 +142,10 @@ fn agrees_with_space(at: &Equilibrium, v: Vector2<f64>, duration: f64) -> f64 {
         },
         followed: false,
     };
-    let assembly = Assembly::new(vec![Carrier::point(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![HeavyBody::point(body)], vec![link]).unwrap();
     let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
     let end = lifted(&Vector2::new(at.x, at.y));
-    let mut place_now = Place::at_rest(Isometry3::from_parts(
+    let mut place_now = BodyMotion::at_rest(Isometry3::from_parts(
         frame.place(&end).into(),
         UnitQuaternion::identity(),
     ));
@@ -203,7 +205,7 @@ fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample
         },
         followed: false,
     };
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
     let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
     let options = options(0.4).with_tolerance(1e-10).unwrap();
     let mut run = AssemblyRun::new(assembly, now, options).unwrap();
@@ -240,7 +242,7 @@ fn a_clamp_in_space_is_a_support() {
             }
         };
         let begun = |pose, twist| Configuration {
-            bodies: vec![Place { pose, twist }],
+            bodies: vec![BodyMotion { pose, twist }],
             charts: vec![q],
             spins: Vec::new(),
         };

@@ -4,7 +4,7 @@ use crate::first_order_space::{block, light, momentum, options};
 use crate::pins::{CHORD, bent_against_its_rest_shape};
 use nalgebra::{DVector, Isometry3, Quaternion, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Integrals, Link, Place, Spin,
+    Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Integrals, Link, Spin,
 };
 use snaprod::body::Body;
 use snaprod::math::gauss::Rule;
@@ -39,7 +39,7 @@ fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
     n[5] = stretch * axial / link.units()[5];
     let now = Configuration {
         bodies: (places.iter().zip(v))
-            .map(|(place, v)| Place {
+            .map(|(place, v)| BodyMotion {
                 pose: Isometry3::translation(place.x, place.y, place.z),
                 twist: joined(&Vector3::zeros(), &v),
             })
@@ -47,10 +47,10 @@ fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
         charts: vec![n],
         spins: Vec::new(),
     };
-    let points = masses.map(|m| Carrier::point(Body::new(m).unwrap()));
+    let points = masses.map(|m| HeavyBody::point(Body::new(m).unwrap()));
     let assembly = Assembly::new(points.into(), vec![link]).unwrap();
     let mut assembly = assembly.with_light_rods(light(mass, [0.0; 3])).unwrap();
-    assembly.feel(0, true);
+    assembly.set_inertia(0, true);
     let state = assembly.state(&now, &Integrals::default());
     let mut slope = DVector::zeros(state.len());
     assembly
@@ -98,7 +98,7 @@ fn buckled() -> (Assembly, Configuration) {
     };
     now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
     now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
-    now = assembly.spun(&now, 1e-12).unwrap();
+    now = assembly.complete_spins(&now, 1e-12).unwrap();
     let spin = now.spins[0].as_mut().unwrap();
     *spin = Spin {
         rate: spin.rate + 1.7,
@@ -143,12 +143,12 @@ fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
 #[test]
 fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     let (link, chart) = bent_against_its_rest_shape();
-    let mass = Carrier::point(Body::new(1.0).unwrap());
+    let mass = HeavyBody::point(Body::new(1.0).unwrap());
     let assembly = Assembly::new(vec![mass], vec![link]).unwrap();
     let light = light(1e-4, [1e-8, 2e-8, 3e-8]);
     let assembly = assembly.with_light_rods(light).unwrap();
     let velocity = Vector3::new(0.3, 0.2, 1.0);
-    let place = Place {
+    let place = BodyMotion {
         pose: Isometry3::translation(0.0, 0.0, CHORD),
         twist: joined(&Vector3::zeros(), &velocity),
     };
@@ -174,7 +174,7 @@ fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
         let options = options(0.06).with_tolerance(tolerance).unwrap();
         let mut run = AssemblyRun::new(assembly.clone(), &now, options).unwrap();
         while run.advance().is_some() {}
-        run.unfelt()
+        run.time_without_mass()
     });
     assert!((coarser / unfelt - 1.0).abs() < 1e-4, "{coarser} {unfelt}");
 }
@@ -221,7 +221,7 @@ fn small_motions_leave_the_spin_to_itself() {
         about += weight * r.xy().norm_squared();
     }
     let expected = -0.5 * mass / body * (energy - moment * moment / about);
-    let point = Carrier::point(Body::new(body).unwrap());
+    let point = HeavyBody::point(Body::new(body).unwrap());
     let assembly = Assembly::new(vec![point], vec![link]).unwrap();
     let place = Isometry3::translation(unloaded.x, unloaded.y, unloaded.z);
     let now = Configuration {
@@ -264,7 +264,7 @@ fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
     let assembly = Assembly::new(carriers.into(), vec![link]).unwrap();
     let light = light(0.2, [2e-3, 3e-3, 4e-3]);
     let mut assembly = assembly.with_light_rods(light).unwrap();
-    assembly.feel(0, true);
+    assembly.set_inertia(0, true);
     let mut now = Configuration {
         bodies: assembly.at_rest(&[Isometry3::identity(), far]),
         charts: vec![Vector6::zeros()],
@@ -272,7 +272,7 @@ fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
     };
     now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
     now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
-    let now = assembly.spun(&now, 1e-13).unwrap();
+    let now = assembly.complete_spins(&now, 1e-13).unwrap();
     let energy = |more: f64| {
         let mut now = now.clone();
         let spin = now.spins[0].as_mut().unwrap();

@@ -3,8 +3,8 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Integrals, Joint, LightRod, Link, Mass, Place,
-    Weighed,
+    Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Integrals, Joint, LightRod, Link,
+    Mass, RodMomentum,
 };
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{self, Equilibrium, RodInertia};
@@ -31,7 +31,7 @@ pub fn options(duration: f64) -> Options {
     options.with_tolerance(1e-10).unwrap()
 }
 
-fn weighed(assembly: &Assembly, now: &Configuration) -> Weighed {
+fn weighed(assembly: &Assembly, now: &Configuration) -> RodMomentum {
     let state = assembly.state(now, &Integrals::default());
     let at = assembly.evaluated(&state, 1e-13).unwrap();
     assembly.weighed(0, &at, 1e-13).unwrap()
@@ -49,10 +49,10 @@ fn form(assembly: &Assembly, now: &Configuration, a: &[Vector6<f64>], b: &[Vecto
 }
 
 /// A cube, or what has its centre of mass beside its reference point.
-pub fn block(mass: f64, offset: [f64; 3]) -> Carrier {
+pub fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
-    Carrier::rigid(body.with_centre(offset.into()).unwrap())
+    HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
 }
 
 /// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic Hermite
@@ -119,9 +119,11 @@ fn in_space(at: &Equilibrium, eps: f64, gravity: [f64; 2]) -> (Assembly, Configu
         .unwrap()
         .with_gravity(gravity.into())
         .unwrap();
-    let assembly = Assembly::new(vec![Carrier::point(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![HeavyBody::point(body)], vec![link]).unwrap();
     let now = Configuration {
-        bodies: vec![Place::at_rest(Isometry3::translation(end.x, end.y, end.z))],
+        bodies: vec![BodyMotion::at_rest(Isometry3::translation(
+            end.x, end.y, end.z,
+        ))],
         charts: vec![joined(&end.cross(&force), &force)],
         spins: Vec::new(),
     };

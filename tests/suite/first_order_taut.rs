@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Integrals, Joint, LightRod, Link, Mass, Place,
-    Seen,
+    Assembly, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals, Joint,
+    LightRod, Link, Mass,
 };
 use snaprod::body::{Body, RigidBody};
 use snaprod::math::se3::{halves, joined};
@@ -37,10 +37,10 @@ pub(crate) fn random() -> impl FnMut() -> f64 {
     }
 }
 
-fn block(mass: f64, offset: [f64; 3]) -> Carrier {
+fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
-    Carrier::rigid(body.with_centre(offset.into()).unwrap())
+    HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
 }
 
 /// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without a couple there at a ball joint.
@@ -96,9 +96,9 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
         let q = pulled(&link, lam, &mut random);
         let end = link.end(&q, 1e-14).unwrap().pose;
         let bodies = vec![block(1.0, [0.1, -0.05, 0.07]), block(2.0, [-0.1, 0.0, 0.2])];
-        let [from_base, taut] = [Seen::FromBase, Seen::Taut].map(|seen| {
+        let [from_base, taut] = [ChartKind::FromBase, ChartKind::Taut].map(|seen| {
             let mut link = link.clone();
-            link.seen_as(seen);
+            link.set_chart_kind(seen);
             let assembly = Assembly::new(bodies.clone(), vec![link]).unwrap();
             let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
             let mut assembly = assembly.with_light_rods(rods).unwrap();
@@ -113,7 +113,7 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
             let at = assembly.evaluated(&state, 1e-13).unwrap();
             let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
             let with = rates(&assembly, &state);
-            assembly.feel(0, false);
+            assembly.set_inertia(0, false);
             (weighed, with, rates(&assembly, &state))
         });
         let bound = match joint {
@@ -171,7 +171,7 @@ fn a_tight_wire_weighs_a_third() {
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
         let link = Link::new(rod, from, to, Joint::Ball);
-        let body = Carrier::point(Body::new(1.0).unwrap());
+        let body = HeavyBody::point(Body::new(1.0).unwrap());
         let assembly = Assembly::new(vec![body], vec![link]).unwrap();
         let assembly = assembly.with_light_rods(light(1.0, [0.0; 3], true));
         let assembly = assembly.unwrap();
@@ -223,7 +223,7 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
     );
     let velocity = n.normalize() * speed + Vector3::new(0.5, 0.0, 0.0);
     let now = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::from_parts((taut.end.position - turn * arm).into(), turn),
             twist: joined(&Vector3::new(0.2, -0.3, 0.1), &velocity),
         }],
@@ -232,7 +232,7 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
     };
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.5, 0.4, 0.6));
     let body = RigidBody::new(1.0, inertia).unwrap();
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
     (
         assembly
             .with_light_rods(light(mass, [1e-5, 1e-5, 2e-5], false))
@@ -275,7 +275,7 @@ fn pair() -> (Assembly, Configuration) {
     let from = Attachment::body(1, rod.from().place);
     let link = Link::new(rod.rod().clone(), from, rod.to().clone(), Joint::Weld);
     let bodies = vec![block(1.0, [0.1, -0.05, 0.07]), block(2.0, [-0.1, 0.0, 0.2])];
-    let mut place = Place::at_rest(Isometry3::identity());
+    let mut place = BodyMotion::at_rest(Isometry3::identity());
     place.twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
     now.bodies.push(place);
     let assembly = Assembly::new(bodies, vec![link]).unwrap();

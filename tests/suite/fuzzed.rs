@@ -3,8 +3,8 @@
 
 use nalgebra::{Vector2, Vector6};
 use snaprod::elastica::{
-    Dragged, Elastica, EndStiffness, Equilibrium, equilibria_at, fold_at, folds, held_modes,
-    settled,
+    DraggedRod, Elastica, EndStiffness, Equilibrium, equilibria_at, equilibrium_under_load,
+    fold_at, folds, held_modes,
 };
 use snaprod::manifold::{EquilibriumManifold, invert_near};
 use snaprod::math::{elliptic, jacobi};
@@ -104,7 +104,7 @@ fn values(
             .collect(),
         "index" => vec![folds::index(a, b)? as f64],
         "fold" => of_shape(&fold_at(a as usize, b)?.equilibrium)?,
-        "settled" => match settled(&q)? {
+        "settled" => match equilibrium_under_load(&q)? {
             Some(shape) => of_shape(&shape)?,
             None => Vec::new(),
         },
@@ -126,8 +126,8 @@ fn values(
             vec![ensured(off < 1e-12, off)?]
         }
         "dragged" => {
-            let mut rod = Dragged::new(q)?;
-            let snaps = rod.to(&Vector2::new(c, d))?;
+            let mut rod = DraggedRod::new(q)?;
+            let snaps = rod.drag_to(&Vector2::new(c, d))?;
             let off = (rod.place() - Vector2::new(c, d)).norm();
             let released = snaps.iter().map(|snap| snap.released);
             released.chain([ensured(off < 1e-12, off)?]).collect()

@@ -3,7 +3,7 @@
 use crate::support::{json, number, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, Groove, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
@@ -101,11 +101,11 @@ fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
         let units = link.units();
         let body = Body::new(number(&case["body"], "mass"))
             .and_then(|body| body.with_gravity(vector3(case, "gravity")));
-        let carrier = Carrier::point(body.expect("a mass")).in_groove(groove.clone());
+        let carrier = HeavyBody::point(body.expect("a mass")).in_groove(groove.clone());
         let [x, along, _] = groove.at(number(start, "phi"));
         let wrench = |row: &Value| six(vector3(row, "couple"), vector3(row, "force"));
         let now = Configuration {
-            bodies: vec![Place {
+            bodies: vec![BodyMotion {
                 pose: Isometry3::translation(x.x, x.y, x.z),
                 twist: six(Vector3::zeros(), along * number(start, "phi_rate")),
             }],
@@ -190,7 +190,7 @@ fn slider(groove: Groove) -> (Assembly, Configuration) {
             Joint::Ball,
         ),
     ];
-    let carrier = Carrier::rigid(body.expect("a body")).in_groove(groove);
+    let carrier = HeavyBody::rigid(body.expect("a body")).in_groove(groove);
     let assembly = Assembly::new(vec![carrier], links).expect("an assembly");
     let found = assembly.equilibrium(None, 1e-11).expect("an equilibrium");
     assert_eq!(found.index, 0);
@@ -239,7 +239,7 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
             panic!("a rigid body")
         };
         let momenta = |sample: &AssemblySample| {
-            let Place { pose, twist } = sample.at.now.bodies[0];
+            let BodyMotion { pose, twist } = sample.at.now.bodies[0];
             let turn = pose.rotation.to_rotation_matrix();
             let (omega, v) = (twist.fixed_rows::<3>(0), twist.fixed_rows::<3>(3));
             let centre = v + omega.cross(&(turn * body.offset()));
@@ -250,7 +250,7 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
             let p: Vec<Vector6<f64>> = five.iter().map(momenta).collect();
             let rate = ((p[3] - p[1]) * 8.0 - (p[4] - p[0])) / (12.0 * h);
             let at = &five[2].at;
-            let Place { pose, twist } = at.now.bodies[0];
+            let BodyMotion { pose, twist } = at.now.bodies[0];
             let rods = assembly.wrenches(&at.now.bodies, &at.points)[0];
             let force = five[2].groove_forces()[0].expect("a groove");
             let c = pose.rotation * body.offset();
@@ -280,7 +280,9 @@ fn statics_in_a_groove_is_that_of_the_energy() {
     let (assembly, now) = slider(wavy(true));
     let carrier = &assembly.carriers()[0];
     let energy = |own: [f64; 4]| {
-        let bodies = vec![Place::at_rest(carrier.moved(&now.bodies[0].pose, &own))];
+        let bodies = vec![BodyMotion::at_rest(
+            carrier.moved(&now.bodies[0].pose, &own),
+        )];
         let mut charts = now.charts.clone();
         for (link, q) in assembly.links().iter().zip(&mut charts) {
             let point = link.point(0.0, &bodies, q, 1e-14).expect("a rod");

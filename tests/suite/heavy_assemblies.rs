@@ -2,13 +2,13 @@
 
 use crate::support::assert_close;
 use nalgebra::{DVector, Isometry3, Matrix2, Matrix3, UnitQuaternion, Vector3, Vector4, Vector6};
-use snaprod::assembly::{Attachment, Carrier, Joint, Place};
+use snaprod::assembly::{Attachment, BodyMotion, HeavyBody, Joint};
 use snaprod::body::{Body, Groove, RigidBody};
 use snaprod::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use snaprod::full_mass::frames::Curve;
 use snaprod::full_mass::law::Law;
 use snaprod::full_mass::mass::Mass;
-use snaprod::full_mass::rod::{Given, HeavyRod};
+use snaprod::full_mass::rod::{HeavyRod, RodDescription};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
@@ -26,7 +26,7 @@ pub(crate) fn given(
     length: f64,
     gravity: Vector3<f64>,
     strains: &[usize],
-) -> Given {
+) -> RodDescription {
     let mut elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
     if strains.contains(&3) {
         elastic = elastic.with_shear([40.0, 50.0]).unwrap();
@@ -40,7 +40,7 @@ pub(crate) fn given(
             Arc::new(KelvinVoigt::proportional(elastic.clone(), eta).unwrap());
         law
     });
-    Given {
+    RodDescription {
         law: Law::new(elastic, friction, strains).unwrap().along(length),
         curve: Curve::Space,
         mass,
@@ -59,7 +59,7 @@ pub(crate) fn given(
 /// Inertia of the sections about d1 and d2.
 const ROTARY: f64 = 1e-3;
 
-pub(crate) fn link(given: Given, nodes: usize, from: Tie, to: Option<Tie>) -> HeavyLink {
+pub(crate) fn link(given: RodDescription, nodes: usize, from: Tie, to: Option<Tie>) -> HeavyLink {
     let rod = HeavyRod::new(given, Grid::uniform(nodes)).unwrap();
     HeavyLink { rod, from, to }
 }
@@ -83,8 +83,8 @@ pub(crate) fn solid(gravity: Vector3<f64>) -> RigidBody {
 }
 
 /// A round body.
-fn round(mass: f64, inertia: f64) -> Carrier {
-    Carrier::rigid(RigidBody::new(mass, Matrix3::from_diagonal_element(inertia)).unwrap())
+fn round(mass: f64, inertia: f64) -> HeavyBody {
+    HeavyBody::rigid(RigidBody::new(mass, Matrix3::from_diagonal_element(inertia)).unwrap())
 }
 
 /// Smooth strains or rates.
@@ -165,21 +165,21 @@ fn one_rod_is_the_single_rod() {
         (0.0, vec![0, 1, 2], 0.1),
     ] {
         let given = given(0.2, eta, 1.0, gravity, &strains);
-        let carried = Given {
+        let carried = RodDescription {
             body: Some(Mass::Rigid(solid(gravity))),
             ..given.clone()
         };
         let single = HeavyRod::new(carried, Grid::uniform(8)).unwrap();
         let (q, w) = (field(&single, 0.0, 0.5), field(&single, 0.7, 0.5));
         let at = single.moving(&q, &w).unwrap();
-        let there = Place {
+        let there = BodyMotion {
             pose: at.shape.end(),
             twist: at.flow.end(),
         };
         let from = weld(Attachment::ground(Isometry3::identity()));
         let to = weld(Attachment::body(0, Isometry3::identity()));
         let links = vec![link(given, 8, from, Some(to))];
-        let assembly = HeavyAssembly::new(vec![Carrier::rigid(solid(gravity))], links).unwrap();
+        let assembly = HeavyAssembly::new(vec![HeavyBody::rigid(solid(gravity))], links).unwrap();
         let still = [UnitQuaternion::identity()];
         let y = assembly.state(
             &[there],
@@ -280,8 +280,8 @@ fn frequencies(assembly: &HeavyAssembly, y: &DVector<f64>) -> Vec<f64> {
 /// Straight rods along z, at rest.
 fn straight(assembly: &HeavyAssembly, bodies: &[f64]) -> DVector<f64> {
     let bodies = bodies.iter();
-    let places: Vec<Place> = bodies
-        .map(|z| Place::at_rest(Isometry3::translation(0.0, 0.0, *z)))
+    let places: Vec<BodyMotion> = bodies
+        .map(|z| BodyMotion::at_rest(Isometry3::translation(0.0, 0.0, *z)))
         .collect();
     let rods = || assembly.links.iter().map(|link| &link.rod);
     let unloaded = |rod: &HeavyRod| field(rod, 0.0, 0.0);
@@ -359,7 +359,11 @@ fn frequencies_are_those_of_beams() {
     // A rod on a ball joint carries a body; and one between two ball joints a point mass.
     for (tip, carrier, inertia) in [
         (weld(on(0)), round(mass, turn), Some(turn)),
-        (ball(on(0)), Carrier::point(Body::new(mass).unwrap()), None),
+        (
+            ball(on(0)),
+            HeavyBody::point(Body::new(mass).unwrap()),
+            None,
+        ),
     ] {
         let links = vec![link(rod(), 18, ball(ground(0.0)), Some(tip))];
         let hung = HeavyAssembly::new(vec![carrier], links).unwrap();
@@ -394,7 +398,7 @@ fn a_free_pair_keeps_its_momenta() {
     let pair = HeavyAssembly::new(bodies, links).unwrap();
     let rod = &pair.links[0].rod;
     let (q, w) = (field(rod, 0.0, 0.6), field(rod, 0.7, 0.5));
-    let first = Place {
+    let first = BodyMotion {
         pose: Isometry3::new(Vector3::new(0.1, -0.2, 0.3), Vector3::new(0.4, 0.1, -0.3)),
         twist: Vector6::new(0.8, -0.5, 0.6, 0.2, 0.3, -0.1),
     };
@@ -406,7 +410,7 @@ fn a_free_pair_keeps_its_momenta() {
     let mut shifted = twist;
     let mut velocity = shifted.fixed_rows_mut::<3>(3);
     velocity += omega.cross(&lever);
-    let second = Place {
+    let second = BodyMotion {
         pose: place,
         twist: shifted,
     };
@@ -427,7 +431,7 @@ fn a_groove_does_no_work() {
     let groove = Groove::circle(Vector3::new(0.4, 0.0, 1.0), Vector3::y(), 0.4, None).unwrap();
     let body = RigidBody::new(1.0, Matrix3::from_diagonal_element(0.03)).unwrap();
     let body = body.with_centre(Vector3::new(0.02, -0.03, 0.1)).unwrap();
-    let body = Carrier::rigid(body.with_gravity(gravity).unwrap()).in_groove(groove);
+    let body = HeavyBody::rigid(body.with_gravity(gravity).unwrap()).in_groove(groove);
     let links = vec![link(
         given(0.2, 0.02, 1.0, gravity, &[0, 1, 2, 5]),
         8,

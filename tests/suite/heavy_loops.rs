@@ -2,14 +2,14 @@
 
 use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld};
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
-use snaprod::assembly::{Attachment, Carrier, Joint, Place};
+use snaprod::assembly::{Attachment, BodyMotion, HeavyBody, Joint};
 use snaprod::body::{Body, RigidBody};
 use snaprod::error::Quantity;
 use snaprod::full_mass::assembly::{HeavyAssembly, Tie};
 use snaprod::full_mass::frames::Curve;
 use snaprod::full_mass::law::Law;
 use snaprod::full_mass::mass::Mass;
-use snaprod::full_mass::rod::{Given, HeavyRod};
+use snaprod::full_mass::rod::{HeavyRod, RodDescription};
 use snaprod::scene::{AssemblySetup, Scene};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
@@ -239,7 +239,7 @@ fn bead(mass: f64) -> RigidBody {
 }
 
 /// Two halves of a rod from the ground, welded to a bead between them, and what hangs at the end.
-fn cut(half: &Given, mass: f64, tip: Carrier, joint: Joint) -> HeavyAssembly {
+fn cut(half: &RodDescription, mass: f64, tip: HeavyBody, joint: Joint) -> HeavyAssembly {
     let on = |body: usize| Attachment::body(body, Isometry3::identity());
     let end = Tie { on: on(1), joint };
     let links = vec![
@@ -251,12 +251,12 @@ fn cut(half: &Given, mass: f64, tip: Carrier, joint: Joint) -> HeavyAssembly {
         ),
         link(half.clone(), 8, weld(on(0)), Some(end)),
     ];
-    HeavyAssembly::new(vec![Carrier::rigid(bead(mass)), tip], links).unwrap()
+    HeavyAssembly::new(vec![HeavyBody::rigid(bead(mass)), tip], links).unwrap()
 }
 
 /// Its state in the motion of the whole rod whose strains and rates these are.
 fn cut_state(assembly: &HeavyAssembly, fields: [&dyn Fn(usize, f64) -> f64; 2]) -> DVector<f64> {
-    let mut base = Place::at_rest(Isometry3::identity());
+    let mut base = BodyMotion::at_rest(Isometry3::identity());
     let (mut places, mut strains) = (Vec::new(), [Vec::new(), Vec::new()]);
     for (k, link) in assembly.links.iter().enumerate() {
         let [q, w] = fields.map(|field| piece(&link.rod, field, 0.5 * k as f64, 0.5));
@@ -264,7 +264,7 @@ fn cut_state(assembly: &HeavyAssembly, fields: [&dyn Fn(usize, f64) -> f64; 2]) 
             .rod
             .moving_from(&base.pose, &base.twist, &q, &w)
             .unwrap();
-        base = Place {
+        base = BodyMotion {
             pose: at.shape.end(),
             twist: at.flow.end(),
         };
@@ -278,8 +278,8 @@ fn cut_state(assembly: &HeavyAssembly, fields: [&dyn Fn(usize, f64) -> f64; 2]) 
 }
 
 /// A point mass does not turn.
-fn untilted(at: &Place) -> Place {
-    let mut place = Place::at_rest(at.pose.translation.into());
+fn untilted(at: &BodyMotion) -> BodyMotion {
+    let mut place = BodyMotion::at_rest(at.pose.translation.into());
     place
         .twist
         .fixed_rows_mut::<3>(3)
@@ -317,7 +317,7 @@ fn a_rod_cut_in_two_moves_as_one() {
     let strains = [0, 1, 2];
     let t = 0.15;
 
-    let whole = Given {
+    let whole = RodDescription {
         body: Some(Mass::Rigid(solid(gravity))),
         ..given(0.2, 0.02, 1.0, gravity, &strains)
     };
@@ -327,18 +327,18 @@ fn a_rod_cut_in_two_moves_as_one() {
     let at = whole.at(&y).unwrap();
     let half = given(0.1, 0.02, 0.5, gravity, &strains);
     let ends = beads.map(|mass| {
-        let halves = cut(&half, mass, Carrier::rigid(solid(gravity)), Joint::Weld);
+        let halves = cut(&half, mass, HeavyBody::rigid(solid(gravity)), Joint::Weld);
         let y = stepped(&halves, cut_state(&halves, fields), halves.time(), t);
         halves.at(&y).unwrap().places()[1]
     });
-    let whole = Place {
+    let whole = BodyMotion {
         pose: at.shape.end(),
         twist: at.flow.end(),
     };
-    let shifts = |place: &Place| place.pose.translation.vector;
+    let shifts = |place: &BodyMotion| place.pose.translation.vector;
     tends(ends.each_ref().map(shifts), shifts(&whole), "place");
     for (rows, what) in [(0, "spin"), (3, "velocity")] {
-        let part = |place: &Place| place.twist.fixed_rows::<3>(rows).into_owned();
+        let part = |place: &BodyMotion| place.twist.fixed_rows::<3>(rows).into_owned();
         tends(ends.each_ref().map(part), part(&whole), what);
     }
 
@@ -353,7 +353,7 @@ fn a_rod_cut_in_two_moves_as_one() {
     };
     let point = |gravity: Vector3<f64>| Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
     let down = Vector3::new(0.4, -0.8, 0.0);
-    let plane = Given {
+    let plane = RodDescription {
         law: law([1.3, 1.0], 0, 1.0),
         curve: Curve::Plane,
         rotary: None,
@@ -370,13 +370,13 @@ fn a_rod_cut_in_two_moves_as_one() {
     let y = stepped(&plane, plane.state(&q, &w), plane.time(), t);
     let end = plane.at(&y).unwrap().shape.end().translation.vector;
     let down = Vector3::new(down.y, 0.0, down.x);
-    let half = Given {
+    let half = RodDescription {
         law: law([1.0, 1.3], 1, 0.5),
         rotary: None,
         ..given(0.1, 0.02, 0.5, down, &strains)
     };
     let ends = beads.map(|mass| {
-        let halves = cut(&half, mass, Carrier::point(point(down)), Joint::Ball);
+        let halves = cut(&half, mass, HeavyBody::point(point(down)), Joint::Ball);
         let y = stepped(&halves, cut_state(&halves, fields), halves.time(), t);
         halves.at(&y).unwrap().places()[1].pose.translation.vector
     });
@@ -401,8 +401,8 @@ fn a_rod_cut_in_two_rings_as_one() {
         ends.0,
         Some(ends.1),
     )];
-    let whole = HeavyAssembly::new(vec![Carrier::rigid(solid(gravity))], links).unwrap();
-    let settled = |assembly: &HeavyAssembly, place: &[Place]| {
+    let whole = HeavyAssembly::new(vec![HeavyBody::rigid(solid(gravity))], links).unwrap();
+    let settled = |assembly: &HeavyAssembly, place: &[BodyMotion]| {
         let unloaded = |k: usize, _: f64| if k == 5 { 1.0 } else { 0.0 };
         let strains: Vec<Vec<f64>> = assembly
             .links
@@ -413,12 +413,12 @@ fn a_rod_cut_in_two_rings_as_one() {
         let y = assembly.state(place, &[UnitQuaternion::identity(); 2], &strains, &rates);
         assembly.settled(&y).unwrap()
     };
-    let along = |z: f64| Place::at_rest(Isometry3::translation(0.0, 0.0, z));
+    let along = |z: f64| BodyMotion::at_rest(Isometry3::translation(0.0, 0.0, z));
     let y = settled(&whole, &[along(1.0)]);
     let modes = whole.vibrations(&y, 8).unwrap();
     let half = given(0.1, 0.0, 0.5, gravity, &strains);
     let shifted = [2e-4, 1e-4].map(|mass| {
-        let halves = cut(&half, mass, Carrier::rigid(solid(gravity)), Joint::Weld);
+        let halves = cut(&half, mass, HeavyBody::rigid(solid(gravity)), Joint::Weld);
         let y = settled(&halves, &[along(0.5), along(1.0)]);
         let bead = halves.at(&y).unwrap().places()[0].pose.translation.vector;
         assert!(

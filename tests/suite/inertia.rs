@@ -7,7 +7,7 @@ use snaprod::body::{Body, RigidBody};
 use snaprod::full_mass::frames::Curve;
 use snaprod::full_mass::law::Law;
 use snaprod::full_mass::mass::Mass;
-use snaprod::full_mass::rod::{Given, HeavyRod};
+use snaprod::full_mass::rod::{HeavyRod, RodDescription};
 use snaprod::full_mass::system::INTEGRALS;
 use snaprod::rod::Distributed;
 use snaprod::section::Linear;
@@ -22,14 +22,14 @@ fn numbers(value: &Value) -> Vec<f64> {
 }
 
 /// A planar rod of unit length, stiffness and body mass.
-fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> Given {
+fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> RodDescription {
     let elastic = Arc::new(Linear::diagonal([1.0; 2], 1.0).unwrap());
     let friction = (eta > 0.0).then(|| {
         let law: Arc<dyn RateLaw> =
             Arc::new(KelvinVoigt::proportional(elastic.clone(), eta).unwrap());
         law
     });
-    Given {
+    RodDescription {
         law: Law::new(elastic, friction, &[0]).unwrap(),
         curve: Curve::Plane,
         mass,
@@ -136,7 +136,7 @@ fn derivatives_are_those_of_the_balance() {
     .unwrap();
     let weld = weld.with_centre(Vector3::new(0.02, -0.03, 0.1)).unwrap();
     let weld = weld.with_gravity(gravity).unwrap().with_drag(0.3).unwrap();
-    rods.push(Given {
+    rods.push(RodDescription {
         law: Law::new(elastic, Some(friction), &[0, 1, 2, 3, 4, 5]).unwrap(),
         curve: Curve::Space,
         mass: 0.2,
@@ -230,7 +230,7 @@ fn implicit_steps_eliminate_the_branches() {
         Maxwell::new(modulus, time).unwrap()
     };
     let law = Law::new(elastic, Some(friction), &[0, 1, 2, 3, 4, 5]).unwrap();
-    let given = Given {
+    let given = RodDescription {
         law: law.with_branches(vec![spring(1.0, 0.3), spring(0.5, 0.02)]),
         curve: Curve::Space,
         mass: 0.2,
@@ -290,7 +290,7 @@ fn delays_are_those_of_waves_and_of_friction() {
     let friction = friction.with_shear([d4, d5]).unwrap();
     let friction = KelvinVoigt::new(friction.with_axial(d6).unwrap());
     let law = Law::new(elastic, Some(Arc::new(friction)), &[0, 1, 2, 3, 4, 5]).unwrap();
-    let given = Given {
+    let given = RodDescription {
         law: law.along(length),
         curve: Curve::Space,
         mass,
@@ -357,14 +357,14 @@ fn a_planar_motion_in_space() {
         let body = body.with_centre(Vector3::z() * 0.1).unwrap();
         Mass::Rigid(body.with_gravity(gravity).unwrap())
     };
-    let flat = Given {
+    let flat = RodDescription {
         rotary: Some(inertia),
         ..planar(0.1, 0.03, gravity, weld(gravity))
     };
     let elastic = Arc::new(Linear::diagonal([1.0, 1.4], 0.8).unwrap());
     let friction: Arc<dyn RateLaw> =
         Arc::new(KelvinVoigt::proportional(elastic.clone(), 0.03).unwrap());
-    let spatial = Given {
+    let spatial = RodDescription {
         law: Law::new(elastic, Some(friction), &[0, 1, 2]).unwrap(),
         curve: Curve::Space,
         grain: Body::new(1.0).unwrap().with_gravity(turn(gravity)).unwrap(),
@@ -399,7 +399,7 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
     let weld = RigidBody::new(1.0, Matrix3::from_diagonal_element(0.03)).unwrap();
     let weld = weld.with_centre(Vector3::new(0.02, -0.03, 0.1)).unwrap();
-    let given = Given {
+    let given = RodDescription {
         law: Law::new(elastic, None, &[0, 1, 2, 3, 4, 5]).unwrap(),
         curve: Curve::Space,
         mass: 0.2,
@@ -443,7 +443,7 @@ fn a_round_rod_keeps_its_momentum() {
         let weld = weld.with_gravity(gravity).unwrap();
         Mass::Rigid(weld.with_dead_force(force).unwrap())
     };
-    let given = Given {
+    let given = RodDescription {
         law: Law::new(
             Arc::new(Linear::diagonal([1.0, 1.0], 0.8).unwrap()),
             None,
@@ -467,7 +467,7 @@ fn a_round_rod_keeps_its_momentum() {
     let w = loaded.following(0.0, &still, &twist).unwrap();
     let free = weld(Vector3::zeros());
     let rod = HeavyRod::new(
-        Given {
+        RodDescription {
             body: Some(free),
             ..given
         },

@@ -23,7 +23,8 @@ fn all_equilibria_match_the_scan() {
         });
         let mut found = found;
         found.sort_by(|a, b| {
-            let key = |f: &snaprod::elastica::Found| (f.equilibrium.lambda * 1e9).round();
+            let key =
+                |f: &snaprod::elastica::FoundEquilibrium| (f.equilibrium.lambda * 1e9).round();
             key(a)
                 .total_cmp(&key(b))
                 .then(b.equilibrium.kappa.total_cmp(&a.equilibrium.kappa))
@@ -45,7 +46,7 @@ fn all_equilibria_match_the_scan() {
                 continue;
             } else {
                 // The single roots beside it are found as they are anywhere.
-                let is = |f: &&snaprod::elastica::Found| {
+                let is = |f: &&snaprod::elastica::FoundEquilibrium| {
                     close(f.equilibrium.lambda, number(want, "lam"), tolerance, 1.0)
                         && close(f.equilibrium.kappa, number(want, "kap"), tolerance, 0.01)
                 };

@@ -2,7 +2,7 @@
 
 use crate::support::{falls, worst};
 use nalgebra::{Isometry3, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, History, Pulse, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
@@ -59,11 +59,11 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
         let link = Link::new(rod.clone(), Attachment::ground(clamp), to, Joint::Ball);
         charts.push(Vector6::new(0.0, bent, 0.0, n.x, n.y, n.z).component_div(&link.units()));
         links.push(link);
-        bodies.push(Place {
+        bodies.push(BodyMotion {
             pose: clamp * Isometry3::from_parts(lifted(at.pose).into(), Default::default()),
             twist: Vector6::new(0.0, 0.0, 0.0, *velocity, 0.0, 0.0),
         });
-        carriers.push(Carrier::point(mass.clone()));
+        carriers.push(HeavyBody::point(mass.clone()));
     }
     let assembly = Assembly::new(carriers, links).expect("an assembly");
     AssemblyRun::new(

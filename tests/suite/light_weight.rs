@@ -3,7 +3,8 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, AssemblyFamily, Attachment, Carrier, Configuration, Joint, Link, LinkPoint, Place,
+    Assembly, AssemblyFamily, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
+    LinkPoint,
 };
 use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
@@ -60,15 +61,15 @@ fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
         _ => unreachable!(),
     };
     let link = link.expect("a link");
-    Assembly::new(vec![Carrier::rigid(solid())], vec![link]).expect("an assembly")
+    Assembly::new(vec![HeavyBody::rigid(solid())], vec![link]).expect("an assembly")
 }
 
 /// The configuration with the bodies there, the rods in their equilibria.
-fn held(assembly: &Assembly, bodies: Vec<Place>) -> Configuration {
+fn held(assembly: &Assembly, bodies: Vec<BodyMotion>) -> Configuration {
     let mut now = assembly.held(bodies, 1e-12);
     for (link, q) in assembly.links().iter().zip(&mut now.charts) {
         let point = link.point(0.0, &now.bodies, q, 1e-13).expect("a point");
-        let seen = link.facing(&point.base.pose.rotation);
+        let seen = link.with_base_rotation(&point.base.pose.rotation);
         *q = seen.polished(q, &point.held(), 1e-13).expect("a chart");
     }
     now
@@ -141,7 +142,7 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     let twist = Vector6::new(0.4, -0.3, 0.5, 0.2, 0.1, -0.3);
     let starts = both
         .each_ref()
-        .map(|assembly| held(assembly, vec![Place { pose, twist }]));
+        .map(|assembly| held(assembly, vec![BodyMotion { pose, twist }]));
     let stiffness = [0, 1].map(|i| {
         let points = points(&both[i], &starts[i]);
         let balance = both[i].balance(0.0, &starts[i].bodies, &points);
@@ -183,7 +184,7 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
             true => Link::reversed(&rod(), ends.0, ends.1, Joint::Weld)
                 .and_then(|link| link.with_distributed(load().reversed())),
         };
-        let bodies = [solid(), solid()].map(Carrier::rigid);
+        let bodies = [solid(), solid()].map(HeavyBody::rigid);
         Assembly::new(bodies.into(), vec![held, middle.expect("a link")]).expect("an assembly")
     };
     let both = [false, true].map(chain);
@@ -202,8 +203,8 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
         place([-0.05, 0.1, 0.12], [-0.2, 0.25, 0.3]),
     ];
     let off = found[0].now.bodies.iter().zip(&asides);
-    let places = off.map(|(body, aside)| Place::at_rest(beside(&body.pose, aside)));
-    let places: Vec<Place> = places.collect();
+    let places = off.map(|(body, aside)| BodyMotion::at_rest(beside(&body.pose, aside)));
+    let places: Vec<BodyMotion> = places.collect();
     let [one, other] = both.each_ref().map(|assembly| {
         let now = held(assembly, places.clone());
         let points = points(assembly, &now);
@@ -243,7 +244,7 @@ fn rest_and_small_motions_are_those_of_statics() {
         Joint::Weld,
     );
     let link = link.with_distributed(load()).expect("a link");
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly");
     let rest = assembly.equilibrium(None, 1e-12).expect("an equilibrium");
     let want = solved(Vector6::zeros());
     let at = rest.now.bodies[0].pose;
@@ -293,19 +294,19 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
         Joint::Weld,
     );
     let link = link.with_distributed(load()).expect("a link");
-    let carriers = bodies.iter().cloned().map(Carrier::rigid).collect();
+    let carriers = bodies.iter().cloned().map(HeavyBody::rigid).collect();
     let first = place([0.0; 3], [0.3, -0.5, 0.2]);
     let end = link
-        .facing(&(first * site).rotation)
+        .with_base_rotation(&(first * site).rotation)
         .end(&Vector6::zeros(), 1e-14)
         .expect("an end");
     let start = Configuration {
         bodies: vec![
-            Place {
+            BodyMotion {
                 pose: first,
                 twist: Vector6::new(0.6, -0.4, 0.3, 0.1, 0.2, -0.3),
             },
-            Place {
+            BodyMotion {
                 pose: first * site * end.pose,
                 twist: Vector6::new(-0.5, 0.7, 0.2, 0.4, -0.1, 0.2),
             },
@@ -378,8 +379,8 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
 fn a_ball_joint_bears_no_couple_under_a_load() {
     let ground = place([0.0; 3], [0.4, -0.7, 0.2]);
     let bodies = vec![
-        Carrier::rigid(solid()),
-        Carrier::point(
+        HeavyBody::rigid(solid()),
+        HeavyBody::point(
             Body::new(0.7)
                 .and_then(|b| b.with_gravity(Vector3::new(0.0, 0.2, -0.5)))
                 .expect("a body"),

@@ -3,7 +3,7 @@
 use crate::support::{near, number_at};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::folds::fold_at;
 use snaprod::elastica::{self, Equilibrium, held_modes as held_in_plane};
@@ -30,10 +30,10 @@ fn single(law: Linear, joint: Joint) -> Assembly {
     let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
     let link = Link::new(Rod::new(1.0, law).unwrap(), from, to, joint);
     let body = match joint {
-        Joint::Weld => Carrier::rigid(
+        Joint::Weld => HeavyBody::rigid(
             RigidBody::new(1.0, Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15))).unwrap(),
         ),
-        _ => Carrier::point(Body::new(1.0).unwrap()),
+        _ => HeavyBody::point(Body::new(1.0).unwrap()),
     };
     Assembly::new(vec![body], vec![link]).unwrap()
 }
@@ -47,7 +47,7 @@ fn flat() -> Linear {
 fn laid(link: &Link, at: &Equilibrium, v: &Vector2<f64>) -> Configuration {
     let end = Vector3::new(at.y, 0.0, at.x);
     let force = Vector3::new(at.alpha.sin(), 0.0, at.alpha.cos()) * -at.lambda * at.lambda;
-    let mut place = Place::at_rest(Isometry3::translation(end.x, end.y, end.z));
+    let mut place = BodyMotion::at_rest(Isometry3::translation(end.x, end.y, end.z));
     place.twist = joined(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
     Configuration {
         bodies: vec![place],

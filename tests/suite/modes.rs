@@ -4,7 +4,7 @@ use crate::program::Place;
 use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Vector2};
 use snaprod::body::Body;
-use snaprod::elastica::{Elastica, EndStiffness, fold_at, settled};
+use snaprod::elastica::{Elastica, EndStiffness, equilibrium_under_load, fold_at};
 use snaprod::motion::{Event, Options, Run};
 use snaprod::study::ModesRecord;
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -218,7 +218,7 @@ fn small_oscillations_of_a_run() {
                 [loads]\ngravity = [-1.0, -2.0]\n[run]\nduration = 1.0\n";
     let record = modes_of(text);
     let load = Vector2::new(-1.0, -2.0);
-    let at = settled(&load).unwrap().unwrap();
+    let at = equilibrium_under_load(&load).unwrap().unwrap();
     let body = Body::new(1.0).unwrap().with_gravity(load).unwrap();
     for mode in &record.motions.modes {
         let shape = Vector2::from_column_slice(&mode.shape);

@@ -4,7 +4,7 @@
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
@@ -52,7 +52,7 @@ fn states(
 }
 
 /// Momentum, and angular momentum about the origin, both in the world.
-fn momenta(body: &RigidBody, place: &Place) -> (Vector3<f64>, Vector3<f64>) {
+fn momenta(body: &RigidBody, place: &BodyMotion) -> (Vector3<f64>, Vector3<f64>) {
     let spin = place.twist.fixed_rows::<3>(0).into_owned();
     let v = place.twist.fixed_rows::<3>(3).into_owned();
     let turn = place.pose.rotation;
@@ -92,14 +92,14 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
         Joint::Weld,
     );
     let end = link.end(&Vector6::zeros(), 1e-14).expect("an end").pose;
-    let carriers = bodies.iter().cloned().map(Carrier::rigid).collect();
+    let carriers = bodies.iter().cloned().map(HeavyBody::rigid).collect();
     let start = Configuration {
         bodies: vec![
-            Place {
+            BodyMotion {
                 pose: Isometry3::identity(),
                 twist: Vector6::new(0.6, -0.4, 0.3, 0.1, 0.2, -0.3),
             },
-            Place {
+            BodyMotion {
                 pose: site * end,
                 twist: Vector6::new(-0.5, 0.7, 0.2, 0.4, -0.1, 0.2),
             },
@@ -151,7 +151,7 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
         Joint::Weld,
     );
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::translation(0.0, 0.0, 1.0),
             twist: Vector6::new(0.9, -1.2, 1.5, 0.5, 0.4, 0.1),
         }],
@@ -159,7 +159,7 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
         spins: Vec::new(),
     };
     let assembly =
-        Assembly::new(vec![Carrier::rigid(body.clone())], vec![link]).expect("an assembly");
+        Assembly::new(vec![HeavyBody::rigid(body.clone())], vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 3.0, 1e-11);
     let kept = |sample: &AssemblySample| {
         let place = &sample.bodies()[0];
@@ -197,7 +197,7 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     );
     let pose = link.end(&Vector6::zeros(), 1e-14).expect("an end").pose;
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose,
             twist: twist(pose.rotation * spin, Vector3::new(0.2, -0.1, 0.1)),
         }],
@@ -222,7 +222,7 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     let m = (i2 - i1) * (twice_energy * i3 - square) / ((i3 - i2) * (square - twice_energy * i1));
     let rate = ((i3 - i2) * (square - twice_energy * i1) / (i1 * i2 * i3)).sqrt();
     let period = 4.0 * ellip::ellipk(m).expect("a modulus in range") / rate;
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly");
     for (part, signs) in [(0.5, [-1.0, -1.0, 1.0]), (1.0, [1.0; 3])] {
         let (states, _) = states(assembly.clone(), &start, part * period, 1e-12);
         let place = &states.last().expect("states").bodies()[0];
@@ -262,14 +262,14 @@ fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
     .expect("an equilibrium");
     let end = held.end.position;
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: Isometry3::translation(end.x, end.y, end.z),
             twist: twist(Vector3::zeros(), Vector3::new(0.0, 1.0, 0.0)),
         }],
         charts: vec![held.base.component_div(&link.units())],
         spins: Vec::new(),
     };
-    let assembly = Assembly::new(vec![Carrier::point(mass)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![HeavyBody::point(mass)], vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 12.0, 1e-9);
     let total = states[0].ledger().total();
     for state in &states {
@@ -291,7 +291,7 @@ fn kicked() -> (Assembly, Configuration) {
         Joint::Weld,
     );
     let start = Configuration {
-        bodies: vec![Place {
+        bodies: vec![BodyMotion {
             pose: link.end(&Vector6::zeros(), 1e-14).expect("an end").pose,
             twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
         }],
@@ -299,7 +299,7 @@ fn kicked() -> (Assembly, Configuration) {
         spins: Vec::new(),
     };
     (
-        Assembly::new(vec![Carrier::rigid(body)], vec![link]).expect("an assembly"),
+        Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly"),
         start,
     )
 }
@@ -408,7 +408,7 @@ fn the_ledger_of_assemblies_drawn_at_random_closes() {
             Joint::Weld,
         );
         let start = Configuration {
-            bodies: vec![Place {
+            bodies: vec![BodyMotion {
                 pose,
                 twist: Vector6::from_column_slice(&kick),
             }],
@@ -416,7 +416,7 @@ fn the_ledger_of_assemblies_drawn_at_random_closes() {
             spins: Vec::new(),
         };
         let assembly =
-            Assembly::new(vec![Carrier::rigid(body)], vec![one, two]).expect("an assembly");
+            Assembly::new(vec![HeavyBody::rigid(body)], vec![one, two]).expect("an assembly");
         let (states, _) = states(assembly, &start, 0.6, 1e-10);
         let total = states[0].ledger().total();
         for state in &states {

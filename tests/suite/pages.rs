@@ -3,7 +3,7 @@
 use crate::program::Place;
 use nalgebra::Vector2;
 use serde_json::Value;
-use snaprod::elastica::{Dragged, Elastica, Equilibrium};
+use snaprod::elastica::{DraggedRod, Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, film, run};
@@ -170,7 +170,7 @@ fn a_film_is_the_motion() {
         }
         // At a snap the study of shapes gives one of its two sides.
         let way = found.stills.iter();
-        let way = way.filter(|at| at.place == film::Place::Way);
+        let way = way.filter(|at| at.place == film::PictureRole::Way);
         let way: Vec<_> = way.step_by(9).collect();
         let asked: Vec<f64> = way.iter().map(|at| at.now.t).collect();
         let shapes = run::shapes(&prepared, &asked, 41, &mut Silent).unwrap();
@@ -448,10 +448,10 @@ fn a_browser_drags_the_rod() {
     };
     is_sound(&report, 1);
     let states: Vec<[f64; 11]> = serde_json::from_value(report["states"].clone()).unwrap();
-    let mut rod = Dragged::new(Vector2::new(states[0][0], states[0][1])).unwrap();
+    let mut rod = DraggedRod::new(Vector2::new(states[0][0], states[0][1])).unwrap();
     let mut released = Vec::new();
     for (step, there) in states.iter().enumerate() {
-        let snaps = rod.to(&Vector2::new(there[4], there[5])).unwrap();
+        let snaps = rod.drag_to(&Vector2::new(there[4], there[5])).unwrap();
         released.extend(snaps.iter().map(|snap| (step, snap.released)));
         let q = rod.chart();
         let e = Equilibrium::new(q[0], q[1]).unwrap();

@@ -2,7 +2,7 @@
 //! against shooting along n = lambda r(1) by another program.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::full_mass::held_vibrations::{Massive, fold_form, held_modes};
 use snaprod::motion::assembly::AssemblyRun;
@@ -105,7 +105,7 @@ fn tripod() -> Assembly {
             Attachment::body(0, Isometry3::identity()),
         )
     });
-    Assembly::new(vec![Carrier::point(mass)], links.collect()).expect("an assembly")
+    Assembly::new(vec![HeavyBody::point(mass)], links.collect()).expect("an assembly")
 }
 
 /// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in motion: stiffness by
@@ -114,7 +114,7 @@ fn tripod() -> Assembly {
 fn a_mass_on_three_hinged_rods() {
     let assembly = tripod();
     let start = assembly.held(
-        vec![Place::at_rest(Isometry3::translation(0.0, 0.0, 0.7))],
+        vec![BodyMotion::at_rest(Isometry3::translation(0.0, 0.0, 0.7))],
         1e-11,
     );
     let found = assembly
@@ -122,7 +122,7 @@ fn a_mass_on_three_hinged_rods() {
         .expect("an equilibrium");
     assert_eq!(found.index, 0);
     assert!(found.residual < 1e-10);
-    let charts = |bodies: &[Place]| -> Vec<Vector6<f64>> {
+    let charts = |bodies: &[BodyMotion]| -> Vec<Vector6<f64>> {
         let links = assembly.links().iter().zip(&found.now.charts);
         links
             .map(|(link, q)| {
@@ -135,7 +135,7 @@ fn a_mass_on_three_hinged_rods() {
     let balance = |shift: Vector3<f64>| -> DVector<f64> {
         let mut pose = found.now.bodies[0].pose;
         pose.translation.vector += shift;
-        let bodies = vec![Place::at_rest(pose)];
+        let bodies = vec![BodyMotion::at_rest(pose)];
         let points = assembly
             .points(0.0, &bodies, &charts(&bodies), 1e-13)
             .expect("rods");
@@ -266,9 +266,9 @@ fn followed(
     landing: LandingRule,
     end: f64,
 ) -> (Vec<Snap>, Outcome) {
-    let mass = Carrier::point(Body::new(1.0).expect("a mass"));
+    let mass = HeavyBody::point(Body::new(1.0).expect("a mass"));
     let assembly = Assembly::new(vec![mass], links).expect("an assembly");
-    let mut place = Place::at_rest(Isometry3::translation(start[0].x, start[0].y, start[0].z));
+    let mut place = BodyMotion::at_rest(Isometry3::translation(start[0].x, start[0].y, start[0].z));
     place.twist.fixed_rows_mut::<3>(3).copy_from(&start[1]);
     let now = Configuration {
         bodies: vec![place],
@@ -307,12 +307,12 @@ fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize
     ];
     let inertia = nalgebra::Matrix3::identity();
     let body = RigidBody::new(1.0, inertia).expect("a body");
-    let assembly = Assembly::new(vec![Carrier::rigid(body)], links).expect("an assembly");
+    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], links).expect("an assembly");
     let held = Isometry3::translation(0.0, 0.0, chord);
     let sections = whole.shape(q, &held, &[0.5, 1.0], 1e-12).expect("a shape");
     let turn =
         UnitQuaternion::rotation_between(&sections[1].position, &Vector3::z()).expect("a turn");
-    let place = Place::at_rest(turn * sections[0].pose());
+    let place = BodyMotion::at_rest(turn * sections[0].pose());
     let guess = assembly.held(vec![place], 1e-12);
     let found = assembly
         .equilibrium(Some(&guess), 1e-11)
@@ -397,7 +397,7 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
     let massive = Massive::new(link.rod(), None, sections).expect("a mass");
     let mut q = rod.chart(&link);
     let placed = |chord: f64| {
-        let mut place = Place::at_rest(Isometry3::translation(0.0, 0.0, chord));
+        let mut place = BodyMotion::at_rest(Isometry3::translation(0.0, 0.0, chord));
         place.twist = Vector6::new(0.0, 0.0, 0.0, 0.2, -0.1, 1.0);
         place
     };

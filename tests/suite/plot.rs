@@ -293,7 +293,7 @@ fn bad_numbers_never_panic() {
                         name: String::new(),
                         curve: curve.clone(),
                     }],
-                    points: vec![Named {
+                    points: vec![NamedPoint {
                         name: "A".into(),
                         at: [bad, bad],
                     }],

@@ -441,7 +441,7 @@ pub fn portrait_data() -> Portrait {
     ];
     let point = |name: &str, f: f64| {
         let psi = 2.0 * (k * f.sin()).asin();
-        Named {
+        NamedPoint {
             name: name.into(),
             at: [psi, v(k, psi).copysign(f.cos())],
         }
@@ -469,7 +469,7 @@ pub fn portrait_data() -> Portrait {
             point("A", a),
             point("B", b),
             point("C", c),
-            Named {
+            NamedPoint {
                 name: "D".into(),
                 at: [-2.0 * k.asin(), 0.0],
             },

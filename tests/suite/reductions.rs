@@ -4,7 +4,7 @@ use crate::support::{assert_close, exponential};
 use nalgebra::{Complex, Isometry3, Matrix3, Matrix4, Matrix6, SVector, Vector3, Vector4, Vector6};
 use snaprod::Result;
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
-use snaprod::motion::reduction::{Carried, ReducedStart, Reduction, ReductionKind};
+use snaprod::motion::reduction::{ReducedStart, Reduction, ReductionKind, TipBody};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
@@ -88,7 +88,7 @@ fn straight(twist: f64, stretch: f64) -> Strain {
 
 pub fn recognise(
     section: &Viscoelastic,
-    carried: &Carried,
+    carried: &TipBody,
     strain: Strain,
     velocity: Vector6<f64>,
 ) -> Result<Reduction, String> {
@@ -197,7 +197,7 @@ where
 /// The same with relaxed branches, for every strain and whatever the end carries; the strains must stay the same all along.
 pub fn run(
     section: &Viscoelastic,
-    carried: &Carried,
+    carried: &TipBody,
     strain: Strain,
     velocity: Vector6<f64>,
     times: &[f64],
@@ -205,10 +205,10 @@ pub fn run(
     let strains = (strain, strain);
     let v = velocity.fixed_rows::<3>(3);
     let found = match carried {
-        Carried::Welded(body) => {
+        TipBody::Welded(body) => {
             whole::<_, 6, 6>(section, &**body, strains, velocity, times, 1e-13)
         }
-        Carried::BallJoint(body) => {
+        TipBody::BallJoint(body) => {
             whole::<_, 6, 3>(section, body, strains, v.into_owned(), times, 1e-13)
         }
     };
@@ -231,8 +231,8 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (frequency, decay) = ((k / mass).sqrt(), 0.5 * c / mass);
     let damped = (frequency * frequency - decay * decay).sqrt();
     for carried in [
-        Carried::BallJoint(ball.expect("a body")),
-        Carried::welded(weld.expect("a body")),
+        TipBody::BallJoint(ball.expect("a body")),
+        TipBody::welded(weld.expect("a body")),
     ] {
         let section = plain();
         let (strain, start) = (
@@ -309,7 +309,7 @@ fn a_barrier_keeps_the_energy_balance() {
         .expect("a drag")
         .with_force(TimeLoad::sine(Vector3::new(0.0, 0.0, 0.8), 2.0, 0.4).unwrap());
     let start = moving(still(), Vector3::new(0.0, 0.0, -2.0));
-    let carried = Carried::welded(body);
+    let carried = TipBody::welded(body);
     let reduction = recognise(&section, &carried, straight(0.0, 0.5), start).expect("it is");
     assert!(reduction.is_identical());
     let found = run(&section, &carried, straight(0.0, 0.5), start, &[5.0]);
@@ -337,7 +337,7 @@ fn twist_and_stretch_couple_as_the_matrices_say() {
         .and_then(|b| b.with_rotational_drag(spin_drag))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.9), Vector3::new(0.0, 0.0, -0.2));
-    let carried = Carried::welded(body);
+    let carried = TipBody::welded(body);
     let reduction = recognise(&section, &carried, straight(0.3, 1.1), start).expect("it is");
     assert_eq!(reduction.kind(), ReductionKind::Twisting);
     assert_eq!(reduction.moving(), [2, 5]);
@@ -413,7 +413,7 @@ fn a_maxwell_branch_adds_a_root() {
     }];
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
     let body = Body::new(mass).expect("a body");
-    let carried = Carried::BallJoint(body.clone());
+    let carried = TipBody::BallJoint(body.clone());
     let (x0, v0, z0) = (0.25, -0.1, -0.15);
     let field = vec![straight(0.0, 1.0 + z0); 2];
     let start = ReducedStart {
@@ -468,7 +468,7 @@ fn an_inextensible_rod_twists() {
         .with_gravity(Vector3::new(0.0, 0.0, -2.0))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.5), still());
-    let carried = Carried::welded(body.clone());
+    let carried = TipBody::welded(body.clone());
     let twisted = straight(0.4, 1.0);
     let reduction = recognise(&section, &carried, twisted, start).expect("it is");
     assert_eq!(
@@ -490,10 +490,10 @@ fn an_inextensible_rod_twists() {
 #[test]
 fn what_is_not_exact_is_refused_with_its_reason() {
     let section = plain();
-    let free = || Carried::welded(welded(0.7));
+    let free = || TipBody::welded(welded(0.7));
     let axial = moving(still(), Vector3::new(0.0, 0.0, 0.3));
     let rest = straight(0.0, 1.0);
-    let expect = |section: &Viscoelastic, carried: &Carried, strain, velocity, word: &str| {
+    let expect = |section: &Viscoelastic, carried: &TipBody, strain, velocity, word: &str| {
         let why = recognise(section, carried, strain, velocity).expect_err(word);
         assert!(why.contains(word), "{word}: {why}");
     };
@@ -520,7 +520,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &Carried::welded(oblique),
+        &TipBody::welded(oblique),
         rest,
         axial,
         "not longitudinal: a force across the motion would move the end",
@@ -530,14 +530,14 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &Carried::welded(offset),
+        &TipBody::welded(offset),
         rest,
         axial,
         "the centre of mass is off the axis",
     );
     let mut skew = inertia();
     (skew[(0, 2)], skew[(2, 0)]) = (0.05, 0.05);
-    let skew = Carried::welded(RigidBody::new(0.7, skew).expect("a body"));
+    let skew = TipBody::welded(RigidBody::new(0.7, skew).expect("a body"));
     let spin = moving(Vector3::new(0.0, 0.0, 0.3), still());
     expect(&section, &skew, rest, spin, "not a principal axis");
     expect(
@@ -547,7 +547,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         moving(Vector3::new(0.2, 0.0, 0.0), still()),
         "the end starts with omega1",
     );
-    let ball = Carried::BallJoint(Body::new(0.7).expect("a body"));
+    let ball = TipBody::BallJoint(Body::new(0.7).expect("a body"));
     expect(
         &section,
         &ball,

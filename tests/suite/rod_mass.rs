@@ -252,7 +252,7 @@ fn integrals_along_the_rod_are_as_good_as_asked() {
         for p in [0.1, 0.4, 0.9, 1.6, 2.6, 4.0, 9.0, 18.0] {
             for lam in [1.4, 3.0, 5.3, 8.0, 10.0, 14.0, 25.0] {
                 let [rough, fine] = [part, 1e-12].map(|part| {
-                    let rod = RodInertia::at_load(p, lam).unwrap().to_part(part);
+                    let rod = RodInertia::at_load(p, lam).unwrap().with_error(part);
                     rod.added(&v, &still).unwrap()
                 });
                 let mass = (rough.mass - fine.mass).norm() / fine.mass.norm();

@@ -2,7 +2,7 @@
 
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome};
@@ -33,11 +33,11 @@ fn hanging(stiffness: f64, pull: f64) -> (Assembly, Configuration) {
     q[5] = pull / link.units()[5];
     let low = Isometry3::translation(0.0, 0.0, 1.0 + pull / stiffness);
     let now = Configuration {
-        bodies: vec![Place::at_rest(low)],
+        bodies: vec![BodyMotion::at_rest(low)],
         charts: vec![q],
         spins: Vec::new(),
     };
-    let assembly = Assembly::new(vec![Carrier::point(mass)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![HeavyBody::point(mass)], vec![link]).expect("an assembly");
     (assembly, now)
 }
 
@@ -152,16 +152,16 @@ fn implicit_steps_agree_with_explicit_ones() {
     .map(|(from, to)| Link::new(rod.clone(), from, Attachment::body(to, here), Joint::Weld));
     let end = links[0].end(&Vector6::zeros(), 1e-14).expect("an end").pose;
     let moving = Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1);
-    let first = Place {
+    let first = BodyMotion {
         pose: end,
         twist: moving,
     };
     let start = Configuration {
-        bodies: vec![first, Place::at_rest(end * lever * end)],
+        bodies: vec![first, BodyMotion::at_rest(end * lever * end)],
         charts: vec![Vector6::zeros(); 2],
         spins: Vec::new(),
     };
-    let carriers = vec![Carrier::rigid(body); 2];
+    let carriers = vec![HeavyBody::rigid(body); 2];
     let two = Assembly::new(carriers, links.to_vec()).expect("an assembly");
     let (wire, mut swung) = hanging(1e6, 2000.0);
     swung.bodies[0].twist[3] = 5.0;

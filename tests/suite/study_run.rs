@@ -4,7 +4,7 @@ use nalgebra::{Vector1, Vector2};
 use snaprod::body::Body;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
-use snaprod::motion::{Bounce, Closing, Event, Ledger, Options, Run};
+use snaprod::motion::{Bounce, Event, Ledger, LedgerClosure, Options, Run};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
@@ -158,7 +158,7 @@ fn a_ledger_is_judged_by_its_largest_term() {
         ..Ledger::default()
     };
     let closed = |states: &[Ledger]| {
-        let mut closing = Closing::new(states[0].total());
+        let mut closing = LedgerClosure::new(states[0].total());
         states.iter().for_each(|state| closing.look(state));
         closing.is_closed(1e-10)
     };

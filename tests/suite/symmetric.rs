@@ -3,7 +3,7 @@
 use crate::eightfold::OneByOne;
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, SVector, Vector2, Vector3, Vector4, Vector6, vector};
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
@@ -265,20 +265,20 @@ fn start(second: bool) -> (Assembly, Configuration) {
     };
     let mut links = vec![link(Attachment::ground(here), 0)];
     let end = links[0].end(&Vector6::zeros(), 1e-14).expect("an end").pose;
-    let mut bodies = vec![Place {
+    let mut bodies = vec![BodyMotion {
         pose: end,
         twist: Vector6::new(0.4, -0.6, 0.5, 0.3, 0.5, 0.1),
     }];
     if second {
         links.push(link(Attachment::body(0, here), 1));
-        bodies.push(Place::at_rest(end * end));
+        bodies.push(BodyMotion::at_rest(end * end));
     }
     let now = Configuration {
         charts: vec![Vector6::zeros(); links.len()],
         bodies,
         spins: Vec::new(),
     };
-    let carriers = vec![Carrier::rigid(body); links.len()];
+    let carriers = vec![HeavyBody::rigid(body); links.len()];
     (Assembly::new(carriers, links).expect("an assembly"), now)
 }
 
@@ -403,7 +403,7 @@ fn a_snap_in_space_is_that_of_the_plane() {
     let bent = start.section(0.0).expect("a section").curvature;
     let n = lifted(-at.force);
     let chart = Vector6::new(0.0, bent, 0.0, n.x, n.y, n.z).component_div(&link.units());
-    let place = Place {
+    let place = BodyMotion {
         pose: Isometry3::from_parts(lifted(at.pose).into(), Default::default()),
         twist: Vector6::new(0.0, 0.0, 0.0, -0.5, 0.0, 0.0),
     };
@@ -412,7 +412,7 @@ fn a_snap_in_space_is_that_of_the_plane() {
         charts: vec![chart],
         spins: Vec::new(),
     };
-    let mass = Carrier::point(Body::new(1.0).expect("a mass"));
+    let mass = HeavyBody::point(Body::new(1.0).expect("a mass"));
     let assembly = Assembly::new(vec![mass], vec![link]).expect("an assembly");
     for method in [Method::Symmetric, Method::Implicit] {
         let options = options(0.2, 1e-10, method);

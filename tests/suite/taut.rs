@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
+use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
 use snaprod::body::{Body, RigidBody};
 use snaprod::math::se3::{halves, joined};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
@@ -283,9 +283,9 @@ fn wire(lam: f64, axial: f64, joint: Joint) -> Assembly {
     let carrier = match joint {
         Joint::Weld => {
             let inertia = Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.02));
-            Carrier::rigid(RigidBody::new(1.0, inertia).unwrap())
+            HeavyBody::rigid(RigidBody::new(1.0, inertia).unwrap())
         }
-        Joint::Ball | Joint::Pins => Carrier::point(Body::new(1.0).unwrap()),
+        Joint::Ball | Joint::Pins => HeavyBody::point(Body::new(1.0).unwrap()),
     };
     Assembly::new(vec![carrier], links).unwrap()
 }
@@ -346,9 +346,10 @@ fn a_wire_moves_as_another_program_has_it() {
     let gravity = Body::new(1.0)
         .and_then(|body| body.with_gravity(vector(&motion["gravity"])))
         .unwrap();
-    let assembly = Assembly::new(vec![Carrier::point(gravity)], assembly.links().to_vec()).unwrap();
+    let assembly =
+        Assembly::new(vec![HeavyBody::point(gravity)], assembly.links().to_vec()).unwrap();
     let mut now = assembly.unloaded(1e-12).unwrap();
-    now.bodies[0] = Place::at_rest(Isometry3::identity());
+    now.bodies[0] = BodyMotion::at_rest(Isometry3::identity());
     let velocity = vector(&motion["start"]["velocity"]);
     now.bodies[0]
         .twist

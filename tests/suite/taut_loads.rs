@@ -3,7 +3,8 @@
 use crate::first_order_taut::{FREE, light, random, rates};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Integrals, Joint, Link, On, Place, Seen,
+    Assembly, AttachedTo, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals,
+    Joint, Link,
 };
 use snaprod::body::RigidBody;
 use snaprod::math::se3::{halves, joined};
@@ -47,7 +48,7 @@ impl Case {
         let link = Link::new(rod, from, to, joint).with_distributed(load);
         let link = link.unwrap();
         let place = base * a;
-        let seen = link.facing(&place.rotation).into_owned();
+        let seen = link.with_base_rotation(&place.rotation).into_owned();
         let pull = Vector3::new(0.6 * random(), 0.6 * random(), 1.0).normalize();
         let wrench = joined(&Vector3::zeros(), &(pull * (lam * lam)));
         let borne = seen.distributed().unwrap();
@@ -73,12 +74,12 @@ impl Case {
         }
     }
 
-    fn seen_as(&self, seen: Seen, spring: f64) -> Assembly {
+    fn seen_as(&self, seen: ChartKind, spring: f64) -> Assembly {
         let mut link = self.link.clone();
-        link.seen_as(seen);
-        link.beside_spring(spring);
+        link.set_chart_kind(seen);
+        link.set_end_spring(spring);
         // Of bodies like balls the mass does not depend on how they are turned: the stiffness is that of the wrenches alone, at rest or not.
-        let ball = |mass: f64| Carrier::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
+        let ball = |mass: f64| HeavyBody::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
         let bodies = vec![ball(1.0), ball(2.0)];
         Assembly::new(bodies, vec![link]).unwrap()
     }
@@ -93,62 +94,66 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
         let lam = [6.0, 7.0, 8.0][trial % 3];
         let case = Case::new(trial, lam, &mut random);
         let joint = case.link.joint();
-        let told =
-            [(Seen::FromBase, 0.0), (Seen::Taut, 0.0), (Seen::Taut, 9.0)].map(|(seen, spring)| {
-                let mut assembly = case.seen_as(seen, spring);
-                let mut now = Configuration {
-                    bodies: assembly.at_rest(&case.bodies),
-                    charts: vec![case.q],
-                    spins: Vec::new(),
-                };
-                let points = assembly
-                    .points(0.0, &now.bodies, &now.charts, 1e-13)
-                    .unwrap();
-                let point = &points[0];
-                let [base, tip] = point.wrenches();
-                let energy = point.end.energy + point.potential();
-                let stiffness = assembly
-                    .stiffness(0.0, &now.bodies, &points)
-                    .unwrap()
-                    .matrix;
-                let link = assembly.links()[0]
-                    .facing(&point.base.pose.rotation)
-                    .into_owned();
-                let index = link.index(&case.q, &point.held(), 1e-12).unwrap();
-                let at: Vec<f64> = [0.2, 0.5, 0.9].map(|x| x * 1.3).to_vec();
-                let shape = link.shape(&case.q, &point.held(), &at, 1e-13).unwrap();
-                let shape: Vec<_> = shape
-                    .iter()
-                    .map(|at| (at.position, at.couple, at.force))
-                    .collect();
-                now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
-                now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
-                let moving = assembly
-                    .points(0.0, &now.bodies, &now.charts, 1e-13)
-                    .unwrap();
-                let spin = halves(&moving[0].end_twist(&assembly.links()[0])).0;
-                let state = assembly.state(&now, &Integrals::default());
-                let alone = rates(&assembly, &state);
-                let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
-                assembly = assembly.with_light_rods(rods).unwrap();
-                let at = assembly.evaluated(&state, 1e-13).unwrap();
-                let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
-                let apart = point.gap(joint).norm();
-                let mut slope = state.clone();
-                let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
-                moved.unwrap();
-                // The force follows alike; the couple at the base of a taut chart is one that follows.
-                let chart = slope.as_slice()[assembly.chart_slots(0)][3..].to_vec();
-                let with = slope.rows(0, assembly.chart_slots(0).start).into_owned();
-                (
-                    (base, tip, energy, apart),
-                    stiffness,
-                    index,
-                    shape,
-                    (alone, with, chart, spin),
-                    weighed,
-                )
-            });
+        let told = [
+            (ChartKind::FromBase, 0.0),
+            (ChartKind::Taut, 0.0),
+            (ChartKind::Taut, 9.0),
+        ]
+        .map(|(seen, spring)| {
+            let mut assembly = case.seen_as(seen, spring);
+            let mut now = Configuration {
+                bodies: assembly.at_rest(&case.bodies),
+                charts: vec![case.q],
+                spins: Vec::new(),
+            };
+            let points = assembly
+                .points(0.0, &now.bodies, &now.charts, 1e-13)
+                .unwrap();
+            let point = &points[0];
+            let [base, tip] = point.wrenches();
+            let energy = point.end.energy + point.potential();
+            let stiffness = assembly
+                .stiffness(0.0, &now.bodies, &points)
+                .unwrap()
+                .matrix;
+            let link = assembly.links()[0]
+                .with_base_rotation(&point.base.pose.rotation)
+                .into_owned();
+            let index = link.index(&case.q, &point.held(), 1e-12).unwrap();
+            let at: Vec<f64> = [0.2, 0.5, 0.9].map(|x| x * 1.3).to_vec();
+            let shape = link.shape(&case.q, &point.held(), &at, 1e-13).unwrap();
+            let shape: Vec<_> = shape
+                .iter()
+                .map(|at| (at.position, at.couple, at.force))
+                .collect();
+            now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
+            now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+            let moving = assembly
+                .points(0.0, &now.bodies, &now.charts, 1e-13)
+                .unwrap();
+            let spin = halves(&moving[0].end_twist(&assembly.links()[0])).0;
+            let state = assembly.state(&now, &Integrals::default());
+            let alone = rates(&assembly, &state);
+            let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
+            assembly = assembly.with_light_rods(rods).unwrap();
+            let at = assembly.evaluated(&state, 1e-13).unwrap();
+            let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
+            let apart = point.gap(joint).norm();
+            let mut slope = state.clone();
+            let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
+            moved.unwrap();
+            // The force follows alike; the couple at the base of a taut chart is one that follows.
+            let chart = slope.as_slice()[assembly.chart_slots(0)][3..].to_vec();
+            let with = slope.rows(0, assembly.chart_slots(0).start).into_owned();
+            (
+                (base, tip, energy, apart),
+                stiffness,
+                index,
+                shape,
+                (alone, with, chart, spin),
+                weighed,
+            )
+        });
         let [from_base, taut, beside] = told;
         let lost = 1e-15 * (2.0 * lam).exp();
         for (other, spring) in [(&taut, 0.0), (&beside, 9.0)] {
@@ -224,7 +229,7 @@ fn loaded_taut_rods_give_back_their_work() {
     for trial in 0..8 {
         let lam = [20.0, 60.0][trial / 4];
         let case = Case::new(trial, lam, &mut random);
-        let assembly = case.seen_as(Seen::ByPull, 0.0);
+        let assembly = case.seen_as(ChartKind::ByPull, 0.0);
         let moved = |twist: &[f64]| -> Told {
             let places: Vec<_> = (0..2)
                 .map(|k| {
@@ -244,7 +249,7 @@ fn loaded_taut_rods_give_back_their_work() {
             let bodies = assembly.at_rest(&places);
             let link = &assembly.links()[0];
             let ends = [link.from(), link.to()].map(|site| site_of(site, &bodies));
-            let seen = link.facing(&ends[0].rotation).into_owned();
+            let seen = link.with_base_rotation(&ends[0].rotation).into_owned();
             let q = seen
                 .polished(&case.q, &ends[0].inv_mul(&ends[1]), 1e-13)
                 .unwrap();
@@ -290,9 +295,9 @@ fn loaded_taut_rods_give_back_their_work() {
     }
 }
 
-fn site_of(site: &Attachment, bodies: &[Place]) -> Isometry3<f64> {
+fn site_of(site: &Attachment, bodies: &[BodyMotion]) -> Isometry3<f64> {
     match site.on {
-        On::Body(body) => bodies[body].pose * site.place,
+        AttachedTo::Body(body) => bodies[body].pose * site.place,
         _ => site.place,
     }
 }

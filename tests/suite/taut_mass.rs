@@ -4,9 +4,9 @@ use crate::eightfold::OneByOne;
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
 use snaprod::body::{Body, Frame, History, Support};
-use snaprod::elastica::first_order_mass::Added;
+use snaprod::elastica::first_order_mass::AddedInertia;
 use snaprod::elastica::{Elastica, Equilibrium, LightRod, RodInertia, TautInertia};
-use snaprod::manifold::{EquilibriumManifold, Felt, Multivalued, RodMass};
+use snaprod::manifold::{EndInertia, EquilibriumManifold, FirstOrderInertia, Multivalued};
 use snaprod::motion::{Event, Options, Run};
 use std::sync::Arc;
 
@@ -22,7 +22,7 @@ fn rows() -> Vec<[f64; 9]> {
 }
 
 /// By how much A and b are off from those of a row, relative to the largest term that each entry may have.
-fn off(row: &[f64; 9], side: f64, found: &Added) -> f64 {
+fn off(row: &[f64; 9], side: f64, found: &AddedInertia) -> f64 {
     let [_, _, direction, a11, a12, a22, b1, b2, _] = *row;
     let (sin, cos) = (side * direction).sin_cos();
     let turn = Matrix2::new(cos, -sin, sin, cos);
@@ -91,7 +91,7 @@ fn integrals_along_a_taut_rod_are_as_good_as_asked() {
 }
 
 /// What is felt of a rod of mass 1 that is pulled with lam, on a clamp that may move, and its energies.
-fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
+fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (EndInertia<2>, [f64; 2]) {
     let start = Equilibrium::from_lambda_p(lam, lam - f64::ln(2.0 * t)).unwrap();
     let (q, v) = (Vector2::new(start.p, start.w), Vector2::new(0.7, -0.3));
     let rod = LightRod {
@@ -99,7 +99,7 @@ fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
         gravity: Vector2::new(0.4, -0.9),
     };
     let point = Elastica.point(&q).unwrap();
-    let felt = rod.added(frame, [&q, &v], &point, 1e-12).unwrap();
+    let felt = rod.end_inertia(frame, [&q, &v], &point, 1e-12).unwrap();
     (felt, rod.energies(frame, [&q, &v], 1e-12).unwrap())
 }
 
@@ -202,7 +202,7 @@ fn taut_rods_are_followed_where_they_are_bent_at_the_clamp() {
     };
     let holds = |t: f64, followed: bool| {
         let at = Equilibrium::from_lambda_p(40.0, 40.0 - f64::ln(2.0 * t)).unwrap();
-        rod.room(&Vector2::new(at.p, at.w), &Vector2::new(1.0, 2.0), followed) > 0.0
+        rod.validity_margin(&Vector2::new(at.p, at.w), &Vector2::new(1.0, 2.0), followed) > 0.0
     };
     for (t, both) in [
         (0.0005, [false, false]),

@@ -493,7 +493,7 @@ mod tests {
                 let (all, each) = (&rod, &each);
                 let even = simd_sums::sums(&Sections { rod: all, each }, places, weights);
                 for part in [1e-4, 1e-6, 1e-8, 1e-10] {
-                    rod = rod.to_part(part);
+                    rod = rod.with_error(part);
                     drawn += usize::from(rod.along.rule(part).1 > 0);
                     let found = rod.integrals(each);
                     for of in [0..3, 3..5, 5..11] {

@@ -9,7 +9,7 @@ use super::step::Progress;
 use super::{AssemblyRun, StateVector};
 use crate::event::{Event, Outcome};
 use crate::locate::{Guess, Timed, locate};
-use snaprod_systems::assembly::{LinkPoint, Neutral, Sight, Slowed};
+use snaprod_systems::assembly::{LinkPoint, NeutralApproach, RodMonitor, SlowedTime};
 use snaprod_systems::error::{Cause, Error, Message, Quantity};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::Taken;
@@ -34,7 +34,7 @@ pub(super) enum Crossing {
 impl AssemblyRun {
     /// The rods whose det J would vanish within `near` steps, at the rates of the last step from `before`.
     /// Rods without a push are added to `unpushed`.
-    pub(super) fn falling(&mut self, before: &[Sight], near: f64) -> Vec<usize> {
+    pub(super) fn falling(&mut self, before: &[RodMonitor], near: f64) -> Vec<usize> {
         let falling = |k: &usize| {
             let left = self.watch[*k].det / (before[*k].det - self.watch[*k].det);
             0.0 < left && left < near
@@ -48,7 +48,7 @@ impl AssemblyRun {
     }
 
     /// The next neutral direction of rod `k`, at the rates of the last step; None if the motion pushes the rod.
-    fn unpushed(&self, k: usize, before: &[Sight]) -> Option<Neutral> {
+    fn unpushed(&self, k: usize, before: &[RodMonitor]) -> Option<NeutralApproach> {
         let next = self.watch[k].neutral_next(&before[k]);
         next.filter(|next| next.push <= ROUNDING)
     }
@@ -67,7 +67,7 @@ impl AssemblyRun {
         let state = self.solver.state().clone();
         match rods.is_empty() {
             true => self.go_on(state, None, h * self.solver.slope().time()),
-            false => self.go_on(state, Some(Slowed { rods }), h),
+            false => self.go_on(state, Some(SlowedTime { rods }), h),
         }
     }
 
@@ -76,7 +76,7 @@ impl AssemblyRun {
     pub(super) fn branch_point(
         &mut self,
         step: &mut Taken<StateVector>,
-        before: &[Sight],
+        before: &[RodMonitor],
     ) -> Option<Progress> {
         let span = step.to().time() - step.from().time();
         let suspect =

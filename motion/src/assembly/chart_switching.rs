@@ -27,7 +27,7 @@ impl AssemblyRun {
         };
         let mut other = (*self.assembly).clone();
         for (k, rod) in &changed {
-            other.see(*k, rod.better);
+            other.set_chart_kind(*k, rod.better);
             other.brace(*k, rod.spring);
             other.let_give(*k, rod.give);
         }
@@ -36,7 +36,7 @@ impl AssemblyRun {
         let agrees = other
             .evaluated(&told, along)
             .filter(|there| other.drift(there) <= LOOSE * self.options.tolerance)
-            .and_then(|there| other.joined(told, &there));
+            .and_then(|there| other.close_gaps(told, &there));
         self.extra.evaluations += 2;
         let Some(state) = agrees.map(StateVector) else {
             return false;
@@ -72,13 +72,15 @@ impl AssemblyRun {
         let (t, now) = (state.time(), self.assembly.configuration(&state.0));
         let rod = &self.assembly.links()[link];
         let q = &now.charts[link];
-        let point = rod.sought().point(t, &now.bodies, q, self.along())?;
-        let seen = rod.better_seen(q, &point);
+        let point = rod
+            .with_chart_by_pull()
+            .point(t, &now.bodies, q, self.along())?;
+        let seen = rod.suited_chart_kind(q, &point);
         let spring = rod.better_spring(&point.end);
-        let give = rod.better_give(&point.end);
+        let give = rod.suited_slider(&point.end);
         let taut = seen == Chart::Taut;
         let assembly = Arc::make_mut(&mut self.assembly);
-        assembly.see(link, seen);
+        assembly.set_chart_kind(link, seen);
         assembly.brace(link, if taut { spring } else { 0.0 });
         assembly.let_give(link, if taut { None } else { give });
         Ok(())

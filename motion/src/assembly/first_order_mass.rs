@@ -53,7 +53,7 @@ impl AssemblyRun {
             let room = match (self.unfit[k], light.followed) {
                 (true, true) => -1.0,
                 (true, false) => 1.0,
-                (false, _) => assembly.room(k, at, self.along()),
+                (false, _) => assembly.inertia_margin(k, at, self.along()),
             };
             (k, light.followed, room)
         });
@@ -132,7 +132,7 @@ impl AssemblyRun {
         }
         for (k, felt, energy) in &booked {
             self.released += if *felt { -energy } else { *energy };
-            Arc::make_mut(&mut self.assembly).feel(*k, *felt);
+            Arc::make_mut(&mut self.assembly).set_inertia(*k, *felt);
         }
         self.room = None;
         let (state, h) = (self.solver.state().clone(), self.solver.next_step());

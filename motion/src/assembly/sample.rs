@@ -52,7 +52,7 @@ impl AssemblySample {
     /// rod cannot be integrated.
     pub fn rod_sections(&self, link: usize, places: &[f64]) -> Vec<RodSection> {
         let point = &self.at.points[link];
-        let rod = self.assembly.links()[link].facing(&point.base.pose.rotation);
+        let rod = self.assembly.links()[link].with_base_rotation(&point.base.pose.rotation);
         let at: Vec<f64> = places.iter().map(|s| s * rod.rod().length()).collect();
         let held = point.held();
         let q = &self.at.now.charts[link];

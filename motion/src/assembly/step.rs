@@ -6,7 +6,7 @@ use crate::event::Outcome;
 use crate::groove_turning_points::turning_fraction;
 use crate::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use nalgebra::DVector;
-use snaprod_systems::assembly::{Sight, Slowed};
+use snaprod_systems::assembly::{RodMonitor, SlowedTime};
 use snaprod_systems::body::Groove;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::Taken;
@@ -168,14 +168,14 @@ impl AssemblyRun {
         let state = self.solver.state().clone();
         let at = self.assembly.evaluated(&state.0, self.along())?;
         self.extra.evaluations += 1;
-        let held = self.assembly.joined(state.0, &at)?;
+        let held = self.assembly.close_gaps(state.0, &at)?;
         let h = self.solver.next_step();
         self.resume(StateVector(held), self.slowed.clone(), h)
     }
 
     /// The rod whose end cannot be held, if there is one: its number, its gap, and sqrt(F L^2/B).
     pub(super) fn loose(&self) -> Option<(usize, f64, f64)> {
-        let off = |rod: &Sight| rod.gap > LOOSE * self.options.tolerance;
+        let off = |rod: &RodMonitor| rod.gap > LOOSE * self.options.tolerance;
         let link = self.watch.iter().position(off)?;
         let slots = self.assembly.chart_slots(link);
         let force = self.solver.state().0.rows(slots.start + 3, 3).norm();
@@ -312,7 +312,7 @@ impl AssemblyRun {
         let soonest = slowed.rods.iter().map(|(rod, _)| left(*rod));
         if left(next) < soonest.fold(NEAR, f64::min) {
             let scale = self.watch[next].det;
-            return self.resume(state, Some(Slowed::one(next, scale)), h);
+            return self.resume(state, Some(SlowedTime::one(next, scale)), h);
         }
         Some(())
     }

@@ -4,10 +4,10 @@ use super::model::{MassiveRods, ModelAndState};
 use super::sample::HeavySample;
 use crate::State;
 use nalgebra::{DVector, UnitQuaternion};
-use snaprod_systems::assembly::{Contact, Nearness, Place};
+use snaprod_systems::assembly::{BodyMotion, Contact, Nearness};
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::full_mass::assembly::HeavyAssembly;
-use snaprod_systems::full_mass::rod::{HeavyRod, Moving};
+use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
 use snaprod_systems::section::Strain;
 use snaprod_systems::solve::system::AnySystem;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Initial state of an assembly of rods with mass.
 pub struct HeavyAssemblyStart<'a> {
     /// Poses and twists of the bodies.
-    pub bodies: Vec<Place>,
+    pub bodies: Vec<BodyMotion>,
     /// The rods.
     pub rods: Vec<RodStart<'a>>,
     /// True: start at the nearby equilibrium under all loads at the time 0.
@@ -126,7 +126,7 @@ impl MassiveRods for Arc<HeavyAssembly> {
         Some(Box::new(HeavySample::of_assembly(self, y, at, &unknowns)?))
     }
 
-    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>> {
+    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, RodState)>> {
         let rods = self.links.iter().map(|link| &link.rod);
         Some(rods.zip(self.at(y)?.rods).collect())
     }

@@ -3,7 +3,7 @@
 use crate::{Options, State};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{Contact, Nearness};
-use snaprod_systems::full_mass::rod::{HeavyRod, Moving};
+use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
 use snaprod_systems::solve::system::AnySystem;
 use snaprod_systems::viscoelastic::grid::more;
 use snaprod_systems::viscoelastic::kinematics::Local;
@@ -28,7 +28,7 @@ pub(super) trait MassiveRods {
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>>;
 
     /// The rods of a state.
-    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>>;
+    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, RodState)>>;
 
     /// Model and state with `counts` nodes on the elements of all rods in a row.
     fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState>;
@@ -118,7 +118,7 @@ impl NodeResolution {
 /// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`RATE_BOUND_RATIO`] of a
 /// strain of that size, and less where the corresponding strains are smaller ([`HeavyRod::delays`]). A rod that is
 /// let go begins with waves shorter than any nodes. Their rates do not vanish, but have almost no effect.
-fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
+fn entering(rod: &HeavyRod, moving: &RodState) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
     let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {
         delays.map(|delays| delays.map(|delay| (RATE_BOUND_RATIO * delay).min(1.0)))
@@ -131,7 +131,7 @@ fn entering(rod: &HeavyRod, moving: &Moving) -> [Vec<Local<6>>; 2] {
 
 /// Last coefficients of strains and of weighted rates, relative to 1 + their size; the largest over its
 /// bound; the demand for nodes.
-fn judged(rod: &HeavyRod, moving: &Moving, options: &Options) -> ([f64; 2], f64, Demand) {
+fn judged(rod: &HeavyRod, moving: &RodState, options: &Options) -> ([f64; 2], f64, Demand) {
     let grid = &rod.sections.grid;
     let bound = (ROOT * options.tolerance.sqrt()).max(options.tolerance);
     let dashpots = rod.dashpots(moving);

@@ -6,7 +6,7 @@ use crate::State;
 use nalgebra::{DVector, Vector3, Vector6};
 use snaprod_systems::assembly::{Contact, Nearness};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::full_mass::rod::{Given, HeavyRod, Moving};
+use snaprod_systems::full_mass::rod::{HeavyRod, RodDescription, RodState};
 use snaprod_systems::full_mass::system::INTEGRALS;
 use snaprod_systems::math::se3::joined;
 use snaprod_systems::section::Strain;
@@ -45,7 +45,7 @@ pub enum EndVelocity {
 
 impl EndVelocity {
     /// Velocity of the end of the rod `at` time 0, seen from the clamp.
-    fn on_clamp(&self, rod: &HeavyRod, at: &Moving) -> Vector6<f64> {
+    fn on_clamp(&self, rod: &HeavyRod, at: &RodState) -> Vector6<f64> {
         match (self, rod.given.grain.support()) {
             (Self::OnClamp(twist), _) | (Self::InWorld(twist), None) => *twist,
             (Self::InWorld(twist), Some(clamp)) => {
@@ -77,7 +77,7 @@ impl MassiveRods for Arc<HeavyRod> {
         Some(Box::new(sample?))
     }
 
-    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, Moving)>> {
+    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, RodState)>> {
         Some(vec![(&**self, self.at(y)?)])
     }
 
@@ -123,7 +123,7 @@ fn write_dashpots(rod: &HeavyRod, y: &mut DVector<f64>, z: &[f64]) {
 
 /// The model of the rod with `counts` nodes on the elements, and the initial state.
 pub(super) fn begun(
-    given: &Given,
+    given: &RodDescription,
     start: &HeavyStart<'_>,
     counts: &[usize],
 ) -> Result<ModelAndState> {

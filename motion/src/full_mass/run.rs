@@ -7,10 +7,10 @@ use crate::adaptive_nodes::AdaptiveNodes;
 use crate::groove_turning_points::{ON_END, turning_fraction};
 use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
 use nalgebra::DVector;
-use snaprod_systems::assembly::{Carrier, Nearness};
+use snaprod_systems::assembly::{HeavyBody, Nearness};
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::full_mass::assembly::HeavyAssembly;
-use snaprod_systems::full_mass::rod::Given;
+use snaprod_systems::full_mass::rod::RodDescription;
 use snaprod_systems::full_mass::system::INTEGRALS;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::{Integrator, Method};
@@ -66,7 +66,7 @@ impl HeavyRun {
     /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity
     /// that the rod cannot follow; a failed search for the equilibrium of a settled start; a tolerance below
     /// 1e-13; symmetric steps.
-    pub fn new(given: &Given, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
+    pub fn new(given: &RodDescription, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
         let elements = given.breaks().len() + 1;
         Self::begun(
             elements,
@@ -84,7 +84,7 @@ impl HeavyRun {
         start: &HeavyAssemblyStart<'_>,
         options: Options,
     ) -> Result<Self> {
-        Carrier::start_in_grooves(&given.carriers, &start.bodies)?;
+        HeavyBody::start_in_grooves(&given.carriers, &start.bodies)?;
         let rods = given.links.iter();
         let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
         let begun = |counts: &[usize]| assembly::begun(given, start, counts);

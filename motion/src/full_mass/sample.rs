@@ -2,10 +2,10 @@
 
 use crate::{Labels, Ledger, RodCurve, State};
 use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
-use snaprod_systems::assembly::Place;
+use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::full_mass::assembly::{HeavyAssembly, HeavyState};
 use snaprod_systems::full_mass::frames::{Curve, Sections};
-use snaprod_systems::full_mass::rod::{HeavyRod, Moving};
+use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
 use snaprod_systems::math::se3::joined;
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
@@ -28,7 +28,7 @@ pub struct HeavySample {
 
 #[derive(Debug, Clone)]
 enum SampledModel {
-    Rod(Arc<HeavyRod>, Box<Moving>),
+    Rod(Arc<HeavyRod>, Box<RodState>),
     Assembly(Box<SampledAssembly>),
 }
 
@@ -36,7 +36,7 @@ enum SampledModel {
 struct SampledAssembly {
     assembly: Arc<HeavyAssembly>,
     at: HeavyState,
-    places: Vec<Place>,
+    places: Vec<BodyMotion>,
     grooves: Vec<Option<Vector3<f64>>>,
     drift: f64,
 }
@@ -103,7 +103,7 @@ impl HeavySample {
         })
     }
 
-    fn rod(&self, k: usize) -> (&HeavyRod, &Moving) {
+    fn rod(&self, k: usize) -> (&HeavyRod, &RodState) {
         match &self.of {
             SampledModel::Rod(rod, at) => (rod, at),
             SampledModel::Assembly(several) => {
@@ -112,7 +112,7 @@ impl HeavySample {
         }
     }
 
-    fn first(&self) -> (&HeavyRod, &Moving) {
+    fn first(&self) -> (&HeavyRod, &RodState) {
         self.rod(0)
     }
 
@@ -162,7 +162,7 @@ impl State for HeavySample {
         None
     }
 
-    fn bodies(&self) -> &[Place] {
+    fn bodies(&self) -> &[BodyMotion] {
         self.several().map_or(&[], |several| &several.places)
     }
 

@@ -4,7 +4,7 @@ use super::{ALIKE, EndResidual, MasslessRod, places};
 use crate::State;
 use crate::snap::{LandingRule, SnapEnd, landings};
 use nalgebra::{DMatrix, DVector, Vector2};
-use snaprod_systems::assembly::{Configuration, Place};
+use snaprod_systems::assembly::{BodyMotion, Configuration};
 use snaprod_systems::elastica::chart::ChartPoint;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::{EquilibriumManifold, Multivalued, invert_near};
@@ -18,13 +18,13 @@ fn dynamic(q: &Vector2<f64>) -> DVector<f64> {
     DVector::from_column_slice(q.as_slice())
 }
 
-fn velocity(site: &Place) -> Vector2<f64> {
+fn velocity(site: &BodyMotion) -> Vector2<f64> {
     halves(&site.twist).1.xy()
 }
 
 /// Chart points are (p, w).
 impl MasslessRod for Elastica {
-    fn held(&self, q: &DVector<f64>, site: &Place, _tolerance: f64) -> Option<EndResidual> {
+    fn held(&self, q: &DVector<f64>, site: &BodyMotion, _tolerance: f64) -> Option<EndResidual> {
         let q = flat(q);
         let at = self.point(&q)?;
         Some(EndResidual {
@@ -36,7 +36,12 @@ impl MasslessRod for Elastica {
         })
     }
 
-    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>> {
+    fn inverted(
+        &self,
+        guess: &DVector<f64>,
+        site: &BodyMotion,
+        tolerance: f64,
+    ) -> Option<DVector<f64>> {
         let place = site.pose.translation.vector.xy();
         let found = invert_near(self, &place, &flat(guess), tolerance).ok()?;
         Some(dynamic(&found.q))
@@ -63,12 +68,12 @@ impl MasslessRod for Elastica {
         (apart < ALIKE * ALIKE).then(|| dynamic(&q))
     }
 
-    fn landing(&self, fold: &DVector<f64>, _site: &Place) -> Option<DVector<f64>> {
+    fn landing(&self, fold: &DVector<f64>, _site: &BodyMotion) -> Option<DVector<f64>> {
         let landed = landings(self, &flat(fold), LandingRule::Viscous).ok()?.at;
         landed.first().map(|(q, _)| dynamic(q))
     }
 
-    fn snap_end(&self, q: &DVector<f64>, _site: &Place) -> Option<(SnapEnd, f64)> {
+    fn snap_end(&self, q: &DVector<f64>, _site: &BodyMotion) -> Option<(SnapEnd, f64)> {
         let at = flat(q);
         let elastic = self.point(&at)?.energy;
         let end = SnapEnd {
@@ -80,7 +85,7 @@ impl MasslessRod for Elastica {
         Some((end, elastic))
     }
 
-    fn apart(&self, a: &Place, b: &Place) -> f64 {
+    fn apart(&self, a: &BodyMotion, b: &BodyMotion) -> f64 {
         (b.pose.translation.vector - a.pose.translation.vector)
             .xy()
             .norm()
@@ -89,7 +94,7 @@ impl MasslessRod for Elastica {
     fn report_end(
         &self,
         _q: &DVector<f64>,
-        site: &Place,
+        site: &BodyMotion,
     ) -> (DVector<f64>, DVector<f64>, Option<Configuration>) {
         let place = site.pose.translation.vector.xy();
         (dynamic(&place), dynamic(&velocity(site)), None)

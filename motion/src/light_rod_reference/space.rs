@@ -4,7 +4,7 @@ use super::{ALIKE, EndResidual, FINE, MasslessRod, places};
 use crate::State;
 use crate::snap::SnapEnd;
 use nalgebra::{DMatrix, DVector};
-use snaprod_systems::assembly::{Configuration, Joint, Link, LinkPoint, Place};
+use snaprod_systems::assembly::{BodyMotion, Configuration, Joint, Link, LinkPoint};
 use snaprod_systems::math::se3::halves;
 use snaprod_systems::rod::Wrench;
 use snaprod_systems::section::Strain;
@@ -32,7 +32,7 @@ impl LightInSpace {
     /// attachments.
     pub fn new(link: &Link) -> Self {
         Self {
-            link: link.sought(),
+            link: link.with_chart_by_pull(),
             member: None,
         }
     }
@@ -41,7 +41,7 @@ impl LightInSpace {
     /// base, wherever that goes. `reversed`: the rod begins where the states of the assembly have its end.
     pub fn in_assembly(number: usize, between: &Link, reversed: bool) -> Self {
         Self {
-            link: between.alone().sought(),
+            link: between.alone().with_chart_by_pull(),
             member: Some(Member {
                 number,
                 between: between.clone(),
@@ -50,7 +50,7 @@ impl LightInSpace {
         }
     }
 
-    fn point(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<LinkPoint> {
+    fn point(&self, q: &DVector<f64>, site: &BodyMotion, tolerance: f64) -> Option<LinkPoint> {
         let bodies = std::slice::from_ref(site);
         self.link.point(0.0, bodies, &wrench(q), tolerance).ok()
     }
@@ -85,17 +85,17 @@ impl MasslessRod for LightInSpace {
         self.member.as_ref().map_or(0, |rod| rod.number)
     }
 
-    fn end(&self, state: &dyn State) -> Place {
+    fn end(&self, state: &dyn State) -> BodyMotion {
         match &self.member {
             Some(rod) => rod.between.end_place(state.time(), state.bodies()),
-            None => Place {
+            None => BodyMotion {
                 pose: state.pose(),
                 twist: state.twist(),
             },
         }
     }
 
-    fn held(&self, q: &DVector<f64>, site: &Place, tolerance: f64) -> Option<EndResidual> {
+    fn held(&self, q: &DVector<f64>, site: &BodyMotion, tolerance: f64) -> Option<EndResidual> {
         let point = self.point(q, site, tolerance)?;
         Some(EndResidual {
             gap: dynamic(&point.gap(self.link.joint())),
@@ -106,7 +106,12 @@ impl MasslessRod for LightInSpace {
         })
     }
 
-    fn inverted(&self, guess: &DVector<f64>, site: &Place, tolerance: f64) -> Option<DVector<f64>> {
+    fn inverted(
+        &self,
+        guess: &DVector<f64>,
+        site: &BodyMotion,
+        tolerance: f64,
+    ) -> Option<DVector<f64>> {
         let found = self.link.polished(&wrench(guess), &site.pose, tolerance);
         let found = found.ok()?;
         Some(dynamic(&found))
@@ -139,12 +144,12 @@ impl MasslessRod for LightInSpace {
         (apart < ALIKE * ALIKE * size && stable()).then(|| dynamic(&q))
     }
 
-    fn landing(&self, fold: &DVector<f64>, site: &Place) -> Option<DVector<f64>> {
+    fn landing(&self, fold: &DVector<f64>, site: &BodyMotion) -> Option<DVector<f64>> {
         let landed = self.link.settle(&wrench(fold), &site.pose, FINE).ok()?;
         Some(dynamic(&landed))
     }
 
-    fn snap_end(&self, q: &DVector<f64>, site: &Place) -> Option<(SnapEnd, f64)> {
+    fn snap_end(&self, q: &DVector<f64>, site: &BodyMotion) -> Option<(SnapEnd, f64)> {
         let point = self.point(q, site, FINE)?;
         let end = SnapEnd {
             q: q.clone(),
@@ -155,7 +160,7 @@ impl MasslessRod for LightInSpace {
         Some((end, point.end.whole_energy()))
     }
 
-    fn apart(&self, a: &Place, b: &Place) -> f64 {
+    fn apart(&self, a: &BodyMotion, b: &BodyMotion) -> f64 {
         let moved = (b.pose.translation.vector - a.pose.translation.vector).norm()
             / self.link.rod().length();
         match self.link.joint() {
@@ -167,7 +172,7 @@ impl MasslessRod for LightInSpace {
     fn report_end(
         &self,
         q: &DVector<f64>,
-        site: &Place,
+        site: &BodyMotion,
     ) -> (DVector<f64>, DVector<f64>, Option<Configuration>) {
         let now = Configuration {
             bodies: vec![*site],

@@ -7,7 +7,8 @@ use super::first_order_mass::light;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
-    Assembly, AssemblyEquilibrium, Attachment, Carrier, Configuration, FreeRod, Joint, Link, Place,
+    Assembly, AssemblyEquilibrium, Attachment, BodyMotion, Configuration, FreeRod, HeavyBody,
+    Joint, Link,
 };
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
@@ -40,7 +41,7 @@ pub struct AssemblySetup {
     pub scales: Scales,
     /// True of a rod that begins at its `to` in the library, for its `from` is a ball joint; of all rods, those with a free end last.
     reversed: Vec<bool>,
-    guess: Option<Vec<Place>>,
+    guess: Option<Vec<BodyMotion>>,
     /// (angular velocity, velocity) of the bodies at the start of a motion.
     twists: Vec<Vector6<f64>>,
     unloaded: bool,
@@ -67,7 +68,7 @@ impl AssemblySetup {
                     .map(|carrier| carrier.named(body.name.clone()))
                     .map_err(|why| why.context(format!("the body {:?}", body.name)))
             });
-            bodies.collect::<Result<Vec<Carrier>>>()
+            bodies.collect::<Result<Vec<HeavyBody>>>()
         };
         let gravity = scene.loads.gravity;
         let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers(gravity)?)?;
@@ -126,7 +127,7 @@ impl AssemblySetup {
                 Some(_) => rotation(&guess.orientation),
                 None => UnitQuaternion::identity(),
             };
-            Some(Place::at_rest(Isometry3::from_parts(
+            Some(BodyMotion::at_rest(Isometry3::from_parts(
                 vector(&scales, Quantity::Length, &guess.position).into(),
                 turn,
             )))
@@ -176,16 +177,16 @@ impl AssemblySetup {
         let origin = Isometry3::identity();
         let wanted = self.guess.as_ref().map_or(origin, |guess| guess[0].pose);
         let charts = &found.now.charts;
-        let carried = |by: Isometry3<f64>| -> Result<(Vec<Place>, f64)> {
+        let carried = |by: Isometry3<f64>| -> Result<(Vec<BodyMotion>, f64)> {
             let bodies = self.assembly.carriers().iter().zip(&found.now.bodies);
             let places = bodies.map(|(carrier, place)| {
                 let mut pose = by * place.pose;
                 if !carrier.turns() {
                     pose.rotation = UnitQuaternion::identity();
                 }
-                Place::at_rest(pose)
+                BodyMotion::at_rest(pose)
             });
-            let places: Vec<Place> = places.collect();
+            let places: Vec<BodyMotion> = places.collect();
             let points = self.assembly.points(0.0, &places, charts, self.tolerance)?;
             let forces = points.iter().flat_map(crate::assembly::LinkPoint::wrenches);
             let most = forces.fold(0.0, |most: f64, wrench| most.max(wrench.amax()));
@@ -256,7 +257,7 @@ impl AssemblySetup {
     pub fn start(&self) -> Result<(Configuration, Option<usize>)> {
         let (mut now, index) = match self.unloaded {
             true => {
-                let origin = vec![Place::at_rest(Isometry3::identity()); self.twists.len()];
+                let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.twists.len()];
                 let bodies = self.guess.as_ref().unwrap_or(&origin);
                 let start = self.assembly.let_go(bodies, FINEST)?;
                 self.fits(&start)?;
@@ -366,7 +367,7 @@ impl AssemblySetup {
         q: &Wrench,
         base: &UnitQuaternion<f64>,
     ) -> Result<Vector6<f64>> {
-        self.wrench_of(rod, &self.assembly.links()[rod].facing(base), q)
+        self.wrench_of(rod, &self.assembly.links()[rod].with_base_rotation(base), q)
     }
 
     /// The same of the light rod beside rod `rod` ([`AssemblySetup::light_rods`]).
@@ -483,7 +484,7 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Att
     })
 }
 
-fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Carrier> {
+fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<HeavyBody> {
     let free = free_carrier(body, scales, gravity)?;
     Ok(match &body.groove {
         Some(groove) => free.in_groove(groove.curve(scales.length)?),
@@ -491,15 +492,15 @@ fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Ca
     })
 }
 
-fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Carrier> {
+fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<HeavyBody> {
     let mass = body.mass / scales.mass;
     let loads = scales.loads(body.loads(gravity));
     let Some(extent) = &body.extent else {
-        return point_mass(mass, &loads, Vector3::from, None).map(Carrier::point);
+        return point_mass(mass, &loads, Vector3::from, None).map(HeavyBody::point);
     };
     let inertia = Matrix3::from_fn(|i, j| scales.inward(Quantity::Inertia, extent.inertia[i][j]));
     let rigid = RigidBody::new(mass, inertia)?
         .with_centre(vector(scales, Quantity::Length, &extent.offset))?
         .with_rotor(vector(scales, Quantity::RotationalDrag, &extent.rotor))?;
-    acting_on(rigid, &loads, Vector3::from).map(Carrier::rigid)
+    acting_on(rigid, &loads, Vector3::from).map(HeavyBody::rigid)
 }

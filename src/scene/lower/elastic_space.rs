@@ -4,7 +4,7 @@ use super::first_order_mass::light;
 use super::in_space::{InSpace, SpaceField, bent, in_world};
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
-    Assembly, Attachment, Carrier, Configuration, Joint, LightRod, Link, Place as Held,
+    Assembly, Attachment, BodyMotion as Held, Configuration, HeavyBody, Joint, LightRod, Link,
 };
 use crate::body::{Frame, Groove, Support};
 use crate::error::{Error, Result};
@@ -138,8 +138,8 @@ impl ElasticSpace {
             ),
         };
         let (mut carrier, joint) = match carried {
-            TipBody::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
-            TipBody::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+            TipBody::Welded(body) => (HeavyBody::rigid((**body).clone()), Joint::Weld),
+            TipBody::BallJoint(body) => (HeavyBody::point(body.clone()), Joint::Ball),
         };
         if let Some(groove) = &self.groove {
             carrier = carrier.in_groove(groove.clone());

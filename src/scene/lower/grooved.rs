@@ -3,10 +3,10 @@
 use super::elastic_space::ElasticSpace;
 use super::heavy::HeavySpace;
 use super::in_space::SpaceField;
-use crate::assembly::{Attachment, Carrier, Joint, Place};
+use crate::assembly::{Attachment, BodyMotion, HeavyBody, Joint};
 use crate::error::{Error, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
-use crate::full_mass::rod::{Given, HeavyRod};
+use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::motion::full_mass::{HeavyAssemblyStart, RodStart};
 use crate::motion::reduction::TipBody;
 use crate::scene::{Inertia, Scene};
@@ -37,8 +37,8 @@ impl HeavySpace {
             return Ok(None);
         };
         let (carrier, joint) = match &self.common.carried {
-            TipBody::Welded(body) => (Carrier::rigid((**body).clone()), Joint::Weld),
-            TipBody::BallJoint(body) => (Carrier::point(body.clone()), Joint::Ball),
+            TipBody::Welded(body) => (HeavyBody::rigid((**body).clone()), Joint::Weld),
+            TipBody::BallJoint(body) => (HeavyBody::point(body.clone()), Joint::Ball),
         };
         let here = Isometry3::identity();
         let link = HeavyLink {
@@ -83,7 +83,7 @@ impl HeavySpace {
 
     /// The rod without its body.
     fn bare(&self, nodes: usize) -> Result<HeavyRod> {
-        let given = Given {
+        let given = RodDescription {
             body: None,
             ..self.given.clone()
         };
@@ -93,7 +93,7 @@ impl HeavySpace {
     }
 
     /// Where the strains of the start lead the end, and how fast their rates move it.
-    fn end(&self) -> Result<Place> {
+    fn end(&self) -> Result<BodyMotion> {
         let mut nodes = FIRST;
         loop {
             let rod = self.bare(nodes)?;
@@ -107,7 +107,7 @@ impl HeavySpace {
                 Error::domain("[start]: the strains and their rates give no shape of the rod")
             })?;
             if nodes >= MOST_NODES || at.shape.defect <= SHAPE {
-                return Ok(Place {
+                return Ok(BodyMotion {
                     pose: at.shape.end(),
                     twist: at.flow.end(),
                 });

@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
 use crate::full_mass::mass::Mass;
-use crate::full_mass::rod::Given;
+use crate::full_mass::rod::RodDescription;
 use crate::math::se3::joined;
 use crate::motion::full_mass::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::TipBody;
@@ -30,7 +30,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct HeavyPlane {
     /// The rod, its body and their loads.
-    pub given: Given,
+    pub given: RodDescription,
     /// The curvature at the start, or near it.
     pub curvature: Field,
     /// Where the Maxwell branches are relaxed at the start, if not there.
@@ -50,7 +50,7 @@ pub struct HeavySpace {
     /// Body, clamp and start.
     pub common: InSpace,
     /// The rod, its body and their loads.
-    pub given: Given,
+    pub given: RodDescription,
     /// Where the Maxwell branches are relaxed at the start, if not there.
     pub relaxed: Option<SpaceField>,
     /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
@@ -122,7 +122,7 @@ impl HeavyPlane {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let support = clamp::lifted(&plain.clamp)?;
         let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
-        let given = Given {
+        let given = RodDescription {
             law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
             curve: Curve::Plane,
             mass: mass(&scene.rod, &scales)?,
@@ -285,7 +285,7 @@ impl HeavySpace {
             None => common.clamp.rotation.inverse() * Vector3::from(v),
             Some(_) => Vector3::from(v),
         };
-        let given = Given {
+        let given = RodDescription {
             law,
             curve: Curve::Space,
             mass,

@@ -3,7 +3,7 @@
 use super::clamp as supports;
 use super::loads::{acting_on, in_time, point_mass};
 use super::rod::rotation;
-use crate::assembly::{Assembly, Attachment, Carrier, Link};
+use crate::assembly::{Assembly, Attachment, HeavyBody, Link};
 use crate::body::{Frame, RigidBody, Support};
 use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, joined};
@@ -378,7 +378,7 @@ fn under_followers(
             link.with_distributed(load.mapped(|f| f * unit))?
         }
     };
-    let found = Assembly::new(vec![Carrier::rigid(*body)], vec![link])?
+    let found = Assembly::new(vec![HeavyBody::rigid(*body)], vec![link])?
         .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
     bent((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)

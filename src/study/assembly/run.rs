@@ -1,7 +1,7 @@
 //! Run of an assembly.
 
 use super::record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
-use crate::assembly::{Contact, Joint, Place};
+use crate::assembly::{BodyMotion, Contact, Joint};
 use crate::error::{Error, Result};
 use crate::motion::{
     Event, LedgerClosure, LightReference, LightSnap, Motion, Observer, Outcome, Snap, SnapEnd,
@@ -72,7 +72,7 @@ impl AssemblyPrepared {
     pub(in crate::study) fn passing(&self, state: &dyn State) -> AssemblyMoment {
         let (k, ledger) = (&self.setup.scales, state.ledger());
         let mut grooves = state.groove_forces().into_iter();
-        let body = |place: &Place| {
+        let body = |place: &BodyMotion| {
             let mut pose = place.pose;
             pose.translation.vector *= k.length;
             BodyMoment {

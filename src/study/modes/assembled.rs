@@ -4,7 +4,7 @@ use super::{
     BALANCED, INTERVALS, Mode, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits,
     frequencies,
 };
-use crate::assembly::{Assembly, AssemblyRoute, Carrier, Configuration, Mass};
+use crate::assembly::{Assembly, AssemblyRoute, Configuration, HeavyBody, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::viscoelastic::{SmallCreep, small_in_space};
@@ -107,7 +107,10 @@ fn with_friction(
         .measured(model.common.scales.measures());
     let (link, q) = (&assembly.links()[0], &now.charts[0]);
     let point = link.point(0.0, &now.bodies, q, ALONG)?;
-    let (link, held) = (link.facing(&point.base.pose.rotation), point.held());
+    let (link, held) = (
+        link.with_base_rotation(&point.base.pose.rotation),
+        point.held(),
+    );
     let strains = |places: &[f64]| -> Result<Vec<Strain>> {
         let length = link.rod().length();
         let at: Vec<f64> = places.iter().map(|s| s * length).collect();
@@ -193,7 +196,7 @@ fn described(
         let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
         let rods = assembly.links().iter().zip(&now.charts).zip(&points);
         rods.map(|((link, q), point)| {
-            let seen = link.facing(&point.base.pose.rotation);
+            let seen = link.with_base_rotation(&point.base.pose.rotation);
             seen.index(q, &point.held(), ALONG)
         })
         .sum()
@@ -276,7 +279,7 @@ fn described(
 }
 
 /// True if only inertia and forces with a potential act on the body.
-pub(super) fn is_simple(carrier: &Carrier) -> bool {
+pub(super) fn is_simple(carrier: &HeavyBody) -> bool {
     carrier.is_conservative(0.0)
         && match carrier.mass() {
             Mass::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
@@ -285,9 +288,9 @@ pub(super) fn is_simple(carrier: &Carrier) -> bool {
 }
 
 /// Component names of a shape, prefixed by the name or number of the body if there are several.
-pub(super) fn coordinates(carriers: &[Carrier]) -> Vec<String> {
+pub(super) fn coordinates(carriers: &[HeavyBody]) -> Vec<String> {
     let several = carriers.len() > 1;
-    let of = |(body, carrier): (usize, &Carrier)| {
+    let of = |(body, carrier): (usize, &HeavyBody)| {
         let prefix = match (carrier.name(), several) {
             (Some(name), _) => format!("{name}."),
             (None, true) => format!("body{body}_"),
@@ -321,7 +324,7 @@ fn in_world(
 
 /// A shape in the world frame and the units of the scene, from the twists of the bodies.
 pub(super) fn of_twists(
-    carriers: &[Carrier],
+    carriers: &[HeavyBody],
     twists: &[Vector6<f64>],
     outward: &ToSceneUnits,
 ) -> Vec<f64> {

@@ -4,7 +4,7 @@ use super::{INTERVALS, Mode, NUDGE, SmallMotions, Station, ToSceneUnits, frequen
 use crate::error::{Error, Result};
 use crate::full_mass::frames::{Curve, Sections};
 use crate::full_mass::mass::Mass;
-use crate::full_mass::rod::{Given, HeavyRod};
+use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::full_mass::statics::Vibration;
 use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Place, Scene};
 use crate::section::Strain;
@@ -38,32 +38,33 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
     let settles = matches!(still.start.place, Place::Settled { .. });
-    let (given, clamp, strain): (Given, _, Box<dyn Fn(f64) -> Strain>) = match still.is_planar() {
-        true => {
-            let model = HeavyPlane::new(&still)?;
-            let clamp = model.clamp(0.0).pose();
-            let field = model.curvature.clone();
-            let strain = move |s: f64| Strain::new(field.at(s)[0], 0.0, 0.0, 0.0, 0.0, 1.0);
-            (model.given, clamp, Box::new(strain))
-        }
-        false => {
-            let model = HeavySpace::new(&still)?;
-            let clamp = model.clamp(0.0).pose();
-            let outward = ToSceneUnits {
-                clamp: model.common.clamp,
-                scales: &scales,
-            };
-            if let Some(found) = super::heavy_assembly::in_groove(&model, outward)? {
-                return Ok(found);
+    let (given, clamp, strain): (RodDescription, _, Box<dyn Fn(f64) -> Strain>) =
+        match still.is_planar() {
+            true => {
+                let model = HeavyPlane::new(&still)?;
+                let clamp = model.clamp(0.0).pose();
+                let field = model.curvature.clone();
+                let strain = move |s: f64| Strain::new(field.at(s)[0], 0.0, 0.0, 0.0, 0.0, 1.0);
+                (model.given, clamp, Box::new(strain))
             }
-            let (field, measures) = (model.common.strain.clone(), scales.measures());
-            let strain = move |s: f64| {
-                let strain = field.at(s).map(|e| measures.strain_in(&e));
-                strain.unwrap_or(Strain::repeat(f64::NAN))
-            };
-            (model.given, clamp, Box::new(strain))
-        }
-    };
+            false => {
+                let model = HeavySpace::new(&still)?;
+                let clamp = model.clamp(0.0).pose();
+                let outward = ToSceneUnits {
+                    clamp: model.common.clamp,
+                    scales: &scales,
+                };
+                if let Some(found) = super::heavy_assembly::in_groove(&model, outward)? {
+                    return Ok(found);
+                }
+                let (field, measures) = (model.common.strain.clone(), scales.measures());
+                let strain = move |s: f64| {
+                    let strain = field.at(s).map(|e| measures.strain_in(&e));
+                    strain.unwrap_or(Strain::repeat(f64::NAN))
+                };
+                (model.given, clamp, Box::new(strain))
+            }
+        };
     let width = (given.breaks().len() + 1) * given.law.active().len();
     let (found, change) = converged(
         (width, MAX_COORDINATES),
@@ -241,7 +242,7 @@ pub(super) fn converged<F>(
 /// Small motions about the equilibrium near these strains. The body settles from them, or they are those of the
 /// start.
 fn at_nodes(
-    given: &Given,
+    given: &RodDescription,
     (strain, settles): (&dyn Fn(f64) -> Strain, bool),
     nodes: usize,
 ) -> Result<RodVibrations> {

@@ -26,7 +26,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 const UNSEEN: f64 = 0.1;
 const KEPT: f64 = 3.0;
 /// Largest compliance of a slider, in L^3/B.
-const MOST: f64 = 1e-7;
+const MAX_COMPLIANCE: f64 = 1e-7;
 /// Axial compliance y, in L^3/B, above which a rod with inertia has no slider. Hysteresis: first if one may be set,
 /// second if there is none.
 const RIGID: [f64; 2] = [1e-8, 5e-9];
@@ -40,7 +40,7 @@ const STRAIGHT: [f64; 2] = [1e-4, 1e-3];
 
 /// A slider with a spring between the end of a rod and its attachment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Give {
+pub struct EndSlider {
     /// c, in L^3/B; 0 if only the axial force is to be kept while the end is brought back.
     pub compliance: f64,
     /// e, along the directors of the base, of length 1.
@@ -58,21 +58,21 @@ impl Link {
     }
 
     /// Sets the slider between the end of the rod and its attachment.
-    pub fn let_give(&mut self, give: Option<Give>) {
+    pub fn set_slider(&mut self, give: Option<EndSlider>) {
         self.give = give;
     }
 
     /// Slider between the end of the rod and its attachment.
-    pub fn give(&self) -> Option<Give> {
+    pub fn give(&self) -> Option<EndSlider> {
         self.give
     }
 
     /// Slider that suits the present end, with hysteresis.
-    pub fn better_give(&self, end: &LinkEnd) -> Option<Give> {
+    pub fn suited_slider(&self, end: &LinkEnd) -> Option<EndSlider> {
         if self.unseen == 0.0 && !self.felt || end.chord.is_some() || end.slack.is_some() {
             return None;
         }
-        let own = end.pose.translation.vector - self.given(end);
+        let own = end.pose.translation.vector - self.slider_travel(end);
         let distance = own.norm();
         if 1.0 - distance / self.rod.length() > STRAIGHT[usize::from(self.give.is_some())] {
             return None;
@@ -80,21 +80,24 @@ impl Link {
         let along = own / distance;
         let held = self.give.filter(|give| give.compliance == 0.0);
         if self.felt {
-            let (yields, again) = (self.yields(end, &along), usize::from(held.is_some()));
+            let (yields, again) = (
+                self.axial_compliance(end, &along),
+                usize::from(held.is_some()),
+            );
             if yields > SOFT[again] {
                 return None;
             }
             if yields > RIGID[again] || self.unseen == 0.0 {
                 let compliance = 0.0;
-                return held.or(Some(Give { compliance, along }));
+                return held.or(Some(EndSlider { compliance, along }));
             }
         }
         let pull = along.dot(&end.tip_force()).abs() / self.units()[3];
-        let stays = |give: &Give| give.compliance * pull <= KEPT * self.unseen;
+        let stays = |give: &EndSlider| give.compliance * pull <= KEPT * self.unseen;
         let slider = self.give.filter(|give| give.compliance > 0.0);
         slider.filter(stays).or_else(|| {
-            Some(Give {
-                compliance: (self.unseen / pull).min(MOST),
+            Some(EndSlider {
+                compliance: (self.unseen / pull).min(MAX_COMPLIANCE),
                 along,
             })
         })
@@ -111,7 +114,7 @@ impl Link {
 
     /// Axial compliance of the rod's own end, in L^3/B, with the attachment holding the end across: 0 for a straight
     /// rod.
-    fn yields(&self, end: &LinkEnd, along: &Vector3<f64>) -> f64 {
+    fn axial_compliance(&self, end: &LinkEnd, along: &Vector3<f64>) -> f64 {
         let moved = joined(&Vector3::zeros(), along);
         let force = |q: Wrench| along.dot(&halves(&q).1);
         let pulled = self.regular(end).and_then(|factors| factors.solve(&moved));
@@ -120,13 +123,13 @@ impl Link {
     }
 
     /// Travel of the end on its slider.
-    fn given(&self, end: &LinkEnd) -> Vector3<f64> {
+    fn slider_travel(&self, end: &LinkEnd) -> Vector3<f64> {
         self.give
             .map_or_else(Vector3::zeros, |give| self.slid(&give) * end.tip_force())
     }
 
     /// c e e^T, a length by a force.
-    fn slid(&self, give: &Give) -> Matrix3<f64> {
+    fn slid(&self, give: &EndSlider) -> Matrix3<f64> {
         let unit = self.rod.length() / self.units()[3];
         give.along * give.along.transpose() * (give.compliance * unit)
     }
@@ -135,7 +138,7 @@ impl Link {
     /// slider stays.
     pub(super) fn moved_across(
         &self,
-        give: &Give,
+        give: &EndSlider,
         end: &LinkEnd,
         gap: &Vector6<f64>,
     ) -> Option<Wrench> {
@@ -153,7 +156,7 @@ impl Link {
     }
 
     /// End of the rod with the slider's spring behind it.
-    pub(super) fn sprung(&self, mut end: LinkEnd) -> LinkEnd {
+    pub(super) fn with_slider(&self, mut end: LinkEnd) -> LinkEnd {
         let Some(give) = self.give.filter(|_| end.chord.is_none()) else {
             return end;
         };

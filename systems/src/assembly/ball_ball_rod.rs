@@ -37,13 +37,13 @@ const TYPICAL: [f64; 2] = [10.0, 40.0];
 const PATIENCE: usize = 40;
 
 /// Family in the force of a rod between two ball joints at a given distance.
-struct Spanned<'a> {
+struct ChordFamily<'a> {
     link: &'a Link,
     held: &'a Isometry3<f64>,
     tolerance: f64,
 }
 
-impl Family for Spanned<'_> {
+impl Family for ChordFamily<'_> {
     fn size(&self) -> usize {
         3
     }
@@ -209,7 +209,7 @@ impl Link {
             },
             ..deflation::Options::default()
         };
-        let spanned = Spanned {
+        let spanned = ChordFamily {
             link: self,
             held,
             tolerance: 0.01 * tolerance,

@@ -11,7 +11,7 @@ const BESIDE: f64 = 1e-9;
 
 /// A body of an assembly, free or with its reference point in a groove.
 #[derive(Debug, Clone)]
-pub struct Carrier {
+pub struct HeavyBody {
     mass: Mass,
     groove: Option<Groove>,
     name: Option<String>,
@@ -28,14 +28,14 @@ pub enum Mass {
 
 /// Pose and twist (angular velocity, velocity of the reference point) of a body in the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct BodyMotion {
     /// Pose of the body's frame; the rotation of a point mass is constant.
     pub pose: Isometry3<f64>,
     /// (angular velocity, velocity of the reference point).
     pub twist: Vector6<f64>,
 }
 
-impl Place {
+impl BodyMotion {
     /// A place with zero twist.
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Self {
@@ -57,7 +57,7 @@ impl Place {
     }
 }
 
-impl Carrier {
+impl HeavyBody {
     /// A rigid body.
     pub fn rigid(body: RigidBody) -> Self {
         Self {
@@ -152,7 +152,7 @@ impl Carrier {
     }
 
     /// Reads the place from the body's part of a state.
-    pub fn read(&self, state: &[f64]) -> Place {
+    pub fn read(&self, state: &[f64]) -> BodyMotion {
         let [quaternion, position, spin, velocity] = self.slots().map(|slots| &state[slots]);
         let turn = match quaternion {
             [w, x, y, z] => unit(&[*w, *x, *y, *z].into()),
@@ -172,14 +172,14 @@ impl Carrier {
                 (x, along * velocity[0])
             }
         };
-        Place {
+        BodyMotion {
             pose: Isometry3::from_parts(r.into(), turn),
             twist: joined(&spin, &v),
         }
     }
 
     /// Writes a place into a state; in a groove, the nearest place of the groove.
-    pub fn write(&self, place: &Place, state: &mut [f64]) {
+    pub fn write(&self, place: &BodyMotion, state: &mut [f64]) {
         let [quaternion, position, spin, velocity] = self.slots();
         let r = &place.pose.translation.vector;
         let (omega, v) = halves(&place.twist);
@@ -204,7 +204,7 @@ impl Carrier {
 
     /// Distance of a place from the groove, speed away from the groove, and unit tangent of the groove there; zeros
     /// for a free body.
-    pub fn beside_groove(&self, place: &Place) -> (f64, f64, Vector3<f64>) {
+    pub fn beside_groove(&self, place: &BodyMotion) -> (f64, f64, Vector3<f64>) {
         let Some(groove) = &self.groove else {
             return (0.0, 0.0, Vector3::zeros());
         };
@@ -218,7 +218,7 @@ impl Carrier {
     ///
     /// # Errors
     /// A body beside its groove.
-    pub fn start_in_grooves(carriers: &[Self], places: &[Place]) -> Result<()> {
+    pub fn start_in_grooves(carriers: &[Self], places: &[BodyMotion]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (beside, leaving, along) = carrier.beside_groove(place);
             let speed = halves(&place.twist).1.norm();
@@ -242,7 +242,7 @@ impl Carrier {
     ///
     /// # Errors
     /// A body past an end of its groove.
-    pub fn within_ends(carriers: &[Self], places: &[Place]) -> Result<()> {
+    pub fn within_ends(carriers: &[Self], places: &[BodyMotion]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (r, groove) = (&place.pose.translation.vector, carrier.groove.as_ref());
             let Some(way) = groove.and_then(|groove| groove.way_out(groove.nearest(r))) else {
@@ -336,7 +336,7 @@ impl Carrier {
     pub fn groove_force(
         &self,
         t: f64,
-        place: &Place,
+        place: &BodyMotion,
         wrench: &Vector6<f64>,
     ) -> Option<Vector3<f64>> {
         let groove = self.groove.as_ref()?;
@@ -348,7 +348,7 @@ impl Carrier {
     }
 
     /// Motion of the body under the wrench of the rods about the reference point in the world.
-    pub fn motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
+    pub fn motion(&self, t: f64, place: &BodyMotion, wrench: &Vector6<f64>) -> EndMotion<6> {
         match self.groove_force(t, place, wrench) {
             None => self.free_motion(t, place, wrench),
             Some(force) => {
@@ -359,7 +359,7 @@ impl Carrier {
     }
 
     /// Motion without the groove's constraint.
-    fn free_motion(&self, t: f64, place: &Place, wrench: &Vector6<f64>) -> EndMotion<6> {
+    fn free_motion(&self, t: f64, place: &BodyMotion, wrench: &Vector6<f64>) -> EndMotion<6> {
         match &self.mass {
             Mass::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
             Mass::Point(body) => {
@@ -383,7 +383,7 @@ impl Carrier {
         speed: f64,
         pose: &Isometry3<f64>,
         free: &EndMotion<6>,
-    ) -> Held {
+    ) -> GrooveReaction {
         let [_, along, bend] = jet;
         let (spin, v) = halves(&free.acceleration);
         let missing = v - bend * (speed * speed);
@@ -403,7 +403,7 @@ impl Carrier {
         let weighted = weight * along;
         let phi = weighted.dot(&missing) / weighted.dot(along);
         let force = weight * (along * phi - missing);
-        Held {
+        GrooveReaction {
             along: phi,
             force,
             acceleration: joined(
@@ -523,7 +523,7 @@ impl Carrier {
         }
     }
 
-    /// Derivative of [`Carrier::load`] (couple, and force) by a rotation of the body about its reference point.
+    /// Derivative of [`HeavyBody::load`] (couple, and force) by a rotation of the body about its reference point.
     pub(super) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
         match &self.mass {
             Mass::Rigid(body) => body.load_by_turn(t, pose),
@@ -545,7 +545,7 @@ impl Carrier {
     }
 
     /// Kinetic energy.
-    pub fn kinetic(&self, t: f64, place: &Place) -> f64 {
+    pub fn kinetic(&self, t: f64, place: &BodyMotion) -> f64 {
         match &self.mass {
             Mass::Rigid(body) => EndBody::kinetic(&**body, t, &place.pose, &place.twist),
             Mass::Point(body) => {
@@ -594,7 +594,7 @@ impl Carrier {
 }
 
 /// Effect of a groove on the motion.
-struct Held {
+struct GrooveReaction {
     /// phi''.
     along: f64,
     /// The force of the groove.

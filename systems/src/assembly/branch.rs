@@ -1,7 +1,7 @@
 //! Branches of equilibria of an assembly in one parameter, for the continuation of [`crate::solve::arclength`].
 
 use super::equations::Frame;
-use super::{Assembly, Carrier, Configuration, LinkPoint};
+use super::{Assembly, Configuration, HeavyBody, LinkPoint};
 use crate::error::{Error, Result};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
@@ -207,7 +207,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
         self.frame.check(&assembly, x.as_slice(), &now)?;
-        Carrier::within_ends(assembly.carriers(), &now.bodies)?;
+        HeavyBody::within_ends(assembly.carriers(), &now.bodies)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         let residual = self.frame.residual(&assembly, &now.bodies, &points);
         let jacobian = self

@@ -44,7 +44,7 @@ pub(super) struct Free {
 
 impl Free {
     /// Inertia N with the free motion eliminated: N - (N s)(N s)^T/(s . N s).
-    pub fn leaves(&self, matrix: &SMatrix<f64, 12, 12>) -> SMatrix<f64, 12, 12> {
+    pub fn eliminated(&self, matrix: &SMatrix<f64, 12, 12>) -> SMatrix<f64, 12, 12> {
         matrix - self.momentum * self.momentum.transpose() / self.inertia
     }
 
@@ -90,7 +90,7 @@ impl LinkPoint {
 
     /// (V, b', Omega) along the directors of the base, from twists (base, end) of the attachments in the world and
     /// rates of the chart q. Without a spin about the chord of a rod between two ball joints.
-    pub(super) fn charted<const C: usize>(
+    pub(super) fn base_motion<const C: usize>(
         &self,
         q: &Wrench,
         twists: &SMatrix<f64, 12, C>,
@@ -250,7 +250,7 @@ impl Assembly {
     ///
     /// # Errors
     /// As [`Link::end`](super::Link::end).
-    pub fn spun(&self, now: &Configuration, tolerance: f64) -> Result<Configuration> {
+    pub fn complete_spins(&self, now: &Configuration, tolerance: f64) -> Result<Configuration> {
         let mut spun = now.clone();
         for (k, light) in self.light_rods() {
             if self.links[k].joint() != Joint::Pins || now.spin(k).is_some() {

@@ -4,7 +4,7 @@
 //! minimum of the distance: both tangents are across the connecting vector, or a place is an end. Neighbours on one
 //! rod are no such pair as long as the rod is nowhere bent to a radius below half its diameter.
 
-use super::{Assembly, Configuration, Joint, Link, On};
+use super::{Assembly, AttachedTo, Configuration, Joint, Link};
 use crate::error::{Error, Message, Quantity};
 use crate::rod::{RodSection, Wrench};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
@@ -302,7 +302,7 @@ impl Link {
         let sections = match self.is_taut(q, held) || self.distributed().is_some() {
             true => {
                 let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
-                let seen = self.facing(&base.rotation);
+                let seen = self.with_base_rotation(&base.rotation);
                 seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
             }
             false => self.rod.trace(&q.component_mul(&self.units()), COARSE),
@@ -312,7 +312,7 @@ impl Link {
 
     /// Exact centreline at an arclength.
     fn jet(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
-        let seen = self.facing(&base.rotation);
+        let seen = self.with_base_rotation(&base.rotation);
         let sections = seen.shape(q, held, &[s], FINE).ok()?;
         Some(jet(sections.first()?, base))
     }
@@ -331,8 +331,8 @@ impl Assembly {
 
     /// Centrelines of rods with a contact diameter, or of the rods of a contact.
     fn tubes<'a>(&'a self, t: f64, now: &'a Configuration, of: Option<&Contact>) -> Vec<Tube<'a>> {
-        let body = |site: &On| match site {
-            On::Body(body) => Some(*body),
+        let body = |site: &AttachedTo| match site {
+            AttachedTo::Body(body) => Some(*body),
             _ => None,
         };
         let all = self.links().iter().zip(&now.charts).enumerate();

@@ -12,7 +12,7 @@
 //! m(0), and the force n(0) beside its spring. Rods between two ball joints rest on a force along their chord, and
 //! have no load.
 
-use super::{Joint, Link, LinkEnd, On};
+use super::{AttachedTo, Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{Distributed, EndConditions, LoadedEnd, Problem, Wrench};
@@ -22,14 +22,14 @@ use std::sync::Arc;
 
 /// A load along a rod: in the world, and along the present directors of its base.
 #[derive(Debug, Clone)]
-pub(super) struct Borne {
+pub(super) struct LoadOnRod {
     world: Distributed,
     seen: Distributed,
 }
 
 /// Contributions of a load along a rod to its end, along the directors of the base.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Along {
+pub(super) struct LoadTerms {
     /// int f ds.
     pub total: Vector3<f64>,
     /// -int f.r ds.
@@ -57,10 +57,10 @@ impl Link {
         }
         let base = match &self.from.on {
             // The body's rotation enters at evaluation.
-            On::Body(_) => self.from.place,
+            AttachedTo::Body(_) => self.from.place,
             _ => self.from.at(0.0, &[]).pose,
         };
-        self.load = Some(Borne {
+        self.load = Some(LoadOnRod {
             seen: seen_from(&load, &base.rotation),
             world: load,
         });
@@ -74,11 +74,11 @@ impl Link {
 
     /// The link with its base rotated to `base` in the world, for queries by chart and relative end pose. The
     /// rotation matters only for a load along the rod.
-    pub fn facing(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
+    pub fn with_base_rotation(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
         match &self.load {
             Some(load) if self.base_turns() => {
                 let mut link = self.clone();
-                link.load = Some(Borne {
+                link.load = Some(LoadOnRod {
                     seen: seen_from(&load.world, base),
                     world: load.world.clone(),
                 });
@@ -90,7 +90,7 @@ impl Link {
 
     /// True if the base can turn: with its carrier, or, between two ball joints, with the chord.
     pub(super) fn base_turns(&self) -> bool {
-        self.joint == Joint::Pins || !matches!(self.from.on, On::Ground)
+        self.joint == Joint::Pins || !matches!(self.from.on, AttachedTo::Ground)
     }
 
     /// Load along the rod, along the directors of the base.
@@ -108,7 +108,7 @@ impl Link {
     }
 
     /// Equilibrium problem of the rod as an initial value problem from the base wrench, without an end condition.
-    pub(super) fn hanging(&self, tolerance: f64) -> Result<Problem> {
+    pub(super) fn base_wrench_problem(&self, tolerance: f64) -> Result<Problem> {
         let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
         self.bearing(free, tolerance)
     }
@@ -117,7 +117,7 @@ impl Link {
     pub(super) fn loaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
         let units = self.units();
         let base = q.component_mul(&units);
-        let (problem, turns) = (self.hanging(tolerance)?, self.base_turns());
+        let (problem, turns) = (self.base_wrench_problem(tolerance)?, self.base_turns());
         let (found, trace) = match self.keeps_trace {
             false => (problem.loaded_end(&base, turns)?, None),
             true => {
@@ -152,7 +152,7 @@ impl Link {
             base_couple: m,
             couple: section.couple,
             force: n,
-            along: Some(Along {
+            along: Some(LoadTerms {
                 total: n - section.force,
                 potential,
                 turned,

@@ -7,7 +7,7 @@
 //! the rods. Together they are regular at the fold of a single rod, and for straight inextensible rods.
 
 use super::stiffness::{add, carried, lever_turned};
-use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, Place};
+use super::{Assembly, BodyMotion, Configuration, Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
@@ -78,7 +78,7 @@ impl Frame {
                     let mut own = x[*start..start + carrier.freedoms()].to_vec();
                     let shift = &mut own[carrier.turnings()..];
                     shift.iter_mut().for_each(|x| *x *= self.length);
-                    Place::at_rest(carrier.moved(from, &own))
+                    BodyMotion::at_rest(carrier.moved(from, &own))
                 })
                 .collect(),
             charts: x[total..]
@@ -93,7 +93,7 @@ impl Frame {
     pub(super) fn residual(
         &self,
         assembly: &Assembly,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         points: &[LinkPoint],
     ) -> DVector<f64> {
         let balance = assembly.balance(0.0, bodies, points);
@@ -116,7 +116,7 @@ impl Frame {
         &self,
         assembly: &Assembly,
         x: &[f64],
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         points: &[LinkPoint],
     ) -> DMatrix<f64> {
         let (starts, total) = assembly.freedoms();
@@ -189,7 +189,7 @@ impl Frame {
             let [base, tip] = [link.from(), link.to()].map(|site| site.at(0.0, &now.bodies).pose);
             let held = base.inv_mul(&tip);
             let finite = n.iter().all(|x| x.is_finite());
-            let taut = finite && link.facing(&base.rotation).is_taut(q, &held);
+            let taut = finite && link.with_base_rotation(&base.rotation).is_taut(q, &held);
             if !(taut || m.norm() < WILD.0 && n.norm() < WILD.1) {
                 return Err(Error::ill_conditioned(format!(
                     "{} would bear the couple {:.1e} and the force {:.1e} at its base, in B/L and B/L^2; {:.0e} and {:.0e} are the \
@@ -266,7 +266,7 @@ impl Assembly {
     }
 
     /// Derivatives of balance and gaps by the twists of the bodies and the charts of the rods.
-    fn twist_jacobian(&self, bodies: &[Place], points: &[LinkPoint]) -> DMatrix<f64> {
+    fn twist_jacobian(&self, bodies: &[BodyMotion], points: &[LinkPoint]) -> DMatrix<f64> {
         let (starts, total) = self.freedoms();
         let size = total + 6 * points.len();
         let mut matrix = DMatrix::zeros(size, size);

@@ -16,7 +16,9 @@
 
 use super::chord_spin::Free;
 use super::stiffness::{add, carried};
-use super::{Assembly, Carrier, Evaluated, Joint, Link, LinkEnd, LinkPoint, Mass, On, Place};
+use super::{
+    Assembly, AttachedTo, BodyMotion, Evaluated, HeavyBody, Joint, Link, LinkEnd, LinkPoint, Mass,
+};
 use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
@@ -38,7 +40,7 @@ pub struct LightRod {
 
 /// Energy and momenta of a light rod at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Weighed {
+pub struct RodMomentum {
     /// Kinetic energy.
     pub kinetic: f64,
     /// Centre of mass, in the world, or relative to the clamp if bodies are.
@@ -49,7 +51,7 @@ pub struct Weighed {
 
 /// Inertia wrenches of a rod on base and end: linear in their accelerations, plus those of accelerations present
 /// while no body accelerates along its own velocities.
-struct Felt {
+struct AttachmentInertia {
     matrix: SMatrix<f64, 12, 12>,
     force: SVector<f64, 12>,
     /// Rate of the spin about the chord, if the rod has one: linear in the accelerations, and constant part.
@@ -57,7 +59,7 @@ struct Felt {
 }
 
 /// Coupled accelerations of bodies and rods.
-pub(super) struct Together {
+pub(super) struct CoupledAccelerations {
     /// Matrix from the accelerations of the bodies alone to those with rods, in the bodies' own velocities.
     pub shared: DMatrix<f64>,
     /// Power of the moving supports against the inertia of the rods.
@@ -70,7 +72,7 @@ pub(super) struct Together {
 }
 
 /// Motion of a rod.
-struct Moving {
+struct RodMotion {
     inertia: Generalized,
     /// (V, b', Omega) as a linear function of the twists of base and end in the world, and its present value.
     by_twists: SMatrix<f64, 12, 12>,
@@ -81,9 +83,9 @@ struct Moving {
     free: Option<Free>,
 }
 
-impl Carrier {
+impl HeavyBody {
     /// Mass matrix about the reference point, in the world.
-    fn mass_matrix(&self, place: &Place) -> Matrix6<f64> {
+    fn mass_matrix(&self, place: &BodyMotion) -> Matrix6<f64> {
         let mut matrix = Matrix6::zeros();
         let mut put = |row: usize, column: usize, block: Matrix3<f64>| {
             matrix.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
@@ -107,13 +109,13 @@ impl Carrier {
 impl Link {
     /// (V, b', Omega) from the twists of base and end in the world and the rates of the chart. For a taut rod, whose
     /// base wrench does not determine its end, the twist of the end replaces b'.
-    pub(super) fn swept<const C: usize>(
+    pub(super) fn base_motion_of<const C: usize>(
         &self,
         (q, point): (&Wrench, &LinkPoint),
         twists: &SMatrix<f64, 12, C>,
         rates: &SMatrix<f64, 6, C>,
     ) -> SMatrix<f64, 12, C> {
-        let mut swept = point.charted(q, twists, rates);
+        let mut swept = point.base_motion(q, twists, rates);
         if point.end.taut.is_some() {
             let mut own = swept.fixed_rows_mut::<6>(3);
             own.copy_from(&(point.relative_by_twists() * twists));
@@ -128,7 +130,7 @@ impl Link {
         light: &LightRod,
         (q, point): (&Wrench, &LinkPoint),
         tolerance: f64,
-    ) -> Option<Moving> {
+    ) -> Option<RodMotion> {
         let scale = self.gap_scale(&point.end);
         // The end of a taut rod moves with its attachment, whatever the chart.
         let factors = match point.end.taut {
@@ -139,7 +141,7 @@ impl Link {
             Some(factors) => factors.solve(&(scale * point.drive_by_twists()))?,
             None => SMatrix::zeros(),
         };
-        let by_twists = self.swept((q, point), &SMatrix::identity(), &chart);
+        let by_twists = self.base_motion_of((q, point), &SMatrix::identity(), &chart);
         let mut twists = SVector::<f64, 12>::zeros();
         twists.fixed_rows_mut::<6>(0).copy_from(&point.base.twist);
         twists.fixed_rows_mut::<6>(6).copy_from(&point.tip.twist);
@@ -152,14 +154,15 @@ impl Link {
         let inertia = self.inertia(&light.sections, rod, (&motion, Rates::End), tolerance)?;
         let bent = match &factors {
             Some(factors) => {
-                let rates = factors.solve(&-(scale * self.second(&point.end, &inertia)))?;
+                let rates =
+                    factors.solve(&-(scale * self.constraint_curvature(&point.end, &inertia)))?;
                 point.bent(q, (rates, &motion), &halves(&inertia.second).1)
             }
             None => SVector::zeros(),
         };
         let size = (light.sections.mass, self.rod().length());
         let free = point.freedom(q, &inertia.matrix, size);
-        Some(Moving {
+        Some(RodMotion {
             inertia,
             by_twists,
             now,
@@ -194,7 +197,7 @@ impl Link {
                 .taut_inertia(sections, (taut, rates), motion)
                 .ok();
         }
-        let seen = self.facing(&point.base.pose.rotation);
+        let seen = self.with_base_rotation(&point.base.pose.rotation);
         let trace = match &point.end.trace {
             Some(trace) => trace.clone(),
             None => {
@@ -211,7 +214,11 @@ impl Link {
     }
 
     /// Second derivative of the quantities held by the attachment, in the rows of the Jacobian.
-    pub(super) fn second(&self, end: &LinkEnd, inertia: &Generalized) -> Vector6<f64> {
+    pub(super) fn constraint_curvature(
+        &self,
+        end: &LinkEnd,
+        inertia: &Generalized,
+    ) -> Vector6<f64> {
         let (turned, moved) = halves(&inertia.second);
         match self.joint() {
             Joint::Weld => joined(&turned, &moved),
@@ -230,7 +237,7 @@ impl Link {
         (q, point): (&Wrench, &LinkPoint),
         drawn: &SVector<f64, 12>,
         tolerance: f64,
-    ) -> Option<Felt> {
+    ) -> Option<AttachmentInertia> {
         let moving = self.moving(light, (q, point), tolerance)?;
         let Generalized { matrix, force, .. } = &moving.inertia;
         let by_twists = &moving.by_twists;
@@ -241,11 +248,11 @@ impl Link {
             let loaded = free.along.dot(&force) / free.inertia;
             let alone = free.idle(&moving.bent) - loaded + turned;
             spin = Some((by, alone + by.dot(drawn)));
-            left = free.leaves(matrix);
+            left = free.eliminated(matrix);
             force -= free.momentum * loaded;
         }
         let matrix = by_twists.tr_mul(&(left * by_twists));
-        Some(Felt {
+        Some(AttachmentInertia {
             matrix,
             force: by_twists.tr_mul(&(force + left * moving.bent)) + matrix * drawn,
             spin,
@@ -255,17 +262,21 @@ impl Link {
     /// Accelerations (spin, place) of both attachments in the world while no body accelerates along its own
     /// velocities: of supports, of places off the reference point of a turning body, and across grooves
     /// (`bent`, by body).
-    fn drawn(&self, t: f64, (bodies, bent): (&[Place], &[Vector3<f64>])) -> SVector<f64, 12> {
+    fn prescribed_accelerations(
+        &self,
+        t: f64,
+        (bodies, bent): (&[BodyMotion], &[Vector3<f64>]),
+    ) -> SVector<f64, 12> {
         let mut drawn = SVector::<f64, 12>::zeros();
         for (k, site) in [&self.from, &self.to].into_iter().enumerate() {
             let own = match &site.on {
-                On::Ground => continue,
-                On::Support(support) => {
+                AttachedTo::Ground => continue,
+                AttachedTo::Support(support) => {
                     let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
                     support.at(t).of_poses().acceleration_of_fixed_point(&lever)
                 }
-                On::Body(body) => {
-                    let Place { pose, twist } = &bodies[*body];
+                AttachedTo::Body(body) => {
+                    let BodyMotion { pose, twist } = &bodies[*body];
                     let (spin, arm) = (
                         halves(twist).0,
                         pose.rotation * site.place.translation.vector,
@@ -333,7 +344,7 @@ impl Assembly {
     }
 
     /// Switches the inertia of rod `k` on or off.
-    pub fn feel(&mut self, k: usize, followed: bool) {
+    pub fn set_inertia(&mut self, k: usize, followed: bool) {
         if let Some(Some(light)) = self.light.get_mut(k) {
             light.followed = followed;
             self.links[k].felt = followed;
@@ -355,7 +366,7 @@ impl Assembly {
     /// Event function for switching the inertia of rod `k`: positive as long as the present setting is to be kept,
     /// falling steadily from 1 or more to 0 at the switch. Inertia is switched on again only if the rod then has a
     /// small part of the bodies' kinetic energy, since that energy comes from nowhere.
-    pub fn room(&self, k: usize, at: &Evaluated, tolerance: f64) -> f64 {
+    pub fn inertia_margin(&self, k: usize, at: &Evaluated, tolerance: f64) -> f64 {
         let followed = matches!(self.light.get(k), Some(Some(light)) if light.followed);
         let room = self.to_fold(k, at, followed, tolerance);
         if followed {
@@ -387,7 +398,7 @@ impl Assembly {
 
     /// Energy and momenta of rod `k` at this moment, whether its inertia is on or off; None where its chart is
     /// singular.
-    pub fn weighed(&self, k: usize, at: &Evaluated, tolerance: f64) -> Option<Weighed> {
+    pub fn weighed(&self, k: usize, at: &Evaluated, tolerance: f64) -> Option<RodMomentum> {
         let light = self.light.get(k)?.as_ref()?;
         let frame = self.seen_from(at.integrals.time);
         let point = &absolute(&at.points[k], frame.as_ref());
@@ -403,7 +414,7 @@ impl Assembly {
         let v = moving.now.fixed_rows::<3>(0);
         let turn = point.base.pose.rotation;
         let angular = momentum + centre.cross(&v) * mass;
-        Some(Weighed {
+        Some(RodMomentum {
             kinetic: 0.5 * moving.now.dot(&all),
             centre: point.base.pose.translation.vector + turn * centre,
             momentum: joined(&(turn * angular), &(turn * all.fixed_rows::<3>(0))),
@@ -417,7 +428,7 @@ impl Assembly {
             .sum()
     }
 
-    /// Inertia wrenches of rods on their attachments: [`Together::borne`]. Empty if a rod's inertia cannot be
+    /// Inertia wrenches of rods on their attachments: [`CoupledAccelerations::borne`]. Empty if a rod's inertia cannot be
     /// computed.
     fn borne(&self, at: &Evaluated, tolerance: f64) -> Vec<(usize, SVector<f64, 12>)> {
         if !self.feels_rods() {
@@ -460,7 +471,7 @@ impl Assembly {
         at: &Evaluated,
         tolerance: f64,
         wrenches: &mut [Vector6<f64>],
-    ) -> Option<Together> {
+    ) -> Option<CoupledAccelerations> {
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
         let frame = self.seen_from(t);
         let (starts, total) = self.freedoms();
@@ -497,11 +508,13 @@ impl Assembly {
             let link = &self.links[k];
             let levers = link.levers(bodies);
             let point = &at.points[k];
-            let mut drawn = link.drawn(t, (bodies, &bent));
+            let mut drawn = link.prescribed_accelerations(t, (bodies, &bent));
             let mut driven = [&link.from, &link.to]
                 .into_iter()
                 .zip([&point.base, &point.tip])
-                .map(|(site, place)| matches!(site.on, On::Support(_)).then_some(place.twist))
+                .map(|(site, place)| {
+                    matches!(site.on, AttachedTo::Support(_)).then_some(place.twist)
+                })
                 .collect::<Vec<_>>();
             if let Some(frame) = &frame {
                 for (i, place) in [&point.base, &point.tip].into_iter().enumerate() {
@@ -557,7 +570,7 @@ impl Assembly {
             let change = &own[body] * rows - free[body];
             wrenches[body] += masses[body] * change;
         }
-        Some(Together {
+        Some(CoupledAccelerations {
             shared: factors.solve(&alone),
             power,
             spins,
@@ -575,7 +588,7 @@ pub(super) fn swaying(motion: &SVector<f64, 12>) -> Swaying {
 }
 
 /// Position of a place as a lever from the frame's origin.
-fn lever(place: &Place) -> Vector6<f64> {
+fn lever(place: &BodyMotion) -> Vector6<f64> {
     joined(&Vector3::zeros(), &place.pose.translation.vector)
 }
 

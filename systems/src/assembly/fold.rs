@@ -7,7 +7,7 @@
 
 use super::branch::AssemblyFamily;
 use super::equations::Frame;
-use super::{Assembly, Configuration, Place};
+use super::{Assembly, BodyMotion, Configuration};
 use crate::error::{Error, Result};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;
@@ -51,7 +51,7 @@ impl Motion {
         let bodies = self.now.bodies.iter().zip(assembly.carriers()).zip(starts);
         let moved = bodies.map(|((place, carrier), start)| {
             let own = self.twists.rows(start, carrier.freedoms()) * far;
-            Place::at_rest(carrier.moved(&place.pose, own.as_slice()))
+            BodyMotion::at_rest(carrier.moved(&place.pose, own.as_slice()))
         });
         let mut now = Configuration {
             bodies: moved.collect(),

@@ -10,13 +10,13 @@ use nalgebra::{DMatrix, Matrix6, SVector, Vector3, Vector6};
 const CLEAR: f64 = 2.0;
 /// Phase t omega of the softest mode in the time left until the fold: inertia is switched off below the first value,
 /// and on above the second. Near folds these are 2 T_i and 3 T_i.
-const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
+const PHASE_BOUNDS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// Relative distance in the chart within which the normal form of a fold is trusted.
 const NEAR: f64 = 0.25;
 /// Scale of the margin ([`Link::room`]): 1 at about this many times the bound.
-const AMPLE: f64 = 16.0;
+const MARGIN_SCALE: f64 = 16.0;
 /// Margin beyond which the bound by the normal form suffices, without the phase of sway.
-const FAR: f64 = 0.25;
+const CLEAR_MARGIN: f64 = 0.25;
 
 /// Softest direction: the change of the chart that moves the end of a rod least, at a fold not at all. For a taut rod
 /// only its force varies, since the attachment turns its end exactly.
@@ -68,7 +68,7 @@ impl Softest {
 
 /// A fold ahead.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Passage {
+struct FoldAhead {
     /// Distance in the chart.
     way: f64,
     /// Time until the fold; infinite if the rod moves away.
@@ -93,7 +93,10 @@ impl Link {
         );
         let meanwhile = || -> Option<(f64, f64)> {
             let (left, sways) = self.sways(light, &soft, rod, tolerance)?;
-            Some((left, (sways / SWAYS[usize::from(!followed)] - 1.0) / AMPLE))
+            Some((
+                left,
+                (sways / PHASE_BOUNDS[usize::from(!followed)] - 1.0) / MARGIN_SCALE,
+            ))
         };
         let fold = self.passage(light, &soft, rod, tolerance)?;
         let far = fold.way / (NEAR * q.norm()) - 1.0;
@@ -103,9 +106,9 @@ impl Link {
         if !followed {
             return Some(meanwhile().map_or(far, |(_, regular)| far.max(regular)));
         }
-        let clear = |time: f64| (time / (CLEAR * fold.inertial) - 1.0) / AMPLE;
+        let clear = |time: f64| (time / (CLEAR * fold.inertial) - 1.0) / MARGIN_SCALE;
         let room = far.max(clear(fold.ahead));
-        if room > FAR {
+        if room > CLEAR_MARGIN {
             return Some(room);
         }
         Some(meanwhile().map_or(room, |(left, regular)| room.max(clear(left)).max(regular)))
@@ -119,8 +122,8 @@ impl Link {
         (q, point): (&Wrench, &LinkPoint),
         tolerance: f64,
     ) -> Option<(f64, f64)> {
-        let (left, inertia) = self.left(light, soft, (q, point), tolerance)?;
-        let along = point.charted(q, &SVector::zeros(), &soft.z);
+        let (left, inertia) = self.time_to_fold(light, soft, (q, point), tolerance)?;
+        let along = point.base_motion(q, &SVector::zeros(), &soft.z);
         let mass = along.dot(&(inertia.matrix * along));
         let stiffness = soft.wrench(self.joint(), &point.end) * soft.sigma;
         Some((left, left * (stiffness / mass).sqrt()))
@@ -136,12 +139,12 @@ impl Link {
         soft: &Softest,
         (q, point): (&Wrench, &LinkPoint),
         tolerance: f64,
-    ) -> Option<Passage> {
+    ) -> Option<FoldAhead> {
         let Softest { scale, sigma, u, z } = soft;
-        let along = point.charted(q, &SVector::zeros(), z);
+        let along = point.base_motion(q, &SVector::zeros(), z);
         let (rod, motion) = ((q, point), swaying(&along));
         let inertia = self.inertia(&light.sections, rod, (&motion, Rates::Force), tolerance)?;
-        let bend = u.dot(&(scale * self.second(&point.end, &inertia)));
+        let bend = u.dot(&(scale * self.constraint_curvature(&point.end, &inertia)));
         let drive = u.dot(&(scale * point.drive()));
         let away = bend * drive >= 0.0;
         let (drive, bend) = (drive.abs(), 0.5 * bend.abs());
@@ -150,7 +153,7 @@ impl Link {
             soft.wrench(self.joint(), &point.end),
             along.dot(&(inertia.matrix * along)),
         );
-        Some(Passage {
+        Some(FoldAhead {
             way: sigma / (2.0 * bend),
             ahead: if away { f64::INFINITY } else { ahead },
             inertial: mass.powf(0.4) * (s * s * drive * bend).powf(-0.2),
@@ -159,7 +162,7 @@ impl Link {
 
     /// Time until the fold from the present rate sigma' = u . D^2[z, q'], since sigma falls to 0 as the root of the
     /// time left; infinite if sigma grows. Also returns the inertia of the rod. None where J is singular.
-    fn left(
+    fn time_to_fold(
         &self,
         light: &LightRod,
         Softest { scale, sigma, u, z }: &Softest,
@@ -177,7 +180,7 @@ impl Link {
         let size = rate.norm().max(f64::MIN_POSITIVE);
         let still = SVector::zeros();
         let bent = |along: Wrench| {
-            let motion = swaying(&point.charted(q, &still, &along));
+            let motion = swaying(&point.base_motion(q, &still, &along));
             let inertia = self.inertia(
                 &light.sections,
                 (q, point),
@@ -191,7 +194,7 @@ impl Link {
             };
             let ((m, n), (m_t, n_t)) = (halves(q), halves(&along));
             let turned = point.end.jacobian * joined(&by(m, m_t), &by(n, n_t));
-            let bent = u.dot(&(scale * (self.second(&point.end, &inertia) + turned)));
+            let bent = u.dot(&(scale * (self.constraint_curvature(&point.end, &inertia) + turned)));
             Some((bent, inertia))
         };
         let ((sum, inertia), (difference, _)) = (bent(z + rate / size)?, bent(z - rate / size)?);
@@ -207,7 +210,9 @@ impl Link {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Assembly, Attachment, Carrier, Configuration, Integrals, Place, Seen};
+    use super::super::{
+        Assembly, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals,
+    };
     use super::*;
     use crate::body::Body;
     use crate::elastica::{self, Equilibrium};
@@ -226,7 +231,7 @@ mod tests {
         let (fold, start) = ([0.639_250_507, 6.556_218_856], [0.7, 6.3]);
         let v = Vector2::new(0.0, -0.5);
         for (off, seen) in [1e-2, 1e-3]
-            .map(|off| [Seen::FromBase, Seen::Taut].map(|seen| (off, seen)))
+            .map(|off| [ChartKind::FromBase, ChartKind::Taut].map(|seen| (off, seen)))
             .concat()
         {
             let [p, lam] = [0, 1].map(|k| fold[k] + off * (start[k] - fold[k]));
@@ -236,9 +241,9 @@ mod tests {
             let here = Isometry3::identity();
             let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
             let mut link = Link::new(rod, from, to, Joint::Ball);
-            link.seen_as(seen);
-            link.beside_spring(1.0);
-            let body = Carrier::point(Body::new(1.0).unwrap());
+            link.set_chart_kind(seen);
+            link.set_end_spring(1.0);
+            let body = HeavyBody::point(Body::new(1.0).unwrap());
             let light = LightRod {
                 sections: SectionMass {
                     mass: EPS,
@@ -249,7 +254,7 @@ mod tests {
             let assembly = Assembly::new(vec![body], vec![link]).unwrap();
             let end = Vector3::new(at.y, 0.0, at.x);
             let force = Vector3::new(at.alpha.sin(), 0.0, at.alpha.cos()) * -lam * lam;
-            let mut place = Place::at_rest(Isometry3::translation(end.x, end.y, end.z));
+            let mut place = BodyMotion::at_rest(Isometry3::translation(end.x, end.y, end.z));
             place.twist = joined(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
             let now = Configuration {
                 bodies: vec![place],
@@ -292,12 +297,12 @@ mod tests {
         let here = Isometry3::identity();
         let (mut nearing, mut leaving) = (0, 0);
         for (joint, seen, spring) in [
-            (Joint::Weld, Seen::FromBase, 0.0),
-            (Joint::Weld, Seen::Taut, 0.0),
-            (Joint::Weld, Seen::Taut, 7.0),
-            (Joint::Ball, Seen::FromBase, 0.0),
-            (Joint::Ball, Seen::Taut, 7.0),
-            (Joint::Pins, Seen::FromBase, 0.0),
+            (Joint::Weld, ChartKind::FromBase, 0.0),
+            (Joint::Weld, ChartKind::Taut, 0.0),
+            (Joint::Weld, ChartKind::Taut, 7.0),
+            (Joint::Ball, ChartKind::FromBase, 0.0),
+            (Joint::Ball, ChartKind::Taut, 7.0),
+            (Joint::Pins, ChartKind::FromBase, 0.0),
         ] {
             let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
             let mut link = Link::new(rod.clone(), from, to, joint);
@@ -306,15 +311,15 @@ mod tests {
             if joint != Joint::Weld {
                 q = link.settle(&q, &held, 1e-13).unwrap();
             }
-            link.seen_as(seen);
-            link.beside_spring(spring);
+            link.set_chart_kind(seen);
+            link.set_end_spring(spring);
             for way in [1.0, -1.0] {
                 let twist = Vector6::new(0.3, -0.4, 0.5, 0.7, -0.2, 0.6) * way;
                 let at = |dt: f64, q: Wrench| {
                     let turn = UnitQuaternion::from_scaled_axis(twist.fixed_rows::<3>(0) * dt);
                     let place = held.translation.vector + twist.fixed_rows::<3>(3) * dt;
                     let pose = Isometry3::from_parts(place.into(), turn * held.rotation);
-                    let mut body = Place::at_rest(pose);
+                    let mut body = BodyMotion::at_rest(pose);
                     body.twist = twist;
                     link.point(0.0, &[body], &q, 1e-13).unwrap()
                 };
@@ -327,7 +332,9 @@ mod tests {
                 let sigma = |dt: f64| soft(&at(dt, q + rate * dt).end).sigma;
                 let falls = (sigma(-step) - sigma(step)) / (2.0 * step);
                 let soft = soft(&point.end);
-                let (left, _) = link.left(&light, &soft, (&q, &point), 1e-13).unwrap();
+                let (left, _) = link
+                    .time_to_fold(&light, &soft, (&q, &point), 1e-13)
+                    .unwrap();
                 if falls > 0.0 {
                     let error = left / (0.5 * sigma(0.0) / falls) - 1.0;
                     assert!(error.abs() < 1e-6, "{joint:?} {seen:?}: {error:.1e}");

@@ -1,6 +1,6 @@
 //! Rods with a free end.
 
-use super::{Assembly, Attachment, On, Place};
+use super::{Assembly, AttachedTo, Attachment, BodyMotion};
 use crate::error::{Error, Result};
 use crate::rod::{Rod, RodSection, Wrench};
 use nalgebra::{Isometry3, Vector3};
@@ -32,7 +32,7 @@ impl FreeRod {
     pub fn shape(
         &self,
         t: f64,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         count: usize,
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
@@ -49,7 +49,7 @@ impl Assembly {
     /// A rod on a body that is not in the list, or on a point mass, about which it could turn freely.
     pub fn with_free(mut self, free: Vec<FreeRod>) -> Result<Self> {
         for (k, rod) in free.iter().enumerate() {
-            let On::Body(body) = rod.from.on else {
+            let AttachedTo::Body(body) = rod.from.on else {
                 continue;
             };
             let carrier = self.carriers.get(body).ok_or_else(|| {

@@ -66,7 +66,7 @@ impl Link {
     /// # Errors
     /// As [`Link::held`]; a rod that is at no fold, or at one without a normal form.
     pub fn fold(&self, (q, point): (&Wrench, &LinkPoint), tolerance: f64) -> Result<HeldFold> {
-        let seen = self.facing(&point.base.pose.rotation);
+        let seen = self.with_base_rotation(&point.base.pose.rotation);
         let scale = self.gap_scale(&point.end);
         let drive = scale * point.drive();
         let family = AtRest {
@@ -141,11 +141,11 @@ impl Link {
         let size = (sections.mass, self.rod().length());
         let matrix = match point.freedom(q, &found.matrix, size) {
             None => found.matrix,
-            Some(free) => free.leaves(&found.matrix),
+            Some(free) => free.eliminated(&found.matrix),
         };
         let swept = motions
             .iter()
-            .map(|(twists, rates)| self.swept((q, point), twists, rates));
+            .map(|(twists, rates)| self.base_motion_of((q, point), twists, rates));
         let columns: Vec<SVector<f64, 12>> = swept.collect();
         let count = columns.len();
         Some(DMatrix::from_fn(count, count, |i, j| {

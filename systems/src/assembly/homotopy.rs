@@ -19,7 +19,7 @@ const NEUTRAL: f64 = 1e-7;
 const MOST_SETTLING: usize = 20;
 /// Residual, in multiples of the tolerance, up to which an assembly with neutral directions is solved. Larger ones
 /// mean an unbalanced load: then, too, steps end, far away or without descent.
-const LEFT: f64 = 1e3;
+const MAX_NEUTRAL_RESIDUAL: f64 = 1e3;
 
 /// Displacement by which bodies are let go beside an unstable equilibrium, in radians and mean rod lengths.
 const ASIDE: f64 = 0.02;
@@ -37,13 +37,13 @@ const STEP: newton::Options = newton::Options {
 };
 
 /// A failed path: distance, reason, and whether it was only too long.
-pub(super) struct Lost {
+pub(super) struct FailedPath {
     pub part: f64,
     pub why: Error,
     pub long: bool,
 }
 
-impl Lost {
+impl FailedPath {
     pub(super) fn at_once(why: Error) -> Self {
         let (part, long) = (0.0, false);
         Self { part, why, long }
@@ -60,11 +60,11 @@ pub(super) struct Statics<'a> {
 }
 
 /// Bounds of a path: number of points, and longest step in the units of charts.
-pub(super) type Patience = (usize, f64);
+pub(super) type PathBounds = (usize, f64);
 /// Bounds while other paths remain to be tried.
-pub(super) const BRIEF: Patience = (150, 50.0);
+pub(super) const BRIEF: PathBounds = (150, 50.0);
 /// Bounds of a long path: the forces of taut rods are far away, but nothing happens on the way.
-pub(super) const FAR: Patience = (400, 1e12);
+pub(super) const FAR: PathBounds = (400, 1e12);
 
 /// A root and the length of the last correction.
 pub(super) struct Root {
@@ -121,8 +121,8 @@ impl<'a> Statics<'a> {
     pub(super) fn followed(
         &self,
         x: DVector<f64>,
-        (points, step): Patience,
-    ) -> std::result::Result<(DVector<f64>, bool), Lost> {
+        (points, step): PathBounds,
+    ) -> std::result::Result<(DVector<f64>, bool), FailedPath> {
         let options = Options {
             initial_step: 0.1,
             max_step: step,
@@ -131,7 +131,7 @@ impl<'a> Statics<'a> {
             special: false,
             ..Options::between(0.0, 1.0)
         };
-        let path = Continuation::new(self, x, 0.0, options).map_err(Lost::at_once)?;
+        let path = Continuation::new(self, x, 0.0, options).map_err(FailedPath::at_once)?;
         let followed = path.trace();
         let far = followed.points.iter().map(|point| point.p);
         let part = far.fold(0.0, f64::max);
@@ -145,7 +145,7 @@ impl<'a> Statics<'a> {
             }
             (stop, _) => (false, Error::no_convergence(stop.to_string())),
         };
-        Err(Lost { part, why, long })
+        Err(FailedPath { part, why, long })
     }
 
     /// Fall from an unstable equilibrium towards one side (`way` 1 or -1). Each step goes to the equilibrium with
@@ -213,7 +213,8 @@ impl<'a> Statics<'a> {
         let charts = x.iter().skip(self.assembly.freedoms().1);
         let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));
         let left = || self.linearised(x, 0.0).map(|at| at.residual.amax());
-        self.assembly.is_held() || left().is_ok_and(|left| left <= LEFT * tolerance * most)
+        self.assembly.is_held()
+            || left().is_ok_and(|left| left <= MAX_NEUTRAL_RESIDUAL * tolerance * most)
     }
 }
 

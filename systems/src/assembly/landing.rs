@@ -378,11 +378,11 @@ impl Link {
         (held, tolerance): (&Isometry3<f64>, f64),
         shown: bool,
     ) -> Result<(Vec<Fallen>, Wrench)> {
-        let here = self.pulled(q, held, tolerance)?;
+        let here = self.solve_taut(q, held, tolerance)?;
         let aside = kernel * (ASIDE / kernel.fixed_rows::<3>(3).norm());
         let [ahead, behind] = [1.0, -1.0].map(|side| {
-            let beside = self.sought();
-            beside.pulled(&(q + aside * side), held, tolerance)
+            let beside = self.with_chart_by_pull();
+            beside.solve_taut(&(q + aside * side), held, tolerance)
         });
         let beside = [&*ahead?, &*behind?];
         let (shapes, rested) = self.rod.taut_fallen(&here, beside, tolerance, shown)?;
@@ -451,7 +451,7 @@ impl Link {
     /// # Errors
     /// No convergence.
     pub fn polished(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<Wrench> {
-        let link = self.sought();
+        let link = self.with_chart_by_pull();
         let apart = |q: &Wrench| -> Result<_> {
             let end = link.held(q, held, tolerance)?;
             let gap = end.gap(held, self.joint);

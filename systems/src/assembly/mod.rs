@@ -5,7 +5,7 @@
 //! rod moves by the twist of one attachment relative to the other. The bodies are free but for the wrenches of their
 //! rods.
 //!
-//! * [`Assembly`]: bodies, rods, attachments; [`Carrier`] a body; [`Link`] a rod with its attachments; [`FreeRod`]
+//! * [`Assembly`]: bodies, rods, attachments; [`HeavyBody`] a body; [`Link`] a rod with its attachments; [`FreeRod`]
 //!   one with a free end.
 //! * [`Configuration`]: poses and charts; [`Assembly::balance`], [`Assembly::stiffness`] and the Morse index of the
 //!   assembly.
@@ -38,13 +38,13 @@ mod stiffness;
 mod taut;
 mod viscous_layer;
 
-pub use axial_slider::Give;
-pub use body::{Carrier, Mass, Place};
+pub use axial_slider::EndSlider;
+pub use body::{BodyMotion, HeavyBody, Mass};
 pub use branch::{AssemblyFamily, AssemblyState};
-pub use branch_point_ahead::Neutral;
+pub use branch_point_ahead::NeutralApproach;
 pub use chord_spin::Spin;
 pub use contact::{Contact, Nearness, Tube};
-pub use first_order_mass::{LightRod, Weighed};
+pub use first_order_mass::{LightRod, RodMomentum};
 pub use fold::{AssemblyFold, Motion};
 pub use free_end::FreeRod;
 pub use frequency_shift::HeldFold;
@@ -52,11 +52,11 @@ pub use implicit::Linearised;
 pub use inextensible_pull::Tether;
 pub use landing::Landing;
 pub use modes::Modes;
-pub use rod_element::{Attachment, Joint, Link, LinkEnd, LinkPoint, On};
-pub use state::{Configuration, Evaluated, Integrals, Sight, Slowed};
+pub use rod_element::{AttachedTo, Attachment, Joint, Link, LinkEnd, LinkPoint};
+pub use state::{Configuration, Evaluated, Integrals, RodMonitor, SlowedTime};
 pub use statics::{AssemblyEquilibrium, AssemblyRoute};
 pub use stiffness::Stiffness;
-pub use taut::Seen;
+pub use taut::ChartKind;
 
 use crate::error::{Error, Result};
 use std::sync::Arc;
@@ -64,7 +64,7 @@ use std::sync::Arc;
 /// Bodies and the rods between them.
 #[derive(Debug, Clone)]
 pub struct Assembly {
-    carriers: Vec<Carrier>,
+    carriers: Vec<HeavyBody>,
     links: Vec<Link>,
     free: Vec<FreeRod>,
     /// Mass properties by rod number; empty if no rod has mass.
@@ -79,7 +79,7 @@ impl Assembly {
     /// # Errors
     /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass
     /// that it is welded to; a body that no rod reaches.
-    pub fn new(carriers: Vec<Carrier>, links: Vec<Link>) -> Result<Self> {
+    pub fn new(carriers: Vec<HeavyBody>, links: Vec<Link>) -> Result<Self> {
         if carriers.is_empty() {
             return Err(Error::domain("an assembly has one body at least"));
         }
@@ -89,7 +89,9 @@ impl Assembly {
                 _ => Joint::Weld,
             };
             for (site, joint) in [(&link.from, base), (&link.to, link.joint)] {
-                let On::Body(body) = site.on else { continue };
+                let AttachedTo::Body(body) = site.on else {
+                    continue;
+                };
                 let carrier = carriers.get(body).ok_or_else(|| {
                     Error::domain(format!(
                         "rod {k} is attached to body {body}; there are {}",
@@ -103,7 +105,7 @@ impl Assembly {
                     )));
                 }
             }
-            if let (On::Body(a), On::Body(b)) = (&link.from.on, &link.to.on)
+            if let (AttachedTo::Body(a), AttachedTo::Body(b)) = (&link.from.on, &link.to.on)
                 && a == b
             {
                 return Err(Error::domain(format!(
@@ -115,7 +117,7 @@ impl Assembly {
             links.iter().any(|link| {
                 [&link.from, &link.to]
                     .iter()
-                    .any(|site| matches!(site.on, On::Body(on) if on == body))
+                    .any(|site| matches!(site.on, AttachedTo::Body(on) if on == body))
             })
         };
         if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
@@ -152,7 +154,7 @@ impl Assembly {
     }
 
     /// The bodies.
-    pub fn carriers(&self) -> &[Carrier] {
+    pub fn carriers(&self) -> &[HeavyBody] {
         &self.carriers
     }
 
@@ -164,7 +166,7 @@ impl Assembly {
     /// A copy for observers of a motion. Their solutions of taut rods do not become the start of the motion's next
     /// search, which would move the motion within its tolerance.
     #[must_use]
-    pub fn aside(self: &Arc<Self>) -> Arc<Self> {
+    pub fn observer_copy(self: &Arc<Self>) -> Arc<Self> {
         match self.links.iter().any(|link| link.warm.last().is_some()) {
             true => Arc::new(Self::clone(self)),
             false => self.clone(),
@@ -172,13 +174,13 @@ impl Assembly {
     }
 
     /// Sets the chart kind of rod `k` ([`Link::seen_as`]).
-    pub fn see(&mut self, k: usize, seen: Seen) {
-        self.links[k].seen_as(seen);
+    pub fn set_chart_kind(&mut self, k: usize, seen: ChartKind) {
+        self.links[k].set_chart_kind(seen);
     }
 
     /// Sets the spring beside the end of rod `k` ([`Link::beside_spring`]).
     pub fn brace(&mut self, k: usize, stiffness: f64) {
-        self.links[k].beside_spring(stiffness);
+        self.links[k].set_end_spring(stiffness);
     }
 
     /// At the start of a motion: lets the ends of inextensible rods give way by less than the tolerance
@@ -186,14 +188,14 @@ impl Assembly {
     pub fn allow(&mut self, tolerance: f64, at: &Evaluated) -> bool {
         for (link, point) in self.links.iter_mut().zip(&at.points) {
             link.allow(tolerance);
-            link.let_give(link.better_give(&point.end));
+            link.set_slider(link.suited_slider(&point.end));
         }
         self.links.iter().any(|link| link.give().is_some())
     }
 
     /// Sets the slider between the end of rod `k` and its attachment ([`Link::let_give`]).
-    pub fn let_give(&mut self, k: usize, give: Option<Give>) {
-        self.links[k].let_give(give);
+    pub fn let_give(&mut self, k: usize, give: Option<EndSlider>) {
+        self.links[k].set_slider(give);
     }
 
     /// First time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
@@ -225,7 +227,7 @@ impl Assembly {
 
     /// Number of unknowns of statics: the velocities of the bodies and six chart components per rod.
     pub(super) fn unknowns(&self) -> usize {
-        let bodies: usize = self.carriers.iter().map(Carrier::freedoms).sum();
+        let bodies: usize = self.carriers.iter().map(HeavyBody::freedoms).sum();
         bodies + 6 * self.links.len()
     }
 }

@@ -283,7 +283,7 @@ impl Assembly {
         let (link, q) = (&self.links()[k], &now.charts[k]);
         let point = self.placed(t, now, k, tolerance)?;
         let (base, tip) = (point.base.pose, point.tip.pose);
-        let seen = link.facing(&base.rotation);
+        let seen = link.with_base_rotation(&base.rotation);
         Ok(placed(
             seen.shape(q, &base.inv_mul(&tip), at, tolerance)?,
             &base,

@@ -1,6 +1,6 @@
 //! Reach of chains of inextensible rods between fixed attachments.
 
-use super::{Assembly, Attachment, On, Place};
+use super::{Assembly, AttachedTo, Attachment, BodyMotion};
 use crate::error::{Error, Message, Quantity, Result};
 use nalgebra::DMatrix;
 
@@ -36,7 +36,7 @@ impl Assembly {
     ///
     /// # Errors
     /// Those of the sections of the rods.
-    pub fn overdrawn(&self, bodies: &[Place]) -> Result<Option<usize>> {
+    pub fn overdrawn(&self, bodies: &[BodyMotion]) -> Result<Option<usize>> {
         for (k, link) in self.links().iter().enumerate() {
             let [base, tip] = [&link.from, &link.to].map(|end| end.at(0.0, bodies).pose);
             let apart = (base.translation.vector - tip.translation.vector).norm();
@@ -82,7 +82,7 @@ impl Assembly {
         }
         for i in 0..n {
             for j in 0..i {
-                if let (On::Body(a), On::Body(b)) = (&ends[i].on, &ends[j].on)
+                if let (AttachedTo::Body(a), AttachedTo::Body(b)) = (&ends[i].on, &ends[j].on)
                     && a == b
                 {
                     let [a, b] = [i, j].map(|end| ends[end].place.translation.vector);
@@ -102,7 +102,7 @@ impl Assembly {
             }
         }
         let standing: Vec<usize> = (0..n)
-            .filter(|i| !matches!(ends[*i].on, On::Body(_)))
+            .filter(|i| !matches!(ends[*i].on, AttachedTo::Body(_)))
             .collect();
         let mut chains = Vec::new();
         for (k, &i) in standing.iter().enumerate() {

@@ -1,9 +1,9 @@
 //! Rods between two attachments: chart, wrenches on the attachments, tangent.
 
-use super::axial_slider::Give;
-use super::distributed_load::{Along, Borne};
-use super::taut::Seen;
-use super::{Assembly, Place};
+use super::axial_slider::EndSlider;
+use super::distributed_load::{LoadOnRod, LoadTerms};
+use super::taut::ChartKind;
+use super::{Assembly, BodyMotion};
 use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
@@ -21,7 +21,7 @@ const ASIDE: f64 = 1e-6;
 
 /// Carrier of an attachment.
 #[derive(Debug, Clone)]
-pub enum On {
+pub enum AttachedTo {
     /// The ground; the place is in the world.
     Ground,
     /// A moving support; the place is in the support's frame.
@@ -51,7 +51,7 @@ pub enum Joint {
 #[derive(Debug, Clone)]
 pub struct Attachment {
     /// Carrier: ground, support or body.
-    pub on: On,
+    pub on: AttachedTo,
     /// Pose in the carrier's frame.
     pub place: Isometry3<f64>,
 }
@@ -60,7 +60,7 @@ impl Attachment {
     /// An attachment to the ground.
     pub fn ground(place: Isometry3<f64>) -> Self {
         Self {
-            on: On::Ground,
+            on: AttachedTo::Ground,
             place,
         }
     }
@@ -68,7 +68,7 @@ impl Attachment {
     /// An attachment to a moving support, in the support's frame.
     pub fn support(support: Support<3>) -> Self {
         Self {
-            on: On::Support(Box::new(support)),
+            on: AttachedTo::Support(Box::new(support)),
             place: Isometry3::identity(),
         }
     }
@@ -76,7 +76,7 @@ impl Attachment {
     /// An attachment to a body.
     pub fn body(number: usize, place: Isometry3<f64>) -> Self {
         Self {
-            on: On::Body(number),
+            on: AttachedTo::Body(number),
             place,
         }
     }
@@ -84,8 +84,8 @@ impl Attachment {
     /// Number of the carrying body, if any.
     pub(super) fn carried_by(&self) -> Option<usize> {
         match self.on {
-            On::Body(body) => Some(body),
-            On::Ground | On::Support(_) => None,
+            AttachedTo::Body(body) => Some(body),
+            AttachedTo::Ground | AttachedTo::Support(_) => None,
         }
     }
 
@@ -95,22 +95,22 @@ impl Attachment {
     }
 
     /// Pose and twist in the world.
-    pub(super) fn at(&self, t: f64, bodies: &[Place]) -> Place {
+    pub(super) fn at(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
         match &self.on {
-            On::Ground => Place::at_rest(self.place),
-            On::Support(support) => {
+            AttachedTo::Ground => BodyMotion::at_rest(self.place),
+            AttachedTo::Support(support) => {
                 let frame = support.at(t);
                 let lever = joined(&Vector3::zeros(), &self.place.translation.vector);
-                Place {
+                BodyMotion {
                     pose: frame.pose() * self.place,
                     twist: frame.of_poses().absolute(&lever, &Vector6::zeros()),
                 }
             }
-            On::Body(body) => {
-                let Place { pose, twist } = bodies[*body];
+            AttachedTo::Body(body) => {
+                let BodyMotion { pose, twist } = bodies[*body];
                 let (omega, v) = halves(&twist);
                 let lever = pose.rotation * self.place.translation.vector;
-                Place {
+                BodyMotion {
                     pose: pose * self.place,
                     twist: joined(&omega, &(v + omega.cross(&lever))),
                 }
@@ -119,8 +119,8 @@ impl Attachment {
     }
 
     /// Moves a wrench on the attachment to the reference point of its body.
-    pub(super) fn moved(&self, bodies: &[Place], wrench: &Vector6<f64>) -> Vector6<f64> {
-        let On::Body(body) = self.on else {
+    pub(super) fn moved(&self, bodies: &[BodyMotion], wrench: &Vector6<f64>) -> Vector6<f64> {
+        let AttachedTo::Body(body) = self.on else {
             return *wrench;
         };
         let lever = bodies[body].pose.rotation * self.place.translation.vector;
@@ -137,18 +137,18 @@ pub struct Link {
     pub(super) to: Attachment,
     pub(super) joint: Joint,
     /// Chart kind; the taut solution found last is cached beside it.
-    pub(super) seen: Seen,
+    pub(super) seen: ChartKind,
     pub(super) warm: Warm<Taut>,
     /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
     /// Slider between the end of an inextensible rod and its attachment, and the bound of its travel, in rod lengths.
-    pub(super) give: Option<Give>,
+    pub(super) give: Option<EndSlider>,
     pub(super) unseen: f64,
     /// True while the motion includes the rod's inertia.
     pub(super) felt: bool,
     pub(super) diameter: Option<f64>,
     /// Distributed load along the rod.
-    pub(super) load: Option<Borne>,
+    pub(super) load: Option<LoadOnRod>,
     /// True if the ends keep their [`LinkEnd::trace`].
     pub(super) keeps_trace: bool,
     /// True if bodies are seen from a clamp that turns: traces then include turns of the base, although the base
@@ -171,7 +171,7 @@ pub struct LinkEnd {
     /// Force n(0); constant along the rod if no load acts along it.
     pub force: Vector3<f64>,
     /// Contribution of a load along the rod.
-    pub(super) along: Option<Along>,
+    pub(super) along: Option<LoadTerms>,
     /// Stored energy.
     pub energy: f64,
     /// d(rotation, position) by the chart.
@@ -203,9 +203,9 @@ pub struct LinkEnd {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkPoint {
     /// Base attachment.
-    pub base: Place,
+    pub base: BodyMotion,
     /// End attachment.
-    pub tip: Place,
+    pub tip: BodyMotion,
     /// End of the rod, relative to the base.
     pub end: LinkEnd,
     /// Angular velocity about the chord, for a rod with mass between two ball joints.
@@ -222,7 +222,7 @@ impl Link {
             from,
             to,
             joint,
-            seen: Seen::default(),
+            seen: ChartKind::default(),
             warm: Warm::default(),
             spring: 0.0,
             give: None,
@@ -267,7 +267,7 @@ impl Link {
     }
 
     /// End attachment relative to the base attachment, at time `t`.
-    pub fn end_place(&self, t: f64, bodies: &[Place]) -> Place {
+    pub fn end_place(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
         self.to.at(t, bodies).seen_from(&self.from.at(t, bodies))
     }
 
@@ -301,7 +301,7 @@ impl Link {
             Some(_) => self.loaded_end(q, tolerance),
             None => self.unloaded_end(q, tolerance),
         };
-        Ok(self.sprung(end?))
+        Ok(self.with_slider(end?))
     }
 
     fn unloaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
@@ -370,9 +370,15 @@ impl Link {
     ///
     /// # Errors
     /// As [`Link::end`].
-    pub fn point(&self, t: f64, bodies: &[Place], q: &Wrench, tolerance: f64) -> Result<LinkPoint> {
+    pub fn point(
+        &self,
+        t: f64,
+        bodies: &[BodyMotion],
+        q: &Wrench,
+        tolerance: f64,
+    ) -> Result<LinkPoint> {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        let seen = self.facing(&base.pose.rotation);
+        let seen = self.with_base_rotation(&base.pose.rotation);
         let end = seen.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
         if let (Some(found), Cow::Owned(_)) = (&end.taut, &seen) {
             self.warm.keep(found);
@@ -382,7 +388,7 @@ impl Link {
 
     /// A known end placed between its attachments at time `t`; the base of a rod between ball joints is turned along
     /// its chord.
-    pub(super) fn placed(&self, t: f64, bodies: &[Place], end: LinkEnd) -> LinkPoint {
+    pub(super) fn placed(&self, t: f64, bodies: &[BodyMotion], end: LinkEnd) -> LinkPoint {
         let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
         let spin = 0.0;
         let mut point = LinkPoint {
@@ -417,7 +423,7 @@ impl Link {
     /// As [`Problem::index_at`]; as [`Rod::taut`].
     pub fn index(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<usize> {
         if self.is_taut(q, held) {
-            return self.rod.taut_index(&*self.pulled(q, held, tolerance)?);
+            return self.rod.taut_index(&*self.solve_taut(q, held, tolerance)?);
         }
         // The index depends on which components are held, not on the pose.
         if self.joint == Joint::Pins {
@@ -458,7 +464,7 @@ impl Link {
 
     pub(super) fn next_break(&self, t: f64) -> f64 {
         let ends = [&self.from, &self.to].map(|site| match &site.on {
-            On::Support(support) => support.next_break(t),
+            AttachedTo::Support(support) => support.next_break(t),
             _ => f64::INFINITY,
         });
         ends[0].min(ends[1])
@@ -546,7 +552,7 @@ impl Assembly {
     pub fn points(
         &self,
         t: f64,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         charts: &[Wrench],
         tolerance: f64,
     ) -> Result<Vec<LinkPoint>> {
@@ -560,11 +566,11 @@ impl Assembly {
     }
 
     /// Sum of the rods' wrenches on every body, about its reference point in the world.
-    pub fn wrenches(&self, bodies: &[Place], points: &[LinkPoint]) -> Vec<Vector6<f64>> {
+    pub fn wrenches(&self, bodies: &[BodyMotion], points: &[LinkPoint]) -> Vec<Vector6<f64>> {
         let mut sums = vec![Vector6::zeros(); bodies.len()];
         for (link, point) in self.links.iter().zip(points) {
             for (site, wrench) in [&link.from, &link.to].into_iter().zip(point.wrenches()) {
-                if let On::Body(body) = site.on {
+                if let AttachedTo::Body(body) = site.on {
                     sums[body] += site.moved(bodies, &wrench);
                 }
             }
@@ -578,7 +584,7 @@ impl Assembly {
         for (link, point) in self.links.iter().zip(points) {
             let ends = [(&link.from, &point.base), (&link.to, &point.tip)];
             for ((site, place), wrench) in ends.into_iter().zip(point.wrenches()) {
-                if let On::Support(_) = site.on {
+                if let AttachedTo::Support(_) = site.on {
                     power -= wrench.dot(&place.twist);
                 }
             }

@@ -10,7 +10,7 @@
 //! Here xi_k is the twist of the end of rod k relative to its base. Near the fold of a rod, det J_k = 0, time itself
 //! is slowed: t' = det J_k/d, and q_k' = adj(J_k) xi_k/d. Both are smooth through the fold, at which t' = 0.
 
-use super::{Assembly, Carrier, Give, LinkPoint, Place, Seen, Spin};
+use super::{Assembly, BodyMotion, ChartKind, EndSlider, HeavyBody, LinkPoint, Spin};
 use crate::manifold::adjugate_times;
 use crate::math::se3::halves;
 use crate::rod::Wrench;
@@ -22,7 +22,7 @@ use std::ops::Range;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Configuration {
     /// Poses and velocities of the bodies.
-    pub bodies: Vec<Place>,
+    pub bodies: Vec<BodyMotion>,
     /// Charts of the rods.
     pub charts: Vec<Wrench>,
     /// Spins about the chord of rods with mass between two ball joints, by rod, if known; or empty.
@@ -33,12 +33,12 @@ pub struct Configuration {
 /// t' = 1/(the sum of 1/x): for one rod x itself, for several about the least x. The sign of t' is that of the x that
 /// vanishes first. If all vanish together, as in a symmetric assembly, t' vanishes with them.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Slowed {
+pub struct SlowedTime {
     /// Rods by number, each with det J at the start of slowing.
     pub rods: Vec<(usize, f64)>,
 }
 
-impl Slowed {
+impl SlowedTime {
     /// Slowed time near the fold of one rod.
     pub fn one(link: usize, scale: f64) -> Self {
         Self {
@@ -65,7 +65,7 @@ const SHOWN: f64 = 1e-12;
 
 /// Monitored quantities of a rod in motion.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Sight {
+pub struct RodMonitor {
     /// det J: 0 at a fold.
     pub det: f64,
     /// J, in radians and rod lengths.
@@ -75,11 +75,11 @@ pub struct Sight {
     /// Gap between rod end and attachment, in radians and rod lengths.
     pub gap: f64,
     /// Chart kind best suited to the present pull.
-    pub better: Seen,
+    pub better: ChartKind,
     /// Best stiffness of the spring beside the end ([`super::Link::better_spring`]).
     pub spring: f64,
     /// Best slider between end and attachment ([`super::Link::better_give`]).
-    pub give: Option<Give>,
+    pub give: Option<EndSlider>,
 }
 
 /// Time and the integrals of the energy ledger.
@@ -105,7 +105,7 @@ pub struct Evaluated {
 }
 
 impl Assembly {
-    pub(super) fn starts(&self) -> impl Iterator<Item = (usize, &Carrier)> {
+    pub(super) fn starts(&self) -> impl Iterator<Item = (usize, &HeavyBody)> {
         let mut next = 0;
         self.carriers().iter().map(move |carrier| {
             next += carrier.numbers();
@@ -114,7 +114,7 @@ impl Assembly {
     }
 
     fn chart_start(&self) -> usize {
-        self.carriers().iter().map(Carrier::numbers).sum()
+        self.carriers().iter().map(HeavyBody::numbers).sum()
     }
 
     /// Indices of the chart of rod `k` in a state.
@@ -215,10 +215,10 @@ impl Assembly {
     pub fn write_slope(
         &self,
         state: &DVector<f64>,
-        slowed: Option<&Slowed>,
+        slowed: Option<&SlowedTime>,
         tolerance: f64,
         out: &mut DVector<f64>,
-        mut seen: impl FnMut(usize, Sight),
+        mut seen: impl FnMut(usize, RodMonitor),
     ) -> Option<()> {
         let at = self.evaluated(state, tolerance)?;
         let Evaluated {
@@ -230,16 +230,16 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-            let better = link.better_seen(&now.charts[k], point);
+            let better = link.suited_chart_kind(&now.charts[k], point);
             let (spring, give) = match better {
-                Seen::Taut => (link.better_spring(&point.end), None),
-                _ => (0.0, link.better_give(&point.end)),
+                ChartKind::Taut => (link.better_spring(&point.end), None),
+                _ => (0.0, link.suited_slider(&point.end)),
             };
             let gap = link.apart(point);
             let scale = link.gap_scale(&point.end);
             seen(
                 k,
-                Sight {
+                RodMonitor {
                     det,
                     jacobian: scale * point.end.jacobian,
                     drive: scale * drive,
@@ -309,7 +309,7 @@ impl Assembly {
 
     /// Aligns the base directors of rods between two ball joints with their chords, as needed after a change of
     /// chart.
-    pub fn aligned(&self, mut state: DVector<f64>, tolerance: f64) -> DVector<f64> {
+    pub fn align_spins(&self, mut state: DVector<f64>, tolerance: f64) -> DVector<f64> {
         if let Some(at) = self.evaluated(&state, tolerance) {
             self.write_spins(&at.now, &mut state);
         }
@@ -357,7 +357,7 @@ impl Assembly {
 
     /// Charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. The place of
     /// the end of a nearly straight rod does not determine its force along the rod, so that force is kept.
-    pub fn corrected(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
+    pub fn corrected_charts(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
         rods.map(|((link, point), q)| {
             let gap = point.gap(link.joint());
@@ -371,13 +371,13 @@ impl Assembly {
     }
 
     /// Closes the gaps of a state: charts are [`Assembly::corrected`]; for nearly straight rods the bodies are moved.
-    pub fn joined(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
-        Some(self.slid(self.with_charts(state, &self.corrected(at)?), at))
+    pub fn close_gaps(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
+        Some(self.slide_bodies(self.with_charts(state, &self.corrected_charts(at)?), at))
     }
 
     /// Moves bodies along nearly straight rods onto the rods' ends. A body in a groove moves along the groove only,
     /// and stays in it.
-    pub fn slid(&self, mut state: DVector<f64>, at: &Evaluated) -> DVector<f64> {
+    pub fn slide_bodies(&self, mut state: DVector<f64>, at: &Evaluated) -> DVector<f64> {
         let mut bodies = at.now.bodies.clone();
         let starts: Vec<_> = self.starts().collect();
         for (link, point) in self.links().iter().zip(&at.points) {
@@ -420,7 +420,10 @@ impl Assembly {
     }
 
     /// Places of bodies at rest with these poses.
-    pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<Place> {
-        poses.iter().map(|pose| Place::at_rest(*pose)).collect()
+    pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<BodyMotion> {
+        poses
+            .iter()
+            .map(|pose| BodyMotion::at_rest(*pose))
+            .collect()
     }
 }

@@ -7,8 +7,8 @@
 //! equilibrium (a straight column) or begin singular (straight inextensible rods that hold each other): the bend
 //! vanishes with the residual. From an unstable end the bodies fall, held by springs that slacken, to a stable one.
 
-use super::homotopy::{BRIEF, FAR, Lost, Patience, Root, Statics, settled, solved};
-use super::{Assembly, Carrier, Configuration, Joint, On, Place};
+use super::homotopy::{BRIEF, FAR, FailedPath, PathBounds, Root, Statics, settled, solved};
+use super::{Assembly, AttachedTo, BodyMotion, Configuration, HeavyBody, Joint};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
 use crate::rod::Wrench;
@@ -106,7 +106,7 @@ impl Assembly {
         let starts = self.beginnings(tolerance)?;
         let mut paths: VecDeque<_> = starts.iter().map(|start| (start, BRIEF)).collect();
         let mut best: Option<AssemblyEquilibrium> = None;
-        let (mut farthest, mut far): (Option<Lost>, bool) = (None, false);
+        let (mut farthest, mut far): (Option<FailedPath>, bool) = (None, false);
         // Energies of the unstable equilibria from which bodies have fallen.
         let mut left: Vec<f64> = Vec::new();
         while let Some((start, patience)) = paths.pop_front() {
@@ -138,7 +138,7 @@ impl Assembly {
                     if lost.long
                         && let Some(why) = self.drawn_straight() =>
                 {
-                    farthest = Some(Lost { why, ..lost });
+                    farthest = Some(FailedPath { why, ..lost });
                     break;
                 }
                 Err(lost) => {
@@ -171,7 +171,7 @@ impl Assembly {
         let straight = std::iter::once((AssemblyRoute::Unloaded, [0.0; 3], false));
         let bent = BENDS.iter().enumerate();
         let bent = bent.map(|(k, (bend, other))| (AssemblyRoute::Bent(k), *bend, *other));
-        let origin = vec![Place::at_rest(Isometry3::identity()); self.carriers().len()];
+        let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.carriers().len()];
         let starts = straight.chain(bent).map(|(route, bend, other)| {
             let charts = (0..self.links().len()).map(|k| {
                 let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
@@ -197,7 +197,7 @@ impl Assembly {
     ///
     /// # Errors
     /// As [`Assembly::unloaded`], of bodies that `bodies` does not have.
-    pub fn let_go(&self, bodies: &[Place], tolerance: f64) -> Result<Configuration> {
+    pub fn let_go(&self, bodies: &[BodyMotion], tolerance: f64) -> Result<Configuration> {
         let charts = vec![Wrench::zeros(); self.links().len()];
         self.laid_out(charts, bodies, tolerance)
     }
@@ -208,7 +208,7 @@ impl Assembly {
         for _ in 0..held.len() {
             for link in self.links() {
                 let ends = [&link.from.on, &link.to.on].map(|on| match on {
-                    On::Body(body) => Some(*body),
+                    AttachedTo::Body(body) => Some(*body),
                     _ => None,
                 });
                 if ends.iter().any(|end| end.is_none_or(|body| held[body])) {
@@ -221,12 +221,12 @@ impl Assembly {
 
     /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: each rod in an equilibrium between its
     /// attachments, slightly bent if none is found.
-    pub fn held(&self, bodies: Vec<Place>, tolerance: f64) -> Configuration {
+    pub fn held(&self, bodies: Vec<BodyMotion>, tolerance: f64) -> Configuration {
         let bent = joined(&Vector3::from(BENDS[0].0), &Vector3::zeros());
         let chart = |link: &super::Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
-            let link = link.facing(&base.pose.rotation);
+            let link = link.with_base_rotation(&base.pose.rotation);
             if link.joint() == super::Joint::Pins {
                 return link.spanning(&end, tolerance);
             }
@@ -295,12 +295,15 @@ impl Assembly {
     fn led(
         &self,
         (from, route): &(Configuration, AssemblyRoute),
-        patience: Patience,
+        patience: PathBounds,
         tolerance: f64,
-    ) -> std::result::Result<AssemblyEquilibrium, Lost> {
+    ) -> std::result::Result<AssemblyEquilibrium, FailedPath> {
         let mut statics = Statics::new(self, from, tolerance);
         let (mut x, mut stuck) = (statics.frame.unknowns(self, from), false);
-        let begun = statics.linearised(&x, 0.0).map_err(Lost::at_once)?.residual;
+        let begun = statics
+            .linearised(&x, 0.0)
+            .map_err(FailedPath::at_once)?
+            .residual;
         if begun.amax() > tolerance {
             statics.start = Some(begun);
             (x, stuck) = statics.followed(x, patience)?;
@@ -310,9 +313,9 @@ impl Assembly {
         let found = settled.map_or_else(|| solved(&statics, &x, tolerance), Ok);
         found
             .and_then(|root| self.described(&statics, &root, *route))
-            .map_err(|why| Lost {
+            .map_err(|why| FailedPath {
                 part: 1.0,
-                ..Lost::at_once(why)
+                ..FailedPath::at_once(why)
             })
     }
 
@@ -341,7 +344,7 @@ impl Assembly {
     ) -> Result<AssemblyEquilibrium> {
         let now = statics.frame.configuration(self, root.x.as_slice());
         // During the search a body may pass the end of a groove, along the extension of the spline's last piece.
-        Carrier::within_ends(self.carriers(), &now.bodies)?;
+        HeavyBody::within_ends(self.carriers(), &now.bodies)?;
         let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
         let index = self
             .index(0.0, &now, statics.tolerance.max(1e-11))
@@ -375,7 +378,7 @@ impl Assembly {
     fn laid_out(
         &self,
         charts: Vec<Wrench>,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         tolerance: f64,
     ) -> Result<Configuration> {
         let ends = self.links().iter().zip(&charts);
@@ -389,15 +392,15 @@ impl Assembly {
             let rods = self.links().iter().zip(&ends);
             for (link, end) in rods.filter(|(link, _)| by_joints || link.joint() == Joint::Weld) {
                 let seen = |site: &super::Attachment| match &site.on {
-                    On::Body(body) => placed[*body].map(|pose| pose * site.place),
+                    AttachedTo::Body(body) => placed[*body].map(|pose| pose * site.place),
                     _ => Some(site.at(0.0, &[]).pose),
                 };
                 let (base, tip) = (seen(&link.from), seen(&link.to));
                 let new = match (&link.from.on, &link.to.on, base, tip) {
-                    (_, On::Body(body), Some(base), None) => {
+                    (_, AttachedTo::Body(body), Some(base), None) => {
                         Some((*body, base * end * link.to.place.inverse()))
                     }
-                    (On::Body(body), _, None, Some(tip)) => {
+                    (AttachedTo::Body(body), _, None, Some(tip)) => {
                         Some((*body, tip * end.inverse() * link.from.place.inverse()))
                     }
                     _ => None,
@@ -428,7 +431,7 @@ impl Assembly {
             }
         }
         let bodies = placed.into_iter().enumerate().map(|(body, pose)| {
-            pose.map(Place::at_rest).ok_or_else(|| {
+            pose.map(BodyMotion::at_rest).ok_or_else(|| {
                 Error::domain(format!(
                     "no chain of rods joins {} to the ground or to a support: it has no equilibrium of its own; hold it by \
                      a rod",

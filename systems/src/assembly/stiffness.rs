@@ -1,6 +1,6 @@
 //! Stiffness matrix of an assembly against small displacements of its bodies, and its Morse index (theory 3.4).
 
-use super::{Assembly, Configuration, Joint, Link, LinkEnd, LinkPoint, On, Place};
+use super::{Assembly, AttachedTo, BodyMotion, Configuration, Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use nalgebra::{
@@ -40,9 +40,9 @@ const STEEP: f64 = 1e7;
 
 impl Link {
     /// Bodies at both ends, with the levers from their reference points in the world.
-    pub(super) fn levers(&self, bodies: &[Place]) -> [Option<(usize, Vector3<f64>)>; 2] {
+    pub(super) fn levers(&self, bodies: &[BodyMotion]) -> [Option<(usize, Vector3<f64>)>; 2] {
         [&self.from, &self.to].map(|site| match site.on {
-            On::Body(body) => {
+            AttachedTo::Body(body) => {
                 let lever = bodies[body].pose.rotation * site.place.translation.vector;
                 Some((body, lever))
             }
@@ -215,7 +215,7 @@ pub struct Stiffness {
 
 impl Assembly {
     /// Twists of each body per unit of the body's own velocities.
-    pub(super) fn own_twists(&self, bodies: &[Place]) -> Vec<Matrix6xX<f64>> {
+    pub(super) fn own_twists(&self, bodies: &[BodyMotion]) -> Vec<Matrix6xX<f64>> {
         let all = self.carriers().iter().zip(bodies);
         all.map(|(carrier, place)| carrier.own_twists(&place.pose))
             .collect()
@@ -223,7 +223,7 @@ impl Assembly {
 
     /// Wrench on each body, rods and loads together, about its reference point, in the body's own velocities: three
     /// components for a point mass; in a groove the last is the force along the groove. 0 at an equilibrium.
-    pub fn balance(&self, t: f64, bodies: &[Place], points: &[LinkPoint]) -> DVector<f64> {
+    pub fn balance(&self, t: f64, bodies: &[BodyMotion], points: &[LinkPoint]) -> DVector<f64> {
         let wrenches = self.wrenches(bodies, points);
         let parts =
             self.carriers()
@@ -244,7 +244,12 @@ impl Assembly {
     ///
     /// # Errors
     /// A rod at its fold, with its number.
-    pub fn stiffness(&self, t: f64, bodies: &[Place], points: &[LinkPoint]) -> Result<Stiffness> {
+    pub fn stiffness(
+        &self,
+        t: f64,
+        bodies: &[BodyMotion],
+        points: &[LinkPoint],
+    ) -> Result<Stiffness> {
         let (starts, total) = self.freedoms();
         let mut sum = Stiffness {
             matrix: DMatrix::zeros(total, total),
@@ -308,7 +313,7 @@ impl Assembly {
     fn linear_bodies(
         &self,
         t: f64,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         points: &[LinkPoint],
     ) -> Result<Vec<[DMatrix<f64>; 3]>> {
         let wrenches = self.wrenches(bodies, points);
@@ -377,7 +382,7 @@ impl Assembly {
         let rods = self.links().iter().zip(&points).zip(&now.charts);
         let held = rods
             .map(|((link, point), q)| {
-                let seen = link.facing(&point.base.pose.rotation);
+                let seen = link.with_base_rotation(&point.base.pose.rotation);
                 seen.index(q, &point.held(), tolerance)
             })
             .sum::<Result<usize>>()?;

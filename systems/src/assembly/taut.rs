@@ -18,7 +18,7 @@
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
 
-use super::distributed_load::Along;
+use super::distributed_load::LoadTerms;
 use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
@@ -36,7 +36,7 @@ const PARTS: usize = 16;
 
 /// Kind of chart of a rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Seen {
+pub enum ChartKind {
     /// The better of the two kinds for the present pull.
     #[default]
     ByPull,
@@ -48,18 +48,18 @@ pub enum Seen {
 
 /// In motion a solution counts as another equilibrium beyond these bounds: on the distance of its end, in rod
 /// lengths, and on the difference of its base couple from that of the chart, over sqrt(n B).
-const OTHER: (f64, f64) = (1e-3, 0.03);
+const OTHER_EQUILIBRIUM: (f64, f64) = (1e-3, 0.03);
 
 impl Link {
     /// Sets the kind of chart; by default the pull decides.
-    pub fn seen_as(&mut self, seen: Seen) {
+    pub fn set_chart_kind(&mut self, seen: ChartKind) {
         self.seen = seen;
     }
 
     /// A copy whose chart kind is chosen by pull, for a search that starts far from its equilibrium.
-    pub fn sought(&self) -> Self {
+    pub fn with_chart_by_pull(&self) -> Self {
         let mut link = self.clone();
-        link.seen_as(Seen::ByPull);
+        link.set_chart_kind(ChartKind::ByPull);
         link
     }
 
@@ -88,7 +88,7 @@ impl Link {
     }
 
     /// Sets the spring beside a taut rod's end, in B/L^3: a chart between a neutral force and a fold.
-    pub fn beside_spring(&mut self, stiffness: f64) {
+    pub fn set_end_spring(&mut self, stiffness: f64) {
         self.spring = stiffness;
     }
 
@@ -119,25 +119,29 @@ impl Link {
     }
 
     /// Kind of chart.
-    pub fn seen(&self) -> Seen {
+    pub fn seen(&self) -> ChartKind {
         self.seen
     }
 
     /// Kind of chart suited to the present pull, with hysteresis.
-    pub fn better_seen(&self, q: &Wrench, point: &LinkPoint) -> Seen {
+    pub fn suited_chart_kind(&self, q: &Wrench, point: &LinkPoint) -> ChartKind {
         if self.joint == Joint::Pins {
-            return Seen::FromBase;
+            return ChartKind::FromBase;
         }
-        let borders = if self.seen == Seen::Taut { SLACK } else { TAUT };
+        let borders = if self.seen == ChartKind::Taut {
+            SLACK
+        } else {
+            TAUT
+        };
         let unit = self.rod.length() / self.units()[3];
         let gathered = self.distributed().map(|load| {
             move |x: f64| point.base.pose.rotation.inverse() * (load.gathered(x) * unit)
         });
         let gathered = gathered.as_ref().map(|gathered| gathered as _);
         if self.pull(q, &point.held(), gathered) > borders[usize::from(self.keeps_trace)] {
-            Seen::Taut
+            ChartKind::Taut
         } else {
-            Seen::FromBase
+            ChartKind::FromBase
         }
     }
 
@@ -151,8 +155,8 @@ impl Link {
             self.pull(q, held, gathered.as_ref().map(|gathered| gathered as _))
         };
         match self.seen {
-            Seen::ByPull => pull() > TAUT[usize::from(self.keeps_trace)],
-            seen => seen == Seen::Taut,
+            ChartKind::ByPull => pull() > TAUT[usize::from(self.keeps_trace)],
+            seen => seen == ChartKind::Taut,
         }
     }
 
@@ -164,7 +168,7 @@ impl Link {
         if !self.is_taut(q, held) {
             return self.end(q, tolerance);
         }
-        let found = self.pulled(q, held, tolerance)?;
+        let found = self.solve_taut(q, held, tolerance)?;
         let units = self.units();
         let (couple, force) = (units[0], units[3]);
         let (by_force, by_tip) = (&found.by_force, &found.by_tip);
@@ -213,7 +217,7 @@ impl Link {
         }
         let (m, n) = halves(&found.base);
         let along = self.borne().map(|_| {
-            let mut along = Along {
+            let mut along = LoadTerms {
                 total: n - found.end.force,
                 potential: found.potential,
                 turned: SMatrix::zeros(),
@@ -261,7 +265,7 @@ impl Link {
     }
 
     /// Taut equilibrium, started from the last one found.
-    pub(super) fn pulled(
+    pub(super) fn solve_taut(
         &self,
         q: &Wrench,
         held: &Isometry3<f64>,
@@ -286,8 +290,9 @@ impl Link {
             let units = self.units();
             let couple = (halves(&found.base).0 / units[0] - halves(q).0).norm();
             let scale = (halves(q).1.norm()).sqrt();
-            let same = off <= OTHER.0 * self.rod.length() && couple <= OTHER.1 * scale;
-            if self.seen == Seen::Taut && !same {
+            let same = off <= OTHER_EQUILIBRIUM.0 * self.rod.length()
+                && couple <= OTHER_EQUILIBRIUM.1 * scale;
+            if self.seen == ChartKind::Taut && !same {
                 return Err(Error::no_convergence(
                     "only another equilibrium of a taut rod was found than that it moves through",
                 ));
@@ -316,13 +321,13 @@ impl Link {
         tolerance: f64,
     ) -> Result<Vec<RodSection>> {
         if self.is_taut(q, held) {
-            let found = self.pulled(q, held, tolerance)?;
+            let found = self.solve_taut(q, held, tolerance)?;
             return self.rod.taut_shape(&found, at, tolerance);
         }
         let base = q.component_mul(&self.units());
         if self.load.is_some() {
             let at: Vec<f64> = at.iter().map(|s| s / self.rod.length()).collect();
-            return self.hanging(tolerance)?.sections(&base, &at);
+            return self.base_wrench_problem(tolerance)?.sections(&base, &at);
         }
         self.rod.shape(&base, at, tolerance)
     }

@@ -13,7 +13,7 @@
 
 mod derivatives;
 
-pub use derivatives::{Carried, Turned};
+pub use derivatives::{PoseDerivatives, RateDerivatives};
 
 use super::section_rotations::{Spins, pure, twice};
 use crate::math::product::Matrix;
@@ -93,7 +93,7 @@ pub struct Flow {
 
 /// Accelerations of the sections.
 #[derive(Debug, Clone)]
-pub struct Change {
+pub struct Accelerations {
     /// Angular accelerations omega_t.
     pub spins: Vec<Vector3<f64>>,
     /// Accelerations r_tt.
@@ -270,7 +270,7 @@ impl Sections {
         flow: &Flow,
         base: &Vector6<f64>,
         second: &[Strain],
-    ) -> Change {
+    ) -> Accelerations {
         let [bends, stretches] = outward(shape, second);
         let (spin, velocity) = halves(base);
         let n = second.len();
@@ -299,7 +299,7 @@ impl Sections {
                     + stretches[j]
             })
             .collect();
-        Change {
+        Accelerations {
             accelerations: beyond(velocity, self.up(&grown)),
             spins,
             bends,
@@ -366,7 +366,7 @@ impl Sections {
     }
 }
 
-impl Change {
+impl Accelerations {
     /// The acceleration of the end.
     pub fn end(&self) -> Vector6<f64> {
         let last = self.spins.len() - 1;

@@ -12,7 +12,7 @@
 
 use super::frames::Curve;
 use super::law::Law;
-use super::rod::{Given, HeavyRod, Held};
+use super::rod::{HeavyRod, RodDescription, RodSupport};
 use super::statics::slowest;
 use crate::assembly::{Joint, Link, LinkPoint};
 use crate::body::Body;
@@ -109,7 +109,7 @@ pub fn held_modes(
 ) -> Result<Vec<HeldMode>> {
     let back = point.base.pose.rotation.inverse();
     let rotary = massive.sections.rotary;
-    let given = Given {
+    let given = RodDescription {
         law: massive.law.clone(),
         curve: Curve::Space,
         mass: massive.sections.mass,
@@ -151,7 +151,7 @@ pub fn held_modes(
 
 /// Strains at places in [0, 1], in growing order.
 fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Result<Vec<Strain>> {
-    let seen = link.facing(&point.base.pose.rotation);
+    let seen = link.with_base_rotation(&point.base.pose.rotation);
     let length = link.rod().length();
     let at: Vec<f64> = places.iter().map(|s| s * length).collect();
     let sections = seen.shape(q, &point.held(), &at, ALONG)?;
@@ -341,7 +341,7 @@ pub fn fold_form(
     (link, q, point): (&Link, &Wrench, &LinkPoint),
 ) -> Result<(FoldNormalForm, f64)> {
     let fold = link.fold((q, point), ALONG)?;
-    let seen = link.facing(&point.base.pose.rotation);
+    let seen = link.with_base_rotation(&point.base.pose.rotation);
     let (held, length) = (point.held(), link.rod().length());
     let chord = point.end.pose.translation.vector;
     let pins = link.joint() == Joint::Pins;
@@ -389,7 +389,7 @@ fn alike(a: &[f64], b: &[f64]) -> bool {
 
 /// Vibrations at these nodes, and the residual of the balance.
 fn at_nodes(
-    given: &Given,
+    given: &RodDescription,
     grid: Grid,
     strains: &[Strain],
     (end, joint): (&Vector6<f64>, Joint),
@@ -402,9 +402,9 @@ fn at_nodes(
     let at = rod
         .moving(&rod.coordinates(strains), &still)
         .ok_or_else(outside)?;
-    let held = Held {
+    let held = RodSupport {
         end: *end,
-        ..Held::default()
+        ..RodSupport::default()
     };
     let balance = rod
         .balance_held(0.0, &at, &still, &held)

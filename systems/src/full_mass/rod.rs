@@ -1,10 +1,10 @@
 //! A rod with mass and the body at its end, if any: balance, energies, linearisation.
 //!
 //! The base of a single rod stands at the origin of its clamp. In an assembly the base follows its attachment
-//! ([`Held`]), and all vectors are along the axes of the world. The derivatives then have six more rows and columns
+//! ([`RodSupport`]), and all vectors are along the axes of the world. The derivatives then have six more rows and columns
 //! for the base.
 
-use super::frames::{Change, Curve, Flow, Sections, Shape, Triple, Turned};
+use super::frames::{Accelerations, Curve, Flow, PoseDerivatives, Sections, Shape, Triple};
 use super::law::{Answer, Law};
 use super::mass::{Mass, MassLinear, parts};
 use super::maxwell_nodes::Memory;
@@ -21,7 +21,7 @@ use nalgebra::{
 
 /// Description of a rod with mass, independent of the nodes of [`HeavyRod`].
 #[derive(Debug, Clone)]
-pub struct Given {
+pub struct RodDescription {
     /// The section, in the units of the rod.
     pub law: Law,
     /// Kinematics, in the plane or in space.
@@ -44,7 +44,7 @@ pub struct Given {
 #[derive(Debug, Clone)]
 pub struct HeavyRod {
     /// Description of the rod.
-    pub given: Given,
+    pub given: RodDescription,
     /// Kinematics at the nodes.
     pub sections: Sections,
     /// Masses at the sections, the body last.
@@ -87,7 +87,7 @@ impl Hinge {
 
 /// State of the rod: strains, rates, poses and velocities.
 #[derive(Debug, Clone)]
-pub struct Moving {
+pub struct RodState {
     /// All six strains at the nodes.
     pub strains: Vec<Strain>,
     /// All six strain rates at the nodes.
@@ -104,14 +104,14 @@ pub struct Moving {
 
 /// Support of a rod in an assembly. By default the base is fixed and the end is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Held {
+pub struct RodSupport {
     /// Acceleration of the base (angular first).
     pub base: Vector6<f64>,
     /// (couple, force) on the end.
     pub end: Vector6<f64>,
 }
 
-impl Default for Held {
+impl Default for RodSupport {
     fn default() -> Self {
         Self {
             base: Vector6::zeros(),
@@ -132,7 +132,7 @@ pub struct Balance {
     /// (couple, force) that holds the base.
     pub base: Vector6<f64>,
     /// Accelerations of the sections.
-    pub change: Change,
+    pub change: Accelerations,
     /// Powers: of friction, of loads without potential, of drag.
     pub powers: [f64; 3],
 }
@@ -150,7 +150,7 @@ pub struct Derivatives {
     pub end: [DMatrix<f64>; 3],
 }
 
-impl Given {
+impl RodDescription {
     /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
@@ -166,7 +166,7 @@ impl HeavyRod {
     ///
     /// # Errors
     /// A mass, gravity or load that is not finite, a mass or an inertia that is not positive.
-    pub fn new(given: Given, grid: Grid) -> Result<Self> {
+    pub fn new(given: RodDescription, grid: Grid) -> Result<Self> {
         if !(given.mass > 0.0 && given.mass.is_finite()) {
             return Err(Error::domain(format!(
                 "the mass of the rod over that of the body, {}, must be finite and > 0",
@@ -238,7 +238,7 @@ impl HeavyRod {
     /// Centreline of this rod, number `rod`, with its ends held as given, if it has a contact diameter.
     pub fn tube<'a>(
         &'a self,
-        at: &'a Moving,
+        at: &'a RodState,
         rod: usize,
         held: Vec<Option<usize>>,
     ) -> Option<Tube<'a>> {
@@ -281,7 +281,7 @@ impl HeavyRod {
     }
 
     /// Evaluates coordinates and rates; None if the strains are too large for a curve.
-    pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<Moving> {
+    pub fn moving(&self, q: &[f64], w: &[f64]) -> Option<RodState> {
         self.moving_from(&Isometry3::identity(), &Vector6::zeros(), q, w)
     }
 
@@ -292,11 +292,11 @@ impl HeavyRod {
         twist: &Vector6<f64>,
         q: &[f64],
         w: &[f64],
-    ) -> Option<Moving> {
+    ) -> Option<RodState> {
         let (strains, rates) = (self.strains(q), self.rates(w));
         let shape = self.sections.shape(base, &strains)?;
         let flow = self.sections.flow(&shape, twist, &rates);
-        Some(Moving {
+        Some(RodState {
             strains,
             rates,
             shape,
@@ -308,15 +308,15 @@ impl HeavyRod {
 
     /// The state with the dashpots of the Maxwell branches at the strains `z`.
     #[must_use]
-    pub fn remembering(&self, at: Moving, q: &[f64], z: &[f64]) -> Moving {
-        Moving {
+    pub fn remembering(&self, at: RodState, q: &[f64], z: &[f64]) -> RodState {
+        RodState {
             springs: self.memory.springs(q, z),
             ..at
         }
     }
 
     /// Dashpot strains of each Maxwell branch at the nodes.
-    pub fn dashpots(&self, at: &Moving) -> Vec<Vec<Strain>> {
+    pub fn dashpots(&self, at: &RodState) -> Vec<Vec<Strain>> {
         let branches = self.given.law.branches().len();
         let of = |k: usize| {
             let springs = at.springs.iter().skip(k).step_by(branches);
@@ -327,12 +327,18 @@ impl HeavyRod {
     }
 
     /// The balance at time `t`, with the second derivatives `a` of the coordinates; None outside the law's domain.
-    pub fn balance(&self, t: f64, at: &Moving, a: &[f64]) -> Option<Balance> {
-        self.balance_held(t, at, a, &Held::default())
+    pub fn balance(&self, t: f64, at: &RodState, a: &[f64]) -> Option<Balance> {
+        self.balance_held(t, at, a, &RodSupport::default())
     }
 
     /// The balance of a rod with a moving base and an end wrench.
-    pub fn balance_held(&self, t: f64, at: &Moving, a: &[f64], held: &Held) -> Option<Balance> {
+    pub fn balance_held(
+        &self,
+        t: f64,
+        at: &RodState,
+        a: &[f64],
+        held: &RodSupport,
+    ) -> Option<Balance> {
         let second = self.rates(a);
         let sections = &self.sections;
         let change = sections.change(&at.shape, &at.flow, &held.base, &second);
@@ -382,14 +388,14 @@ impl HeavyRod {
     }
 
     /// Response of the section at a node.
-    fn answer(&self, node: usize, s: f64, at: &Moving) -> Option<Answer> {
+    fn answer(&self, node: usize, s: f64, at: &RodState) -> Option<Answer> {
         let branches = at.springs.len() / at.strains.len();
         let springs = &at.springs[node * branches..(node + 1) * branches];
         let law = &self.given.law;
         law.answer(s, &at.strains[node], &at.rates[node], springs)
     }
 
-    fn seen(&self, at: &Moving, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
+    fn seen(&self, at: &RodState, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
         let pose = match self.masses[i].turns() {
             true => at.shape.pose(i),
             false => {
@@ -400,7 +406,7 @@ impl HeavyRod {
     }
 
     /// The mass matrix M, with J; for a rod of an assembly with six more rows and columns for its base.
-    pub fn mass_matrix(&self, t: f64, at: &Moving) -> Option<(DMatrix<f64>, Turned)> {
+    pub fn mass_matrix(&self, t: f64, at: &RodState) -> Option<(DMatrix<f64>, PoseDerivatives)> {
         let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let none = Vector6::zeros();
         let linear = self.masses(t, at, &vec![none; self.masses.len()])?;
@@ -415,7 +421,7 @@ impl HeavyRod {
     }
 
     /// Derivatives of the residual of `balance`; None outside the law's domain.
-    pub fn derivatives(&self, t: f64, at: &Moving, balance: &Balance) -> Option<Derivatives> {
+    pub fn derivatives(&self, t: f64, at: &RodState, balance: &Balance) -> Option<Derivatives> {
         let turned = self.sections.turned(&at.shape, self.given.body.is_none());
         let carried = self
             .sections
@@ -470,7 +476,7 @@ impl HeavyRod {
     /// sections, and with a flag whether the base rotates along.
     fn add_hinge<const K: usize>(
         &self,
-        turned: &Turned,
+        turned: &PoseDerivatives,
         changes: [(&mut DMatrix<f64>, &Triple, bool); K],
     ) {
         let Some(hinge) = &self.hinge else { return };
@@ -486,7 +492,7 @@ impl HeavyRod {
     /// Adds the response of the sections' law.
     pub(super) fn add_section(
         &self,
-        at: &Moving,
+        at: &RodState,
         stiffness: &mut DMatrix<f64>,
         damping: &mut DMatrix<f64>,
     ) -> Option<()> {
@@ -506,7 +512,7 @@ impl HeavyRod {
         Some(())
     }
 
-    fn masses(&self, t: f64, at: &Moving, wrenches: &[Vector6<f64>]) -> Option<Vec<MassLinear>> {
+    fn masses(&self, t: f64, at: &RodState, wrenches: &[Vector6<f64>]) -> Option<Vec<MassLinear>> {
         let each = self.masses.iter().zip(wrenches).enumerate();
         each.map(|(i, (mass, wrench))| {
             let (pose, v) = self.seen(at, i);
@@ -547,7 +553,7 @@ impl HeavyRod {
     }
 
     /// Kinetic energy of the body and of the rod.
-    pub fn kinetic(&self, t: f64, at: &Moving) -> [f64; 2] {
+    pub fn kinetic(&self, t: f64, at: &RodState) -> [f64; 2] {
         let each = self.masses.iter().enumerate();
         let energies: Vec<f64> = each
             .map(|(i, mass)| {
@@ -563,14 +569,14 @@ impl HeavyRod {
     }
 
     /// Potential of gravity and constant loads, on body and rod.
-    pub fn potential(&self, t: f64, at: &Moving) -> f64 {
+    pub fn potential(&self, t: f64, at: &RodState) -> f64 {
         let each = self.masses.iter().enumerate();
         each.map(|(i, mass)| mass.potential(t, &self.seen(at, i).0))
             .sum()
     }
 
     /// Stored energy, and dissipation per length and time at the nodes.
-    pub fn stored(&self, at: &Moving) -> Option<(f64, Vec<f64>)> {
+    pub fn stored(&self, at: &RodState) -> Option<(f64, Vec<f64>)> {
         let grid = &self.sections.grid;
         let mut energy = 0.0;
         let mut lost = Vec::with_capacity(grid.len());

@@ -36,7 +36,7 @@ pub struct Spins {
 
 /// A column of [`Quads`] that rotates a single node: column number, node, axis in the world.
 #[derive(Debug, Clone, Copy)]
-pub struct Own {
+pub struct NodeRotation {
     pub column: usize,
     pub node: usize,
     pub axis: Vector3<f64>,
@@ -232,10 +232,10 @@ impl Spins {
 
     /// eta: rotations of the sections by these changes of the strains, and by rotations of the base about the three
     /// axes from column `base` on.
-    pub fn turned(&self, own: &[Own], base: Option<usize>, columns: usize) -> Quads {
+    pub fn turned(&self, own: &[NodeRotation], base: Option<usize>, columns: usize) -> Quads {
         let rows = self.q[0].nrows();
         let mut eta = blank(rows, columns);
-        for Own { column, node, axis } in own {
+        for NodeRotation { column, node, axis } in own {
             let axis = left(&(pure(axis) * 0.5));
             for i in 0..rows {
                 add(&mut eta, i, *column, &(axis * entry(&self.q, i, *node)));
@@ -251,7 +251,13 @@ impl Spins {
 
     /// Derivatives of omega and omega_t by the strains, and of omega_t by the rates; columns of the base rotate and
     /// spin it.
-    pub fn carried(&self, eta: &Quads, own: &[Own], base: Option<usize>, at: &Spun) -> [Triple; 3] {
+    pub fn carried(
+        &self,
+        eta: &Quads,
+        own: &[NodeRotation],
+        base: Option<usize>,
+        at: &Spun,
+    ) -> [Triple; 3] {
         let (rows, n) = self.q[0].shape();
         // A rigid rotation carries the vectors along.
         let rigid = |x: &mut Quads, by: &[Turn]| {
@@ -266,7 +272,7 @@ impl Spins {
             }
         };
         let sums = |mut f: Quads, of: &dyn Fn(usize) -> Turn| {
-            for Own { column, node, axis } in own {
+            for NodeRotation { column, node, axis } in own {
                 add(&mut f, *node, *column, &product(&of(*node), &pure(axis)));
             }
             self.halved_all(&f)
@@ -328,7 +334,7 @@ impl Spins {
     pub fn bent(
         &self,
         eta: &Quads,
-        own: &[Own],
+        own: &[NodeRotation],
         base: Option<usize>,
         (couples, gathered): (&[Vector3<f64>], &[Turn]),
     ) -> DMatrix<f64> {
@@ -355,7 +361,7 @@ impl Spins {
         for (a, row) in own.iter().enumerate() {
             out.row_mut(a).copy_from(&all.row(row.column));
         }
-        for (a, Own { node, axis, .. }) in own.iter().enumerate() {
+        for (a, NodeRotation { node, axis, .. }) in own.iter().enumerate() {
             let weight = -product(&gathered[*node], &pure(axis));
             for (b, other) in own.iter().enumerate() {
                 let part = weight.dot(&entry(eta, *node, other.column));

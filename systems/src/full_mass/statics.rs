@@ -4,7 +4,7 @@
 use super::damped_modes::{Branch, decaying};
 use super::frames::Curve;
 use super::mass::Mass;
-use super::rod::{Derivatives, HeavyRod, Moving};
+use super::rod::{Derivatives, HeavyRod, RodState};
 use crate::error::{Error, Result};
 use crate::math::small_sort::sort_few;
 use crate::solve::positive_definite::definite;
@@ -47,7 +47,7 @@ const BEND: [f64; 6] = [0.6, 0.8, 0.01, 0.02, 0.01, 0.005];
 /// If the unstable part of that bend is smaller than this, the rod leaves along the lowest mode instead.
 const ACROSS: f64 = 1e-3;
 /// Largest number of unstable equilibria left before the search gives up.
-const LEFT: usize = 6;
+const MAX_UNSTABLE_LEFT: usize = 6;
 /// Rotation of a clamp for the difference quotient of the rod's balance.
 pub(super) const TURN: f64 = 1e-5;
 
@@ -62,7 +62,7 @@ impl HeavyRod {
     pub fn settled(&self, t: f64, q: &[f64]) -> Result<Vec<f64>> {
         let standing = self.standing_at(t);
         let mut q = standing.descended(t, q)?;
-        for _ in 0..LEFT {
+        for _ in 0..MAX_UNSTABLE_LEFT {
             let Some(way) = standing.way_down(t, &q)? else {
                 return Ok(q);
             };
@@ -145,7 +145,7 @@ impl HeavyRod {
         let none = vec![0.0; m];
         let outside =
             || Error::domain("the search for the equilibrium left the domain of the section law");
-        let energy = |at: &Moving| Some(self.stored(at)?.0 + self.potential(t, at));
+        let energy = |at: &RodState| Some(self.stored(at)?.0 + self.potential(t, at));
         let mut q = q.to_vec();
         let mut at = self.moving(&q, &none).ok_or_else(outside)?;
         let mut balance = self.balance(t, &at, &none).ok_or_else(outside)?;
@@ -243,7 +243,7 @@ impl HeavyRod {
     ///
     /// # Errors
     /// A velocity that the rod cannot follow: a straight inextensible rod cannot be stretched.
-    pub fn following(&self, t: f64, at: &Moving, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
+    pub fn following(&self, t: f64, at: &RodState, velocity: &Vector6<f64>) -> Result<Vec<f64>> {
         let m = self.size();
         let wrong = || Error::domain("the strains at the start are outside the law's domain");
         let turned = self.sections.turned(&at.shape, false);

@@ -11,7 +11,7 @@
 //! the stiffness of the rod. Explicit steps solve for a by Cholesky factors of M.
 
 use super::maxwell_nodes::Memory;
-use super::rod::{Derivatives, HeavyRod, Moving};
+use super::rod::{Derivatives, HeavyRod, RodState};
 use crate::solve::lu::Lu;
 use crate::solve::system::{Factor, Linearised, Scalar, System};
 use nalgebra::{DMatrix, DVector};
@@ -36,14 +36,14 @@ impl HeavyRod {
     }
 
     /// Evaluates the strains and velocities of a state.
-    pub fn at(&self, y: &DVector<f64>) -> Option<Moving> {
+    pub fn at(&self, y: &DVector<f64>) -> Option<RodState> {
         let m = self.size();
         let (q, w) = (&y.as_slice()[..m], &y.as_slice()[m..2 * m]);
         Some(self.remembering(self.moving(q, w)?, q, &y.as_slice()[2 * m..self.time()]))
     }
 
     /// Second derivatives of the strains that balance a state.
-    pub fn accelerations(&self, t: f64, at: &Moving) -> Option<DVector<f64>> {
+    pub fn accelerations(&self, t: f64, at: &RodState) -> Option<DVector<f64>> {
         let none = vec![0.0; self.size()];
         let rest = self.balance(t, at, &none)?.residual;
         let (mass, _) = self.mass_matrix(t, at)?;
@@ -117,7 +117,7 @@ impl HeavyRod {
     fn write(
         &self,
         y: &DVector<f64>,
-        at: &Moving,
+        at: &RodState,
         a: &[f64],
         out: &mut DVector<f64>,
     ) -> Option<()> {

@@ -1,7 +1,7 @@
 //! Time scales (1/omega, D/K) of the shortest wave on the grid: how much unresolved strain rates can change the
 //! motion.
 
-use super::rod::{HeavyRod, Moving};
+use super::rod::{HeavyRod, RodState};
 use crate::section::Strain;
 use std::f64::consts::PI;
 
@@ -18,7 +18,7 @@ impl HeavyRod {
     /// A section without moment, as at a free end, creeps: its rate is -(K/D) times its strain, so that friction
     /// cancels the elastic moment. Such rates are as large as friction is small, in a layer that no nodes resolve at
     /// first.
-    pub fn delays(&self, at: &Moving) -> Option<[Strain; 2]> {
+    pub fn delays(&self, at: &RodState) -> Option<[Strain; 2]> {
         let (grid, law) = (&self.sections.grid, &self.given.law);
         let mass = self.given.mass / law.length();
         let mut longest = [Strain::zeros(); 2];

@@ -11,7 +11,7 @@ pub type Local<const M: usize> = SVector<f64, M>;
 pub type AtEnd<const D: usize> = SVector<f64, D>;
 
 /// Pose of an end, and dissipation of its rod per time; None while unknown.
-pub type Ended<P> = Option<(P, f64)>;
+pub type EndAndDissipation<P> = Option<(P, f64)>;
 
 /// Effect of a dead load along a rod: local resultants g at the nodes, beside those of the end wrench, and potential
 /// -int f.r.
@@ -108,7 +108,7 @@ pub trait Kinematics<const M: usize, const D: usize>: Debug + Send + Sync {
         _law: Option<&Constant<M>>,
         _states: &[(&[f64], AtEnd<D>)],
         _out: &mut [&mut [f64]],
-        _ends: &mut [Ended<Self::Pose>],
+        _ends: &mut [EndAndDissipation<Self::Pose>],
         _room: &mut Self::Room,
     ) -> bool {
         false

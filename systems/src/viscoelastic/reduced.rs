@@ -10,7 +10,7 @@
 //! (5.10). Laws that are linear in the overstress take one solve, others Newton's method with a line search.
 
 use super::grid::Grid;
-use super::kinematics::{AtEnd, Ended, Kinematics, Local};
+use super::kinematics::{AtEnd, EndAndDissipation, Kinematics, Local};
 use super::material::Material;
 use crate::math::small_matrices::{add_times, add_transposed_times, times};
 use nalgebra::{DMatrix, DVector, SMatrix, Vector3};
@@ -78,7 +78,7 @@ impl<const M: usize, const D: usize> Default for Flow<M, D> {
 
 /// Workspace of repeated evaluations, which then allocate nothing.
 #[derive(Debug)]
-pub struct Room<K: Kinematics<M, D>, const M: usize, const D: usize> {
+pub struct Workspace<K: Kinematics<M, D>, const M: usize, const D: usize> {
     /// A configuration and its flow.
     pub at: Configuration<K::Shape, M, D>,
     /// Flow of the configuration `at`.
@@ -88,7 +88,7 @@ pub struct Room<K: Kinematics<M, D>, const M: usize, const D: usize> {
     pub shaping: K::Room,
 }
 
-impl<K: Kinematics<M, D>, const M: usize, const D: usize> Default for Room<K, M, D> {
+impl<K: Kinematics<M, D>, const M: usize, const D: usize> Default for Workspace<K, M, D> {
     fn default() -> Self {
         Self {
             at: Configuration::default(),
@@ -220,8 +220,8 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         &self,
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
-        ends: &mut [Ended<K::Pose>],
-        room: &mut Room<K, M, D>,
+        ends: &mut [EndAndDissipation<K::Pose>],
+        room: &mut Workspace<K, M, D>,
     ) -> Option<()> {
         let force = self.material.load_at(self.grid.nodes());
         let law = self.material.constant();
@@ -248,7 +248,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
         w: &AtEnd<D>,
         force: Option<&[Vector3<f64>]>,
         out: &mut [f64],
-        room: &mut Room<K, M, D>,
+        room: &mut Workspace<K, M, D>,
     ) -> Option<K::Pose> {
         let Configuration { strains, shape, .. } = &mut room.at;
         let places = state.chunks_exact(M).take(self.grid.len());
@@ -303,7 +303,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
     }
 
     /// [`Self::flow`] of the configuration in the workspace.
-    pub fn flow_in(&self, room: &mut Room<K, M, D>, v: &AtEnd<D>) -> Option<()> {
+    pub fn flow_in(&self, room: &mut Workspace<K, M, D>, v: &AtEnd<D>) -> Option<()> {
         self.follow(&room.at, v, &mut room.flow, &mut room.next)
     }
 

@@ -13,7 +13,7 @@ mod rotations;
 mod stages8;
 
 use super::grid::{Element, Grid};
-use super::kinematics::{AtEnd, Borne, Ended, Kinematics, Local};
+use super::kinematics::{AtEnd, Borne, EndAndDissipation, Kinematics, Local};
 use super::material::Constant;
 use crate::math::se3::{Turn, frame, identity, spin, unit};
 use crate::math::small_matrices::{add_times, times};
@@ -285,7 +285,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
         law: Option<&Constant<M>>,
         states: &[(&[f64], AtEnd<D>)],
         out: &mut [&mut [f64]],
-        ends: &mut [Ended<Isometry3<f64>>],
+        ends: &mut [EndAndDissipation<Isometry3<f64>>],
         room: &mut Room,
     ) -> bool {
         let law = law.map(|law| Flowing {
@@ -314,7 +314,7 @@ impl<const M: usize, const D: usize> Kinematics<M, D> for Space<M, D> {
                 ends: &mut reached,
                 lanes: &mut room.lanes,
             };
-            if !loading.done() {
+            if !loading.evaluate() {
                 return false;
             }
             for (end, there) in ends.iter_mut().zip(reached) {

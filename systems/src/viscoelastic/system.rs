@@ -32,7 +32,7 @@ use crate::math::small_matrices::times;
 use crate::solve::system::System;
 use crate::viscoelastic::end_pose;
 use crate::viscoelastic::kinematics::{AtEnd, Kinematics, Local};
-use crate::viscoelastic::reduced::{Configuration, Flow, Linear, Reduced, Room, loose};
+use crate::viscoelastic::reduced::{Configuration, Flow, Linear, Reduced, Workspace, loose};
 use linear::relaxation;
 use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
@@ -129,7 +129,7 @@ pub struct ViscousSystem<'a, K: Kinematics<M, D>, B, const M: usize, const D: us
     /// The form of implicit steps.
     pub hold: Hold,
     /// Workspace of right-hand sides, to avoid allocations; without state.
-    room: RefCell<Room<K, M, D>>,
+    room: RefCell<Workspace<K, M, D>>,
 }
 
 impl<'a, K, B, const M: usize, const D: usize> ViscousSystem<'a, K, B, M, D>
@@ -240,7 +240,7 @@ where
     }
 
     /// Sets the configuration in the workspace to that of a state.
-    fn configure(&self, y: &DVector<f64>, room: &mut Room<K, M, D>) -> Option<()> {
+    fn configure(&self, y: &DVector<f64>, room: &mut Workspace<K, M, D>) -> Option<()> {
         let layout = self.layout();
         let (strains, memory) = y.as_slice()[..layout.velocity()].split_at(layout.field());
         let refill = |field: &mut Vec<Local<M>>, values: &[f64]| {

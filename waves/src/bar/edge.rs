@@ -70,7 +70,7 @@ impl Bar {
             let lam = material.stretch(stress)?;
             Ok(Edge {
                 stress,
-                velocity: inside.1 + sign * material.rise(inside.0, lam).0,
+                velocity: inside.1 + sign * material.velocity_jump(inside.0, lam).0,
                 fastest: material.fastest(inside.0, lam),
             })
         };

@@ -111,7 +111,7 @@ impl Material {
 
     /// Change of the velocity by the wave from `ahead` to `behind`, positive for a stretching wave, and its
     /// derivative by `behind`. A wave towards -X adds the change, one towards +X subtracts it.
-    pub fn rise(&self, ahead: f64, behind: f64) -> (f64, f64) {
+    pub fn velocity_jump(&self, ahead: f64, behind: f64) -> (f64, f64) {
         let jump = |from: f64, to: f64| {
             let speed = self.chord_speed(from, to);
             let slope = self.jet(to)[2] / self.density();

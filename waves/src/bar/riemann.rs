@@ -43,7 +43,10 @@ impl Material {
         // Guess for two weak waves.
         let guess = (apart + speeds[0] * left[0] + speeds[1] * right[0]) / (speeds[0] + speeds[1]);
         let residual = |lam: f64| {
-            let (a, b) = (self.rise(left[0], lam), self.rise(right[0], lam));
+            let (a, b) = (
+                self.velocity_jump(left[0], lam),
+                self.velocity_jump(right[0], lam),
+            );
             Some((a.0 + b.0 - apart, a.1 + b.1))
         };
         let stretch = self.increasing(guess, residual).ok_or_else(|| {
@@ -55,8 +58,8 @@ impl Material {
             ))
         })?;
         let (a, b) = (
-            self.rise(left[0], stretch).0,
-            self.rise(right[0], stretch).0,
+            self.velocity_jump(left[0], stretch).0,
+            self.velocity_jump(right[0], stretch).0,
         );
         Ok([stretch, 0.5 * (left[1] + a + right[1] - b)])
     }
@@ -69,7 +72,7 @@ impl Material {
     pub fn behind(&self, ahead: f64, rise: f64) -> Result<f64> {
         self.check(ahead)?;
         let residual = |lam: f64| {
-            let (value, slope) = self.rise(ahead, lam);
+            let (value, slope) = self.velocity_jump(ahead, lam);
             Some((value - rise, slope))
         };
         self.increasing(ahead + rise / self.speed(ahead), residual)

@@ -14,8 +14,8 @@ use super::{
 };
 
 use crate::elastica::chart::Integrals;
-use crate::elastica::folds::{FIRST, QUARTERS};
-use crate::elastica::inversion::{LOADED, TAUT};
+use crate::elastica::folds::{MIN_FOLD_LAM, QUARTERS};
+use crate::elastica::inversion::{LOADED, MAX_P_BEYOND_LAM};
 use crate::math::interval::Interval;
 use enclosure::{Enclosure, Place};
 use series::{Jet, Pendulum};
@@ -159,9 +159,9 @@ const LOG_TO: f64 = 1.15;
 const LINEAR_FROM: f64 = 0.85;
 const LEAST: f64 = LOADED - 0.25;
 const MOST: f64 = 60.25;
-/// Largest p - lam of the proof: the search's boxes begin no farther than TAUT beyond lam, and reach this far when
+/// Largest p - lam of the proof: the search's boxes begin no farther than MAX_P_BEYOND_LAM beyond lam, and reach this far when
 /// widened.
-const BEYOND: f64 = TAUT + 2.25;
+const BEYOND: f64 = MAX_P_BEYOND_LAM + 2.25;
 const WIDTH: f64 = 0.25;
 
 /// Ranges of lam that are proven one by one.
@@ -332,7 +332,7 @@ fn no_fold_lies_below_the_scan() {
     while let Some(place) = queue.pop() {
         let ([p_low, p_high], [low, high]) = (place.p, place.u);
         let [least, most] = place.p.map(|p| enclosure::at_point(p.max(1e-9), 1.0).1);
-        if high < least.lo || low > FIRST.max(QUARTERS * most.hi) {
+        if high < least.lo || low > MIN_FOLD_LAM.max(QUARTERS * most.hi) {
             continue;
         }
         let (wide, long) = (p_high - p_low, high - low);

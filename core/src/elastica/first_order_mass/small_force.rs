@@ -243,7 +243,7 @@ mod tests {
                     let loose: Vec<_> = (rods.iter())
                         .map(|rod| LooseInertia::new(rod).unwrap().added(&v, &gravity).unwrap())
                         .collect();
-                    let noise = |all: &[Added]| {
+                    let noise = |all: &[AddedInertia]| {
                         (all.iter()).fold([0.0f64; 2], |[mass, force], at| {
                             let (m, f) =
                                 (off(&at.mass, &all[0].mass), off(&at.force, &all[0].force));

@@ -2,11 +2,11 @@
 
 use super::super::heavy::{grain, in_space};
 use super::{AssemblySetup, FINE, attachment, vector};
-use crate::assembly::{Carrier, Configuration, Joint};
+use crate::assembly::{Configuration, HeavyBody, Joint};
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::frames::Curve;
-use crate::full_mass::rod::{Given, HeavyRod};
+use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::motion::full_mass::{HeavyAssemblyStart, HeavyRun, RodStart};
 use crate::motion::{Nodes, Options};
 use crate::scene::{AssemblyScene, LoadAlong, Rod, Scales, Scene, Site};
@@ -19,7 +19,7 @@ pub(super) fn heavy(
     scene: &Scene,
     given: &AssemblyScene,
     scales: &Scales,
-    carriers: &[Carrier],
+    carriers: &[HeavyBody],
 ) -> Result<Option<HeavyAssembly>> {
     if !scene.rod.is_heavy() {
         return Ok(None);
@@ -39,7 +39,7 @@ pub(super) fn heavy(
         };
         let made = || {
             let (law, mass, rotary) = in_space(rod, scales)?;
-            let given = Given {
+            let given = RodDescription {
                 law: law.along(scales.inward(Quantity::Length, rod.length)),
                 curve: Curve::Space,
                 mass,
@@ -130,7 +130,7 @@ impl AssemblySetup {
         let point = link.point(0.0, &now.bodies, &now.charts[k], FINE)?;
         let s = if self.reversed[k] { 1.0 - s } else { s };
         let at = [s * link.rod().length()];
-        let seen = link.facing(&point.base.pose.rotation);
+        let seen = link.with_base_rotation(&point.base.pose.rotation);
         let sections = seen.shape(&now.charts[k], &point.held(), &at, FINE)?;
         let mut strain = sections
             .last()

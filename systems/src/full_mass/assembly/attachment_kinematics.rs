@@ -1,7 +1,7 @@
 //! Kinematics of attachments: pose, motion with the bodies, and derivatives.
 
-use super::{HeavyAssembly, On};
-use crate::assembly::{Attachment, Carrier, Place};
+use super::{AttachedTo, HeavyAssembly};
+use crate::assembly::{Attachment, BodyMotion, HeavyBody};
 use crate::math::se3::{halves, joined, unit};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix6xX, UnitQuaternion, Vector3, Vector4, Vector6,
@@ -11,7 +11,7 @@ use nalgebra::{
 #[derive(Debug, Clone)]
 pub(super) struct BodyNow {
     /// Pose and twist.
-    pub place: Place,
+    pub place: BodyMotion,
     /// Twists per unit of the body's own velocities, in a groove per rate of the parameter.
     pub own: Matrix6xX<f64>,
     /// Acceleration at constant own velocities.
@@ -47,7 +47,7 @@ pub(super) struct SeatLinear {
 
 impl BodyNow {
     /// A body from its numbers in a state.
-    pub fn new(carrier: &Carrier, numbers: &[f64]) -> Self {
+    pub fn new(carrier: &HeavyBody, numbers: &[f64]) -> Self {
         let place = carrier.read(numbers);
         let turnings = carrier.turnings();
         let mut own = Matrix6xX::zeros(carrier.freedoms());
@@ -102,7 +102,7 @@ impl HeavyAssembly {
     ) -> Seat {
         let mut by = DMatrix::zeros(6, self.layout.free);
         let mut seat = match &site.on {
-            On::Ground => Seat {
+            AttachedTo::Ground => Seat {
                 pose: site.place,
                 twist: Vector6::zeros(),
                 bias: Vector6::zeros(),
@@ -110,7 +110,7 @@ impl HeavyAssembly {
                 by,
                 on: None,
             },
-            On::Support(support) => {
+            AttachedTo::Support(support) => {
                 let frame = support.at(t);
                 let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
                 let twist = frame.of_poses().absolute(&lever, &Vector6::zeros());
@@ -123,9 +123,9 @@ impl HeavyAssembly {
                     on: None,
                 }
             }
-            On::Body(number) => {
+            AttachedTo::Body(number) => {
                 let body = &bodies[*number];
-                let Place { pose, twist } = &body.place;
+                let BodyMotion { pose, twist } = &body.place;
                 let lever = pose.rotation * site.place.translation.vector;
                 let omega = halves(twist).0;
                 by.columns_mut(self.layout.velocities[*number], body.own.ncols())

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Derivatives by displacements, by velocities, or by accelerations.
 #[derive(Debug, Clone)]
 pub(super) struct Level {
-    rods: Vec<Part>,
+    rods: Vec<RodBlocks>,
     /// Block of bodies and bases against each other.
     free: DMatrix<f64>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Level {
 /// Blocks of one rod: its balance, its share in the bodies' balance, and its end; each by the strains and by bodies
 /// and bases.
 #[derive(Debug, Clone)]
-struct Part {
+struct RodBlocks {
     own: DMatrix<f64>,
     own_by_free: DMatrix<f64>,
     free_by_own: DMatrix<f64>,
@@ -43,7 +43,7 @@ pub(super) struct Blocks {
 
 /// A right-hand side or a solution: per rod, and for bodies, bases and multipliers together.
 #[derive(Debug, Clone)]
-pub(super) struct Sides<T: ComplexField> {
+pub(super) struct BlockVector<T: ComplexField> {
     pub rods: Vec<DVector<T>>,
     pub free: DVector<T>,
 }
@@ -70,7 +70,7 @@ struct RodFactor<T: ComplexField> {
 }
 
 /// Linear combination of levels that forms a matrix, for the balance and for the ends: (factor, level).
-pub(super) struct Mix<'a, T> {
+pub(super) struct LevelCombination<'a, T> {
     pub balance: &'a [(T, usize)],
     pub ends: &'a [(T, usize)],
     /// Maxwell branches of the rods, which respond to displacements at this rate; None if they carry no load.
@@ -87,7 +87,7 @@ impl HeavyAssembly {
         }
         let mut free = DMatrix::zeros(self.layout.free, self.layout.free);
         for (number, (mass, body)) in self.masses.iter().zip(&at.bodies).enumerate() {
-            let crate::assembly::Place { pose, twist } = &body.place;
+            let crate::assembly::BodyMotion { pose, twist } = &body.place;
             let linear = mass.linear(at.t, pose, twist, &nalgebra::Vector6::zeros())?;
             let own = self.body_seat(number, body).by;
             free += own.tr_mul(&(linear.by_acceleration * own.clone()));
@@ -194,7 +194,7 @@ impl HeavyAssembly {
             let m = link.rod.size();
             let rows = link.to.as_ref().map_or(0..0, super::Tie::rows);
             free += from.by.tr_mul(&own.rows(m, 6));
-            Part {
+            RodBlocks {
                 own: d.view((0, 0), (m, m)).into_owned(),
                 own_by_free: own.rows(0, m).into_owned(),
                 free_by_own: from.by.tr_mul(&d.view((m, 0), (6, m))),
@@ -252,7 +252,7 @@ impl Blocks {
     /// Factors of the mass matrix, the last level alone.
     pub fn mass(&self) -> Option<Factored<f64>> {
         let last = [(1.0, self.levels.len() - 1)];
-        self.factored(&Mix {
+        self.factored(&LevelCombination {
             balance: &last,
             ends: &last,
             memory: None,
@@ -260,7 +260,7 @@ impl Blocks {
     }
 
     /// Factors of a combination of levels with the multipliers; None if singular.
-    pub fn factored<T: Scalar>(&self, mix: &Mix<'_, T>) -> Option<Factored<T>> {
+    pub fn factored<T: Scalar>(&self, mix: &LevelCombination<'_, T>) -> Option<Factored<T>> {
         let free = self.free();
         let held: usize = self.by_wrench.iter().map(|by| by[0].ncols()).sum();
         let mut small = DMatrix::<T>::zeros(free + held, free + held);
@@ -275,7 +275,7 @@ impl Blocks {
         let mut start = free;
         for (k, [own_by_wrench, free_by_wrench]) in self.by_wrench.iter().enumerate() {
             let (m, ties) = own_by_wrench.shape();
-            let sum = |of: &[(T, usize)], pick: fn(&Part) -> &DMatrix<f64>| {
+            let sum = |of: &[(T, usize)], pick: fn(&RodBlocks) -> &DMatrix<f64>| {
                 let mut sum =
                     pick(&self.levels[of[0].1].rods[k]).map(|x| of[0].0 * T::from_real(x));
                 for (factor, j) in &of[1..] {
@@ -365,11 +365,11 @@ impl Blocks {
 
     /// Product of a level with displacements (or velocities, accelerations) of rods, bodies and bases: the balance of
     /// the rods, then that of bodies and bases with the ends. Multipliers in `x` do not contribute.
-    pub fn times<T: Scalar>(&self, level: usize, x: &Sides<T>) -> Sides<T> {
+    pub fn times<T: Scalar>(&self, level: usize, x: &BlockVector<T>) -> BlockVector<T> {
         let Level { rods, free } = &self.levels[level];
         let count = self.free();
         let (moved, mut start) = (&x.free.as_slice()[..count], count);
-        let mut out = Sides {
+        let mut out = BlockVector {
             rods: Vec::with_capacity(rods.len()),
             free: DVector::zeros(x.free.len()),
         };
@@ -431,7 +431,7 @@ impl Level {
 
 impl<T: Scalar> Factored<T> {
     /// Overwrites the right-hand side with the solution; false on failure.
-    pub fn solve(&self, b: &mut Sides<T>) -> bool {
+    pub fn solve(&self, b: &mut BlockVector<T>) -> bool {
         let held = |start: usize, ties: usize| start..start + ties;
         let free = self.rods.first().map_or(0, |rod| rod.start);
         for (rod, b_own) in self.rods.iter().zip(&mut b.rods) {

@@ -25,9 +25,9 @@ mod system;
 mod vibrations;
 
 use super::mass::Mass;
-use super::rod::{Balance, HeavyRod, Held, Moving};
+use super::rod::{Balance, HeavyRod, RodState, RodSupport};
 use super::system::INTEGRALS;
-use crate::assembly::{Attachment, Carrier, Joint, Mass as Matter, On, Place, Tube};
+use crate::assembly::{AttachedTo, Attachment, BodyMotion, HeavyBody, Joint, Mass as Matter, Tube};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use crate::viscoelastic::grid::Grid;
@@ -59,7 +59,7 @@ pub struct HeavyLink {
 #[derive(Debug, Clone)]
 pub struct HeavyAssembly {
     /// The bodies.
-    pub carriers: Vec<Carrier>,
+    pub carriers: Vec<HeavyBody>,
     /// The rods.
     pub links: Vec<HeavyLink>,
     names: Vec<String>,
@@ -100,7 +100,7 @@ pub struct HeavyState {
     /// Attachments of the rods, at base and end.
     seats: Vec<(Seat, Option<Seat>)>,
     /// The rods.
-    pub rods: Vec<Moving>,
+    pub rods: Vec<RodState>,
 }
 
 /// The balance of an assembly.
@@ -134,7 +134,7 @@ impl HeavyAssembly {
     ///
     /// # Errors
     /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body.
-    pub fn new(carriers: Vec<Carrier>, links: Vec<HeavyLink>) -> Result<Self> {
+    pub fn new(carriers: Vec<HeavyBody>, links: Vec<HeavyLink>) -> Result<Self> {
         if carriers.is_empty() {
             return Err(Error::domain("an assembly has one body at least"));
         }
@@ -145,7 +145,9 @@ impl HeavyAssembly {
                 )));
             }
             for tie in std::iter::once(&link.from).chain(&link.to) {
-                let On::Body(body) = tie.on.on else { continue };
+                let AttachedTo::Body(body) = tie.on.on else {
+                    continue;
+                };
                 let carrier = carriers.get(body).ok_or_else(|| {
                     Error::domain(format!(
                         "rod {k} is attached to body {body}; there are {}",
@@ -160,7 +162,7 @@ impl HeavyAssembly {
                     )));
                 }
             }
-            if let (On::Body(a), Some(On::Body(b))) =
+            if let (AttachedTo::Body(a), Some(AttachedTo::Body(b))) =
                 (&link.from.on.on, link.to.as_ref().map(|tie| &tie.on.on))
                 && a == b
             {
@@ -237,7 +239,7 @@ impl HeavyAssembly {
     /// rates. Maxwell branches carry no load.
     pub fn state(
         &self,
-        bodies: &[Place],
+        bodies: &[BodyMotion],
         bases: &[UnitQuaternion<f64>],
         strains: &[Vec<f64>],
         rates: &[Vec<f64>],
@@ -363,7 +365,7 @@ impl HeavyAssembly {
         let mut powers = [0.0; 3];
         let mut rods = Vec::with_capacity(self.links.len());
         for (k, (link, (from, to))) in self.links.iter().zip(&at.seats).enumerate() {
-            let held = Held {
+            let held = RodSupport {
                 base: from.acceleration(&faster),
                 end: self.end_wrench(k, unknowns),
             };
@@ -391,7 +393,7 @@ impl HeavyAssembly {
         for ((mass, body), start) in self.masses.iter().zip(&at.bodies).zip(&layout.velocities) {
             let own = faster.rows(*start, body.own.ncols());
             let acceleration = &body.own * own + body.bias;
-            let Place { pose, twist } = &body.place;
+            let BodyMotion { pose, twist } = &body.place;
             let wrench = mass.wrench(at.t, pose, twist, &acceleration)?;
             let mut part = free.rows_mut(*start, body.own.ncols());
             part += body.own.tr_mul(&wrench);
@@ -417,7 +419,7 @@ impl HeavyAssembly {
     pub fn energies(&self, at: &HeavyState) -> Option<([f64; 4], Vec<Vec<f64>>)> {
         let mut sums = [0.0; 4];
         for (mass, body) in self.masses.iter().zip(&at.bodies) {
-            let Place { pose, twist } = &body.place;
+            let BodyMotion { pose, twist } = &body.place;
             sums[0] += mass.kinetic(at.t, pose, twist);
             sums[3] += mass.potential(at.t, pose);
         }
@@ -446,7 +448,7 @@ impl HeavyAssembly {
     /// Centrelines of the rods with a contact diameter in a state.
     pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
         let body = |tie: &Tie| match tie.on.on {
-            On::Body(body) => Some(body),
+            AttachedTo::Body(body) => Some(body),
             _ => None,
         };
         let rods = self.links.iter().zip(&at.rods).enumerate();
@@ -466,10 +468,10 @@ impl HeavyAssembly {
         let balance = self.balance(at, unknowns)?;
         let mut forces: Vec<Vector3<f64>> = balance.wrenches.iter().map(|w| halves(w).1).collect();
         for (k, (link, rod)) in self.links.iter().zip(&balance.rods).enumerate() {
-            if let On::Body(body) = link.from.on.on {
+            if let AttachedTo::Body(body) = link.from.on.on {
                 forces[body] += halves(&rod.base).1;
             }
-            if let Some(On::Body(body)) = link.to.as_ref().map(|tie| &tie.on.on) {
+            if let Some(AttachedTo::Body(body)) = link.to.as_ref().map(|tie| &tie.on.on) {
                 forces[*body] += halves(&self.end_wrench(k, unknowns)).1;
             }
         }
@@ -486,7 +488,7 @@ impl HeavyAssembly {
             .iter()
             .flat_map(|link| std::iter::once(&link.from).chain(&link.to));
         let supports = ties.map(|tie| match &tie.on.on {
-            On::Support(support) => support.next_break(t),
+            AttachedTo::Support(support) => support.next_break(t),
             _ => f64::INFINITY,
         });
         bodies.chain(supports).fold(f64::INFINITY, f64::min)
@@ -495,7 +497,7 @@ impl HeavyAssembly {
 
 impl HeavyState {
     /// Places of the bodies.
-    pub fn places(&self) -> Vec<Place> {
+    pub fn places(&self) -> Vec<BodyMotion> {
         self.bodies.iter().map(|body| body.place).collect()
     }
 
@@ -516,7 +518,7 @@ impl HeavyState {
 }
 
 impl Layout {
-    fn new(carriers: &[Carrier], links: &[HeavyLink]) -> Self {
+    fn new(carriers: &[HeavyBody], links: &[HeavyLink]) -> Self {
         let mut next = 0;
         let mut range = |size: usize| {
             next += size;

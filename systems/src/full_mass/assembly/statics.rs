@@ -1,8 +1,8 @@
 //! Statics of assemblies with heavy rods: closing of gaps, equilibria with weight, rates tangent to the equilibria.
 
-use super::block_elimination::{Blocks, Mix, Sides};
+use super::block_elimination::{BlockVector, Blocks, LevelCombination};
 use super::{HeavyAssembly, HeavyState, attachment_kinematics};
-use crate::assembly::{Carrier, On, Place};
+use crate::assembly::{AttachedTo, BodyMotion, HeavyBody};
 use crate::error::{Error, Result};
 use crate::full_mass::mass::Mass;
 use crate::full_mass::statics::TURN;
@@ -71,7 +71,7 @@ impl HeavyAssembly {
     }
 
     /// Smallest change of strains and places, or of rates and velocities, that closes the gaps.
-    fn bridged(&self, at: &HeavyState, blocks: &Blocks, which: usize) -> Sides<f64> {
+    fn bridged(&self, at: &HeavyState, blocks: &Blocks, which: usize) -> BlockVector<f64> {
         let free = self.layout.free;
         let (mut gaps, mut rows) = (Vec::new(), Vec::new());
         for (k, link) in self.links.iter().enumerate() {
@@ -102,7 +102,7 @@ impl HeavyAssembly {
         let gaps = DVector::from_vec(gaps);
         let found = metric.svd(true, true).solve(&gaps, DEPENDENT);
         let wrench = found.unwrap_or_else(|_| DVector::zeros(held));
-        let mut change = Sides {
+        let mut change = BlockVector {
             rods: Vec::with_capacity(self.links.len()),
             free: DVector::zeros(free + held),
         };
@@ -124,7 +124,7 @@ impl HeavyAssembly {
     }
 
     /// Adds displacements of bodies, bases and strains; the loads of Maxwell branches stay.
-    pub(super) fn displace(&self, y: &mut DVector<f64>, change: &Sides<f64>, part: f64) {
+    pub(super) fn displace(&self, y: &mut DVector<f64>, change: &BlockVector<f64>, part: f64) {
         let places = self.places(y);
         let slots = y.as_mut_slice();
         for (slot, z, _) in &places.turns {
@@ -151,7 +151,7 @@ impl HeavyAssembly {
     }
 
     /// Adds velocities and rates.
-    pub(super) fn accelerate(&self, y: &mut DVector<f64>, change: &Sides<f64>) {
+    pub(super) fn accelerate(&self, y: &mut DVector<f64>, change: &BlockVector<f64>) {
         let places = self.places(y);
         for (slot, range) in &places.velocities {
             for (i, z) in range.clone().enumerate() {
@@ -182,7 +182,7 @@ impl HeavyAssembly {
     fn is_held(&self) -> bool {
         let ties = self.links.iter();
         let mut ties = ties.flat_map(|link| std::iter::once(&link.from).chain(&link.to));
-        ties.any(|tie| !matches!(tie.on.on, On::Body(_)))
+        ties.any(|tie| !matches!(tie.on.on, AttachedTo::Body(_)))
             || self.carriers.iter().any(|body| body.groove().is_some())
     }
 
@@ -229,7 +229,7 @@ impl HeavyAssembly {
             .accelerations(&self.at(&y).ok_or_else(outside)?)
             .ok_or_else(rigid)?;
         let stands = self.is_held();
-        let mix = Mix {
+        let mix = LevelCombination {
             balance: levels,
             ends: &[(1.0, 2)],
             memory: None,
@@ -278,7 +278,7 @@ impl HeavyAssembly {
             if step <= SHORT * scale || (step <= NEARLY * scale && step >= 0.5 * last) {
                 let bodies = self.carriers.iter().zip(&self.layout.bodies);
                 let places = bodies.map(|(body, range)| body.read(&y.as_slice()[range.clone()]));
-                Carrier::within_ends(&self.carriers, &places.collect::<Vec<_>>())?;
+                HeavyBody::within_ends(&self.carriers, &places.collect::<Vec<_>>())?;
                 return Ok(y);
             }
             last = step;
@@ -294,7 +294,7 @@ impl HeavyAssembly {
     fn drift(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let supports = || {
             self.links.iter().filter_map(|link| match &link.from.on.on {
-                On::Support(support) => Some(support.at(0.0).spin_rate()),
+                AttachedTo::Support(support) => Some(support.at(0.0).spin_rate()),
                 _ => None,
             })
         };
@@ -337,7 +337,7 @@ impl HeavyAssembly {
         let mut moves = false;
         for ((carrier, range), twist) in bodies {
             let numbers = &mut y.as_mut_slice()[range.clone()];
-            let place = Place {
+            let place = BodyMotion {
                 twist: *twist,
                 ..carrier.read(numbers)
             };
@@ -354,7 +354,7 @@ impl HeavyAssembly {
         let scale = self.scale();
         let size = stiffness.nrows();
         let first = size - self.layout.free;
-        let own = |carrier: &Carrier| carrier.freedoms();
+        let own = |carrier: &HeavyBody| carrier.freedoms();
         let held: usize = self.carriers.iter().map(own).sum();
         // Rods, then the free bases; the bodies are held.
         let unknown: Vec<usize> = (0..first).chain(first + held..size).collect();
@@ -397,7 +397,7 @@ impl HeavyAssembly {
                 .solve(&right, DEPENDENT)
                 .map_err(|_| rigid())?,
         };
-        let mut change = Sides {
+        let mut change = BlockVector {
             rods: Vec::with_capacity(self.links.len()),
             free: DVector::zeros(self.layout.free + c),
         };

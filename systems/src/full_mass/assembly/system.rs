@@ -7,9 +7,9 @@
 //! places' = z,   z' = z',   q' = w,   w' = q'',   0 = G(places, z, q, w, z', q'', l, t).
 //! ```
 
-use super::block_elimination::{Factored, Mix, Shared, Sides};
+use super::block_elimination::{BlockVector, Factored, LevelCombination, Shared};
 use super::{HeavyAssembly, HeavyBalance, HeavyState, INTEGRALS};
-use crate::assembly::Carrier;
+use crate::assembly::HeavyBody;
 use crate::full_mass::maxwell_nodes::Memory;
 use crate::math::se3::{spin, unit};
 use crate::solve::system::{Factor, Linearised, Scalar, System};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 /// Map between the numbers of a state and displacements and velocities.
 #[derive(Debug, Clone)]
-pub(super) struct Places {
+pub(super) struct StateMap {
     /// Quaternions: index in the state, index of the rotation vector, derivative of the quaternion by the latter.
     pub turns: Vec<(usize, usize, Matrix4x3<f64>)>,
     /// Other places: index in the state, and range of displacements.
@@ -42,9 +42,9 @@ fn by_spin(p: &Vector4<f64>) -> Matrix4x3<f64> {
 }
 
 impl HeavyAssembly {
-    pub(super) fn places(&self, y: &DVector<f64>) -> Places {
+    pub(super) fn places(&self, y: &DVector<f64>) -> StateMap {
         let layout = &self.layout;
-        let mut places = Places {
+        let mut places = StateMap {
             turns: Vec::new(),
             shifts: Vec::new(),
             velocities: Vec::new(),
@@ -60,7 +60,7 @@ impl HeavyAssembly {
         for ((carrier, range), z) in bodies.zip(&layout.velocities) {
             let [turn, position, spinning, velocity] =
                 carrier.slots().map(|slots| slots.start + range.start);
-            let turnings = Carrier::turnings(carrier);
+            let turnings = HeavyBody::turnings(carrier);
             let after = z + turnings..z + carrier.freedoms();
             if carrier.turns() {
                 places.turns.push((turn, *z, quaternion(turn)));
@@ -90,7 +90,7 @@ impl HeavyAssembly {
         if !factored.solve(&mut found) {
             return None;
         }
-        Some((self.joined(&found), blocks, factored))
+        Some((self.unsplit(&found), blocks, factored))
     }
 
     /// Accelerations and multipliers that balance a state; None if the ends constrain each other in more ways than
@@ -100,12 +100,12 @@ impl HeavyAssembly {
     }
 
     /// Splits a vector of accelerations and multipliers, or of residuals, by rod, and by bodies with the multipliers.
-    pub(super) fn sides(&self, unknowns: &DVector<f64>) -> Sides<f64> {
+    pub(super) fn sides(&self, unknowns: &DVector<f64>) -> BlockVector<f64> {
         let layout = &self.layout;
         let held = layout.wrenches.iter().flat_map(Range::clone);
         let free: Vec<f64> = (0..layout.free).chain(held).map(|i| unknowns[i]).collect();
         let rods = layout.second.iter();
-        Sides {
+        BlockVector {
             rods: rods
                 .map(|range| unknowns.rows(range.start, range.len()).into_owned())
                 .collect(),
@@ -114,7 +114,7 @@ impl HeavyAssembly {
     }
 
     /// Inverse of `sides`: one vector of accelerations, strains and multipliers.
-    pub(super) fn joined(&self, sides: &Sides<f64>) -> DVector<f64> {
+    pub(super) fn unsplit(&self, sides: &BlockVector<f64>) -> DVector<f64> {
         let layout = &self.layout;
         let free = sides.free.rows(0, layout.free);
         let rods = sides.rods.iter().flat_map(|rod| rod.iter());
@@ -246,7 +246,7 @@ impl System for HeavyAssembly {
 pub struct HeavyAssemblyLinear {
     blocks: Shared,
     mass: Factored<f64>,
-    places: Places,
+    places: StateMap,
     memory: Arc<[Memory]>,
 }
 
@@ -254,15 +254,15 @@ pub struct HeavyAssemblyLinear {
 #[derive(Debug)]
 pub struct HeavyAssemblyFactor<T: ComplexField> {
     blocks: Shared,
-    places: Places,
+    places: StateMap,
     memory: Arc<[Memory]>,
     sigma: T,
     factored: Factored<T>,
 }
 
-impl Places {
+impl StateMap {
     /// Displacements of a state-like vector.
-    fn displacements<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+    fn displacements<T: Scalar>(&self, b: &DVector<T>) -> BlockVector<T> {
         let mut x = self.none(&self.strains, b);
         for (slot, range) in &self.shifts {
             for (i, z) in range.clone().enumerate() {
@@ -280,7 +280,7 @@ impl Places {
     }
 
     /// Velocities of a state-like vector.
-    fn velocities<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+    fn velocities<T: Scalar>(&self, b: &DVector<T>) -> BlockVector<T> {
         let mut x = self.none(&self.rates, b);
         for (slot, range) in &self.velocities {
             for (i, z) in range.clone().enumerate() {
@@ -291,12 +291,12 @@ impl Places {
     }
 
     /// Parts of the rods, with zeros for bodies and multipliers.
-    fn none<T: Scalar>(&self, rods: &[Range<usize>], b: &DVector<T>) -> Sides<T> {
+    fn none<T: Scalar>(&self, rods: &[Range<usize>], b: &DVector<T>) -> BlockVector<T> {
         let own = rods
             .iter()
             .map(|range| b.rows(range.start, range.len()).into_owned());
         let inner: usize = rods.iter().map(Range::len).sum();
-        Sides {
+        BlockVector {
             rods: own.collect(),
             free: DVector::zeros(self.unknowns - inner),
         }
@@ -310,7 +310,7 @@ impl Places {
     }
 
     /// Right-hand sides at the indices of accelerations and multipliers.
-    fn right<T: Scalar>(&self, b: &DVector<T>) -> Sides<T> {
+    fn right<T: Scalar>(&self, b: &DVector<T>) -> BlockVector<T> {
         let [first, mut inner, held] = self.algebraic();
         let ranges: Vec<Range<usize>> = self
             .rates
@@ -337,7 +337,7 @@ impl Linearised for HeavyAssemblyLinear {
 
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<HeavyAssemblyFactor<T>> {
         let levels = [(T::one(), 0), (sigma, 1), (sigma * sigma, 2)];
-        let factored = self.blocks.factored(&Mix {
+        let factored = self.blocks.factored(&LevelCombination {
             balance: &levels,
             ends: &levels,
             memory: Some((sigma, &self.memory)),
@@ -375,9 +375,14 @@ impl Linearised for HeavyAssemblyLinear {
     }
 }
 
-impl Places {
+impl StateMap {
     /// Writes displacements and velocities.
-    fn write<T: Scalar>(&self, out: &mut DVector<T>, moved: &Sides<T>, faster: &Sides<T>) {
+    fn write<T: Scalar>(
+        &self,
+        out: &mut DVector<T>,
+        moved: &BlockVector<T>,
+        faster: &BlockVector<T>,
+    ) {
         for (slot, range) in &self.shifts {
             for (i, z) in range.clone().enumerate() {
                 out[slot + i] = moved.free[z];

@@ -1,9 +1,9 @@
 //! Small motions of an assembly with heavy rods about an equilibrium: vibrations, eigenvalues with friction, shapes.
 
 use super::HeavyAssembly;
-use super::block_elimination::Sides;
+use super::block_elimination::BlockVector;
 use super::statics::{DEPENDENT, rigid};
-use crate::assembly::{Attachment, On};
+use crate::assembly::{AttachedTo, Attachment};
 use crate::error::{Error, Result};
 use crate::full_mass::damped_modes::decaying;
 use crate::full_mass::statics::{ALL, Vibration, held_or_neutral, slowest};
@@ -41,7 +41,7 @@ impl HeavyAssembly {
         let mut standing = self.clone();
         for link in &mut standing.links {
             for tie in std::iter::once(&mut link.from).chain(&mut link.to) {
-                if let On::Support(support) = &tie.on.on {
+                if let AttachedTo::Support(support) = &tie.on.on {
                     tie.on = Attachment::ground(support.pose(t) * tie.on.place);
                 }
             }
@@ -146,7 +146,7 @@ impl HeavyAssembly {
                 .into_owned()
         });
         let rods: Vec<DVector<f64>> = rods.collect();
-        let change = Sides {
+        let change = BlockVector {
             free: shape.rows(at, self.layout.free).into_owned(),
             rods,
         };

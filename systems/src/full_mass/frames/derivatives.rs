@@ -1,12 +1,12 @@
 //! Derivatives of poses, velocities and accelerations of the sections by the strains and their rates.
 
-use super::{BASE, Change, Flow, Sections, Shape, Triple, cross, last_rows};
-use crate::full_mass::section_rotations::{Own, Quads, Spun};
+use super::{Accelerations, BASE, Flow, Sections, Shape, Triple, cross, last_rows};
+use crate::full_mass::section_rotations::{NodeRotation, Quads, Spun};
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 /// Rotations and displacements of the sections per change of the strains.
 #[derive(Debug, Clone)]
-pub struct Turned {
+pub struct PoseDerivatives {
     /// Rotations phi.
     pub phi: Triple,
     /// Displacements dr.
@@ -17,9 +17,9 @@ pub struct Turned {
     eta: Option<Quads>,
 }
 
-/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`Turned`].
+/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`PoseDerivatives`].
 #[derive(Debug, Clone)]
-pub struct Carried {
+pub struct RateDerivatives {
     /// d omega and d r_t by the strains.
     pub velocity: [Triple; 2],
     /// d omega_t and d r_tt by the strains.
@@ -30,12 +30,12 @@ pub struct Carried {
 
 impl Sections {
     /// Columns of the strains u, each of which rotates a single node.
-    fn own(&self, shape: &Shape) -> Vec<Own> {
+    fn own(&self, shape: &Shape) -> Vec<NodeRotation> {
         let count = self.active.len();
         let nodes = shape.directors[..self.grid.len()].iter().enumerate();
         let own = nodes.flat_map(|(node, directors)| {
             let bends = self.active.iter().enumerate().filter(|(_, k)| **k < 3);
-            bends.map(move |(a, k)| Own {
+            bends.map(move |(a, k)| NodeRotation {
                 column: node * count + a,
                 node,
                 axis: directors.column(*k).into_owned(),
@@ -50,7 +50,7 @@ impl Sections {
     }
 
     /// J: rotations and displacements of the sections; if `free`, with six more columns for those of the base.
-    pub fn turned(&self, shape: &Shape, free: bool) -> Turned {
+    pub fn turned(&self, shape: &Shape, free: bool) -> PoseDerivatives {
         let n = self.grid.len();
         let columns = self.size() + if free { BASE } else { 0 };
         let own = self.own(shape);
@@ -60,7 +60,7 @@ impl Sections {
             Some(eta) => [1, 2, 3].map(|k| &eta[k] * 2.0),
             None => {
                 let mut phi = blank(n + 1, columns);
-                for Own { column, node, axis } in own {
+                for NodeRotation { column, node, axis } in own {
                     for (phi, along) in phi.iter_mut().zip(axis.iter()) {
                         phi.column_mut(column)
                             .axpy(*along, &self.up.column(node), 0.0);
@@ -82,7 +82,7 @@ impl Sections {
                 r.column_mut(self.size() + 3 + k).fill(1.0);
             }
         }
-        Turned { r, phi, tau, eta }
+        PoseDerivatives { r, phi, tau, eta }
     }
 
     /// Product of each node's 3 x 3 matrix with the vectors of `x` at the node.
@@ -117,7 +117,13 @@ impl Sections {
     }
 
     /// Derivatives of velocities and accelerations.
-    pub fn carried(&self, shape: &Shape, flow: &Flow, change: &Change, turned: &Turned) -> Carried {
+    pub fn carried(
+        &self,
+        shape: &Shape,
+        flow: &Flow,
+        change: &Accelerations,
+        turned: &PoseDerivatives,
+    ) -> RateDerivatives {
         let (tau, bend, slide) = (&shape.tangents, &flow.bends, &flow.stretches);
         let spin = &flow.spins;
         let [d_omega, d_alpha, alpha_by_rate] = match (&shape.spins, &turned.eta) {
@@ -159,7 +165,7 @@ impl Sections {
         self.add_stretch(&mut grown, |j, k| {
             spin[j].cross(&shape.directors[j].column(k)) * 2.0
         });
-        Carried {
+        RateDerivatives {
             velocity: [d_omega, d_velocity],
             by_strain: [d_alpha, d_acceleration],
             by_rate: [alpha_by_rate, self.up_all(&grown)],
@@ -171,8 +177,8 @@ impl Sections {
         &self,
         shape: &Shape,
         flow: &Flow,
-        change: &Change,
-        turned: &Turned,
+        change: &Accelerations,
+        turned: &PoseDerivatives,
     ) -> [Triple; 3] {
         let (bend, spin) = (&flow.bends, &flow.spins);
         let d_omega = self.up_all(&self.local(&turned.phi, |j| -cross(&bend[j])));
@@ -192,7 +198,7 @@ impl Sections {
     pub fn geometric(
         &self,
         shape: &Shape,
-        turned: &Turned,
+        turned: &PoseDerivatives,
         couples: &[Vector3<f64>],
         forces: &[Vector3<f64>],
     ) -> DMatrix<f64> {
@@ -256,14 +262,14 @@ impl Sections {
     }
 }
 
-impl Turned {
+impl PoseDerivatives {
     /// Twists of the end, six rows.
     pub fn end(&self) -> DMatrix<f64> {
         last_rows([&self.phi, &self.r])
     }
 }
 
-impl Carried {
+impl RateDerivatives {
     /// Derivatives of the acceleration of the end by strains and by rates, six rows each.
     pub fn end(&self) -> [DMatrix<f64>; 2] {
         [&self.by_strain, &self.by_rate].map(|by| last_rows(by.each_ref()))

@@ -85,7 +85,7 @@ impl Lanes {
 impl Loading<'_, '_> {
     /// Evaluates all lanes. False if the nodes do not resolve a shape, it is not finite, or the processor lacks such
     /// registers; the outputs are then unusable.
-    pub(super) fn done(self) -> bool {
+    pub(super) fn evaluate(self) -> bool {
         Registers::in_use().is_some_and(|registers| registers.work(self))
     }
 }
