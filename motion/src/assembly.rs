@@ -94,9 +94,10 @@ impl StateVector {
 
     /// The state with its time reduced to at most `until`.
     fn seen(&self, until: f64) -> Cow<'_, Self> {
-        match self.time() > until {
-            true => Cow::Owned(self.clone().at_time(until)),
-            false => Cow::Borrowed(self),
+        if self.time() > until {
+            Cow::Owned(self.clone().at_time(until))
+        } else {
+            Cow::Borrowed(self)
         }
     }
 }
@@ -234,9 +235,10 @@ impl AssemblyRun {
                 ))
             })?;
         let leaves = assembly.leaves_groove(&numbers.0, &slope.0, options.tolerance);
-        let near = match assembly.looks_for_contacts() {
-            true => assembly.nearness(0.0, start),
-            false => Nearness::default(),
+        let near = if assembly.looks_for_contacts() {
+            assembly.nearness(0.0, start)
+        } else {
+            Nearness::default()
         };
         if let Some(contact) = near.contact.filter(|contact| contact.gap < 0.0) {
             return Err(contact.at_start(|rod| assembly.rod_name(rod)));
@@ -398,9 +400,10 @@ impl AssemblyRun {
     }
 
     fn stuck(&mut self, cause: Cause, remedy: &str) -> Event {
-        let coarse = match self.options.tolerance > COARSE {
-            true => "lower run.tolerance, which is coarse; else ",
-            false => "",
+        let coarse = if self.options.tolerance > COARSE {
+            "lower run.tolerance, which is coarse; else "
+        } else {
+            ""
         };
         let remedy = format!("{coarse}{remedy}");
         let outcome = Outcome::stuck(self.solver.state().time(), cause, remedy);

@@ -171,10 +171,7 @@ pub fn drive(
                         }
                         next += 1;
                     }
-                    let between = match samples_do {
-                        true => moments.min(1),
-                        false => moments,
-                    };
+                    let between = if samples_do { moments.min(1) } else { moments };
                     for k in (1..=between).filter(|_| seen < to) {
                         let t = from + (to - from) * k as f64 / between as f64;
                         if let Some(state) = motion.sample(t) {

@@ -168,9 +168,10 @@ pub fn first_change<S>(
     })?;
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
-        match gone(at(middle)) {
-            true => high = middle,
-            false => low = middle,
+        if gone(at(middle)) {
+            high = middle
+        } else {
+            low = middle
         }
     }
     Some(high)
@@ -188,9 +189,10 @@ fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f
                 return Some(x);
             }
         }
-        match rooms[0] < rooms[1] {
-            true => to = right,
-            false => from = left,
+        if rooms[0] < rooms[1] {
+            to = right
+        } else {
+            from = left
         }
     }
     None

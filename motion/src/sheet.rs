@@ -171,9 +171,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
         let local = (LOCAL * tolerance).max(FINEST);
         let symmetric = options.method == Method::Symmetric;
-        let eight = match symmetric || rod.is_some() {
-            true => None,
-            false => EightfoldSteps::new(manifold, body, orientation, h, local),
+        let eight = if symmetric || rod.is_some() {
+            None
+        } else {
+            EightfoldSteps::new(manifold, body, orientation, h, local)
         };
         Ok(Self {
             eight,

@@ -96,9 +96,10 @@ fn corners(areas: &[(usize, Vec<Ring>)]) -> usize {
 
 /// 1 + the band of a level; 0 for a gap.
 fn height_of(level: f64, bands: usize) -> usize {
-    match level.is_nan() {
-        true => 0,
-        false => 1 + ((level.clamp(0.0, 1.0) * bands as f64) as usize).min(bands - 1),
+    if level.is_nan() {
+        0
+    } else {
+        1 + ((level.clamp(0.0, 1.0) * bands as f64) as usize).min(bands - 1)
     }
 }
 

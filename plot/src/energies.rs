@@ -103,9 +103,10 @@ pub fn energies(data: &Energies, paper: &Paper) -> Result<String> {
     let rounding = ROUNDING * largest;
     // A NaN is no rounding.
     if data.error.iter().all(|e| e.abs() <= rounding) {
-        let said = match data.error.is_empty() {
-            true => String::new(),
-            false => closed_to(rounding, &data.units.energy),
+        let said = if data.error.is_empty() {
+            String::new()
+        } else {
+            closed_to(rounding, &data.units.energy)
         };
         let page = Page::new("Energies of a motion", &said, vec![entries]);
         return page.column(Width::Whole(WIDTH), vec![upper]).draw(paper);
@@ -174,9 +175,10 @@ const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A sentence with the bound of the error, one digit, rounded up.
 fn closed_to(rounding: f64, unit: &str) -> String {
     let digit = 10f64.powf(rounding.log10().floor());
-    let bound = match rounding > 0.0 {
-        true => text::short((rounding / digit).ceil() * digit, 1),
-        false => "0".to_owned(),
+    let bound = if rounding > 0.0 {
+        text::short((rounding / digit).ceil() * digit, 1)
+    } else {
+        "0".to_owned()
     };
     format!("the ledger closes to {bound} {unit}")
         .trim_end()

@@ -122,9 +122,10 @@ impl Faces {
                 if !corners.iter().flatten().all(|c| c.is_finite()) {
                     continue;
                 }
-                let own = match patch.is_greyed(i, j) {
-                    true => base.unstable(),
-                    false => base,
+                let own = if patch.is_greyed(i, j) {
+                    base.unstable()
+                } else {
+                    base
                 };
                 let colour = self.shaded(corners, own);
                 // Sides in the order of the corners, each with its grid line.

@@ -67,15 +67,12 @@ pub fn fit(figure: &FitFigure, paper: &Paper) -> Result<String> {
         let dots = |name: &str, y: &[f64]| {
             PlottedCurve::new(Key::Mark(Mark::Dot, category(0)), name, &figure.x, y)
         };
-        let model = match figure.between.is_empty() {
-            true => {
-                let key = Key::Mark(mark(1), category(1));
-                PlottedCurve::new(key, "model", &figure.x, &curve.model)
-            }
-            false => {
-                let key = Key::Line(Pen::new(category(1), 1.5));
-                PlottedCurve::new(key, "model", &figure.between, &curve.curve)
-            }
+        let model = if figure.between.is_empty() {
+            let key = Key::Mark(mark(1), category(1));
+            PlottedCurve::new(key, "model", &figure.x, &curve.model)
+        } else {
+            let key = Key::Line(Pen::new(category(1), 1.5));
+            PlottedCurve::new(key, "model", &figure.between, &curve.curve)
         };
         let curves = vec![model, dots("measured", &curve.data)];
         if legend.is_empty() {

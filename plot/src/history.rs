@@ -103,9 +103,10 @@ impl Column {
         let area: f64 = parts
             .map(|two| 0.5 * (two[0].1 + two[1].1) * (two[1].0 - two[0].0))
             .sum();
-        match span > 0.0 {
-            true => area / span,
-            false => self.points[0].1,
+        if span > 0.0 {
+            area / span
+        } else {
+            self.points[0].1
         }
     }
 }

@@ -41,9 +41,10 @@ const ACROSS: usize = 3;
 pub fn lines(data: &Lines, paper: &Paper) -> Result<String> {
     data.check()?;
     let [x, y] = axes(std::slice::from_ref(data), 6)?;
-    let height = match data.equal && !data.x_log && !data.y_log {
-        true => Height::Equal(80.0, 1100.0),
-        false => Height::Pixels(360.0),
+    let height = if data.equal && !data.x_log && !data.y_log {
+        Height::Equal(80.0, 1100.0)
+    } else {
+        Height::Pixels(360.0)
     };
     let curves = data.curves();
     let page = Page::new("Curves", &data.title, vec![named(&curves)]);

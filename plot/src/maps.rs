@@ -199,9 +199,10 @@ pub fn energy_landscape(data: &EnergyLandscape, paper: &Paper) -> Result<String>
             .map(move |f| PlottedCurve::line_of(pen, &f.x, &f.y))
     };
     let curves: Vec<PlottedCurve> = curves(ON_COLOUR_RIM).chain(curves(ON_COLOUR)).collect();
-    let entries = match data.folds.iter().any(Curve::has_points) {
-        true => vec![Entry::new(Key::Line(ON_COLOUR), "fold")],
-        false => Vec::new(),
+    let entries = if data.folds.iter().any(Curve::has_points) {
+        vec![Entry::new(Key::Line(ON_COLOUR), "fold")]
+    } else {
+        Vec::new()
     };
     let side = if last > 0 { 320.0 } else { 430.0 };
     let mut page = Page::new("Energy of equilibria", "", vec![entries]);

@@ -95,18 +95,17 @@ pub fn mode_shapes(data: &ModeShapes, paper: &Paper) -> Result<String> {
     };
     let mut blocks: Vec<Vec<Block>> = (0..columns).map(|_| Vec::new()).collect();
     for (i, ((mode, rods), scenery)) in data.modes.iter().zip(&drawn).zip(&sceneries).enumerate() {
-        let mut block = match data.planar {
-            true => plane(rods, &data.units).ok_or_else(none)?,
-            false => {
-                let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
-                let needed = stage([0.0, 0.0, PANEL, PANEL]).height();
-                Block::space(needed.clamp(140.0, PANEL), stage, |canvas, stage| {
-                    let mut painter = Painter::new(stage, !scenery.plane);
-                    rods.iter()
-                        .for_each(|rod| painter.rod(rod, colour(rod), scenery));
-                    painter.paint(canvas);
-                })
-            }
+        let mut block = if data.planar {
+            plane(rods, &data.units).ok_or_else(none)?
+        } else {
+            let stage = |place: [f64; 4]| scenery.stage(&data.units, place);
+            let needed = stage([0.0, 0.0, PANEL, PANEL]).height();
+            Block::space(needed.clamp(140.0, PANEL), stage, |canvas, stage| {
+                let mut painter = Painter::new(stage, !scenery.plane);
+                rods.iter()
+                    .for_each(|rod| painter.rod(rod, colour(rod), scenery));
+                painter.paint(canvas);
+            })
         };
         block.title = &mode.title;
         blocks[i % columns].push(block);

@@ -58,9 +58,10 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
     let folds =
         folds.map(|(i, fold)| PlottedCurve::new(Key::Line(FOLD), name(i), &fold.x, &fold.y));
     // A long path covers itself; transparency then shows how often.
-    let pen = match way(&data.path) < LONG * data.units.radius() {
-        true => PATH,
-        false => Pen { width: 0.6, ..PATH }.alpha(0.4),
+    let pen = if way(&data.path) < LONG * data.units.radius() {
+        PATH
+    } else {
+        Pen { width: 0.6, ..PATH }.alpha(0.4)
     };
     let path = PlottedCurve::new(
         Key::Line(pen),
@@ -77,9 +78,10 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
         let snaps = shapes
             .get(i + 1)
             .is_some_and(|next| next.time == shape.time);
-        let (pen, name) = match snaps {
-            true => (pen.dashed(5.0, 3.0), std::mem::take(&mut before)),
-            false => (pen, ""),
+        let (pen, name) = if snaps {
+            (pen.dashed(5.0, 3.0), std::mem::take(&mut before))
+        } else {
+            (pen, "")
         };
         PlottedCurve::new(Key::Line(pen), name, &shape.axis.x, &shape.axis.y)
     });
@@ -125,9 +127,10 @@ pub fn snapshots(data: &Snapshots, paper: &Paper) -> Result<String> {
             masses(canvas, panel);
             marks(canvas, panel);
             let still = [[[0.0, 0.0], [1.0, 0.0]]];
-            let walls = match data.walls.is_empty() {
-                true => &still[..],
-                false => &data.walls,
+            let walls = if data.walls.is_empty() {
+                &still[..]
+            } else {
+                &data.walls
             };
             for [base, ahead] in walls
                 .iter()

@@ -74,9 +74,12 @@ impl SweptAxis {
             false => Scale::Linear,
         };
         // Cells at the border extend as far beyond their values as the others do.
-        let beyond = |at: f64, before: f64| match self.log {
-            true => at * (at / before).sqrt(),
-            false => at + 0.5 * (at - before),
+        let beyond = |at: f64, before: f64| {
+            if self.log {
+                at * (at / before).sqrt()
+            } else {
+                at + 0.5 * (at - before)
+            }
         };
         let n = self.values.len();
         let ends = [

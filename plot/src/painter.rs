@@ -94,9 +94,12 @@ impl<'a> Painter<'a> {
             return;
         };
         if with.shadow && self.stage.shows_floor() {
-            let shadow = |p: &Point| match drawable(p) {
-                true => self.stage.pixel(self.stage.on_floor(*p)),
-                false => (f64::NAN, f64::NAN),
+            let shadow = |p: &Point| {
+                if drawable(p) {
+                    self.stage.pixel(self.stage.on_floor(*p))
+                } else {
+                    (f64::NAN, f64::NAN)
+                }
             };
             let pen = Pen::new(Colour(208, 208, 208), 2.2);
             let line = Ink::Line(rod.points.iter().map(shadow).collect(), pen);

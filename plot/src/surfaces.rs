@@ -167,9 +167,10 @@ impl<'a> Frame<'a> {
         let heights = bounds_or(sheets.bounds, &sheets.patches)?[2];
         let flat = [-1.05 * radius, 1.05 * radius];
         let bounds = sheets.bounds.unwrap_or([flat, flat, heights]);
-        let [along, across] = match sheets.from_clamp {
-            true => ["along the clamp", "across it"],
-            false => ["x", "y"],
+        let [along, across] = if sheets.from_clamp {
+            ["along the clamp", "across it"]
+        } else {
+            ["x", "y"]
         };
         let end = if radius == 1.0 { "1" } else { "L" };
         // Equal scales for both positions, whatever the requested box.

@@ -23,9 +23,10 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let factors = [(0.5, 1), (1.0, 0), (2.0, 0), (2.5, 1), (5.0, 0), (10.0, -1)];
     let fits = |(factor, _): &(f64, i64)| *factor >= 1.0 && factor * base >= 0.999 * raw;
     let coarse = factors.iter().position(fits).unwrap_or(5);
-    let (factor, extra) = match wanted > 1 && within(lo, hi, factors[coarse].0 * base).1 < 1 {
-        true => factors[coarse - 1],
-        false => factors[coarse],
+    let (factor, extra) = if wanted > 1 && within(lo, hi, factors[coarse].0 * base).1 < 1 {
+        factors[coarse - 1]
+    } else {
+        factors[coarse]
     };
     let step = factor * base;
     if !(step.is_finite() && step > 0.0) {
@@ -36,10 +37,10 @@ pub(crate) fn linear(lo: f64, hi: f64, wanted: usize) -> Vec<Tick> {
     let (first, count) = within(lo, hi, step);
     let tick = |i: i64| {
         let value = (first + i as f64) * step;
-        let label = match written_out {
-            true => text::fixed(value, decimals),
-            // The nearest short decimal: 3 * 0.1 is printed as 0.3, not as 0.30000000000000004.
-            false => text::scientific(format!("{value:.5e}").parse().unwrap_or(value)),
+        let label = if written_out {
+            text::fixed(value, decimals)
+        } else {
+            text::scientific(format!("{value:.5e}").parse().unwrap_or(value))
         };
         let label = Some(label);
         Tick { value, label }

@@ -96,9 +96,10 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
     let mut entries = Vec::new();
     let line = spread.size[1] < LINE * spread.size[0].max(LINE);
     if !data.snaps.is_empty() {
-        let key = match line {
-            true => Key::Line(SNAP),
-            false => Key::Mark(Mark::Cross, ALARM),
+        let key = if line {
+            Key::Line(SNAP)
+        } else {
+            Key::Mark(Mark::Cross, ALARM)
         };
         entries.push(Entry::new(key, snap_name(&data.snaps_name)));
     }
@@ -123,9 +124,10 @@ pub fn space_way(data: &SpaceWay, paper: &Paper) -> Result<String> {
             };
             let (x, y) = (axis(i)?, axis(j)?);
             let ratio = (y.hi - y.lo) / (x.hi - x.lo);
-            let height = match (1.0 / UNEQUAL..UNEQUAL).contains(&ratio) {
-                true => Height::Equal(140.0, BESIDE),
-                false => Height::Pixels(BESIDE),
+            let height = if (1.0 / UNEQUAL..UNEQUAL).contains(&ratio) {
+                Height::Equal(140.0, BESIDE)
+            } else {
+                Height::Pixels(BESIDE)
             };
             Block::plane(x, y, height, Vec::new())
                 .over(move |canvas, panel| paint(canvas, data, tones, |p| panel.at(p[i], p[j])))

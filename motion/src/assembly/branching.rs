@@ -65,9 +65,10 @@ impl AssemblyRun {
         }
         let h = self.solver.next_step();
         let state = self.solver.state().clone();
-        match rods.is_empty() {
-            true => self.go_on(state, None, h * self.solver.slope().time()),
-            false => self.go_on(state, Some(SlowedTime { rods }), h),
+        if rods.is_empty() {
+            self.go_on(state, None, h * self.solver.slope().time())
+        } else {
+            self.go_on(state, Some(SlowedTime { rods }), h)
         }
     }
 
@@ -127,9 +128,10 @@ impl AssemblyRun {
         Some(Progress::Fold {
             rods: vec![(k, before[k].det)],
             time_error: found.time_error,
-            crossing: Some(match there.is_neutral_all_round(ALL_ROUND) {
-                true => Crossing::AllRound,
-                false => Crossing::Sides,
+            crossing: Some(if there.is_neutral_all_round(ALL_ROUND) {
+                Crossing::AllRound
+            } else {
+                Crossing::Sides
             }),
         })
     }

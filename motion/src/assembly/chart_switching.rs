@@ -46,11 +46,12 @@ impl AssemblyRun {
         let compliance =
             |rod: &Assembly, k: usize| rod.links()[k].give().map(|give| give.compliance);
         let slides = |(k, _): &(usize, _)| compliance(&self.assembly, *k) != compliance(&other, *k);
-        let lost = match other.feels_rods() && changed.iter().any(slides) {
-            true => other.evaluated(&state.0, along).map_or(0.0, |after| {
+        let lost = if other.feels_rods() && changed.iter().any(slides) {
+            other.evaluated(&state.0, along).map_or(0.0, |after| {
                 self.assembly.rod_kinetic(&at, along) - other.rod_kinetic(&after, along)
-            }),
-            false => 0.0,
+            })
+        } else {
+            0.0
         };
         let before = std::mem::replace(&mut self.assembly, Arc::new(other));
         let h = self.solver.next_step();

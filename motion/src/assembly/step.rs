@@ -92,9 +92,10 @@ impl AssemblyRun {
         let before: Vec<f64> = watched.iter().map(|rod| rod.det).collect();
         let from = self.solver.state().clone();
         let left = end - from.time();
-        let implicit = match self.is_implicit() {
-            true => self.implicit_step(left),
-            false => None,
+        let implicit = if self.is_implicit() {
+            self.implicit_step(left)
+        } else {
+            None
         };
         let is_implicit = implicit.is_some();
         if self.slowed.is_some() {
@@ -294,9 +295,10 @@ impl AssemblyRun {
         let state = self.solver.state().clone();
         let h = self.solver.next_step();
         if !self.solver.is_symmetric() {
-            return match rate > FAR {
-                true => self.resume(state, None, rate * h),
-                false => Some(()),
+            return if rate > FAR {
+                self.resume(state, None, rate * h)
+            } else {
+                Some(())
             };
         }
         // Number of steps until det J vanishes, at its present rate.
@@ -504,9 +506,10 @@ impl AssemblyRun {
         let groove = self.assembly.carriers()[body].groove();
         let ends = groove.and_then(Groove::ends);
         let at_end = ends.is_some_and(|[a, b]| knot == a || knot == b);
-        Some(Some(match at_end {
-            true => Progress::End(Outcome::GrooveEnd(body)),
-            false => Progress::Moved,
+        Some(Some(if at_end {
+            Progress::End(Outcome::GrooveEnd(body))
+        } else {
+            Progress::Moved
         }))
     }
 

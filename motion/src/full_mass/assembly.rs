@@ -119,9 +119,10 @@ impl MassiveRods for Arc<HeavyAssembly> {
 
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>> {
         let at = self.at(y)?;
-        let unknowns = match implicit {
-            true => DVector::from_column_slice(self.second(y)),
-            false => self.accelerations(&at)?,
+        let unknowns = if implicit {
+            DVector::from_column_slice(self.second(y))
+        } else {
+            self.accelerations(&at)?
         };
         Some(Box::new(HeavySample::of_assembly(self, y, at, &unknowns)?))
     }
@@ -139,9 +140,10 @@ impl MassiveRods for Arc<HeavyAssembly> {
 
     fn project_constraints(&self, y: &DVector<f64>, bound: f64) -> Option<DVector<f64>> {
         let [gap, leaving] = self.gap(&self.at(y)?);
-        match gap.max(leaving) > bound {
-            true => self.closed(y).ok(),
-            false => None,
+        if gap.max(leaving) > bound {
+            self.closed(y).ok()
+        } else {
+            None
         }
     }
 

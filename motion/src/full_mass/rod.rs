@@ -66,13 +66,12 @@ impl MassiveRods for Arc<HeavyRod> {
     }
 
     fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>> {
-        let sample = match implicit {
-            true => HeavySample::of_rod(self, y, &y.as_slice()[HeavyRod::time(self) + INTEGRALS..]),
-            false => {
-                let at = self.at(y)?;
-                let second = self.accelerations(y[HeavyRod::time(self)], &at)?;
-                HeavySample::of_rod(self, y, second.as_slice())
-            }
+        let sample = if implicit {
+            HeavySample::of_rod(self, y, &y.as_slice()[HeavyRod::time(self) + INTEGRALS..])
+        } else {
+            let at = self.at(y)?;
+            let second = self.accelerations(y[HeavyRod::time(self)], &at)?;
+            HeavySample::of_rod(self, y, second.as_slice())
         };
         Some(Box::new(sample?))
     }
@@ -149,9 +148,10 @@ pub(super) fn begun(
             })?;
             let twist = velocity.on_clamp(&rod, &at);
             let turns = (rod.given.grain.support()).is_some_and(|clamp| clamp.turns());
-            match twist == Vector6::zeros() && !turns {
-                true => still,
-                false => rod.following(0.0, &at, &twist)?,
+            if twist == Vector6::zeros() && !turns {
+                still
+            } else {
+                rod.following(0.0, &at, &twist)?
             }
         }
     };

@@ -93,11 +93,11 @@ impl<const N: usize> NearStraight<N> {
     /// Event function of a step. Not `shakes`: positive outside the neighbourhood, or inside while the
     /// shaking is weak and the chart serves. `shakes`: positive inside the neighbourhood.
     fn room(&self, shakes: bool) -> f64 {
-        match shakes {
-            true => -self.far,
-            false => self
-                .far
-                .max((-self.shaking).min(self.shaking.max(self.steady))),
+        if shakes {
+            -self.far
+        } else {
+            self.far
+                .max((-self.shaking).min(self.shaking.max(self.steady)))
         }
     }
 }
@@ -350,9 +350,10 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         (followed, shakes): (bool, bool),
         distance: f64,
     ) -> bool {
-        let goes_on = match shakes {
-            true => self.stays_near(rod),
-            false => !self.comes_near(distance),
+        let goes_on = if shakes {
+            self.stays_near(rod)
+        } else {
+            !self.comes_near(distance)
         };
         if goes_on {
             return false;

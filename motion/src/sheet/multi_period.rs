@@ -243,9 +243,10 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
         if !(period * (1.0 + speed.abs() / reach) < most) {
             return None;
         }
-        let ahead = match body.next_break(at.t) > at.t + BRIEF {
-            true => BRIEF,
-            false => -BRIEF,
+        let ahead = if body.next_break(at.t) > at.t + BRIEF {
+            BRIEF
+        } else {
+            -BRIEF
         };
         let loading = (load(at.t + ahead) - pulled) / ahead;
         let loss = body.drag() / mass * turn.kinetic * height * height;

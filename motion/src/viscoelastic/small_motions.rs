@@ -122,14 +122,14 @@ where
     loop {
         nodes = more(nodes);
         let next = at(nodes)?;
-        let change = match next.body.len() == last.body.len() {
-            true => next
-                .body
+        let change = if next.body.len() == last.body.len() {
+            next.body
                 .iter()
                 .zip(&last.body)
                 .map(|(a, b)| (a - b).norm() / a.norm().max(f64::MIN_POSITIVE))
-                .fold(0.0, f64::max),
-            false => f64::INFINITY,
+                .fold(0.0, f64::max)
+        } else {
+            f64::INFINITY
         };
         if change <= STILL || more(nodes) * elements * M * (1 + branches) > MOST {
             return Ok(SmallCreep {

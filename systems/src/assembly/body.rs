@@ -224,9 +224,10 @@ impl HeavyBody {
             let speed = halves(&place.twist).1.norm();
             if !(beside <= BESIDE && leaving <= BESIDE * (1.0 + speed)) {
                 let starts = Message::from(Self::told(carriers, body)).words(" starts ");
-                let place = match beside <= BESIDE {
-                    true => starts.words("in"),
-                    _ => starts.size(beside, Quantity::Length).words(" beside"),
+                let place = if beside <= BESIDE {
+                    starts.words("in")
+                } else {
+                    starts.size(beside, Quantity::Length).words(" beside")
                 };
                 let told = (place.words(" its groove and would leave it at the speed "))
                     .size(leaving, Quantity::Velocity)

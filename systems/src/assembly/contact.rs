@@ -111,9 +111,12 @@ impl Nearness {
             found.marks.extend(marks.map(|s| one.curve.at(s)[0]));
             for other in &tubes[i..] {
                 let near = nearest_of([one, other]);
-                let near = near.and_then(|contact| match contact.gap < NEAR * length {
-                    true => contact.between([one, other]),
-                    false => Some(contact),
+                let near = near.and_then(|contact| {
+                    if contact.gap < NEAR * length {
+                        contact.between([one, other])
+                    } else {
+                        Some(contact)
+                    }
                 });
                 if near.is_some_and(|contact| contact.gap < found.gap()) {
                     found.contact = near;
@@ -299,13 +302,12 @@ impl Link {
     }
 
     fn traced(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Curve> {
-        let sections = match self.is_taut(q, held) || self.distributed().is_some() {
-            true => {
-                let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
-                let seen = self.with_base_rotation(&base.rotation);
-                seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
-            }
-            false => self.rod.trace(&q.component_mul(&self.units()), COARSE),
+        let sections = if self.is_taut(q, held) || self.distributed().is_some() {
+            let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
+            let seen = self.with_base_rotation(&base.rotation);
+            seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
+        } else {
+            self.rod.trace(&q.component_mul(&self.units()), COARSE)
         };
         Some(Curve::new(&sections.ok()?, base))
     }

@@ -118,12 +118,11 @@ impl Link {
         let units = self.units();
         let base = q.component_mul(&units);
         let (problem, turns) = (self.base_wrench_problem(tolerance)?, self.base_turns());
-        let (found, trace) = match self.keeps_trace {
-            false => (problem.loaded_end(&base, turns)?, None),
-            true => {
-                let (found, trace) = problem.traced_loaded_end(&base, turns)?;
-                (found, Some(Arc::new(trace)))
-            }
+        let (found, trace) = if !self.keeps_trace {
+            (problem.loaded_end(&base, turns)?, None)
+        } else {
+            let (found, trace) = problem.traced_loaded_end(&base, turns)?;
+            (found, Some(Arc::new(trace)))
         };
         let LoadedEnd {
             section,

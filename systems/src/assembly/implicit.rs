@@ -109,9 +109,10 @@ impl Assembly {
                 view += follows.fixed_columns::<6>(6 * i) * carried(arm);
             }
         }
-        let with_rods = match self.feels_rods() {
-            true => Some(self.feel_rods(&at, tolerance, &mut wrenches)?),
-            false => None,
+        let with_rods = if self.feels_rods() {
+            Some(self.feel_rods(&at, tolerance, &mut wrenches)?)
+        } else {
+            None
         };
         let mut rates = DVector::zeros(state.len());
         let mut twists = DMatrix::zeros(6 * bodies.len(), total);

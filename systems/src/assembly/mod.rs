@@ -167,9 +167,10 @@ impl Assembly {
     /// search, which would move the motion within its tolerance.
     #[must_use]
     pub fn observer_copy(self: &Arc<Self>) -> Arc<Self> {
-        match self.links.iter().any(|link| link.warm.last().is_some()) {
-            true => Arc::new(Self::clone(self)),
-            false => self.clone(),
+        if self.links.iter().any(|link| link.warm.last().is_some()) {
+            Arc::new(Self::clone(self))
+        } else {
+            self.clone()
         }
     }
 

@@ -106,9 +106,10 @@ impl Assembly {
         };
         let largest = squares.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
         Ok(Modes {
-            neutral: match holds {
-                true => 0.0,
-                false => NEUTRAL.max(ROUNDING * largest),
+            neutral: if holds {
+                0.0
+            } else {
+                NEUTRAL.max(ROUNDING * largest)
             },
             frequencies: squares
                 .iter()

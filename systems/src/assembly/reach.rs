@@ -120,13 +120,10 @@ impl Assembly {
 
     fn too_short(&self, &Chain { rods, apart, reach }: &Chain) -> Error {
         let [one, other] = rods.map(|rod| self.rod_name(rod));
-        let words = match one == other {
-            true => format!("{one} is too short: its ends are held "),
-            false => {
-                format!(
-                    "the rods are too short: those ends of {one} and {other} that do not move are "
-                )
-            }
+        let words = if one == other {
+            format!("{one} is too short: its ends are held ")
+        } else {
+            format!("the rods are too short: those ends of {one} and {other} that do not move are ")
         };
         Error::domain(
             Message::from(words)

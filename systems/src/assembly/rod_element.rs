@@ -307,13 +307,12 @@ impl Link {
     fn unloaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
         let units = self.units();
         let base = q.component_mul(&units);
-        let (found, trace) = match self.keeps_trace {
-            false => (self.rod.end(&base, tolerance)?, None),
-            true => {
-                let turns = self.base_turns() || self.clamp_turns;
-                let (found, trace) = self.rod.traced_end(&base, turns, tolerance)?;
-                (found, Some(Arc::new(trace)))
-            }
+        let (found, trace) = if !self.keeps_trace {
+            (self.rod.end(&base, tolerance)?, None)
+        } else {
+            let turns = self.base_turns() || self.clamp_turns;
+            let (found, trace) = self.rod.traced_end(&base, turns, tolerance)?;
+            (found, Some(Arc::new(trace)))
         };
         let section = &found.section;
         let change = Matrix6::from_diagonal(&units);

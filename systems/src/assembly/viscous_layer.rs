@@ -198,19 +198,21 @@ impl<const D: usize> Layer<D> {
         let strains = split(e);
         let curve = Space::<6, D>::new().shape(&self.grid, &strains)?;
         let end = curve.end();
-        let off = match self.by_chord {
-            true => self.stretched(end).abs(),
-            false => self.off(end).norm(),
+        let off = if self.by_chord {
+            self.stretched(end).abs()
+        } else {
+            self.off(end).norm()
         };
         if off > SHOWN {
             return None;
         }
-        let turn = match self.by_chord {
-            true => UnitQuaternion::rotation_between(
+        let turn = if self.by_chord {
+            UnitQuaternion::rotation_between(
                 &end.translation.vector,
                 &self.held.translation.vector,
-            )?,
-            false => UnitQuaternion::identity(),
+            )?
+        } else {
+            UnitQuaternion::identity()
         };
         let nodes = self.grid.nodes().iter().zip(self.grid.weights());
         let energy = nodes.zip(&strains).try_fold(0.0, |sum, ((s, weight), e)| {

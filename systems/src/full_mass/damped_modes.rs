@@ -76,9 +76,10 @@ pub(super) fn decaying(
         DMatrix::from_fn(n, n, |i, j| modes[i].shape.dot(&pushed[j]))
     };
     let friction = inner(damping);
-    let push = match conservative {
-        true => DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| modes[i].square)),
-        false => inner(stiffness),
+    let push = if conservative {
+        DMatrix::from_diagonal(&DVector::from_fn(n, |i, _| modes[i].square))
+    } else {
+        inner(stiffness)
     };
     let slow: Vec<f64> = modes
         .iter()
@@ -87,9 +88,10 @@ pub(super) fn decaying(
     // With the stiffness Omega S Omega, (Omega x, x')' = [0, Omega; -Omega S, -C] (Omega x, x'). The inverse of that
     // matrix has the eigenvalues 1/s, so that slow motions keep their digits beside the fast ones. A neutral motion
     // has no 1/s.
-    let held = match slow.iter().all(|slow| slow.is_finite()) {
-        true => DMatrix::from_fn(n, n, |i, j| push[(i, j)] * slow[i] * slow[j]).try_inverse(),
-        false => None,
+    let held = if slow.iter().all(|slow| slow.is_finite()) {
+        DMatrix::from_fn(n, n, |i, j| push[(i, j)] * slow[i] * slow[j]).try_inverse()
+    } else {
+        None
     };
     let turned = held.is_some();
     // A neutral motion strains no spring.
@@ -181,9 +183,10 @@ pub(super) fn decaying(
         dashpots.all(|apart| apart.abs() > OWN)
     };
     let mut left = count;
-    upper.retain(|s| match s.im == 0.0 {
-        true => moves(s.re) && led_by(s.re) < count,
-        false => {
+    upper.retain(|s| {
+        if s.im == 0.0 {
+            moves(s.re) && led_by(s.re) < count
+        } else {
             let told = left > 0;
             left = left.saturating_sub(1);
             told

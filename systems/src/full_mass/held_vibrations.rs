@@ -292,9 +292,10 @@ pub fn resistance(
                 *sum += weight * kinetic(a, b);
             }
         }
-        let spinning = match masses[3] > IDLE * masses[0].abs() {
-            true => masses[1] * masses[2] / masses[3],
-            false => 0.0,
+        let spinning = if masses[3] > IDLE * masses[0].abs() {
+            masses[1] * masses[2] / masses[3]
+        } else {
+            0.0
         };
         let found = [masses[0] - spinning, proportional];
         let alike = |k: usize| (found[k] - last[k]).abs() <= DIFFERENCES * found[k].abs();

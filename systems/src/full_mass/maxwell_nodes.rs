@@ -95,9 +95,12 @@ impl Memory {
         let (count, size) = (self.active.len(), self.size());
         self.branches.iter().map(move |(e, time)| Branch {
             first,
-            modulus: DMatrix::from_fn(size, size, |i, j| match i / count == j / count {
-                true => self.weights[i / count] * e[(i % count, j % count)],
-                false => 0.0,
+            modulus: DMatrix::from_fn(size, size, |i, j| {
+                if i / count == j / count {
+                    self.weights[i / count] * e[(i % count, j % count)]
+                } else {
+                    0.0
+                }
             }),
             time: *time,
         })

@@ -396,11 +396,10 @@ impl HeavyRod {
     }
 
     fn seen(&self, at: &RodState, i: usize) -> (Isometry3<f64>, Vector6<f64>) {
-        let pose = match self.masses[i].turns() {
-            true => at.shape.pose(i),
-            false => {
-                Isometry3::from_parts(at.shape.positions[i].into(), UnitQuaternion::identity())
-            }
+        let pose = if self.masses[i].turns() {
+            at.shape.pose(i)
+        } else {
+            Isometry3::from_parts(at.shape.positions[i].into(), UnitQuaternion::identity())
         };
         (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
     }

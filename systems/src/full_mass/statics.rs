@@ -108,9 +108,10 @@ impl HeavyRod {
                 let bent = modes.fold(DVector::zeros(size), |sum, mode| {
                     sum + mode * mode.dot(&bend)
                 });
-                let way = match bent.norm() > ACROSS {
-                    true => bent.normalize(),
-                    false => lowest.into_owned(),
+                let way = if bent.norm() > ACROSS {
+                    bent.normalize()
+                } else {
+                    lowest.into_owned()
                 };
                 let uphill = slope.dot(&way) > NEUTRAL;
                 way * if uphill { -1.0 } else { 1.0 }
@@ -195,12 +196,13 @@ impl HeavyRod {
             }
         }
         let left = size(&balance.residual);
-        match left <= FOUND * (1.0 + first) {
-            true => Ok(q),
-            false => Err(Error::unreachable(format!(
+        if left <= FOUND * (1.0 + first) {
+            Ok(q)
+        } else {
+            Err(Error::unreachable(format!(
                 "no equilibrium of the rod with its weight was found: the best leaves a couple of {left:.1e} EI/length; start from \
-                 another shape, or from rest"
-            ))),
+             another shape, or from rest"
+            )))
         }
     }
 

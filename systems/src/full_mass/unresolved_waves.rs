@@ -42,9 +42,10 @@ impl HeavyRod {
                     let stiffness = section.by_strain[(a, a)];
                     let swing = ((turned + moved) * square / stiffness).sqrt();
                     let friction = section.by_rate[(a, a)] / stiffness;
-                    let moves = match swing == 0.0 {
-                        true => 0.0,
-                        false => swing * (swing / (swing + friction)).sqrt(),
+                    let moves = if swing == 0.0 {
+                        0.0
+                    } else {
+                        swing * (swing / (swing + friction)).sqrt()
                     };
                     for (longest, delay) in longest.iter_mut().zip([moves, swing]) {
                         // A section without positive stiffness has no such wave.

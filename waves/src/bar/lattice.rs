@@ -213,9 +213,12 @@ impl Lattice {
             return (force, walls);
         }
         // Thomas' elimination; the rows of held nodes are zero and decoupled from their neighbours.
-        let link = |i: usize| match (i == 0 && held[0]) || (i + 2 == n && held[1]) {
-            true => 0.0,
-            false => off,
+        let link = |i: usize| {
+            if (i == 0 && held[0]) || (i + 2 == n && held[1]) {
+                0.0
+            } else {
+                off
+            }
         };
         for i in 1..n {
             let part = link(i - 1) / main[i - 1];
@@ -404,9 +407,12 @@ impl Motion for Lattice {
             let behind = 0.5 * self.last;
             let (acceleration, _) = self.accelerations(self.time);
             let held = [0, 1].map(|side| self.bar.ends[side] == End::Wall);
-            let v = |i: usize| match (i == 0 && held[0]) || (i == n - 1 && held[1]) {
-                true => 0.0,
-                false => self.b[i] + behind * acceleration[i],
+            let v = |i: usize| {
+                if (i == 0 && held[0]) || (i == n - 1 && held[1]) {
+                    0.0
+                } else {
+                    self.b[i] + behind * acceleration[i]
+                }
             };
             let x: Vec<f64> = (0..n - 1).map(|i| (i as f64 + 0.5) * self.h).collect();
             let stretch: Vec<f64> = self.elements().collect();

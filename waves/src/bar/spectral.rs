@@ -115,9 +115,12 @@ impl Element {
         let half = 0.5 * bar.length;
         // P_n at the nodes gives the derivative of the Lagrange polynomials in closed form.
         let p: Vec<f64> = nodes.iter().map(|x| legendre(*x, count)[n]).collect();
-        let mut derivative = DMatrix::from_fn(count, count, |i, j| match i == j {
-            true => 0.0,
-            false => p[i] / (p[j] * (nodes[i] - nodes[j])) / half,
+        let mut derivative = DMatrix::from_fn(count, count, |i, j| {
+            if i == j {
+                0.0
+            } else {
+                p[i] / (p[j] * (nodes[i] - nodes[j])) / half
+            }
         });
         for i in 0..count {
             // Rows sum to zero, also in rounding: a uniform shift has no stretch.

@@ -55,9 +55,10 @@ pub fn stable_limit(scheme: Scheme, tolerance: f64) -> Result<f64> {
     while high - low > tolerance {
         let r = 0.5 * (low + high);
         // Bounded waves vary by a factor of 30 or so over these steps.
-        match growth(scheme, r, 2000)? < 1.004 {
-            true => low = r,
-            false => high = r,
+        if growth(scheme, r, 2000)? < 1.004 {
+            low = r
+        } else {
+            high = r
         }
     }
     Ok(0.5 * (low + high))

@@ -175,12 +175,15 @@ impl HeavyAssembly {
             Matter::Rigid(body) => Mass::Rigid((**body).clone()),
             Matter::Point(body) => Mass::Point((**body).clone()),
         });
-        let links = links.into_iter().map(|link| match link.from.turns() {
-            true => HeavyLink {
-                rod: link.rod.on_hinge(),
-                ..link
-            },
-            false => link,
+        let links = links.into_iter().map(|link| {
+            if link.from.turns() {
+                HeavyLink {
+                    rod: link.rod.on_hinge(),
+                    ..link
+                }
+            } else {
+                link
+            }
         });
         let links: Vec<HeavyLink> = links.collect();
         Ok(Self {

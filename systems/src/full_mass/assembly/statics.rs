@@ -213,10 +213,10 @@ impl HeavyAssembly {
 
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
-        match self.is_held() {
-            // A buckled round rod turns freely about the load: the added mass fixes the rotation.
-            true => (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why)),
-            false => held(),
+        if self.is_held() {
+            (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why))
+        } else {
+            held()
         }
     }
 
@@ -415,12 +415,13 @@ impl HeavyAssembly {
         self.accelerate(&mut y, &change);
         let left = self.at(&y).map_or(f64::NAN, |at| self.gap(&at)[1]);
         let most = twists.iter().map(Vector6::amax).fold(1.0, f64::max);
-        match left <= 1e-8 * most {
-            true => Ok(y),
-            false => Err(Error::domain(format!(
+        if left <= 1e-8 * most {
+            Ok(y)
+        } else {
+            Err(Error::domain(format!(
                 "the rods cannot follow the velocities of the bodies: an end would leave its attachment at {left:.1e}; a straight \
-                 inextensible rod cannot be stretched"
-            ))),
+             inextensible rod cannot be stretched"
+            )))
         }
     }
 }

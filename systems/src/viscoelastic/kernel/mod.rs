@@ -186,13 +186,12 @@ impl MemoryKernel {
         let whole = carried == [true; 6]
             && section.rate.rigid() == [false; 6]
             && section.branches.is_empty();
-        let at_end = match whole {
-            true => {
-                let [a, b] = compliances(section, length)?;
-                let invert = |m: &Matrix6<f64>| inverse_of_free(m, [false; 6]).ok_or_else(flat);
-                Some((invert(&a)?, invert(&b)?))
-            }
-            false => None,
+        let at_end = if whole {
+            let [a, b] = compliances(section, length)?;
+            let invert = |m: &Matrix6<f64>| inverse_of_free(m, [false; 6]).ok_or_else(flat);
+            Some((invert(&a)?, invert(&b)?))
+        } else {
+            None
         };
         let (glassy, modes) = off_the_moving(&nodes, &end).ok_or_else(|| {
             Error::no_convergence("the eigenvalues of the retarded rod did not converge")

@@ -222,9 +222,10 @@ fn reached(rate: &DMatrix<f64>, push: &DMatrix<f64>) -> DMatrix<f64> {
         add(&mut basis, image);
         next += 1;
     }
-    match basis.is_empty() {
-        true => DMatrix::zeros(rate.nrows(), 0),
-        false => DMatrix::from_columns(&basis),
+    if basis.is_empty() {
+        DMatrix::zeros(rate.nrows(), 0)
+    } else {
+        DMatrix::from_columns(&basis)
     }
 }
 
