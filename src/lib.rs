@@ -112,10 +112,10 @@
 //! | --- | --- |
 //! | [`error`] | the one error type |
 //! | [`math`] | elliptic integrals and functions by the complementary modulus |
-//! | [`solve`] | algorithms that know nothing of rods: Newton, bracketed roots, DOP853 with events, Radau IIA, continuation |
+//! | [`solve`] | general algorithms: Newton, bracketed roots, DOP853 with events, Radau IIA, continuation |
 //! | [`section`] | laws of a cross-section: stored energy, friction, relaxation |
-//! | [`manifold`] | the trait of equilibrium manifolds, inversion near a guess; the von Mises truss as the smallest example |
-//! | [`elastica`] | the planar elastica in closed form: labels, folds and cusps, index, all equilibria at a point, landings |
+//! | [`manifold`] | trait of equilibrium manifolds, inversion near a guess; smallest example: the von Mises truss |
+//! | [`elastica`] | planar elastica in closed form: labels, folds, cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
