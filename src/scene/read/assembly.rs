@@ -22,7 +22,7 @@ use crate::scene::{
 /// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
 type AnyRod = (FreeRod, Option<(Site, LoadAlong)>);
 
-/// Reads every field before returning `None`, so that every fault is reported.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod_tables = tables(

@@ -14,7 +14,7 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Reads every field before returning `None`, so that every fault is reported.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn bar(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod = part(top, &ROD).flatten();

@@ -226,7 +226,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     let (from, to) = ends?;
     let here = scene?.value(&parameter?);
     if !(from.min(to) <= here && here <= from.max(to)) {
-        // The fault is at `from`, which must be written here: its default is the value in the scene.
+        // `from` is written here, since its default is the value in the scene.
 
         let here = Short(here);
         let allowed =

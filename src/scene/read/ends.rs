@@ -82,7 +82,7 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
     })
 }
 
-/// Checks that the times are increasing and not empty; otherwise reports the fault.
+/// Checks for increasing times, at least one; reports the fault.
 pub(super) fn growing(
     reader: &Reader,
     field: &str,
@@ -450,7 +450,7 @@ fn loads_are_free(table: &Table, end: &End) -> bool {
     free
 }
 
-/// Reason why the end of an inextensible rod cannot be at its held position; `None` if it can.
+/// Reason why the held position is out of reach of an inextensible rod; `None` within reach.
 pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     if !scene.rod.section.is_inextensible() {
         return None;
@@ -462,7 +462,7 @@ pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     too_far(norm(&[apart(0), apart(1), apart(2)]), scene.rod.length)
 }
 
-/// Reason why the end of an inextensible rod cannot be at this distance from the clamp; `None` if it can.
+/// Reason why this distance is out of reach of an inextensible rod; `None` within reach.
 pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
     let ratio = distance / length;
     let (distance, length) = (Short(distance), Short(length));
@@ -498,7 +498,7 @@ pub(super) fn in_reach(top: &Table, scene: &Scene) -> bool {
         ))
     };
     let plain = inside(end, "position").map(|span| (span, "end.position"));
-    // A misspelt field already has a fault, so its span does not matter.
+    // A misspelt field already has a fault: any span will do.
     let (span, field) = plain
         .or_else(pose)
         .unwrap_or((top.at..top.at, "end.position"));

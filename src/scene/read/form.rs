@@ -39,7 +39,7 @@ pub(super) struct Spec {
 }
 
 impl Spec {
-    /// The field of this name in scenes of this kind.
+    /// The field `name` in scenes of this kind.
     pub fn field(&self, name: &str, kind: Kinds) -> Option<&'static Field> {
         let fields: &'static [Field] = self.fields;
         fields

@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
         self.faults.borrow().is_empty()
     }
 
-    /// True if a further fault would only be counted, so that its text is not needed.
+    /// True if a further fault would only be counted, without its text.
     pub fn is_full(&self) -> bool {
         self.faults.borrow().len() >= KEPT
     }

@@ -106,7 +106,7 @@ impl Parts {
     }
 }
 
-/// Reads every field before returning `None`, so that every fault is reported.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn rod(table: &Table) -> Parts {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
@@ -197,7 +197,7 @@ fn light_is_elastic(rod: &Table) -> bool {
     false
 }
 
-/// Reads `rod.inertia`, and checks the fields that it requires.
+/// Reads `rod.inertia`, and checks the mass of the rod.
 fn inertia(
     rod: &Table,
     section: Option<&Section>,

@@ -424,7 +424,7 @@ fn shape(table: &Table) -> Option<Shape> {
     shape.filter(|_| others.is_empty())
 }
 
-/// A tube, if its wall is thinner than its outer radius; otherwise reports the fault.
+/// A tube; a fault if the wall is thicker than the outer radius.
 fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Option<Shape> {
     let (outer_radius, thickness) = (outer_radius?, thickness?);
     if thickness < outer_radius {
@@ -478,7 +478,7 @@ pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
     })
 }
 
-/// Reports a rod whose rest curvature compresses it totally.
+/// Reports a rest curvature with total compression of the rod.
 pub(super) fn rest_inside_barrier(
     table: &Table,
     section: &Section,

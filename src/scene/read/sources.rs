@@ -1,11 +1,11 @@
-//! The text of a scene with its overrides, and the place of a byte in them.
+//! Text of a scene with its overrides, and the place of each byte.
 
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// A document followed by the overrides, `rod.damping = 0.2`, in one text, so that every byte has one number.
+/// A document followed by the overrides, `rod.damping = 0.2`, in one text with one numbering of its bytes.
 pub(in crate::scene) struct Sources {
     whole: String,
     /// First byte of each line of the document.
@@ -180,7 +180,7 @@ impl<'a> Setting<'a> {
         let (step, rest) = (self.steps[k], &self.steps[k + 1..]);
         let key = Spanned::new(self.key.clone(), Cow::Borrowed(step));
         if rest.is_empty() {
-            // Removal also replaces the key, so that faults point to the override.
+            // Removal also replaces the key: faults then point to the override.
             table.remove(step);
             table.insert(key, value);
             return Ok(());

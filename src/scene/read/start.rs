@@ -17,7 +17,7 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Parts of the scene on which the start depends, as far as they could be read.
+/// Parts of the scene on which the start depends, as far as readable.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'k> {
     /// The rod without friction.
@@ -335,7 +335,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
     })
 }
 
-/// Checks that at most one of these fields is given; otherwise reports the faults.
+/// Reports all but the first of these fields if several are given.
 fn one_of(table: &Table, names: &[&'static str]) -> Option<()> {
     let given = table.given(names);
     let [first, rest @ ..] = given.as_slice() else {

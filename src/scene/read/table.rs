@@ -1,4 +1,4 @@
-//! A table of the document, with readers of its fields by their description.
+//! A table of the document, with readers for the forms of its fields.
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
 use super::kind::MODELS;
@@ -32,7 +32,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Opens a table and reports the fields that `spec` does not have in a scene of this kind.
+    /// Opens a table and reports the fields that `spec` lacks in scenes of the current kind.
     pub fn open(
         reader: &'a Reader<'a>,
         path: &str,
@@ -84,7 +84,7 @@ impl<'a> Table<'a> {
         table
     }
 
-    /// Advice on the proper place of a field that this table does not have, if known.
+    /// Advice on the proper place of a misplaced field, if known.
     fn misplaced(&self, name: &str) -> Option<String> {
         let kind = self.reader.kind.get();
         let header = HOMES.iter().any(|home| home.name == self.spec.name);
@@ -153,7 +153,7 @@ impl<'a> Table<'a> {
         self.get(name).is_some()
     }
 
-    /// True if scenes of this kind have the field here.
+    /// True if the table has such a field in scenes of the current kind.
     pub fn knows(&self, name: &str) -> bool {
         self.spec.field(name, self.reader.kind.get()).is_some()
     }
@@ -270,7 +270,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reports a required field that is absent, with the example of its description.
+    /// Reports an absent required field, with the example of its description.
     fn absent(&self, name: &str, allowed: &str) {
         let example = match self.of(name).need {
             Need::Yes(example) => example,
