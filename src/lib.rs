@@ -189,8 +189,8 @@
 extern crate self as snaprod;
 
 // The numerics are two crates, compiled side by side at full optimisation; figures are a third with little
-// optimisation. Scenes, studies and the program run for milliseconds and are not optimised. A change on the left of
-// this list recompiles nothing on its right.
+// optimisation. Scenes, studies and the program run for milliseconds and are not optimised. A change
+// recompiles nothing to its left in this list.
 #[doc(inline)]
 pub use snaprod_motion::{
     assembly, bar, body, creep, elastica, error, inertia, manifold, math, motion, rod, section,

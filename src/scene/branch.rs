@@ -9,7 +9,7 @@ use serde::Serialize;
 pub struct Solve {
     /// Tolerance of the equilibria, relative, in [1e-13, 1e-4]; default [`Solve::TOLERANCE`].
     pub tolerance: f64,
-    /// Algorithm for the equilibria; default [`Path::Auto`].
+    /// Form of the equations: spatial, planar or closed form; default [`Path::Auto`].
     pub path: Path,
 }
 
@@ -59,8 +59,8 @@ pub struct Continue {
     pub switch: bool,
     /// Also follow the opposite direction from `from`, as far as 2 from - to; default false.
     pub both: bool,
-    /// Accept a branch that turns at a fold and comes back to `from`, without a message that it ended short of `to`;
-    /// default false.
+    /// Count a branch that turns at a fold and comes back to `from` as complete, not as ended short of `to`; default
+    /// false.
     pub back: bool,
     /// Look for disconnected branches (deflation); default false.
     pub deflate: bool,

@@ -78,7 +78,7 @@ pub struct Outline {
     /// Shape of the cross-section.
     #[serde(flatten, serialize_with = "measured")]
     pub shape: Shape,
-    /// Settings beside the shape: rest strains and rigid strains.
+    /// Shear factor, torsion constant and rigid strains that override those of the shape.
     #[serde(flatten)]
     pub set: ShapeSettings,
 }

@@ -327,8 +327,8 @@ impl AssemblySetup {
         self.heavy.is_some()
     }
 
-    /// Massless counterparts of heavy rods without load along them. A rod with a distributed load besides its weight,
-    /// or with Maxwell branches, has no counterpart.
+    /// Light rods for comparison with the heavy ones, without load along them. Heavy rods with a distributed load
+    /// besides their weight, or with Maxwell branches, have none.
     pub fn light_rods(&self, scene: &Scene) -> Vec<LightInSpace> {
         let given = scene.assembly.iter().flat_map(|given| &given.rods);
         let links = self.assembly.links().iter().zip(&self.reversed);
@@ -373,7 +373,7 @@ impl AssemblySetup {
         self.wrench_of(rod, &self.assembly.links()[rod].facing(base), q)
     }
 
-    /// Wrench at the base of the massless counterpart ([`AssemblySetup::light_rods`]) of rod `rod`, as
+    /// Wrench at the base of the light rod ([`AssemblySetup::light_rods`]) that corresponds to rod `rod`, as
     /// [`AssemblySetup::base_wrench`].
     ///
     /// # Errors

@@ -67,7 +67,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     });
     let start = default(part(top, &START), settled(), |table| {
         let rods = rod_tables.iter().flatten();
-        // The count of light rods excludes heavy rods, which can start from any strains.
+        // Only loops of light rods are excluded here; loops of heavy rods are checked when the rods are placed.
         let light = rods.filter(|rod| !has_free_end(rod) && !Memory::of(rod).heavy);
         let bodies = body_tables.as_ref().map_or(0, Vec::len);
         start(table, motion, light.count(), bodies)
