@@ -1,14 +1,15 @@
 //! Reduced-order dynamics of light rods that carry heavy rigid bodies.
 //!
-//! A light rod is clamped at one end and carries a heavy body at the other. The rod's inertia is left out: at every instant the rod is in
-//! equilibrium between clamp and body, so that only the body moves. One place of the body can hold several rod shapes; where a
-//! shape ceases to exist the rod **snaps** to another. A rod with internal friction does not snap at once: it **creeps**. This crate
-//! computes both motions, the equilibria behind them and their stability, for planar rods in closed form and for rods in space.
+//! A light rod is clamped at one end and carries a heavy body at the other. The rod's inertia is left out: at every
+//! instant the rod is in equilibrium between clamp and body, so that only the body moves. Several rod shapes can
+//! share one position of the body; where a shape ceases to exist the rod **snaps** to another. A rod with internal
+//! friction does not snap at once: it **creeps**. This crate computes both motions, the equilibria behind them and
+//! their stability, for planar rods in closed form and for rods in space.
 //!
 //! # A snap
 //!
-//! A mass on an elastic rod in the plane pushes its rod over a fold. The run is an iterator of events; position and velocity are
-//! continuous through the snap, and the energy that the rod releases is dissipated.
+//! A mass on an elastic rod in the plane pushes its rod over a fold. The run is an iterator of events; position and
+//! velocity are continuous through the snap, and the energy that the rod releases is dissipated.
 //!
 //! ```
 //! use nalgebra::Vector2;
@@ -34,8 +35,9 @@
 //!
 //! # A branch
 //!
-//! A straight column under a growing thrust, followed through the load at which it loses its stability: statics in space, with the Morse index of every
-//! point and the special points located. A study takes a scene, the text that the program reads, too, and returns records.
+//! A straight column under a growing thrust, followed through the load at which it loses its stability: statics in
+//! space, with the Morse index of every point and the special points located. A study takes a scene, written in the
+//! program's input format, and returns records.
 //!
 //! ```
 //! # #[cfg(feature = "scene")] {
@@ -65,8 +67,8 @@
 //!
 //! # Creep
 //!
-//! The same mass on a rod with friction, which starts in a shape that is no equilibrium: theta' = 1.5 - 1.5 s. The rows of the tables of a run
-//! go to a sink, here into memory; the record holds what else there is to know.
+//! A mass on a planar rod with friction, which starts in a shape that is no equilibrium: theta' = 1.5 - 1.5 s. The
+//! rows of the tables of a run go to a sink, here into memory; the record holds all other results.
 //!
 //! ```
 //! # #[cfg(feature = "scene")] {
@@ -102,25 +104,25 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What is where
+//! # Modules
 //!
-//! Modules stand in one order and use only what stands before them:
+//! Each module uses only modules above it in the table:
 //!
-//! | module | what it holds |
+//! | module | contents |
 //! | --- | --- |
 //! | [`error`] | the one error type |
 //! | [`math`] | elliptic integrals and functions by the complementary modulus |
-//! | [`solve`] | algorithms that know nothing of rods: Newton, bracketed roots, DOP853 with events, Radau IIA, continuation |
-//! | [`section`] | what a cross-section does: stored energy, friction, relaxation |
-//! | [`manifold`] | the trait of equilibrium manifolds, inversion near a guess; the von Mises truss as the smallest example |
-//! | [`elastica`] | the planar elastica in closed form: labels, folds and cusps, index, all equilibria at a point, landings |
+//! | [`solve`] | general algorithms: Newton, bracketed roots, DOP853 with events, Radau IIA, continuation |
+//! | [`section`] | laws of a cross-section: stored energy, friction, relaxation |
+//! | [`manifold`] | trait of equilibrium manifolds, inversion near a guess; smallest example: the von Mises truss |
+//! | [`elastica`] | planar elastica in closed form: labels, folds, cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
 //! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
-//! | `study` | what the program's commands do, as functions: scene in, records out (feature `scene`) |
+//! | `study` | the program's commands as functions: scene in, records out (feature `scene`) |
 //! | `plot` | SVG figures from plain data (feature `plot`) |
 //!
 //! # Features
@@ -137,7 +139,8 @@
 //!
 //! # Units
 //!
-//! The library counts in units of the rod: its length is 1 and a bending stiffness EI is 1. With the mass mu that it carries,
+//! The library counts in units of the rod: its length is 1 and a bending stiffness EI is 1. With the mass mu that it
+//! carries,
 //!
 //! | quantity | unit |
 //! | --- | --- |
@@ -146,40 +149,48 @@
 //! | time | sqrt(mu L^3/EI) |
 //! | viscosity of flexure | EI times the unit of time |
 //!
-//! Statics of rods in space ([`rod`]) takes any consistent units. Scenes may be in SI or any consistent units, and are scaled once.
+//! Statics of rods in space ([`rod`]) takes any consistent units. Scenes may be in SI or any consistent units, and
+//! are scaled once.
 //!
 //! # Glossary
 //!
 //! * **Director**: one of the orthonormal d1, d2, d3 that a cross-section carries; d3 is along an unsheared rod.
 //! * **Resultant, couple, wrench**: the force n and the moment m across a section; the pair (m, n).
 //! * **Strain**: flexure and twist u = (u1, u2, u3), shear and stretch v = (v1, v2, v3), along the directors.
-//! * **Pose**: where the end of the rod is: a place, or a place with a rotation.
-//! * **Chart**: coordinates q of all equilibria together. Pose, wrench, energy and shape are smooth functions of q, though one pose can
-//!   have several q. The chart of the planar elastica is (p, w); of rods in space, the wrench at the clamp.
-//! * **Sheet**: a part of the surface of equilibria on which the pose determines q. S_1^- is a sheet of the planar elastica: the curvature
-//!   changes sign once along the rod, and is negative at the clamp.
-//! * **Fold**: where two sheets meet and end; the derivative of the pose by q is singular. **Cusp**: where two folds meet.
-//! * **Index** (Morse index): the number of independent changes of shape, with the end held, that lower the energy. 0 is stable.
+//! * **Pose**: position of the end of the rod, or position and rotation.
+//! * **Chart**: coordinates q of all equilibria together. Pose, wrench, energy and shape are smooth functions of q,
+//!   though one pose can have several q. The chart of the planar elastica is (p, w); of rods in space, the wrench at
+//!   the clamp.
+//! * **Sheet**: a part of the surface of equilibria on which the pose determines q. S_1^- is a sheet of the planar
+//!   elastica: the curvature changes sign once along the rod, and is negative at the clamp.
+//! * **Fold**: common boundary of two sheets; the derivative of the pose by q is singular. **Cusp**: point where two
+//!   folds meet.
+//! * **Index** (Morse index): the number of independent changes of shape, with the end held, that lower the energy. 0
+//!   is stable.
 //! * **Branch**: a curve of equilibria as a parameter of the problem moves.
-//! * **Taut**: an inextensible rod pulled straight. The force grows without bound as the end comes to full reach; a moving body bounces.
-//! * **Layer**: a fast passage of a rod with friction from far away to near equilibrium while the body hardly moves, such as a snap.
+//! * **Taut**: an inextensible rod pulled straight. The force grows without bound as the end comes to full reach; a
+//!   moving body bounces.
+//! * **Layer**: a fast passage of a rod with friction from far away to near equilibrium while the body hardly moves,
+//!   such as a snap.
 //! * **Landing**: the equilibrium on which a rod comes to rest after a snap, or after the layer.
-//! * **Ledger**: kinetic + elastic + potential + dissipated - work of the loads. It is computed, never imposed; how well it closes measures
-//!   the run.
+//! * **Ledger**: kinetic + elastic + potential + dissipated - work of the loads. The sum is computed, never imposed;
+//!   its drift measures the accuracy of the run.
 //! * **Memory**: the dependence of the end's force on past motion, beyond the present place and velocity.
-//! * **Overstress**: what of the resultants neither the stored energy nor the relaxing branches take; it drives the creep.
+//! * **Overstress**: the resultants minus those of the stored energy and the relaxing branches; it drives the creep.
 //!
 //! # Theory
 //!
-//! Comments cite `docs/theory.md` of the repository as "theory 2.5", and S. S. Antman, R. S. Marlow, C. P. Vlahacos, *The complicated
-//! dynamics of heavy rigid bodies attached to deformable rods*, Quart. Appl. Math. 56 (1998) 431-460, as AMV with its equation numbers.
+//! Comments cite `docs/theory.md` of the repository as "theory 2.5", and S. S. Antman, R. S. Marlow, C. P. Vlahacos,
+//! *The complicated dynamics of heavy rigid bodies attached to deformable rods*, Quart. Appl. Math. 56 (1998)
+//! 431-460, as AMV with its equation numbers.
 #![warn(missing_docs)]
 
 #[cfg(feature = "cli")]
 extern crate self as snaprod;
 
-// The numerics are three crates at full optimisation, two of them compiled side by side, figures a fourth with little. Scenes, studies and the
-// program run for milliseconds and are not optimised. A change in one crate compiles only the crates that depend on it again.
+// The numerics are two crates, compiled side by side at full optimisation; figures are a third with little
+// optimisation. Scenes, studies and the program run for milliseconds and are not optimised. A change
+// recompiles nothing to its left in this list.
 #[doc(inline)]
 pub use snaprod_motion as motion;
 #[doc(inline)]
@@ -193,8 +204,8 @@ pub use snaprod_waves::bar;
 #[doc(inline)]
 pub use snaprod_plot as plot;
 
-// The program is compiled with the library, so that no generic code is instantiated twice; it speaks of the library by
-// its name, as any other user does.
+// The program is compiled with the library, so that no generic code is instantiated twice. It names the library
+// `snaprod`, as any other user does.
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -206,7 +217,7 @@ pub mod study;
 
 pub use error::{Error, Result};
 
-/// The README's program, run as a test.
+/// The program of the README, run as a test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -1,4 +1,4 @@
-//! `snaprod run` and `snaprod equilibrium` of several rods and bodies.
+//! `snaprod run` and `snaprod equilibrium` for assemblies of several rods and bodies.
 
 use super::check::no_start;
 use super::equilibrium::EquilibriumArgs;
@@ -24,9 +24,9 @@ use snaprod::study::assembly::{
 use std::fmt::Write;
 use std::path::Path;
 
-/// The colour of bodies in equilibrium, the grey of the palette: those of the rods tell these apart.
+/// Colour of bodies in equilibrium, the grey of the palette: the other colours distinguish the rods.
 const BODY: usize = 6;
-/// Snaps that are told one by one.
+/// Number of snaps printed one by one.
 const SHOWN: usize = 20;
 
 /// Runs the scene.
@@ -74,7 +74,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     ran.reported(args, (&out, directory.as_deref()), draw, words)
 }
 
-/// The ledger of the last branch over time.
+/// Energy ledger of the last branch over time.
 fn ledger(record: &AssemblyRunRecord) -> Energies {
     let states: Vec<(f64, &Ledger)> = record
         .last()
@@ -91,7 +91,7 @@ fn ledger(record: &AssemblyRunRecord) -> Energies {
     )
 }
 
-/// The way of a body's centre on the last branch.
+/// Path of a body's centre on the last branch.
 fn way(record: &AssemblyRunRecord, body: usize) -> SpaceWay {
     let (last, solid) = (record.last(), &record.solids[body]);
     let centre = |at: &AssemblyMoment| solid.centre(&at.bodies[body].pose).into();
@@ -111,7 +111,7 @@ fn snap_times(record: &AssemblyRunRecord) -> Vec<f64> {
     snaps.map(|snap| snap.t * record.scales.time).collect()
 }
 
-/// The rods and bodies at the first moment and at the last, with the ways of the bodies' centres.
+/// Rods and bodies at the first and the last moment, with the paths of the bodies' centres.
 fn moments(record: &AssemblyRunRecord, grounds: &[[Option<Joint>; 2]]) -> RodShapes {
     let (trunk, last) = (&record.branches[0], record.last());
     let both = [("start", &trunk.first_shapes), ("end", &last.last_shapes)];
@@ -121,7 +121,7 @@ fn moments(record: &AssemblyRunRecord, grounds: &[[Option<Joint>; 2]]) -> RodSha
         .flat_map(|(colour, (name, shapes))| {
             let rods = shapes.iter().zip(grounds).enumerate();
             rods.map(move |(k, (rod, ground))| SpaceRod {
-                // The legend names each once.
+                // One entry per moment in the legend.
                 name: if k == 0 { *name } else { "" }.to_owned(),
                 colour: Some(colour),
                 ..drawn(rod, ground)
@@ -173,7 +173,7 @@ fn drawn(rod: &[Isometry3<f64>], ground: &[Option<Joint>; 2]) -> SpaceRod {
 fn figure(rods: Vec<SpaceRod>, units: AxisUnits) -> RodShapes {
     RodShapes {
         rods,
-        // Rods tell where they are on the ground.
+        // Each rod draws its own attachments to the ground.
         clamp: false,
         units,
         ..RodShapes::default()
@@ -189,7 +189,7 @@ pub fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
     if let Some(why) = record.warning() {
         line(format!("note: {why}"));
     }
-    // Where a verdict on them follows, only what the scene does not say.
+    // If a verdict on the masses follows below, only defaults of the program are printed here.
     let said = record.masses.iter();
     let said = said.filter(|mass| mass.by_default || record.validity.is_none());
     for said in said.filter_map(RodMassNote::text) {
@@ -257,7 +257,7 @@ fn branch_text(
             Units::behind(u.time()),
             branch.outcome
         ),
-        // The reason follows on the error stream.
+        // The reason is printed on the error stream.
         false => format!(
             "t = {}{}: ended short ({})",
             number(last.t),

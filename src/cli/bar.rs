@@ -12,7 +12,7 @@ use snaprod::study::bar::{self, BarPrepared, BarRecord};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Times of which the stress is drawn.
+/// Number of times at which the stress profile is drawn.
 const SNAPSHOTS: usize = 6;
 
 /// Runs the scene.
@@ -101,7 +101,7 @@ fn snapshots(record: &BarRecord) -> Lines {
     }
 }
 
-/// Where the work of the load is over time.
+/// The ledger over time: energies and dissipation against the work of the load.
 fn energies(record: &BarRecord) -> Lines {
     let curve = |name: &str, of: &dyn Fn(&snaprod::bar::Ledger) -> f64| Series {
         name: name.to_owned(),

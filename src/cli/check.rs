@@ -17,7 +17,7 @@ pub struct CheckArgs {
     pub json: bool,
 }
 
-/// The scene that a command takes.
+/// The scene argument of a command.
 #[derive(Args)]
 pub struct SceneArgs {
     /// The scene, a TOML file.
@@ -29,19 +29,19 @@ pub struct SceneArgs {
 }
 
 impl SceneArgs {
-    /// The scene, or everything that is wrong with it.
+    /// The scene, or all its faults.
     pub fn read(&self) -> Result<Scene, ReadError> {
         let set: Vec<&str> = self.set.iter().map(String::as_str).collect();
         Scene::read_with(&self.path, &set)
     }
 
-    /// Where to write without --out: out/<name of the scene>.
+    /// Default directory without --out: out/<name of the scene>.
     pub fn directory(&self) -> PathBuf {
         Path::new("out").join(self.path.file_stem().unwrap_or_default())
     }
 }
 
-/// Reads a scene of motion, or says everything that is wrong with it.
+/// Reads a scene of motion, or refuses with all its faults.
 pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
     if scene.bar.is_none() {
@@ -50,7 +50,7 @@ pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     Ok(scene)
 }
 
-/// Reads a scene of motion, or of an assembly, at rest or not, or says everything that is wrong with it.
+/// Reads a scene of motion or an assembly (in motion or statics), or refuses with all its faults.
 pub fn read_modes(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
     if scene.assembly.is_none() {
@@ -59,7 +59,7 @@ pub fn read_modes(given: &SceneArgs) -> Result<Scene, Refusal> {
     Ok(scene)
 }
 
-/// Reads a scene of statics, or of an assembly, at rest or not, or says everything that is wrong with it.
+/// Reads a scene of statics or an assembly (in motion or statics), or refuses with all its faults.
 pub fn read_equilibrium(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
     if scene.assembly.is_none() {
@@ -83,13 +83,13 @@ fn report(file: &str, faults: &Faults) -> Refusal {
     Refusal(format!("{count} in the scene\n{}", faults.in_file(file)))
 }
 
-/// A scene that cannot start.
+/// Refusal of a scene that cannot start.
 pub fn no_start(path: &Path, e: &snaprod::Error) -> Refusal {
     Refusal(format!("{}: {e}", path.display()))
 }
 
-/// Reports every fault of the scene; a scene without faults is also set up, so that a start with no
-/// equilibrium is found here and not in the run.
+/// Reports every fault of the scene. A scene without faults is also set up, so that a start without equilibrium is
+/// found here and not in the run.
 pub fn check(args: &CheckArgs) -> Result<Ending, Refusal> {
     let file = args.scene.path.display().to_string();
     match args.scene.read() {

@@ -26,10 +26,10 @@ pub struct ElasticaArgs {
     /// Sign of the sheet, + or -.
     #[arg(long, requires = "mode", value_parser = ["+", "-"], allow_hyphen_values = true)]
     pub sign: Option<String>,
-    /// The paper's k, in [0, 1).
+    /// k of AMV, in [0, 1).
     #[arg(long, requires = "mode")]
     pub k: Option<f64>,
-    /// The paper's beta, in [-pi/2, pi/2].
+    /// beta of AMV, in [-pi/2, pi/2].
     #[arg(long, requires = "mode")]
     pub beta: Option<f64>,
     /// Arclengths, in [0, 1], at which to describe the shape.

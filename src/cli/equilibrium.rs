@@ -17,7 +17,7 @@ use std::path::PathBuf;
 pub struct EquilibriumArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write shape.csv, equilibrium.json and equilibrium.svg; nothing is written without it.
+    /// Directory for shape.csv, equilibrium.json and equilibrium.svg; without it no file is written.
     #[arg(long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -27,7 +27,7 @@ pub struct EquilibriumArgs {
     pub json: bool,
 }
 
-/// What the command writes.
+/// Files of the command.
 pub const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
 
 /// Solves the scene and describes its equilibrium.
@@ -61,7 +61,7 @@ fn text(record: &EquilibriumRecord) -> String {
     };
     let (couple, force) = halves(&found.base);
     let end = &found.end;
-    // Rounding is told from forces and couples beside the largest of them, and beside what bends the rod.
+    // Rounding is judged against the largest force or couple, and against the bending of the rod.
     let largest = |a: f64, b: &Vector3<f64>| a.max(b.amax());
     let couples = [&couple, &end.couple]
         .into_iter()

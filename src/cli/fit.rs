@@ -1,4 +1,4 @@
-//! `snaprod fit SCENE DATA.csv --free PATH=FROM:TO ..`: the values of fields for which a scene comes nearest to measured data.
+//! `snaprod fit SCENE DATA.csv --free PATH=FROM:TO ..`: least-squares fit of fields of a scene to measured data.
 
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
@@ -20,8 +20,8 @@ use std::path::PathBuf;
 pub struct FitArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// The data, CSV with a line of names: a column t and columns of the trajectory, or a row for each scene with quantities as `sweep --column` has them, or
-    /// modes.angular_frequencies.0. Empty cells were not measured.
+    /// The data, CSV with a line of names: a column t and columns of the trajectory, or a row for each scene with
+    /// quantities as `sweep --column` has them, or modes.angular_frequencies.0. Empty cells were not measured.
     #[arg(value_name = "DATA")]
     data: PathBuf,
     /// A field whose value is searched: PATH=FROM:TO or PATH=log:FROM:TO; may be repeated.
@@ -30,19 +30,20 @@ pub struct FitArgs {
     /// A column of the data that is a field of the scene, set row by row, as loads.force.0; may be repeated.
     #[arg(long, value_name = "COLUMN")]
     given: Vec<String>,
-    /// The standard deviation of the noise of a column, as x=1e-3; without it the noise is estimated from what is left. May be repeated.
+    /// The standard deviation of the noise of a column, as x=1e-3; without it the noise is estimated from the
+    /// residuals. May be repeated.
     #[arg(long, value_name = "COLUMN=SIGMA")]
     noise: Vec<String>,
-    /// How many searches: the first from the middle of the ranges, the others from anywhere in them.
+    /// Number of searches: the first starts from the middle of the ranges, the others from random places in them.
     #[arg(long, value_name = "N", default_value_t = 5)]
     starts: usize,
-    /// The seed of their places.
+    /// Seed of the random starts.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Where to write; default out/ and the name of the scene with -fit.
+    /// Output directory; default out/ and the name of the scene with -fit.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Print what was found as one JSON object.
+    /// Print the result as one JSON object.
     #[arg(long)]
     json: bool,
     /// Print nothing but errors; no progress bar.
@@ -54,7 +55,7 @@ pub struct FitArgs {
 
 const FILES: &[&str] = &["fit.*", "curve.csv"];
 
-/// Searches from all starts, on all cores, and tells the best end.
+/// Searches from all starts, on all cores, and reports the best result.
 pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     let fit = planned(args)?;
     let directory = args.out.clone().unwrap_or_else(|| {
@@ -153,7 +154,7 @@ fn figure(record: &FitRecord) -> FitFigure {
     }
 }
 
-/// What is printed. Nothing fails in memory.
+/// The printed report. Writing to a string cannot fail.
 fn report(record: &FitRecord) -> String {
     let mut text = String::new();
     for one in &record.parameters {
@@ -198,7 +199,7 @@ fn report(record: &FitRecord) -> String {
     text
 }
 
-/// A number with so many digits, not so many decimals.
+/// A number printed with a fixed number of digits in all, not of decimals.
 struct Short(f64);
 
 impl std::fmt::Display for Short {

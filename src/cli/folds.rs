@@ -9,7 +9,7 @@ use snaprod::study;
 
 #[derive(Args)]
 pub struct FoldsArgs {
-    /// How many fold curves.
+    /// Number of fold curves.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=20))]
     pub count: u8,
     /// Print one JSON object instead of CSV.
@@ -17,7 +17,7 @@ pub struct FoldsArgs {
     pub json: bool,
 }
 
-/// Prints the fold curves from p = -8 to 8: the half p < 0 is the mirror image y -> -y.
+/// Prints the half p in [-8, 8] of each fold curve; p < 0 is the mirror image y -> -y.
 pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
     let table = study::folds(args.count.into(), &mut Signals::watched())?;
     let numbers = table.integers("number");

@@ -1,4 +1,4 @@
-//! The command line: one module a command, no physics.
+//! The command line: one module per command, no physics.
 //!
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
@@ -64,14 +64,14 @@ enum Command {
     /// Describes small motions of a straight viscoelastic rod's end: spring, dashpot, memory kernel.
     #[command(allow_negative_numbers = true)]
     Memory(memory::MemoryArgs),
-    /// Runs a scene over a grid of its fields, or at random points, on all cores: a table, and a map of what comes of it.
+    /// Runs a scene over a grid of its fields, or at random points, on all cores: a table, and a map of the outcomes.
     #[command(allow_negative_numbers = true)]
     Sweep(sweep::SweepArgs),
-    /// Finds the values of fields for which a scene comes nearest to measured data.
+    /// Fits the values of fields of a scene to measured data.
     Fit(fit::FitArgs),
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
-    /// Says what a run of a scene computes, what it leaves out and why, and what it will cost.
+    /// Says what a run of a scene computes, what it leaves out and why, and its cost.
     #[command(allow_negative_numbers = true)]
     Plan(plan::PlanArgs),
     /// Checks a scene and reports every fault at once.
@@ -86,15 +86,15 @@ enum Command {
     Man,
 }
 
-/// How a command ended.
+/// Completion of a command.
 enum Ending {
-    /// All that was asked.
+    /// The command completed its task.
     Done,
-    /// The run ended short of it.
+    /// The run ended short of its goal.
     Short,
 }
 
-/// A command that could not be carried out; the text goes to stderr.
+/// Refusal of a command, with the message for stderr.
 struct Refusal(String);
 
 impl From<snaprod::Error> for Refusal {
@@ -103,12 +103,12 @@ impl From<snaprod::Error> for Refusal {
     }
 }
 
-/// Parses the command line and carries it out.
+/// Parses the command line and runs the command.
 pub fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(e) => {
-            // Help and version are no errors; clap knows which stream is whose.
+            // Help and version are no errors; clap chooses the stream.
             let code = if e.use_stderr() { 2 } else { 0 };
             files::survive(e.print().and_then(|()| std::io::stdout().flush()));
             return ExitCode::from(code);
@@ -128,7 +128,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Carries out a command.
+/// Runs a command.
 fn obey(command: &Command) -> Result<Ending, Refusal> {
     match command {
         Command::Run(args) => run::run(args),

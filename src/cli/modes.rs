@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub struct ModesArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write modes.csv, summary.json and modes.svg; nothing is written without it.
+    /// Directory for modes.csv, summary.json and modes.svg; without it no file is written.
     #[arg(long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -26,7 +26,7 @@ pub struct ModesArgs {
     pub json: bool,
 }
 
-/// What the command writes.
+/// Files of the command.
 const FILES: &[&str] = &["modes.*", "summary.json"];
 
 /// Describes small motions about the equilibrium of a scene.
@@ -41,7 +41,7 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
         let out = Output::open(Some(directory), FILES, args.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
         out.table(&record.table()?)?;
-        // Under loads that turn with bodies no motion has a shape.
+        // Under follower loads the motions have no mode shapes.
         if !record.motions.modes.is_empty() {
             out.figure("modes", || Ok(shapes(&record, &grounds)), mode_shapes);
         }
@@ -90,7 +90,7 @@ fn text(record: &ModesRecord) -> String {
     };
     for (i, mode) in motions.modes.iter().enumerate() {
         let moves = motions.coordinates.iter().zip(&mode.shape);
-        // No minus before a zero.
+        // The sum avoids a minus before a zero.
         let moves = moves.map(|(name, x)| format!("{name} {:.6}", (x * 1e6).round() / 1e6 + 0.0));
         let moves: Vec<String> = moves.collect();
         let motion = match (mode.period(), mode.angular_frequency) {

@@ -1,4 +1,4 @@
-//! `snaprod new`, `schema`, `completions`, `man`: scenes to start from, and what editors, shells and `man` read.
+//! `snaprod new`, `schema`, `completions`, `man`: templates of scenes, and files for editors, shells and `man`.
 
 use super::files::{print, print_json};
 use super::{Cli, Ending, Refusal};
@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-/// Scenes with every line explained.
+/// Templates of scenes, with every line explained.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum Template {
     /// A steel strip with a mass at its end, let go
@@ -38,9 +38,9 @@ impl Template {
 
 #[derive(Args)]
 pub struct NewArgs {
-    /// Which scene.
+    /// The template.
     name: Template,
-    /// Where to write it, a file that does not exist yet; default standard output.
+    /// File to write, which must not exist yet; default standard output.
     #[arg(long)]
     out: Option<PathBuf>,
 }
@@ -54,7 +54,7 @@ pub struct SchemaArgs {
 
 #[derive(Args)]
 pub struct CompletionArgs {
-    /// For which shell.
+    /// The shell.
     shell: Shell,
 }
 

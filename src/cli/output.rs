@@ -1,8 +1,9 @@
-//! The directory that a command writes into.
+//! Output directory of a command.
 //!
-//! Files are written aside, as `name.part`, and take their names together in [`Output::finish`]: a run that is killed, or
-//! whose disk fills up, leaves the files of the run before it whole. A lock keeps a second run out of the directory. What this holds
-//! against is the death of the program, at any moment; nothing waits for the disk, as a failure of the power would ask for.
+//! Files are first written as `name.part`, and are renamed together in [`Output::finish`]. A run that is killed, or
+//! whose disk fills up, thus leaves the files of the previous run whole. A lock keeps a second run out of the
+//! directory. This protects against the death of the program at any moment, not against power failure, since files are
+//! not flushed to the disk.
 
 use super::files::{print, print_error};
 use super::page::Page;
@@ -18,12 +19,12 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// A figure as PNG and as PDF, where they are asked for.
+/// A figure as PNG and as PDF, if requested.
 type Copies = [Option<Vec<u8>>; 2];
-/// Draws a figure from data of its own.
+/// Closure that owns its data and draws a figure.
 type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
 
-/// What figures to draw, and in which form tables are written.
+/// Options of figures, and the format of tables.
 #[derive(Args, Debug, Clone, Copy, Default)]
 pub struct FigureArgs {
     #[command(flatten)]
@@ -54,7 +55,7 @@ pub struct PrintArgs {
 }
 
 impl PrintArgs {
-    /// Refuses formats that the program was built without, and sizes that have no room for a figure.
+    /// Refuses formats that the program was built without, and sizes too small for a figure.
     pub fn check(self) -> Result<(), Refusal> {
         let formats = [
             (self.png, cfg!(feature = "png"), "png"),
@@ -80,7 +81,7 @@ impl PrintArgs {
     }
 }
 
-/// A length as print has it, in millimetres.
+/// Parses a printed length, in millimetres.
 fn millimetres(text: &str) -> Result<f64, String> {
     const UNITS: [(&str, f64); 4] = [("mm", 1.0), ("cm", 10.0), ("in", 25.4), ("pt", 25.4 / 72.0)];
     let text = text.trim();
@@ -91,34 +92,34 @@ fn millimetres(text: &str) -> Result<f64, String> {
     length.ok_or_else(|| "give a positive length with its unit: mm, cm, in or pt".to_owned())
 }
 
-/// The same in points.
+/// Parses a printed length, in points.
 fn points(text: &str) -> Result<f64, String> {
     millimetres(text).map(|length| length * 72.0 / 25.4)
 }
 
-/// The files of one command, in a directory or nowhere.
+/// The files of one command, in a directory; no file is written without a directory.
 pub struct Output {
     place: Option<Place>,
     figures: FigureArgs,
 }
 
-/// The directory.
+/// The output directory.
 struct Place {
     directory: PathBuf,
-    /// Names of the files that the command may write, with at most one `*` each; a CSV stands for its NPZ, too.
+    /// Names of the files that the command may write, with at most one `*` each; a CSV also stands for its NPZ.
     owned: &'static [&'static str],
-    /// Names of the files that are written aside and whole.
+    /// Names of the complete `.part` files.
     written: RefCell<Vec<String>>,
-    /// Figures that were drawn, for a page that shows them.
+    /// Figures drawn up to now, for the page.
     drawn: RefCell<Vec<(String, String)>>,
     _lock: Option<Lock>,
 }
 
 impl Output {
-    /// Makes the directory and locks it; without one nothing is written, and everything else goes on the same.
+    /// Makes the directory and locks it. Without a directory no file is written, and everything else works the same.
     ///
-    /// `owned` names every file that the command may write, with at most one `*` in a name: those that an earlier run left and
-    /// this one does not write are removed at the end, so that no figure stands beside the table of another run.
+    /// `owned` names every file that the command may write, with at most one `*` in a name. At the end, such files of
+    /// an earlier run are removed unless written again, so that no figure stands beside the table of another run.
     pub fn open(
         directory: Option<&Path>,
         owned: &'static [&'static str],
@@ -132,7 +133,7 @@ impl Output {
         })
     }
 
-    /// The tables of a study, each to be written as `name.csv` while it works.
+    /// A sink for the tables of a study; each table is written as `name.csv` during the computation.
     pub fn tables(&self) -> Tables<'_> {
         Tables {
             output: self,
@@ -141,7 +142,7 @@ impl Output {
         }
     }
 
-    /// Writes a table as `name.csv`, with `--npz` as `name.npz`, too.
+    /// Writes a table as `name.csv`, with `--npz` also as `name.npz`.
     pub fn table(&self, table: &Table) -> Result<(), Refusal> {
         self.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
         match self.figures.npz {
@@ -158,7 +159,7 @@ impl Output {
         self.write(&format!("{name}.npz"), &npz(arrays)?)
     }
 
-    /// True if figures are to be drawn.
+    /// True if figures are drawn.
     pub fn draws(&self) -> bool {
         self.place.is_some() && !self.figures.no_figures && !signals::hurried()
     }
@@ -173,8 +174,8 @@ impl Output {
         Ok(())
     }
 
-    /// Draws `name.svg` from the data, and `name.png` and `name.pdf` where asked. Whatever hinders it is a warning: the numbers are worth
-    /// more than their picture. A second Ctrl-C gives it up at once.
+    /// Draws `name.svg` from the data, with `name.png` and `name.pdf` if requested. A failure is only a warning, since
+    /// the numbers are worth more than their picture. A second Ctrl-C abandons the figure at once.
     pub fn figure<D: Send + 'static>(
         &self,
         name: &str,
@@ -194,10 +195,10 @@ impl Output {
     fn try_figure(&self, name: &str, draw: Drawing) -> Result<(), Refusal> {
         let asked = self.figures.print;
         let (send, receive) = channel();
-        // Aside, so that a signal need not wait for it.
+        // In a thread, so that a signal need not wait for the figure.
         std::thread::spawn(move || {
             let drawn = draw().and_then(|svg| Ok((copies(&svg, asked)?, svg)));
-            // Nobody listens any more after a second Ctrl-C.
+            // After a second Ctrl-C the channel is closed.
             let _ = send.send(drawn);
         });
         let (copies, svg) = loop {
@@ -222,8 +223,8 @@ impl Output {
         Ok(())
     }
 
-    /// Writes the page `name.html`, if anything is written at all; it is given the figures drawn so far. Whatever hinders it is a warning,
-    /// as for a figure.
+    /// Writes the page `name.html` into the directory, if there is one; `page` receives the figures drawn up to now. A
+    /// failure is only a warning.
     pub fn page(
         &self,
         name: &str,
@@ -240,9 +241,9 @@ impl Output {
         }
     }
 
-    /// Removes the files of an earlier run and gives those of this one their names, in this order: a command that is killed in between
-    /// leaves files of one run alone, never the table of one beside the figure of another. Where the command prints `words`, a line names
-    /// the files that are removed and not written anew.
+    /// Removes the files of an earlier run, then renames those of this run. A command killed in between leaves files of
+    /// one run only, never the table of one beside the figure of another. With `words` a printed line names the removed
+    /// files that were not written again.
     pub fn finish(&self, words: bool) -> Result<Vec<String>, Refusal> {
         let Some(place) = &self.place else {
             return Ok(Vec::new());
@@ -259,7 +260,8 @@ impl Output {
         Ok(written)
     }
 
-    /// The line that names the files of an earlier run that are removed and not written anew, and the flags that make them again.
+    /// Message that names the removed files of an earlier run which were not written again, and the flags that produce
+    /// them.
     fn removal(&self, removed: &[String], written: &[String]) -> Option<String> {
         let mut gone: Vec<&str> = removed
             .iter()
@@ -287,7 +289,8 @@ impl Output {
             .then(|| format!("note: removed files of an earlier run: {}", told.join("; ")))
     }
 
-    /// Option that makes the file `name` again; `None` if this run was asked for files of the kind and made none of this name.
+    /// Option that produces the file `name`; `None` if this run was asked for files of the same kind and made none of
+    /// this name.
     fn flag(&self, name: &str, written: &[String]) -> Option<&'static str> {
         let asked = self.figures.print;
         let kind = name.rsplit_once('.')?.1;
@@ -305,9 +308,9 @@ impl Output {
     }
 }
 
-/// Names in a row; of many the first and how many more.
+/// Names in a row; the first few of many, and the number of the others.
 fn brief(names: &[&str]) -> String {
-    /// Names that are told.
+    /// Number of names listed.
     const TOLD: usize = 8;
     match names.len().checked_sub(TOLD) {
         Some(more) if more > 0 => format!("{} and {more} more", names[..TOLD].join(", ")),
@@ -334,7 +337,7 @@ impl Place {
         Ok(place)
     }
 
-    /// The file that becomes `name`.
+    /// Path of the draft of the file `name`.
     fn draft(&self, name: &str) -> PathBuf {
         debug_assert!(self.owns(name), "{name} is not among the command's files");
         self.directory.join(format!("{name}{PART}"))
@@ -349,18 +352,18 @@ impl Place {
         owned.any(|pattern| matches(pattern, name) || as_npz(pattern))
     }
 
-    /// Removes what a run that was killed had written aside.
+    /// Removes the drafts of a killed run.
     fn sweep(&self) {
         self.remove(|name| name.strip_suffix(PART).is_some_and(|name| self.owns(name)));
     }
 
-    /// Removes the files that `which` selects; returns the names of the removed files.
+    /// Removes the files selected by `which`; returns their names.
     fn remove(&self, which: impl Fn(&str) -> bool) -> Vec<String> {
         let entries = fs::read_dir(&self.directory).into_iter().flatten();
         let names = entries
             .flatten()
             .filter_map(|entry| entry.file_name().into_string().ok());
-        // A file that cannot be removed does not make this run worse.
+        // A file left behind does no harm.
         names
             .filter(|name| which(name) && fs::remove_file(self.directory.join(name)).is_ok())
             .collect()
@@ -378,10 +381,10 @@ impl Drop for Place {
     }
 }
 
-/// The end of the name of a file that is being written.
+/// Suffix of drafts, files still being written.
 const PART: &str = ".part";
 
-/// True if the name fits the pattern, whose one `*`, if it has one, stands for anything.
+/// True if the name matches the pattern; its optional `*` stands for any text.
 fn matches(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,
@@ -391,11 +394,11 @@ fn matches(pattern: &str, name: &str) -> bool {
     }
 }
 
-/// Tables being written, row by row; nowhere if their output is. Those that are not finished are not kept.
+/// Tables written row by row; unfinished tables are not kept.
 pub struct Tables<'o> {
     output: &'o Output,
     open: Vec<(String, Csv<BufWriter<File>>)>,
-    /// What becomes NPZ, where that is asked for.
+    /// Copies of the tables for NPZ, if requested.
     kept: Vec<Table>,
 }
 
@@ -426,7 +429,7 @@ impl Sink for Tables<'_> {
 }
 
 impl Tables<'_> {
-    /// Makes sure that all rows are in the files.
+    /// Flushes all rows to the files.
     pub fn finish(self) -> Result<(), Refusal> {
         for (name, csv) in self.open {
             csv.finish().map_err(|e| broken(&name, e))?;
@@ -445,15 +448,15 @@ fn broken(name: &str, e: std::io::Error) -> snaprod::Error {
     snaprod::Error::io(format!("cannot write {name}")).caused_by(e)
 }
 
-/// A lock on a directory. The system lets go of it when its process ends, however it ends: a lock file that is left behind
-/// locks nobody out.
+/// A lock on a directory. The system releases the lock when the process ends in any way, so that a lock file left
+/// behind excludes nobody.
 struct Lock {
     path: PathBuf,
     _file: File,
 }
 
 impl Lock {
-    /// Takes the lock; None on a file system that knows no locks.
+    /// Takes the lock; `None` on a file system without locks.
     fn take(directory: &Path) -> Result<Option<Self>, Refusal> {
         let path = directory.join("snaprod.lock");
         let refuse = |e| Refusal(format!("cannot write {}: {e}", path.display()));
@@ -488,7 +491,8 @@ impl Lock {
             file.set_len(0)
                 .and_then(|()| file.write_all(own.as_bytes()))
                 .map_err(refuse)?;
-            // Its last holder may have removed the file between the opening and the locking, and somebody made it anew.
+            // Between opening and locking, the last holder may have removed the file, and another process may have made
+            // a new one.
             if fs::read_to_string(&path).is_ok_and(|text| text == own) || cfg!(windows) {
                 return Ok(Some(Self { path, _file: file }));
             }
@@ -502,7 +506,7 @@ impl Drop for Lock {
     }
 }
 
-/// A figure in the other formats that are asked for.
+/// The requested copies of a figure in other formats.
 fn copies(svg: &str, asked: PrintArgs) -> snaprod::Result<Copies> {
     Ok([
         asked.png.then(|| as_png(svg)).transpose()?,

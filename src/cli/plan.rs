@@ -10,8 +10,9 @@ use snaprod::study;
 pub struct PlanArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Seconds of processor time of the trial that tells the cost; 0: no trial. The trial takes up to four times as long
-    /// while its forecast falls, while it has seen less than 1 % of the run, or to end a run of about three times its seconds.
+    /// Seconds of processor time of the trial run for the cost; 0: no trial. The trial takes up to four times as long
+    /// while its forecast falls, while it has covered less than 1 % of the run, or to end a run of about three times
+    /// its seconds.
     #[arg(long, default_value_t = 1.0)]
     pub seconds: f64,
     /// Print one JSON object.
@@ -19,7 +20,7 @@ pub struct PlanArgs {
     pub json: bool,
 }
 
-/// Says what a run of the scene computes, what it leaves out and why, and what it costs.
+/// Reports the computations of a run of the scene, the omissions with reasons, and the cost.
 pub fn plan(args: &PlanArgs) -> Result<Ending, Refusal> {
     if !(0.0..=1e6).contains(&args.seconds) {
         return Err(Refusal(format!(

@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 
 /// Length of the bar, in characters.
 const BAR: usize = 40;
-/// To the start of the line, which is emptied.
+/// Escape sequence: to the start of the line, and clear the line.
 const CLEAR: &str = "\r\x1b[2K";
 
-/// A bar that shows how far a study is, if anybody can see it; signals interrupt the study.
+/// A progress bar on a terminal; signals interrupt the study.
 pub struct Progress {
     seen: bool,
     begun: Instant,
@@ -21,7 +21,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar, if it is wanted and standard error is a terminal.
+    /// Shows a bar if `wanted` and standard error is a terminal.
     pub fn new(wanted: bool) -> Self {
         let now = Instant::now();
         Self {
@@ -32,12 +32,12 @@ impl Progress {
         }
     }
 
-    /// For a run whose motion is drawn, or not.
+    /// Sets whether the record follows the motion more closely than the samples, for figures.
     pub fn of_drawn(self, drawn: bool) -> Self {
         Self { drawn, ..self }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if self.seen {
             eprint!("{CLEAR}");
@@ -67,7 +67,7 @@ impl Hooks for Progress {
     }
 }
 
-/// How many of a study's pieces all threads together have done.
+/// Count of the completed pieces of a study, over all threads.
 pub struct Tally {
     done: AtomicUsize,
     all: usize,
@@ -75,7 +75,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// None yet of `all`; with a bar, if it is wanted.
+    /// Count 0 of `all`; shows a bar if `wanted`.
     pub fn new(all: usize, wanted: bool) -> Self {
         Self {
             done: AtomicUsize::new(0),
@@ -84,16 +84,16 @@ impl Tally {
         }
     }
 
-    /// One more is done.
+    /// Counts a completed piece.
     pub fn count(&self) {
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
-        // Another thread shows it already.
+        // If another thread holds the lock, that thread updates the bar.
         if let Ok(mut progress) = self.progress.try_lock() {
             progress.progress(done as f64 / self.all as f64, done as f64);
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         if let Ok(progress) = self.progress.lock() {
             progress.finish();

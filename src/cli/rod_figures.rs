@@ -1,4 +1,4 @@
-//! Rods in space as figures want them, from records.
+//! Conversion of records of rods in space to data of figures.
 
 use nalgebra::{Isometry3, Vector3};
 use snaprod::assembly::Joint;
@@ -8,7 +8,7 @@ use snaprod::rod::RodSection;
 use snaprod::scene::{Scales, Units};
 use snaprod::study::{EquilibriumRecord, Solid, equilibrium::resultants};
 
-/// The rod as the figures want it.
+/// Data of a drawn rod.
 pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> SpaceRod {
     SpaceRod {
         points: sections.iter().map(|s| s.position.into()).collect(),
@@ -22,7 +22,7 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
     }
 }
 
-/// The body as the figures want it, where it has this pose.
+/// Data of a drawn body in this pose.
 pub fn body(
     solid: &Solid,
     pose: &Isometry3<f64>,
@@ -38,7 +38,7 @@ pub fn body(
     }
 }
 
-/// What of the ground the base and the end of a rod are on.
+/// Drawn supports of the base and the end of a rod on the ground.
 pub fn ground(joints: &[Option<Joint>; 2]) -> [Option<Ground>; 2] {
     let held = |joint: Joint| match joint {
         Joint::Weld => Ground::Clamp,
@@ -47,7 +47,7 @@ pub fn ground(joints: &[Option<Joint>; 2]) -> [Option<Ground>; 2] {
     joints.map(|joint| joint.map(held))
 }
 
-/// The ledger over time, of states with their times in order.
+/// Energy ledger over time; `states` are in order of time.
 pub fn energies(
     states: &[(f64, &Ledger)],
     driven: bool,
@@ -81,8 +81,8 @@ pub fn energies(
     }
 }
 
-/// The units of figures of a motion, whose rod has these scales. Of dimensionless quantities only those of a rod of unit length, stiffness and mass have the
-/// natural ones, the others none.
+/// Units of figures of a motion with these scales. A dimensionless rod of unit length, stiffness and mass has natural
+/// units; other dimensionless quantities have none.
 pub fn scaled(units: Units, scales: &Scales) -> AxisUnits {
     match units {
         Units::Si => AxisUnits::si(scales.length),
@@ -91,11 +91,11 @@ pub fn scaled(units: Units, scales: &Scales) -> AxisUnits {
     }
 }
 
-/// The units of figures of what is at rest.
+/// Units of figures in statics.
 pub fn units(units: Units) -> AxisUnits {
     match units {
         Units::Si => AxisUnits::si(1.0),
-        // Any consistent system: no symbol is right but those of the scene's own numbers.
+        // In an arbitrary consistent system of units no symbol is right.
         Units::Dimensionless => AxisUnits::unnamed(1.0),
     }
 }

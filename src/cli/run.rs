@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write; default `out/` and the name of the scene, or nothing with --json.
+    /// Output directory; default `out/` and the name of the scene, or nothing with --json.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Print the summary with the events as one JSON object.
@@ -34,7 +34,7 @@ pub struct RunArgs {
     /// Write all samples into strain.csv, not only some 400 of them.
     #[arg(long, conflicts_with = "no_strain")]
     pub all_strain: bool,
-    /// Write run.html, a page that plays the motion; it is one file and needs no network.
+    /// Write run.html, a page that plays the motion: one file, no network needed.
     #[arg(long)]
     pub html: bool,
     /// Write the rods and bodies at every sample for ParaView: run.pvd and run-0000.vtu, ...
@@ -45,12 +45,12 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// True if shapes of the rods are written, for which the motion is followed once more.
+    /// True if shapes of the rods are written, which requires a second pass over the motion.
     pub fn follows_again(&self) -> bool {
         self.directory().is_some() && (self.figures.npz || self.vtk)
     }
 
-    /// Where to write; None: nowhere.
+    /// Output directory; `None`: no file is written.
     pub fn directory(&self) -> Option<PathBuf> {
         match &self.out {
             Some(out) => Some(out.clone()),
@@ -60,7 +60,7 @@ impl RunArgs {
     }
 }
 
-/// Every file that a run may write.
+/// Names of all files that a run may write.
 pub const FILES: &[&str] = &[
     "trajectory.csv",
     "trajectory-*.csv",
@@ -139,14 +139,14 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     ran.reported(args, (&out, directory.as_deref()), draw, words)
 }
 
-/// Sections of a light rod, and of an element of one with strains of its own, in files for other programs.
+/// Number of sections of a light rod, or of an element of a rod with its own strains, in files for other programs.
 const SECTIONS: usize = 61;
 
-/// What can be filmed, the names of its rods, and its motion from the start.
+/// Source of pictures, names of the rods, and the motion from the start.
 type Moving<'p, 'm> = (&'p dyn Filmed, Vec<String>, Box<dyn Motion<'m> + 'm>);
 
-/// Follows the motion once more to `last`, and writes shapes.npz and the files of ParaView, where they are asked for. Whatever hinders it is a
-/// warning, as for a figure: the run stands.
+/// Repeats the motion up to `last`, and writes shapes.npz and the files of ParaView if requested. A failure is only a
+/// warning: the run stays valid.
 pub(super) fn write_shapes<'p, 'm>(
     args: &RunArgs,
     out: &Output,
@@ -176,7 +176,7 @@ fn try_shapes(
     let steps = run.samples - 1;
     let even = (0..=steps).map(|k| run.duration * k as f64 / steps as f64);
     let mut times: Vec<f64> = even.filter(|t| *t <= last).collect();
-    // A run that ended short has its last state, too.
+    // The last state of a run that ended short is also written.
     if times.last().is_none_or(|t| last - t > 1e-9 * last) {
         times.push(last);
     }
@@ -198,16 +198,16 @@ fn try_shapes(
     Ok(())
 }
 
-/// What came of a run.
+/// Result of a run.
 pub(super) struct Ran {
     pub summary: Value,
     pub events: Vec<Value>,
-    /// Why it fell short of what was asked, if it did.
+    /// Reason for an early end; `None` for a complete run.
     pub reason: Option<String>,
 }
 
 impl Ran {
-    /// Writes the files beside the tables, and prints.
+    /// Writes the files other than tables, and prints the report.
     pub fn reported(
         self,
         args: &RunArgs,

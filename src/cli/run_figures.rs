@@ -16,21 +16,22 @@ use snaprod::plot::{
 use snaprod::scene::Units;
 use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, SingleMotion, places};
 
-/// Shapes of an elastic rod drawn at even times, beside those of the first snaps, and of a viscoelastic one.
+/// Number of shapes drawn at even times: of an elastic rod, in addition to the shapes at the first snaps, and of a
+/// viscoelastic rod.
 const SHAPES_ON_SHEET: usize = 9;
 const SHAPES: usize = 11;
-/// Snaps whose two shapes are drawn.
+/// Number of snaps with both shapes drawn.
 const SNAPS: usize = 2;
 /// Points of the solution surface along p and along lam.
 const ROWS: usize = 56;
 const COLUMNS: usize = 40;
 /// Columns of a strain map.
 const MAP_COLUMNS: usize = 400;
-/// Decades of the dissipation density that are told apart.
+/// Decades of the dissipation density that the colours resolve.
 const DECADES: f64 = 8.0;
-/// In a snap the body stays: a passage in which the end goes farther than this part of the rod's length is none.
+/// Bound on the displacement of the end, in lengths of the rod, up to which a passage counts as a snap: the body stays.
 const STAYS: f64 = 0.05;
-/// Strains that stay below this part of the largest one are not drawn.
+/// Strains below this part of the largest one are not drawn.
 const SMALL: f64 = 1e-3;
 
 /// The data of a figure of a run.
@@ -44,15 +45,15 @@ pub enum RunFigure {
     Surface(PathOnSurface),
     /// The rod in space at several times.
     Shapes(RodShapes),
-    /// The way of the end of a rod in space.
+    /// Path of the end of a rod in space.
     Path(SpaceWay),
     /// A Poincaré section: position and velocity at whole periods.
     Section(Lines),
     /// A strain over time and arclength.
     Strain(StrainMap),
-    /// The passage through which the rod dissipated most while its end stayed, in stretched time.
+    /// Passage with the largest dissipation and the end nearly at rest, in stretched time.
     Layer(LayerFigure),
-    /// What passages dissipated, against what they released.
+    /// Energy dissipated in passages against energy released.
     Losses(SnapLosses),
 }
 
@@ -76,8 +77,8 @@ impl RunFigure {
     }
 }
 
-/// The figures of a run, each with the name of its file; none if the run got nowhere. Of a run that branched the line from
-/// the trunk to the last branch is drawn.
+/// Figures of a run, each with the name of its file; none if the run made no progress. A branched run is drawn along
+/// the line from the trunk to the last branch.
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     let line = Drawn::of(record);
     let goes_on = match (line.way().first(), line.way().last()) {
@@ -104,7 +105,7 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
         )
     };
     if let Some(period) = record.strobe {
-        // Nothing is known of the way between whole periods.
+        // The path between whole periods is unknown.
         let section = RunFigure::Section(line.section(period));
         return vec![("poincare".to_owned(), Ok(section)), energies()];
     }
@@ -141,8 +142,8 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
     }
 }
 
-/// Where an elastic rod can run out of its sheet: the first fold about the clamp of these moments, both halves, for it may swing over; none if
-/// the clamp moves, or if the rod is loaded along it, whose folds are others.
+/// First fold of an elastic rod about its clamp, the border of its sheet; both halves, since the rod may swing over.
+/// Empty if the clamp moves, or if the rod is loaded along its length, which changes the folds.
 ///
 /// # Errors
 /// As [`fold_curve`].
@@ -163,7 +164,7 @@ pub fn first_folds(way: &[Moment], record: &RunRecord) -> Result<Vec<Curve>> {
         let points = half
             .iter()
             .map(|f| [f.equilibrium.x, side * f.equilibrium.y]);
-        // The straight rod, without a loop and with one that vanishes, is where the curve begins and ends.
+        // The curve begins and ends at the straight rod, with no loop or a vanishing one.
         let straight = || std::iter::once([1.0, 0.0]);
         let points = straight().chain(points).chain(straight());
         Curve::new(points.map(|at| first.placed(at.map(|x| x * length))))
@@ -171,8 +172,8 @@ pub fn first_folds(way: &[Moment], record: &RunRecord) -> Result<Vec<Curve>> {
     Ok(vec![fold(1.0), fold(-1.0)])
 }
 
-/// What a rod does at the times that are marked. One with friction does not snap: it is away from equilibrium for some time, whether a fold or a push took
-/// it there.
+/// Name of the marked times. A rod with friction does not snap: a fold or a push takes it away from equilibrium for
+/// some time.
 pub fn snaps_name(record: &RunRecord) -> &'static str {
     match record.passages().next() {
         Some(_) => "away from equilibrium",
@@ -180,7 +181,7 @@ pub fn snaps_name(record: &RunRecord) -> &'static str {
     }
 }
 
-/// What the figures show: one motion, in the units of its labels.
+/// Data of the figures: one motion, in the units of its labels.
 struct Drawn<'r> {
     record: &'r RunRecord,
     line: SingleMotion,
@@ -221,7 +222,7 @@ impl<'r> Drawn<'r> {
         let even = |count: usize| {
             (0..count).map(move |i| start + (end - start) * i as f64 / (count - 1) as f64)
         };
-        // A rod that is in equilibrium has a shape at every moment, one with strains where these were kept.
+        // An elastic rod has a shape at every moment; a rod with its own strains only at the recorded frames.
         let mut chosen: Vec<(&Moment, Vec<[f64; 2]>)> = Vec::new();
         if self.record.kind == ModelKind::Sheet {
             let mut moments: Vec<&Moment> =
@@ -261,8 +262,8 @@ impl<'r> Drawn<'r> {
         })
     }
 
-    /// The path over the disc on the stable part of the solution surface, height theta(1): the two halves up to the first
-    /// fold, which are their rims.
+    /// The path over the disc on the stable part of the solution surface, with height theta(1). The surface consists of
+    /// two halves up to the first fold, their rim.
     fn surface(&self) -> Result<PathOnSurface> {
         let length = self.length();
         let place = |x: f64, y: f64, theta1: f64| [x * length, y * length, theta1];
@@ -287,7 +288,7 @@ impl<'r> Drawn<'r> {
         for moment in self.way() {
             let rod = moment.elastica()?;
             let here = place(rod.x, rod.y, rod.theta1);
-            // The two sides of a snap share their time.
+            // The two sides of a snap have the same time.
             if last.is_some_and(|l| l.t == moment.t && l.labels != moment.labels) {
                 jumps.push([path[path.len() - 1], here]);
                 path.push([f64::NAN; 3]);
@@ -322,10 +323,10 @@ impl<'r> Drawn<'r> {
         energies
     }
 
-    /// One of the strains over (t, s), with the dissipation density where there is any.
+    /// A strain over (t, s), with the dissipation density if there is any.
     fn strain(&self, strain: usize, label: &str) -> StrainMap {
         let stride = self.track().len().div_ceil(MAP_COLUMNS).max(1);
-        // Every so many frames, and the last one: the map ends where the motion does.
+        // Every `stride`-th frame and the last one: the map covers the whole motion.
         let chosen = self.track().iter().step_by(stride);
         let last = self
             .track()
@@ -350,7 +351,7 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// One of the strains of a rod in space, the stretch without its 1.
+    /// A strain of a rod in space; the stretch is shown minus 1.
     fn named_strain(&self, i: usize) -> StrainMap {
         let (what, turns) = match self.record.strains[i].1 {
             0 => ("flexure u1", true),
@@ -371,8 +372,7 @@ impl<'r> Drawn<'r> {
         map
     }
 
-    /// The flexures and the twist that are not small beside the largest of them; if there are none, the shear or stretch
-    /// that changes most.
+    /// Flexures and twist above SMALL of the largest of them; without any, the shear or stretch with the largest range.
     fn drawn_strains(&self) -> Vec<usize> {
         let values = |i: usize| {
             let frames = self.track().iter();
@@ -419,7 +419,7 @@ impl<'r> Drawn<'r> {
             value: Some(*t),
             ..SpaceRod::default()
         });
-        // The body where it begins and where it ends, with the way of its centre.
+        // The body at the first and last moment, with the path of the centre.
         let solid = &self.record.solid;
         let ends = [self.way().first(), self.way().last()];
         let bodies = ends
@@ -442,7 +442,7 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// The way of the end.
+    /// Path of the end.
     fn path(&self) -> SpaceWay {
         let way = self.way().iter();
         SpaceWay {
@@ -459,7 +459,7 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// Velocity against position at whole periods, of the component that moves most.
+    /// Velocity against position at whole periods, for the component with the largest range.
     fn section(&self, period: f64) -> Lines {
         let whole = |t: f64| (t / period - (t / period).round()).abs() < 1e-6;
         let seen: Vec<&Moment> = self.way().iter().filter(|moment| whole(moment.t)).collect();
@@ -490,13 +490,14 @@ impl<'r> Drawn<'r> {
         }
     }
 
-    /// The passage with the largest loss of those in which the end stays where it is.
+    /// Passage with the largest loss among the passages without displacement of the end.
     fn layer(&self) -> Option<LayerFigure> {
         let passages = &self.record.last().passages;
         passages.iter().find_map(|passage| self.layer_of(passage))
     }
 
-    /// A passage, if the end stays where it is, in time over viscosity from where the rod dissipated most.
+    /// A passage in which the end stays in place, in time over viscosity from the peak of the dissipation; `None` if
+    /// the end moves.
     fn layer_of(&self, passage: &[Frame]) -> Option<LayerFigure> {
         let viscosity = self.record.viscosity?;
         let (begin, end) = (passage.first()?.moment.t, passage.last()?.moment.t);
@@ -514,7 +515,7 @@ impl<'r> Drawn<'r> {
         if way.norm() > STAYS * self.length() {
             return None;
         }
-        // Even in the energy that is lost: that is where the shape changes.
+        // Even steps of the dissipated energy resolve the change of shape.
         let lost = |f: &Frame| f.moment.friction;
         let (low, high) = (lost(fold), lost(landing));
         let curve = |f: &Frame| Curve::new(f.axis.iter().copied());
@@ -543,7 +544,7 @@ impl<'r> Drawn<'r> {
         })
     }
 
-    /// What the passages dissipated, against what they released; None without passages.
+    /// Energy dissipated in passages against energy released; `None` without passages.
     fn losses(&self) -> Option<SnapLosses> {
         let passages: Vec<&Layer> = self.record.passages().collect();
         if passages.is_empty() {

@@ -1,4 +1,4 @@
-//! The page of a run: the motion is followed once more, for its pictures.
+//! The page of a run, with pictures from a second pass over the motion.
 
 use super::page::{Kind, Page, Scenery, event_rows, motion_data, name, scene_text};
 use super::progress::Progress;
@@ -11,12 +11,12 @@ use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord};
 use snaprod::study::film::film;
 use snaprod::study::run::{ModelKind, Prepared, RunRecord};
 
-/// Figures that a page draws itself.
+/// Figures drawn by the page itself.
 const DRAWN: [&str; 3] = ["energies", "surface", "path"];
-/// Moments at which pictures stand closer.
+/// Number of moments around which pictures are denser.
 const MOMENTS: usize = 20;
 
-/// Pictures, beside those of snaps, and points of the trace of one body.
+/// Number of pictures, without those of snaps, and of points of the trace of one body.
 const PICTURES: usize = 400;
 const POINTS: usize = 1500;
 
@@ -118,7 +118,7 @@ pub fn several(
     ))
 }
 
-/// How many pictures, and how many points of the trace of so many bodies.
+/// Number of pictures, and of points of the trace, for this many bodies.
 fn many(bodies: usize) -> [usize; 2] {
     [PICTURES, 3 * POINTS / (bodies + 2)]
 }
@@ -127,7 +127,7 @@ fn progress(args: &RunArgs) -> Progress {
     Progress::new(!args.quiet && !args.json)
 }
 
-/// The snaps by which the branches from the trunk to this one are entered.
+/// Snaps at the start of the branches from the trunk to branch `last`.
 fn line(last: usize, entered: impl Fn(usize) -> (Option<usize>, Option<Snap>)) -> Vec<Snap> {
     let mut snaps = Vec::new();
     let mut at = Some(last);

@@ -1,4 +1,4 @@
-//! What `snaprod run` prints of a run.
+//! Printed report of `snaprod run`.
 
 use super::files::{number, rounded, settled};
 use snaprod::motion::viscoelastic::Layer;
@@ -8,15 +8,15 @@ use snaprod::study::neglected_mass::{FoldPassed, FoldTreatment, Validity};
 use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
 use std::path::Path;
 
-/// Snaps, or passages, that are told one by one.
+/// Number of snaps, or passages, printed one by one.
 const SHOWN: usize = 20;
 
-/// The text of a run whose files are in `out`.
+/// Report of a run with its files in `out`.
 pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
     let u = record.units;
     let mut lines = Vec::new();
     lines.extend(record.warning().map(|why| format!("note: {why}")));
-    // Where a verdict on it follows, only what the scene does not say.
+    // If a verdict on the mass follows below, only defaults of the program are printed here.
     let said = record
         .mass
         .iter()
@@ -46,7 +46,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.push(format!(
             "t = {}{}: {}; {}",
             number(match branch.outcome {
-                // The time of a rod with strains is this one to rounding.
+                // The last time of a rod with strains equals the duration up to rounding.
                 Outcome::EndOfTime => record.duration,
                 _ => branch.last.t,
             }),
@@ -54,7 +54,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
             if branch.outcome.is_complete() {
                 branch.outcome.to_string()
             } else {
-                // The reason follows on the error stream.
+                // The reason is printed on the error stream.
                 format!("ended short ({})", branch.outcome.key())
             },
             place(record, branch),
@@ -97,14 +97,14 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
     )
 }
 
-/// Words on a landing that a rule chose: from how many stable equilibria of less energy than the fold's, and whether
-/// the flow of a rod with a small viscosity leads there.
+/// Text on a landing chosen by a rule: the number of stable equilibria with less energy than the fold, and whether the
+/// flow at small viscosity leads to the landing.
 pub fn chosen(snap: &Snap) -> String {
     let Some(choices) = snap.choices else {
         return String::new();
     };
     let found = match (snap.to.sheet, choices) {
-        // In the plane these are all.
+        // In the plane the list of equilibria is complete.
         (Some(_), _) => String::new(),
         (None, 1) => ", the only stable equilibrium of less energy that was found".to_owned(),
         (None, _) => format!(", {choices} stable equilibria of less energy were found"),
@@ -131,7 +131,7 @@ fn passage(layer: &Layer, u: Units) -> String {
     )
 }
 
-/// Where a branch ended: position and velocity of the end, in the plane with the sheet that the rod is on or near.
+/// End of a branch: position and velocity of the end; in the plane also the sheet that the rod is on or near.
 fn place(record: &RunRecord, branch: &RunBranch) -> String {
     let (k, u) = (&record.scales, record.units);
     let (axes, decimals) = match record.kind {
@@ -162,7 +162,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
     )
 }
 
-/// How well the ledger closes, and what the branch cost.
+/// Closing error of the ledger, and cost of the branch.
 fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
     let energy = Units::behind(record.units.energy());
     let closing = format!(
@@ -189,7 +189,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
     ]
 }
 
-/// The folds of light rods that rods with mass passed in a branch, and where the energy went.
+/// Folds of the light rods that heavy rods passed in a branch, with the gains of energy after each.
 pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String> {
     let folds = folds.iter().filter(|fold| fold.branch == branch);
     let told = folds
@@ -219,7 +219,7 @@ pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String>
     text.collect()
 }
 
-/// What the mass of the rod does.
+/// Verdict on the effect of the rods' mass.
 pub fn mass(validity: &Validity) -> String {
     let eps = validity.rest.eps().unwrap_or_default();
     let of = match validity.rest.rods.len() {
@@ -229,7 +229,7 @@ pub fn mass(validity: &Validity) -> String {
     format!("{of}: {}", validity.verdict())
 }
 
-/// That a run left the mass of a rod out for so long.
+/// Note on the time during which a run left the mass of a rod out.
 pub fn unfelt(time: f64, u: Units) -> String {
     format!(
         "the mass of a light rod is left out for {time:.3e}{} where it could not be followed, as from before a fold to the landing; what energy it had there is \
@@ -238,10 +238,10 @@ pub fn unfelt(time: f64, u: Units) -> String {
     )
 }
 
-/// The spring and dashpot that the rod is.
+/// The spring and dashpot to which the rod reduces.
 fn spring(of: &Spring, u: Units) -> String {
     let parts = of.moving.iter().enumerate().map(|(a, name)| {
-        // Per radian, or per length.
+        // Unit per radian, or per length.
         let per = |angle: &str, length: &str| match u {
             Units::Dimensionless => String::new(),
             Units::Si if Spring::is_angle(name) => Units::behind(angle),

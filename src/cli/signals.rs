@@ -1,14 +1,15 @@
-//! Ctrl-C and SIGTERM: the first ends a run with what it has, the second skips its figures, the third leaves at once.
+//! Ctrl-C and SIGTERM: the first ends a run early with its results, the second skips its figures, the third exits at
+//! once.
 
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// How many signals came. A process has one signal handler, hence the one static of the program.
+/// Number of signals received. A process has one signal handler, hence the one static of the program.
 static COUNT: AtomicU8 = AtomicU8::new(0);
 
-/// Makes the signals end a run with what it has.
+/// Installs the handler: a signal ends a run early, with the results up to then.
 pub fn watch() {
-    // Without a handler they end the program as usual: no reason to refuse the run.
+    // Without a handler signals end the program as usual, which is no reason to refuse the run.
     let _ = ctrlc::set_handler(|| {
         let count = COUNT.load(Ordering::Relaxed).saturating_add(1);
         COUNT.store(count, Ordering::Relaxed);
@@ -19,13 +20,13 @@ pub fn watch() {
                 );
             }
             1 | 2 => {}
-            // Whatever was written aside is cleaned away by the next run into the directory.
+            // The next run into the directory removes the unfinished files.
             _ => std::process::exit(1),
         }
     });
 }
 
-/// True if the run is to end with what it has; runs look at it after every step.
+/// True if a signal asks for the end of the run; checked after every step.
 pub fn interrupted() -> bool {
     COUNT.load(Ordering::Relaxed) > 0
 }
@@ -34,7 +35,7 @@ pub fn interrupted() -> bool {
 pub struct Signals;
 
 impl Signals {
-    /// Makes the signals end a study with what it has.
+    /// Installs the handler, and returns the hooks.
     pub fn watched() -> Self {
         watch();
         Self
@@ -47,7 +48,7 @@ impl snaprod::study::Hooks for Signals {
     }
 }
 
-/// True if figures are not waited for any longer.
+/// True if the program no longer waits for figures.
 pub fn hurried() -> bool {
     COUNT.load(Ordering::Relaxed) > 1
 }

@@ -1,7 +1,7 @@
-//! `snaprod sweep SCENE --vary PATH=FROM:TO:COUNT ..`: a table of what comes of a scene whose fields vary.
+//! `snaprod sweep SCENE --vary PATH=FROM:TO:COUNT ..`: a table of the results of a scene over varied fields.
 //!
-//! Rows are made in chunks, on all cores. A chunk is written aside and renamed: whatever ends the program, a file is whole or not
-//! there, and the same command goes on with what is missing.
+//! Rows are computed in chunks, on all cores. A chunk is written as a draft and renamed, so that every chunk file is
+//! whole after any end of the program. The same command then computes the missing chunks.
 
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
@@ -23,31 +23,33 @@ use std::path::PathBuf;
 pub struct SweepArgs {
     #[command(flatten)]
     scene: SceneArgs,
-    /// Vary a field: PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..]; may be repeated. Paths are those of --set:
-    /// start.velocity.1, start.velocity[1] and start.velocity.y are one field, body.NAME.mass is that of the body of this name.
+    /// Vary a field: PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..]; may be repeated. Paths are those of
+    /// --set: start.velocity.1, start.velocity[1] and start.velocity.y are one field, body.NAME.mass is that of the
+    /// body of this name.
     #[arg(long, value_name = "PATH=VALUES", required = true)]
     vary: Vec<String>,
-    /// So many points at random instead of a grid; ranges then have no count.
+    /// Number of random points, instead of a grid; ranges then have no count.
     #[arg(long, value_name = "N")]
     random: Option<usize>,
-    /// The seed of the points at random.
+    /// Seed of the random points.
     #[arg(long, value_name = "S", default_value_t = 0, requires = "random")]
     seed: u64,
-    /// What to tell of each point: a path into summary.json, or into events, as in end.x or events.-1.t; or the least or the greatest along the run of a
-    /// column of trajectory.csv, as in greatest.y; may be repeated. Without it, what is usual for the scene.
+    /// A result of each point: a path into summary.json, or into events, as in end.x or events.-1.t; or the least or
+    /// the greatest along the run of a column of trajectory.csv, as in greatest.y; may be repeated. Without it, the
+    /// usual columns for the scene.
     #[arg(long, value_name = "PATH")]
     column: Vec<String>,
-    /// The column that the map of a sweep over two fields shows, told of each point beside the others; several are joined, as in
+    /// The column shown in the map of a sweep over two fields, also written to the table; several are joined, as in
     /// events.-1.to.mode,events.-1.to.sign.
     #[arg(long, value_name = "PATH[,PATH]")]
     map: Option<String>,
-    /// How many threads work; default as many as there are cores. What they write does not depend on it.
+    /// Number of threads; default the number of cores. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Where to write; default out/ and the name of the scene with -sweep.
+    /// Output directory; default out/ and the name of the scene with -sweep.
     #[arg(long)]
     out: Option<PathBuf>,
-    /// Print what came of it as one JSON object.
+    /// Print the result as one JSON object.
     #[arg(long)]
     json: bool,
     /// Print nothing but errors; no progress bar.
@@ -57,10 +59,10 @@ pub struct SweepArgs {
     figures: FigureArgs,
 }
 
-/// Files that are made anew at the end; the chunks and what they belong to stay.
+/// Files written anew at the end; the chunks and their description stay.
 const FILES: &[&str] = &["sweep.csv", "map.*", "curves.*"];
 
-/// Makes the sweep, or what is missing of it.
+/// Computes the sweep, or its missing part.
 pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     let sweep = planned(args)?;
     let mapped = args.mapped(&sweep)?;
@@ -80,7 +82,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         return Ok(Ending::Short);
     }
     let sweep = opened?;
-    // A sweep that is refused leaves no directory behind.
+    // A refused sweep leaves no directory behind.
     let out = Output::open(Some(&directory), FILES, args.figures)?;
     let there = sweep.made();
     for file in there.damaged {
@@ -161,7 +163,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             made_now
         );
         for (outcome, count) in outcomes {
-            // Nothing fails in memory.
+            // Writing to a string cannot fail.
             let _ = writeln!(text, "  {count} {outcome}");
         }
         let _ = writeln!(text, "written to {}", directory.display());
@@ -170,7 +172,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     Ok(Ending::Done)
 }
 
-/// The sweep that is asked for. One whose first and last point are no scenes is refused.
+/// The requested sweep; refused if both its first and last point are invalid scenes.
 fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
     let path = &args.scene.path;
     let text = fs::read_to_string(path)
@@ -191,7 +193,7 @@ fn planned(args: &SweepArgs) -> Result<Sweep, Refusal> {
     }
 }
 
-/// True of a grid over so many ranges.
+/// True for a grid over this number of ranges.
 fn is_over(sweep: &Sweep, fields: usize) -> bool {
     let mut vary = sweep.vary().iter();
     sweep.is_grid()
@@ -200,14 +202,14 @@ fn is_over(sweep: &Sweep, fields: usize) -> bool {
 }
 
 impl SweepArgs {
-    /// What `--map` names.
+    /// Columns named by `--map`.
     fn map_columns(&self) -> Vec<String> {
         let names = self.map.iter().flat_map(|text| text.split(','));
         let names = names.map(|name| name.trim().to_owned());
         names.filter(|name| !name.is_empty()).collect()
     }
 
-    /// The columns of the map; None where there is none.
+    /// Columns of the map; `None` without a map.
     fn mapped(&self, sweep: &Sweep) -> Result<Option<Vec<String>>, Refusal> {
         let two = is_over(sweep, 2);
         let named = self.map_columns();
@@ -229,7 +231,7 @@ impl SweepArgs {
     }
 }
 
-/// The hooks of one thread.
+/// Hooks of a study in one thread.
 struct Worker<'a>(&'a Tally);
 
 impl Hooks for Worker<'_> {

@@ -1,4 +1,5 @@
-//! The map of a sweep over two fields, and the curves of one over one field: their data, and the names of fields and of what is told, in words and with units.
+//! Data of the map of a sweep over two fields and of the curves of a sweep over one field; names of fields and columns
+//! in words, with units.
 
 use super::sheets::figures::sheet_name;
 use snaprod::manifold::{Sheet, Sign};
@@ -6,10 +7,10 @@ use snaprod::plot::{OutcomeMap, Outcomes, SweptAxis, SweptCurves};
 use snaprod::scene::{Scene, Units};
 use snaprod::study::sweep::{Rows, Sweep};
 
-/// Most panels of curves.
+/// Bound on the number of panels of curves.
 const MOST_CURVES: usize = 6;
 
-/// The map over the two fields: numbers if one column is shown and holds some that are not whole, or words.
+/// Map over the two fields: of numbers if a single column is shown whose values are not all whole, otherwise of words.
 pub fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
     let mut words = vec![String::new(); rows.cells.len()];
     for column in columns {
@@ -53,8 +54,8 @@ pub fn map(sweep: &Sweep, rows: &Rows, columns: &[String]) -> OutcomeMap {
     }
 }
 
-/// The curves over the one field: of what is told those numbers that are not the same everywhere, in the colours of how many snaps there were, or else of
-/// what came of it.
+/// Curves over the one field: the numeric columns that are not constant. Colours show the number of snaps, or without
+/// it the outcome.
 pub fn curves(sweep: &Sweep, rows: &Rows) -> SweptCurves {
     let known = sweep.quantities();
     let marked = ["snaps", "outcome"];
@@ -86,9 +87,9 @@ pub fn curves(sweep: &Sweep, rows: &Rows) -> SweptCurves {
     }
 }
 
-/// A field that is varied, with its values.
+/// A varied field with its values.
 fn axis(sweep: &Sweep, k: usize) -> SweptAxis {
-    // Where the first point is no scene, the last one is.
+    // If the first point is no valid scene, the last one is.
     let ends = [0, sweep.points() - 1].map(|point| sweep.scene(point).ok());
     let one = &sweep.vary()[k];
     let values = (0..one.count().unwrap_or(0)).map(|i| one.on_grid(i));
@@ -99,7 +100,7 @@ fn axis(sweep: &Sweep, k: usize) -> SweptAxis {
     }
 }
 
-/// What is told of each point, in words, with its unit.
+/// Name of a column in words, with its unit.
 fn label(sweep: &Sweep, column: &str) -> String {
     let unit = sweep
         .described(column)
@@ -107,7 +108,8 @@ fn label(sweep: &Sweep, column: &str) -> String {
     Units::label(&told(column), &unit)
 }
 
-/// A field in words, `start velocity x (m/s)` for `start.velocity[0]`, with the unit that figures of runs of the scenes at both ends of the sweep give.
+/// A field in words with its unit, `start velocity x (m/s)` for `start.velocity[0]`. The unit agrees with figures of
+/// runs at both ends of the sweep.
 fn field(ends: &[Option<Scene>; 2], path: &str) -> String {
     let mut scenes = ends.iter().flatten();
     let described = scenes.clone().find_map(|s| Some((s, s.described(path)?)));
@@ -147,10 +149,10 @@ fn natural(unit: &str) -> &'static str {
     }
 }
 
-/// What is told of each point, in words: `dissipated at the end` for `end.dissipated`, `t of the last event` for `events.-1.t`.
+/// Name of a column in words: `dissipated at the end` for `end.dissipated`, `t of the last event` for `events.-1.t`.
 fn told(column: &str) -> String {
     let mut parts: Vec<&str> = column.split('.').collect();
-    // A component has a letter.
+    // Components have letters.
     if let [
         ..,
         "position" | "velocity" | "angular_velocity" | "groove_force",
@@ -186,7 +188,7 @@ fn told(column: &str) -> String {
     what.join(" ").replace('_', " ") + &of
 }
 
-/// Where the sheets are that are told by mode and sign: `sheet at the end` of `end.mode` and `end.sign`; None where other things are told.
+/// Title of a map of sheets: `sheet at the end` for the columns `end.mode` and `end.sign`; `None` for other columns.
 fn where_sheets_are_told(columns: &[String]) -> Option<String> {
     let [mode, sign] = columns else {
         return None;
@@ -195,7 +197,7 @@ fn where_sheets_are_told(columns: &[String]) -> Option<String> {
     (sign.strip_suffix("sign") == Some(of)).then(|| told(&format!("{of}sheet")))
 }
 
-/// The name of the sheet of a mode and a sign; what is none stays as it is.
+/// Name of the sheet of "mode sign"; other words stay unchanged.
 fn sheet(word: &str) -> String {
     let named = || {
         let (mode, sign) = word.split_once(' ')?;

@@ -1,23 +1,23 @@
-//! Several rods and bodies: `[[rod]]` and `[[body]]`.
+//! Assemblies of several rods and bodies: `[[rod]]` and `[[body]]`.
 
 use super::ends::is_none;
 use super::{ClampMotion, Groove, Load, LoadAlong, Loads, Orientation, Rod};
 use crate::assembly::Joint;
 use serde::{Serialize, Serializer};
 
-/// Rods between bodies and the ground, in space. Rods and bodies are known by their names, each list has names of its own.
+/// Rods between bodies and the ground, in space. Names identify rods and bodies; the two lists have separate names.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AssemblyScene {
-    /// The rods that are held at both ends; at least one.
+    /// Rods held at both ends; at least one.
     pub rods: Vec<AssemblyRod>,
-    /// Those with a free end; a scene has them after the others.
+    /// Rods with a free end; a written scene lists them after `rods`.
     pub free: Vec<FreeRod>,
-    /// The bodies; at least one. Every one is joined to the ground by a chain of rods, or none is.
+    /// The bodies; at least one. Either every body is joined to the ground by a chain of rods, or none is.
     pub bodies: Vec<AssemblyBody>,
 }
 
 impl Serialize for AssemblyScene {
-    /// As `[[rod]]` and `[[body]]`.
+    /// Serialised as `[[rod]]` and `[[body]]`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         #[serde(untagged)]
@@ -43,49 +43,49 @@ impl Serialize for AssemblyScene {
     }
 }
 
-/// An elastic rod and what holds its ends.
+/// An elastic rod and the attachments of its ends.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssemblyRod {
-    /// Its name.
+    /// Name of the rod.
     pub name: String,
-    /// Its length, section and rest strains; without friction.
+    /// Length, section and rest strains; no friction.
     #[serde(flatten)]
     pub rod: Rod,
-    /// Dead force per length along it, beside its weight.
+    /// Dead force per length along the rod, without its weight.
     #[serde(skip_serializing_if = "LoadAlong::is_zero")]
     pub distributed: LoadAlong,
-    /// What holds its base, s = 0.
+    /// Attachment of the base, s = 0.
     pub from: Site,
-    /// What holds its end, s = length.
+    /// Attachment of the end, s = length.
     pub to: Site,
 }
 
-/// A rod with a free end: it bears nothing, keeps its shape without load and rides on its base.
+/// A rod with a free end: without load it keeps its rest shape and moves rigidly with its base.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FreeRod {
-    /// Its name.
+    /// Name of the rod.
     pub name: String,
-    /// Its length, section and rest strains; without friction and contact diameter.
+    /// Length, section and rest strains; no friction and no contact diameter.
     #[serde(flatten)]
     pub rod: Rod,
-    /// What holds its base, s = 0, by a weld.
+    /// Attachment of the base, s = 0: a weld.
     pub from: Site,
 }
 
-/// Where a rod is attached, and how.
+/// An attachment of a rod: its place, directors and joint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Site {
-    /// The name of the body that holds the rod; `None`: the ground.
+    /// Name of the body that holds the rod; `None`: the ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
     /// Place in the frame of the body, or in the world.
     pub position: [f64; 3],
-    /// Directors in the same frame.
+    /// Directors of the attachment in the same frame.
     #[serde(flatten)]
     pub orientation: Orientation,
-    /// Whether the rod's directors turn with these; on a point mass [`Joint::Ball`].
+    /// Joint of the rod's directors to those of the attachment; always [`Joint::Ball`] on a point mass.
     pub joint: Joint,
-    /// On the ground: how the place moves; `None`: it stands.
+    /// Prescribed motion of an attachment on the ground; `None`: at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ClampMotion>,
 }
@@ -93,7 +93,7 @@ pub struct Site {
 /// A body of an assembly.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssemblyBody {
-    /// Its name.
+    /// Name of the body.
     pub name: String,
     /// Mass > 0.
     pub mass: f64,
@@ -102,7 +102,7 @@ pub struct AssemblyBody {
     pub extent: Option<Extent>,
     /// Force at the centre of mass; default 0.
     pub force: Load,
-    /// Couple; default 0, and 0 for a point mass, which has no such field.
+    /// Couple; default 0, and always 0 for a point mass.
     #[serde(skip_serializing_if = "Load::is_none")]
     pub couple: Load,
     /// Drag coefficient >= 0 of the centre of mass; default 0.
@@ -111,49 +111,50 @@ pub struct AssemblyBody {
     /// Rotational drag >= 0; default 0, and 0 for a point mass.
     #[serde(skip_serializing_if = "is_zero")]
     pub rotational_drag: f64,
-    /// Near where the equilibrium is looked for; of all bodies or of none.
+    /// Pose near which the equilibrium is sought; given for all bodies or for none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub guess: Option<Guess>,
-    /// The groove that the origin of its frame slides in; `None`: it is free.
+    /// Groove in which the origin of the body's frame slides; `None`: no groove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groove: Option<Groove>,
-    /// Velocity of the origin of its frame at the start of a motion, in the world; default 0.
+    /// Initial velocity of the origin of the body's frame, in the world; default 0.
     #[serde(skip_serializing_if = "is_none")]
     pub velocity: [f64; 3],
-    /// Angular velocity at the start of a motion, in the world; default 0, and 0 for a point mass.
+    /// Initial angular velocity in the world; default 0, and 0 for a point mass.
     #[serde(skip_serializing_if = "is_none")]
     pub angular_velocity: [f64; 3],
 }
 
-/// A scene at rest has no field that only a motion asks.
+/// Leaves zero velocities out of a written scene, since a scene of statics has no such fields.
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
-/// What makes a rigid body of a point mass. Components are along the axes of the body's frame.
+/// Inertia of a rigid body, absent for a point mass. Components are along the axes of the body's frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Extent {
-    /// Inertia about the centre of mass: symmetric positive definite, each principal moment at most the sum of the others.
+    /// Inertia about the centre of mass: symmetric positive definite, each principal moment at most the sum of the
+    /// others.
     pub inertia: [[f64; 3]; 3],
     /// Centre of mass from the origin of the frame; default 0.
     pub offset: [f64; 3],
-    /// Angular momentum relative to the body of a symmetric rotor inside; default 0.
+    /// Angular momentum of a symmetric rotor inside, relative to the body; default 0.
     #[serde(skip_serializing_if = "is_none")]
     pub rotor: [f64; 3],
 }
 
-/// The pose of a body near an equilibrium.
+/// Approximate pose of a body in equilibrium.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Guess {
-    /// Position of the origin of its frame.
+    /// Position of the origin of the body's frame.
     pub position: [f64; 3],
-    /// Orientation of its frame; of no meaning for a point mass.
+    /// Orientation of the body's frame; meaningless for a point mass.
     #[serde(flatten)]
     pub orientation: Orientation,
 }
 
 impl AssemblyBody {
-    /// All that acts on it beside its rods.
+    /// All loads on the body except the forces of the rods.
     pub fn loads(&self, gravity: [f64; 3]) -> Loads {
         Loads {
             gravity,
@@ -169,18 +170,19 @@ impl AssemblyBody {
 }
 
 impl AssemblyScene {
-    /// The mass of the first body, by which masses are measured.
+    /// Mass of the first body, the unit of mass.
     pub fn mass(&self) -> f64 {
         self.bodies.first().map_or(f64::NAN, |body| body.mass)
     }
 
-    /// True if nothing holds the bodies: every rod that carries has its ends on two of them, and none slides in a groove.
+    /// True if nothing holds the bodies: every load-bearing rod joins two bodies, and no body slides in a groove.
     pub fn floats(&self) -> bool {
         let on_bodies = |rod: &AssemblyRod| rod.from.body.is_some() && rod.to.body.is_some();
         self.rods.iter().all(on_bodies) && self.bodies.iter().all(|body| body.groove.is_none())
     }
 
-    /// How the base and the end of every rod are joined to the ground, those with a free end last; None at a body, and at a free end.
+    /// Joints of the base and the end of every rod to the ground, rods with a free end last. `None` at a body, and at a
+    /// free end.
     pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
         let joint = |site: &Site| site.body.is_none().then_some(site.joint);
         let held = self.rods.iter();
@@ -189,7 +191,7 @@ impl AssemblyScene {
         held.chain(free).collect()
     }
 
-    /// The number of the body that holds this end of a rod; None on the ground.
+    /// Index of the body at this end of a rod; `None` on the ground.
     pub fn holder(&self, site: &Site) -> Option<usize> {
         let name = site.body.as_ref()?;
         self.bodies.iter().position(|body| body.name == *name)

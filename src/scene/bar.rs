@@ -5,7 +5,7 @@ use crate::body::History;
 use crate::error::Result;
 use serde_json::{Map, Value, json};
 
-/// A bar, its ends, its load and its run, in the scene's units, which the computation takes as they are.
+/// A bar, its ends, its load and its run, in the scene's units. The computation uses these units without scaling.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BarScene {
     /// Length of the undeformed bar.
@@ -14,37 +14,37 @@ pub struct BarScene {
     pub area: f64,
     /// Mass per undeformed volume.
     pub density: f64,
-    /// The law of the stress.
+    /// Stress law.
     pub law: Stress,
-    /// How it is computed.
+    /// Numerical scheme.
     pub scheme: Scheme,
-    /// Cells, elements, or nodes of the spectral scheme.
+    /// Number of cells or elements, or of nodes of the spectral scheme.
     pub cells: usize,
-    /// Whether a scheme that is unstable at every step may be used.
+    /// Permission to use a scheme that is unstable at every step.
     pub unstable: bool,
-    /// Whether the ends X = 0 and X = length are held.
+    /// True for each of the ends X = 0 and X = length that is held.
     pub walls: [bool; 2],
-    /// The mass at X = length, if there is one.
+    /// Mass attached at X = length; `None`: no mass.
     pub mass: Option<f64>,
-    /// The force along +X at X = length.
+    /// Force along +X at X = length; `None`: no force.
     pub force: Option<History>,
-    /// The uniform stretch at the start.
+    /// Uniform stretch at the start.
     pub stretch: f64,
-    /// The uniform velocity at the start.
+    /// Uniform velocity at the start.
     pub velocity: f64,
-    /// How long the motion is followed.
+    /// Duration of the motion.
     pub duration: f64,
-    /// Number of equally spaced times at which it is written.
+    /// Number of equally spaced output times.
     pub samples: usize,
-    /// The longest step; without it that of the scheme.
+    /// Bound on the time step; `None`: the scheme's own bound.
     pub time_step: Option<f64>,
 }
 
 impl BarScene {
-    /// The bar.
+    /// The bar in the form of the solver.
     ///
     /// # Errors
-    /// Numbers that make no law.
+    /// Numbers that make no stress law.
     pub fn bar(&self) -> Result<Bar> {
         let force = || self.force.clone().unwrap_or(History::Constant(0.0));
         let end = |wall, mass: Option<f64>, force: History| match (wall, mass) {
@@ -61,7 +61,7 @@ impl BarScene {
         Ok(Bar::new(material, self.length, self.area, ends)?.started(move |_| start))
     }
 
-    /// The tables of the scene.
+    /// TOML tables of the scene.
     pub(super) fn tables(&self) -> Map<String, Value> {
         let law = match &self.law {
             Stress::Linear(modulus) => json!({ "linear": modulus }),

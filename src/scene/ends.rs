@@ -1,4 +1,4 @@
-//! The two ends of a rod: the clamp, what holds or loads the free end, and the body there.
+//! The two ends of a rod: the clamp at the base; the supports, loads and body at the end.
 
 use super::Groove;
 use crate::body::{History, Sine};
@@ -6,7 +6,8 @@ use serde::Serialize;
 
 /// The base of the rod. Default: at the origin, the directors along the world axes, in the plane the tangent along +x.
 ///
-/// It keeps how orientation and motion are given, beside what [`Support`](crate::body::Support) makes of them.
+/// Orientation and motion are stored in the form the scene gives them; [`Support`](crate::body::Support) is the
+/// computed form.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct Clamp {
     /// Position.
@@ -14,18 +15,18 @@ pub struct Clamp {
     /// Orientation of the directors d1, d2, d3 in the world.
     #[serde(flatten)]
     pub orientation: Orientation,
-    /// How it moves; `None`: it stands.
+    /// Prescribed motion; `None`: at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub motion: Option<ClampMotion>,
 }
 
-/// How the clamp moves.
+/// Prescribed motion of a clamp.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ClampMotion {
-    /// Its displacement from [`Clamp::position`].
+    /// Displacement of the clamp from [`Clamp::position`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub translate: Option<Translation>,
-    /// Its rotation about its position.
+    /// Rotation of the clamp about its position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn: Option<Turn>,
 }
@@ -34,13 +35,13 @@ pub struct ClampMotion {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Translation {
-    /// Rows [t, x, y], in space [t, x, y, z], of growing times: smooth between them, at rest before and after.
+    /// Rows [t, x, y], in space [t, x, y, z], of increasing times: smooth between them, at rest before and after.
     Table(Vec<Vec<f64>>),
     /// A sine along a direction.
     Sine {
         /// Direction, not zero, of any length.
         direction: [f64; 3],
-        /// The sine.
+        /// Displacement along the direction as a function of time.
         #[serde(flatten)]
         sine: Sine,
     },
@@ -51,7 +52,7 @@ pub enum Translation {
 pub struct Turn {
     /// Axis in the world, not zero, of any length; in the plane +z.
     pub axis: [f64; 3],
-    /// The angle in radians: at a constant rate, or a sine.
+    /// Angle in radians: at a constant rate, or a sine.
     #[serde(flatten)]
     pub angle: History,
 }
@@ -75,7 +76,7 @@ impl Default for Orientation {
 }
 
 impl Orientation {
-    /// As a quaternion [w, x, y, z].
+    /// The rotation as a unit quaternion [w, x, y, z].
     pub fn quaternion(&self) -> [f64; 4] {
         match self {
             Self::Quaternion(q) => *q,
@@ -100,17 +101,18 @@ pub struct Rotation {
     pub angle: f64,
 }
 
-/// What holds or loads the end, s = L: `[end]` may be empty, but not left out.
+/// Supports and loads of the end, s = L: `[end]` may be empty, but not left out.
 ///
-/// Nothing held: a load. The position alone held: a ball joint. Position and orientation held: a clamp. The
-/// orientation alone: guided. Single components of the position may be free. Beside the
-/// [`EndConditions`](crate::rod::EndConditions) it keeps the factor of the load and how the orientation is given.
+/// Four kinds: nothing held (a load), only the position held (a ball joint), position and orientation held (a clamp),
+/// only the orientation held (guided). Single components of the position may be free. In addition to
+/// [`EndConditions`](crate::rod::EndConditions), the common load factor and the scene's form of the orientation are
+/// stored.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct End {
     /// Position, each component held or free.
     #[serde(skip_serializing_if = "all_free")]
     pub position: [Component; 3],
-    /// Orientation of the directors at the end, if it is held; in the world, not relative to the clamp.
+    /// Orientation of the directors at the end, in the world and not relative to the clamp; `None`: free.
     #[serde(flatten)]
     pub orientation: Option<Orientation>,
     /// Force applied to the rod; 0 in held components.
@@ -119,7 +121,7 @@ pub struct End {
     pub couple: [f64; 3],
     /// Common factor of force and couple; default 1.
     pub load: f64,
-    /// False (the default): force and couple in the world frame. True: in the frame of the directors at the end.
+    /// Frame of force and couple. False (the default): the world. True: the directors at the end (a follower load).
     pub follower: bool,
 }
 
@@ -161,15 +163,15 @@ impl End {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Component {
-    /// Free: the component of the force is given.
+    /// Free; the force component is given.
     Free,
-    /// Held here.
+    /// Held at this coordinate.
     #[serde(untagged)]
     Held(f64),
 }
 
 impl Component {
-    /// Where it is held, if it is.
+    /// Coordinate at which the component is held; `None` if free.
     pub fn held(self) -> Option<f64> {
         match self {
             Self::Free => None,
@@ -178,21 +180,21 @@ impl Component {
     }
 }
 
-/// The body at the end of the rod; the loads are apart, and both make a [`Body`](crate::body::Body) or a
+/// The body at the end of the rod. Together with the loads it makes a [`Body`](crate::body::Body) or a
 /// [`RigidBody`](crate::body::RigidBody).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Body {
     /// Mass > 0.
     pub mass: f64,
-    /// How it is fixed to the end; in the plane [`Joint::Ball`].
+    /// Joint to the end of the rod; in the plane [`Joint::Ball`].
     #[serde(flatten)]
     pub joint: Joint,
-    /// The groove that the end slides in; `None`: it is free.
+    /// Groove in which the end of the rod slides; `None`: no groove.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub groove: Option<Groove>,
 }
 
-/// How the body is fixed to the end of the rod.
+/// Joint between the body and the end of the rod.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "joint", rename_all = "lowercase")]
 pub enum Joint {
@@ -200,18 +202,18 @@ pub enum Joint {
     Ball,
     /// A rigid body welded to the end (the default).
     Weld {
-        /// Its centre of mass, from the end of the rod, in components along the directors there; default 0.
+        /// Centre of mass relative to the end of the rod, in components along the directors; default 0.
         offset: [f64; 3],
-        /// Its inertia about the centre of mass, in components along the directors, symmetric positive definite; in a
-        /// scene also the three numbers of its diagonal.
+        /// Inertia about the centre of mass, in components along the directors, symmetric positive definite. A scene
+        /// may also give the three numbers of the diagonal.
         inertia: [[f64; 3]; 3],
-        /// Angular momentum relative to it of a symmetric rotor inside, along the directors; default 0.
+        /// Angular momentum of a symmetric rotor inside, relative to the body, along the directors; default 0.
         #[serde(skip_serializing_if = "is_none")]
         rotor: [f64; 3],
     },
 }
 
-/// What is left out where it is zero.
+/// True for a zero vector, which is left out of a written scene.
 pub(super) fn is_none(vector: &[f64; 3]) -> bool {
     *vector == [0.0; 3]
 }

@@ -1,4 +1,4 @@
-//! What is wrong with a scene: every fault with its place.
+//! Faults of a scene, each with its line and column.
 
 use crate::Error;
 use serde::Serialize;
@@ -22,7 +22,7 @@ pub enum FaultKind {
     Conflict,
 }
 
-/// One fault of a scene: where it is, what was found, what is allowed, what to do.
+/// One fault of a scene: its place, the value found, the values allowed, and a hint.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fault {
     /// The kind of fault.
@@ -31,16 +31,16 @@ pub struct Fault {
     pub line: usize,
     /// Column in that line, in characters, from 1; 0 in an override.
     pub column: usize,
-    /// The override that is at fault, `rod.damping=0.2`, if it is not the text.
+    /// The override at fault, `rod.damping=0.2`; `None` if the fault is in the text.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
     /// Path of the field, as in `body.mass` or `loads.force[1].direction`; empty for a syntax fault.
     pub field: String,
-    /// What was written, shortened to one line; `None` where nothing was.
+    /// The value as written, shortened to one line; `None` if nothing was written.
     pub value: Option<String>,
-    /// What is allowed; completes the sentence "must be ...". For a syntax fault, the parser's message.
+    /// Allowed values; completes the sentence "must be ...". For a syntax fault, the parser's message.
     pub allowed: String,
-    /// What to do, if more can be said.
+    /// Advice on the correction, if any.
     pub hint: Option<String>,
 }
 
@@ -55,12 +55,12 @@ impl fmt::Display for Fault {
 }
 
 impl Fault {
-    /// The same without its place, for scenes that were not written as text: the field, the value, what is allowed.
+    /// Text of the fault without its place, for scenes not written as text: the field, the value, the allowed values.
     pub fn without_place(&self) -> impl fmt::Display + '_ {
         Said(self)
     }
 
-    /// The same of a scene that was not written as text, where nobody wrote the lines that a conflict names.
+    /// Copy of the fault without the "(line n)" of conflicting fields, for scenes not written as text.
     pub fn without_lines(&self) -> Self {
         let mut parts = self.allowed.split(" (line ");
         let mut allowed = parts.next().unwrap_or_default().to_owned();
@@ -112,12 +112,12 @@ impl fmt::Display for Said<'_> {
 #[serde(transparent)]
 pub struct Faults {
     list: Vec<Fault>,
-    /// Faults beyond those of the list.
+    /// Number of faults beyond those of the list.
     #[serde(skip)]
     more: usize,
 }
 
-/// Faults that are printed.
+/// Number of faults that `Display` prints.
 const PRINTED: usize = 100;
 
 impl Faults {
@@ -127,17 +127,17 @@ impl Faults {
         Self { list, more }
     }
 
-    /// The faults, in the order of the text; of very many the first 1000 that were found.
+    /// The faults, in the order of the text; at most the first 1000 found.
     pub fn as_slice(&self) -> &[Fault] {
         &self.list
     }
 
-    /// How many there are.
+    /// Number of faults, including those not kept.
     pub fn count(&self) -> usize {
         self.list.len() + self.more
     }
 
-    /// The same report with `file:` before every line, the form that editors can jump to.
+    /// Report with `file:` before every line, the form that editors can jump to.
     pub fn in_file<'a>(&'a self, file: &'a str) -> impl fmt::Display + 'a {
         Report {
             file: Some(file),
@@ -190,16 +190,16 @@ impl fmt::Display for Report<'_> {
     }
 }
 
-/// Why [`Scene::read`](super::Scene::read) gave no scene.
+/// Failure of [`Scene::read`](super::Scene::read).
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReadError {
     /// The file could not be read ([`Error::is_io`]).
     File(Error),
     /// The file was read and holds faults.
     Scene {
-        /// The file, as it was named by the caller.
+        /// Path of the file, as the caller gave it.
         file: String,
-        /// Everything that is wrong with it.
+        /// All faults of the scene.
         faults: Faults,
     },
 }

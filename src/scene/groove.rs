@@ -1,4 +1,4 @@
-//! Grooves of a scene.
+//! Grooves of a scene: curves in which a body slides.
 
 use crate::Result;
 use crate::body;
@@ -19,11 +19,11 @@ pub enum Groove {
         /// The circle.
         circle: GrooveCircle,
     },
-    /// A smooth curve through points: from 3 to 200 of them, neighbours apart.
+    /// A smooth curve through 3 to 200 points; neighbours are distinct.
     Spline {
         /// The points.
         spline: Vec<[f64; 3]>,
-        /// Whether the last point is joined to the first; default false.
+        /// True if the last point is joined to the first; default false.
         closed: bool,
     },
 }
@@ -31,18 +31,18 @@ pub enum Groove {
 /// A straight groove.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GrooveLine {
-    /// A point of it.
+    /// A point of the line.
     pub point: [f64; 3],
-    /// Its direction, not 0, of any length.
+    /// Direction of the line, not 0, of any length.
     pub direction: [f64; 3],
 }
 
 /// A circular groove.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GrooveCircle {
-    /// Its centre.
+    /// Centre of the circle.
     pub centre: [f64; 3],
-    /// Across its plane, not 0, of any length.
+    /// Normal of the circle's plane, not 0, of any length.
     pub axis: [f64; 3],
     /// Radius > 0.
     pub radius: f64,

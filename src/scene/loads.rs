@@ -1,4 +1,4 @@
-//! What acts on the body of a scene beside the rod; at rest, along the rod.
+//! Loads of a scene on the body; in statics, along the rod.
 
 use super::Rod;
 use crate::body::History;
@@ -7,17 +7,17 @@ use crate::rod::Distributed;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-/// Loads on the body, in the world; at rest, where there is no body, on the rod. Everything defaults to zero.
+/// Loads on the body, in the world; in statics, where no body exists, on the rod. Every default is zero.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Loads {
-    /// Acceleration of gravity: force mass * gravity at the centre of mass; at rest on the mass of the rod.
+    /// Acceleration of gravity: force mass * gravity at the centre of mass; in statics on the mass of the rod.
     pub gravity: [f64; 3],
     /// Constant force at the centre of mass.
     pub dead: [f64; 3],
     /// Dead force per length of the unloaded rod.
     #[serde(skip_serializing_if = "LoadAlong::is_zero")]
     pub distributed: LoadAlong,
-    /// At rest: the common factor of gravity and distributed force; default 1.
+    /// In statics: the common factor of gravity and distributed force; default 1.
     pub load: f64,
     /// Couple; 0 for a point mass.
     pub couple: Load,
@@ -25,7 +25,7 @@ pub struct Loads {
     pub drag: f64,
     /// Rotational drag >= 0: couple -rotational_drag * angular velocity on a welded body.
     pub rotational_drag: f64,
-    /// Forces in time at the centre of mass, added up.
+    /// Time-dependent forces at the centre of mass, added up.
     pub force: Vec<Force>,
 }
 
@@ -48,16 +48,16 @@ impl Default for Loads {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum LoadAlong {
-    /// The same all along the rod.
+    /// Uniform along the rod.
     Constant([f64; 3]),
     /// A polynomial in s/length.
     Polynomial {
-        /// Its coefficients c0, c1, ...
+        /// Coefficients c0, c1, ... of the polynomial.
         polynomial: Vec<[f64; 3]>,
     },
-    /// Linear between places along the rod.
+    /// Piecewise linear along the rod.
     Table {
-        /// Rows (s, force per length there), s growing from 0 to the length.
+        /// Rows (s, force per length at s), s increasing from 0 to the length.
         table: Vec<[f64; 4]>,
     },
 }
@@ -69,7 +69,7 @@ impl Default for LoadAlong {
 }
 
 impl LoadAlong {
-    /// True if there is none.
+    /// True if the load vanishes.
     pub fn is_zero(&self) -> bool {
         let none = |force: &[f64]| force.iter().all(|x| *x == 0.0);
         match self {
@@ -79,7 +79,7 @@ impl LoadAlong {
         }
     }
 
-    /// A component of a constant one.
+    /// Component i of a uniform load; `None` for other forms.
     pub(super) fn component_mut(&mut self, i: usize) -> Option<&mut f64> {
         match self {
             Self::Constant(force) => force.get_mut(i),
@@ -87,7 +87,7 @@ impl LoadAlong {
         }
     }
 
-    /// As the library has it, on a rod of this length.
+    /// The load on a rod of this length, in the form of the solver.
     ///
     /// # Errors
     /// As [`Distributed::table`].
@@ -101,7 +101,8 @@ impl LoadAlong {
                 let row = |row: &[f64; 4]| (row[0] / length, Vector3::new(row[1], row[2], row[3]));
                 let mut rows: Vec<_> = table.iter().map(row).collect();
                 if let Some(last) = rows.last_mut() {
-                    // It is that of the rod, as the scene was read.
+                    // The reader has checked that the last s equals the length; 1.0 avoids the rounding of the
+                    // division.
                     last.0 = 1.0;
                 }
                 Distributed::table(&rows)
@@ -109,7 +110,7 @@ impl LoadAlong {
         }
     }
 
-    /// The same with the weight of a rod under gravity; None if there is neither.
+    /// The load together with the weight of a rod under gravity; `None` if both vanish.
     ///
     /// # Errors
     /// As [`LoadAlong::on`]; a weight that is not finite.
@@ -130,7 +131,7 @@ impl LoadAlong {
 pub enum Load {
     /// Constant, in the world.
     Constant([f64; 3]),
-    /// In time, or turning with the body: these, added up.
+    /// Sum of forces that vary in time or turn with the body.
     InTime(Vec<Force>),
 }
 
@@ -141,7 +142,7 @@ impl Default for Load {
 }
 
 impl Load {
-    /// The constant part.
+    /// The constant part of the load.
     pub fn constant(&self) -> [f64; 3] {
         match self {
             Self::Constant(vector) => *vector,
@@ -149,12 +150,12 @@ impl Load {
         }
     }
 
-    /// True if there is none.
+    /// True if the load vanishes.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The other parts.
+    /// The parts that vary in time or turn with the body.
     pub fn in_time(&self) -> &[Force] {
         match self {
             Self::Constant(_) => &[],
@@ -163,21 +164,21 @@ impl Load {
     }
 }
 
-/// A force, or a couple, in time along a direction.
+/// A force or a couple along a direction, as a function of time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Force {
     /// Direction, not zero, of any length: only [`Force::unit`] enters the force.
     pub direction: [f64; 3],
-    /// Its size in time; a custom one is in units of the rod, and is not written back.
+    /// Size as a function of time. A custom one is in units of the rod and is not written to a scene.
     #[serde(flatten)]
     pub size: History,
-    /// False (the default): the direction is one of the world. True: of the body, with which it turns.
+    /// Frame of the direction. False (the default): the world. True: the body (a follower load).
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub follower: bool,
 }
 
 impl Loads {
-    /// True if some of them change in time.
+    /// True if a load changes in time.
     pub fn vary(&self) -> bool {
         self.force
             .iter()
@@ -187,14 +188,14 @@ impl Loads {
 }
 
 impl Force {
-    /// True if its size changes in time.
+    /// True if the size changes in time.
     pub fn varies(&self) -> bool {
         !matches!(self.size, History::Constant(_))
     }
 
     /// The direction at unit length.
     pub fn unit(&self) -> [f64; 3] {
-        // Scaled by the largest component first, so that the norm neither over- nor underflows.
+        // Division by the largest component keeps the norm from overflow and underflow.
         let size = self
             .direction
             .iter()

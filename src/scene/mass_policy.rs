@@ -1,28 +1,28 @@
-//! What is done with the small mass of elastic rods: followed to first order where that can be, left out elsewhere.
+//! Treatment of the small mass of elastic rods: first-order inertia where possible, none elsewhere.
 
 use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
 use serde_json::{Value, json};
 
-/// Rods of at least this part of the mass of a body are not light: their mass is not followed to first order unless that is asked for.
+/// Mass ratio rod / body from which a rod counts as heavy: first-order inertia is then not the default.
 const LIGHT: f64 = 0.1;
 
-/// What a motion does with the mass of an elastic rod whose mass is known.
+/// Treatment of the mass of an elastic rod whose mass is known, for messages and the record.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RodMassNote {
-    /// The rod's name in an assembly.
+    /// Name of the rod in an assembly.
     pub rod: Option<String>,
-    /// Its mass over that of the lightest body that it holds.
+    /// Mass of the rod over the mass of the lightest body attached to it.
     pub eps: f64,
-    /// What its mass does.
+    /// Treatment of the mass.
     pub inertia: Inertia,
-    /// True if the scene does not say it.
+    /// True if the scene does not state the treatment.
     pub by_default: bool,
-    /// Why its mass is not followed to first order, if that is not for its size.
+    /// Reason against first-order inertia, other than a large mass ratio; `None`: no such reason.
     pub why: Option<&'static str>,
 }
 
 impl RodMassNote {
-    /// In one sentence; None where a mass is left out because the scene says so.
+    /// The note in one sentence; `None` if the scene itself asks to leave the mass out.
     pub fn text(&self) -> Option<String> {
         let rod = match &self.rod {
             Some(name) => format!("the mass of rod {name:?}"),
@@ -44,7 +44,7 @@ impl RodMassNote {
         })
     }
 
-    /// As JSON.
+    /// The note as JSON.
     pub fn json(&self) -> Value {
         json!({
             "rod": self.rod,
@@ -56,26 +56,26 @@ impl RodMassNote {
     }
 }
 
-/// Why steps of this kind do not follow it, in space.
+/// Reason why time steps of this method exclude first-order inertia in space.
 fn by_steps(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
 }
 
 impl Scene {
-    /// Why the mass of the rod cannot be followed to first order; None where it can.
+    /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
-        // In space steps may be implicit; so they are of a planar rod under a load along it, which runs as one in space.
+        // Only runs in space take steps of the chosen method. A planar rod under a load along it runs in space, too.
         let closed = self.is_planar() && self.loads.distributed.is_zero();
         if closed { None } else { by_steps(run.method) }
     }
 
-    /// The same of the rods of an assembly.
+    /// Reason why the masses of an assembly's rods cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order_in_assembly(&self) -> Option<&'static str> {
         by_steps(self.run.as_ref()?.method)
     }
 
-    /// Follows the mass of light rods to first order where the scene does not say what it does and where that can be.
+    /// Chooses first-order inertia for light rods if the scene leaves their inertia open and the run allows it.
     pub(super) fn choose_inertia(&mut self) {
         let light = |note: &RodMassNote| note.by_default && note.why.is_none() && note.eps < LIGHT;
         let rods: Vec<usize> = self
@@ -98,12 +98,12 @@ impl Scene {
         }
     }
 
-    /// What a motion does with the mass of every elastic rod whose mass is known.
+    /// Treatment of the mass of every elastic rod whose mass is known.
     pub fn mass_notes(&self) -> Vec<RodMassNote> {
         self.rod_masses().map(|(_, note)| note).collect()
     }
 
-    /// The rod of this number among those that are held at both ends.
+    /// Rod k of the rods held at both ends.
     pub(crate) fn rod_of(&self, k: usize) -> &Rod {
         match &self.assembly {
             Some(given) => &given.rods[k].rod,
@@ -111,7 +111,8 @@ impl Scene {
         }
     }
 
-    /// Its mass over that of the lightest body that it holds; None where its mass is not known, or it holds none.
+    /// Mass of rod k over the mass of the lightest body attached to it; `None` if the mass is unknown or no body is
+    /// attached.
     pub(crate) fn mass_ratio(&self, k: usize) -> Option<f64> {
         let body = match &self.assembly {
             Some(given) => lightest(given, [&given.rods[k].from, &given.rods[k].to])?,
@@ -150,7 +151,7 @@ impl Scene {
     }
 }
 
-/// The mass of the lightest body at these places.
+/// Mass of the lightest body at these attachments.
 fn lightest(given: &AssemblyScene, sites: [&Site; 2]) -> Option<f64> {
     let masses = sites.iter().filter_map(|site| given.holder(site));
     let masses = masses.map(|body| given.bodies[body].mass);

@@ -21,9 +21,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A scene is read to its end whatever is wrong with it, and [`Faults`] holds every fault with its
-//! line, the field, the value, what is allowed and what to do. Here the kappa of a straight rod, a
-//! mass that is none, and a slip of the pen:
+//! A scene with faults is still read to its end: [`Faults`] holds every fault with its line, the field, the value, the
+//! allowed values and a hint. The example has the kappa of a straight rod, a negative mass, and a misspelt field:
 //!
 //! ```
 //! # use snaprod::scene::Scene;
@@ -45,15 +44,16 @@
 //! assert_eq!(lines, [4, 7, 10]);
 //! ```
 //!
-//! Quantities are in one consistent system of units of the user's choice; [`Scales`] leads into the
-//! library's units, in which length, bending stiffness and mass are 1.
+//! Quantities are in one consistent system of units of the user's choice; [`Scales`] converts to the library's units,
+//! in which length, bending stiffness and mass are 1.
 //!
-//! With `damping` in `[rod]` the rod is viscoelastic: it may start from any strain field, and has no snaps but fast motion.
+//! With `damping` in `[rod]` the rod is viscoelastic: it may start from any strain field, and moves fast instead of
+//! snapping.
 //!
-//! What kind of scene it is follows from its content: `rod.model = "elastica"` lies in the plane, `"cosserat"` in space; with
-//! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. Several rods and bodies, `[[rod]]` and `[[body]]`, are
-//! an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion. `rod.model = "bar"` is a bar with mass in longitudinal
-//! motion ([`BarScene`]).
+//! The content determines the kind of scene: `rod.model = "elastica"` lies in the plane, `"cosserat"` in space; with
+//! `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. Several rods and bodies, `[[rod]]` and
+//! `[[body]]`, are an assembly ([`AssemblyScene`]), at rest or with `[run]` in motion. `rod.model = "bar"` is a bar
+//! with mass in longitudinal motion ([`BarScene`]).
 
 mod assembly;
 mod bar;
@@ -114,9 +114,9 @@ use std::path::Path;
 
 /// A scene with its defaults filled in, in the units of its user.
 ///
-/// It serialises to a scene again: what a run prints as its resolved scene can be run.
-/// The fields are plain data; only [`Scene::parse`] and [`Scene::read`] check them. Vectors have three components; in the
-/// plane the third is 0, and a scene is written without it.
+/// A scene serialises to a scene: the resolved scene that a run prints can be run again. The fields are plain data;
+/// only [`Scene::parse`] and [`Scene::read`] check them. Vectors have three components; in the plane the third is 0
+/// and is not written.
 ///
 /// ```
 /// use snaprod::scene::{Parameter, Scene};
@@ -140,35 +140,35 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(remote = "Self")]
 pub struct Scene {
-    /// The system of units of every quantity below.
+    /// The system of units of every quantity.
     pub units: Units,
-    /// `[rod]`: the rod; of an assembly the first.
+    /// `[rod]`: the rod; in an assembly the first rod.
     pub rod: Rod,
-    /// `[clamp]`: the pose of its base, s = 0.
+    /// `[clamp]`: the pose of the rod's base, s = 0.
     pub clamp: Clamp,
-    /// `[body]`: the body at its end, s = length, in a scene of motion.
+    /// `[body]`: the body at the rod's end, s = length, in a scene of motion.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<Body>,
-    /// `[end]`: what holds or loads its end, in a scene of statics.
+    /// `[end]`: supports and loads of the rod's end, in a scene of statics.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub end: Option<End>,
-    /// `[start]`: where and how fast the body starts; in statics where the search begins.
+    /// `[start]`: initial shape and velocity; in statics the initial guess.
     pub start: Start,
-    /// `[loads]`: what acts on the body beside the rod.
+    /// `[loads]`: loads on the body; in statics on the rod.
     pub loads: Loads,
-    /// `[run]`: how long and how accurately a motion is followed, and what a snap does.
+    /// `[run]`: duration and accuracy of the motion, time steps, landing rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub run: Option<Run>,
-    /// `[solve]`: how accurately, and by which path, equilibria are solved.
+    /// `[solve]`: tolerance and algorithm for equilibria.
     pub solve: Solve,
     /// `[continue]`: the branch of equilibria to follow, if any.
     #[serde(rename = "continue", skip_serializing_if = "Option::is_none")]
     pub continuation: Option<Continue>,
-    /// `[[rod]]` and `[[body]]`: several rods and bodies. [`Scene::rod`] is then the first of them, and there are neither clamp
-    /// nor body nor end.
+    /// `[[rod]]` and `[[body]]`: several rods and bodies. [`Scene::rod`] is then the first of the rods, without
+    /// clamp, body and end.
     #[serde(skip)]
     pub assembly: Option<AssemblyScene>,
-    /// A bar with mass, `rod.model = "bar"`. Of the rest of the scene then only its units say something.
+    /// A bar with mass, `rod.model = "bar"`. Of the other fields only `units` then has a meaning.
     #[serde(skip)]
     pub bar: Option<BarScene>,
 }
@@ -182,8 +182,8 @@ impl Scene {
         Self::parse_with(text, &[])
     }
 
-    /// Reads a scene from TOML text in which `overrides` replace or add fields, each `path=value`: a dotted path into the
-    /// document, `loads.force[0].amplitude`, and a value in TOML syntax.
+    /// Reads a scene from TOML text in which `overrides` replace or add fields, each `path=value`: a dotted path into
+    /// the document, `loads.force[0].amplitude`, and a value in TOML syntax.
     ///
     /// ```
     /// # let text = "[rod]\nmodel = 'elastica'\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[start]\n\
@@ -300,7 +300,7 @@ fn at_rest() -> Error {
     )
 }
 
-/// The text, or one syntax fault at the first byte that is not UTF-8.
+/// Decodes UTF-8 text, or reports one syntax fault at the first byte that is not UTF-8.
 fn utf8(bytes: &[u8]) -> std::result::Result<&str, Faults> {
     std::str::from_utf8(bytes).map_err(|error| {
         let sources = read::Sources::new(&String::from_utf8_lossy(bytes), &[]);

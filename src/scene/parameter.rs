@@ -8,11 +8,11 @@ use serde::{Serialize, Serializer};
 use std::fmt;
 use std::str::FromStr;
 
-/// A number of a scene by its path, which `Display` and [`FromStr`] write and read.
+/// A number of a scene, identified by its path. `Display` writes the path and [`FromStr`] reads it.
 ///
-/// Components along the axes of space have letters, `end.force.z`, and an index counts from 0, as in
-/// `rod.section.bending[0]`; `end.force[2]` is read, too. Indices that a scene does not have name nothing. Bodies and rods of
-/// an assembly are numbers here; by the names that the scene has for them [`Scene::name_of`] writes them.
+/// Components along the axes of space have letters, `end.force.z`; indices count from 0, as in
+/// `rod.section.bending[0]`; `end.force[2]` is read, too. An index beyond those of the scene names nothing. Bodies and
+/// rods of an assembly are numbered here; [`Scene::name_of`] writes their names in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Parameter {
     /// `end.force`, component i in 0..3.
@@ -43,9 +43,9 @@ pub enum Parameter {
     Curvature(usize),
     /// `rod.rest.twist`.
     Twist,
-    /// Of an assembly: `body[k].force`, component i of a constant one.
+    /// `body[k].force` of an assembly, component i of a constant force.
     BodyForce(usize, usize),
-    /// `body[k].couple`, component i of a constant one.
+    /// `body[k].couple` of an assembly, component i of a constant couple.
     BodyCouple(usize, usize),
     /// `loads.gravity`, of an assembly or of a rod with mass, component i in 0..3.
     Gravity(usize),
@@ -65,11 +65,11 @@ pub enum Parameter {
 
 use Parameter::*;
 
-/// The letters of components in space.
+/// Letters of the components in space.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Parameter {
-    /// Every parameter that some scene of one rod has.
+    /// Every parameter that some scene of a single rod has.
     pub const ALL: [Self; 32] = [
         EndForce(0),
         EndForce(1),
@@ -105,25 +105,25 @@ impl Parameter {
         LoadsLoad,
     ];
 
-    /// True if its values must be > 0.
+    /// True if every value must be > 0.
     pub fn is_positive(self) -> bool {
         matches!(self, Length | Bending(_) | Torsion | Shear(_) | Axial)
     }
 
-    /// True if the rod itself, or the load along it, depends on it, not only its ends.
+    /// True if the rod or the load along it depends on the parameter; false if only the ends do.
     pub fn changes_rod(self) -> bool {
         self.is_positive() || self.is_along() || matches!(self, Curvature(_) | Twist)
     }
 
-    /// True if it is a load along the rod.
+    /// True for a parameter of the load along the rod.
     pub fn is_along(self) -> bool {
         matches!(self, Gravity(_) | Distributed(_) | LoadsLoad)
     }
 
-    /// Its unit's symbol.
+    /// Symbol of the parameter's unit.
     pub fn unit(self, units: Units) -> &'static str {
         match self {
-            // An angle is in radians whatever the other units are.
+            // Angles are in radians in every system of units.
             EndAngle | ClampAngle | FromAngle(_) | ToAngle(_) => "rad",
             EndLoad | LoadsLoad => "",
             EndForce(_) | Shear(_) | Axial | BodyForce(..) => units.force(),
@@ -178,7 +178,7 @@ impl FromStr for Parameter {
         if path == "load" {
             return Ok(EndLoad);
         }
-        // A component by its number is the one by its letter.
+        // `end.force[2]` means `end.force.z`.
         let lettered = || {
             let (stem, index) = path.strip_suffix(']')?.split_once('[')?;
             Some(format!(
@@ -203,9 +203,9 @@ impl FromStr for Parameter {
     }
 }
 
-/// A parameter of an assembly.
+/// Parses the path of a parameter of an assembly.
 fn of_assembly(path: &str) -> Option<Parameter> {
-    // Of three components, by number or letter.
+    // Index 0..3 of a component written by number or letter.
     let component = |field: &str, name: &str| -> Option<usize> {
         let rest = field.strip_prefix(name)?;
         let index = ["[0]", "[1]", "[2]"].iter().position(|i| *i == rest);
@@ -238,7 +238,7 @@ impl Serialize for Parameter {
 }
 
 impl Scene {
-    /// The path of a parameter with the names that the scene has for its bodies and rods: `body.crown.force.z`.
+    /// Path of a parameter with the scene's names for its bodies and rods: `body.crown.force.z`.
     pub fn name_of(&self, parameter: &Parameter) -> String {
         let path = parameter.to_string();
         let named = || {
@@ -255,14 +255,14 @@ impl Scene {
         named().unwrap_or(path)
     }
 
-    /// The value of a parameter; NaN where the scene has no such number ([`Scene::has`]).
+    /// Value of a parameter; NaN if the scene has no such number ([`Scene::has`]).
     pub fn value(&self, parameter: &Parameter) -> f64 {
         let mut scene = self.clone();
         scene.slot(parameter).map_or(f64::NAN, |slot| *slot)
     }
 
-    /// The scene with another value of a parameter, which is not checked; the same scene where it has no such
-    /// number ([`Scene::has`]).
+    /// The scene with another value of a parameter, not checked. Unchanged if the scene has no such number
+    /// ([`Scene::has`]).
     #[must_use]
     pub fn with(&self, parameter: &Parameter, value: f64) -> Self {
         let mut scene = self.clone();
@@ -272,8 +272,7 @@ impl Scene {
         scene
     }
 
-    /// True if the parameter is a number of this scene: present, not rigid, not free, and the same all along the
-    /// rod.
+    /// True if the parameter is a number of this scene: present, not rigid, not free, and uniform along the rod.
     pub fn has(&self, parameter: &Parameter) -> bool {
         self.clone().slot(parameter).is_some()
     }
@@ -299,7 +298,7 @@ impl Scene {
         all.into_iter().filter(has).collect()
     }
 
-    /// Where the number is.
+    /// Reference to the number in the scene; `None` if the scene has no such number.
     fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
         if let Some(assembly) = &mut self.assembly {
             return match *parameter {
@@ -325,7 +324,7 @@ impl Scene {
                 let end = end.filter(|end| end.orientation.is_none())?;
                 end.couple.get_mut(i)
             }
-            // A factor of nothing is no parameter.
+            // A load factor without loads is no parameter.
             EndLoad => {
                 let end = end?;
                 let mut loads = end.force.iter().chain(&end.couple);
@@ -353,7 +352,7 @@ impl Scene {
             ClampPosition(i) => clamp.position.get_mut(i),
             ClampAngle => clamp.orientation.angle_mut(),
             Length => {
-                // Tables hold arclengths, which end at the length.
+                // Tables hold arclengths up to the length, so the length cannot vary alone.
                 let stiffness = linear.iter().flat_map(|linear| linear.named());
                 let mut all = stiffness.map(|(_, along)| along).chain(rod.rest.all());
                 let tables = all.any(|along| !along.nodes().is_empty())

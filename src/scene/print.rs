@@ -1,4 +1,4 @@
-//! A scene written again: what it holds, and no field that its kind does not have.
+//! Serialisation of a resolved scene, restricted to the fields of its kind.
 
 use super::Scene;
 use super::read::fields_of;
@@ -14,7 +14,7 @@ impl Serialize for Scene {
             tables.insert("units".to_owned(), units);
             return Value::Object(tables).serialize(serializer);
         }
-        // That of the derive: every field of every kind of scene.
+        // The derived implementation: every field of every kind of scene.
         let whole =
             Scene::serialize(self, serde_json::value::Serializer).map_err(S::Error::custom)?;
         let Value::Object(mut tables) = whole else {
@@ -40,7 +40,7 @@ impl Serialize for Scene {
             && !self.rod.is_heavy()
             && let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut)
         {
-            // That of every elastic run that asks for none.
+            // Elastic runs have this method by default.
             run.retain(|name, value| !(name == "method" && value == "auto"));
         }
         if self.end.is_some() && self.loads == super::Loads::default() {
@@ -54,7 +54,8 @@ impl Serialize for Scene {
     }
 }
 
-/// A clamp at the origin, and the only method of an elastic run, are not written in the plane.
+/// Leaves out of a planar scene the default clamp, the quaternion of a clamp, the default method and the axis of a
+/// turn.
 fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
     if scene.clamp == super::Clamp::default() {
         tables.remove("clamp");
@@ -65,7 +66,7 @@ fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
     if let Some(run) = tables.get_mut("run").and_then(Value::as_object_mut) {
         run.retain(|name, value| !(name == "method" && value == "auto"));
     }
-    // Its axis is that of the plane.
+    // The axis of a planar turn is always the normal of the plane.
     let turn = tables
         .get_mut("clamp")
         .and_then(|clamp| clamp.pointer_mut("/motion/turn"));
@@ -74,7 +75,7 @@ fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
     }
 }
 
-/// Vectors of the plane.
+/// Names of the fields that hold vectors of the plane.
 const VECTORS: [&str; 6] = [
     "position",
     "velocity",
@@ -90,7 +91,7 @@ fn flatten(value: &mut Value) {
         Value::Object(table) => {
             for (name, value) in table {
                 match value {
-                    // Rows of s and a vector, or vectors.
+                    // Rows (s, vector) of a table, or vectors of a polynomial.
                     Value::Object(rows) if name == "distributed" => {
                         for (form, rows) in rows {
                             let size = if form == "table" { 3 } else { 2 };

@@ -6,23 +6,24 @@ use crate::section::rate::{Damping, Maxwell, StrainMatrix};
 use crate::{Error, Result};
 use serde::Serialize;
 
-/// A rod, clamped at its base; without inertia unless it is asked for.
+/// A rod, clamped at its base; without inertia unless the scene asks for inertia.
 ///
-/// In the plane ([`Model::Elastica`]) it neither shears nor stretches and is straight when unloaded, along +x of its clamp. In
-/// space ([`Model::Cosserat`]) it has directors d1, d2, d3; unloaded, without rest strains, it runs along d3.
+/// In the plane ([`Model::Elastica`]) the rod neither shears nor stretches and is straight when unloaded, along +x of
+/// its clamp. In space ([`Model::Cosserat`]) it has directors d1, d2, d3; unloaded, without rest strains, it runs along
+/// d3.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rod {
     /// The rod model.
     pub model: Model,
     /// Length L > 0 of the unloaded rod.
     pub length: f64,
-    /// What it is made of, if the section is a [`Section::Outline`].
+    /// Material of a section that is a [`Section::Outline`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<Material>,
-    /// Which way a rectangle bends in the plane; default [`Bends::Weak`].
+    /// Bending direction of a rectangle in the plane; default [`Bends::Weak`].
     #[serde(skip_serializing_if = "Bends::is_weak")]
     pub bends: Bends,
-    /// The section law; with Maxwell branches that after a long time.
+    /// Section law; with Maxwell branches, the long-time law.
     #[serde(flatten, serialize_with = "flattened")]
     pub section: Section,
     /// `[rod.rest]`: strains without load; only in space.
@@ -33,24 +34,25 @@ pub struct Rod {
     /// Maxwell branches (Prony series), at most 32, only with damping; default none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relaxation: Vec<Maxwell<StrainMatrix>>,
-    /// A fixed number of strain nodes, 4..=400, only with damping; default chosen and adapted by the program.
+    /// Fixed number of strain nodes, 4..=400, only with damping; by default chosen and adapted by the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
-    /// Mass > 0 of the whole rod; `None`: as material and section have it, see [`Rod::mass`].
+    /// Mass > 0 of the whole rod; `None`: from material and section, see [`Rod::mass`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// What its mass does in a motion; by default [`Inertia::FirstOrder`] of a light elastic rod where that can be followed, else nothing,
-    /// which is `None`.
+    /// Treatment of the mass in a motion. `None`: without inertia. A light elastic rod has [`Inertia::FirstOrder`] by
+    /// default where possible.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inertia: Option<Inertia>,
-    /// True if the scene left that open, and it was chosen.
+    /// True if the scene left `inertia` open and the program chose it.
     #[serde(skip)]
     pub inertia_chosen: bool,
-    /// Inertia > 0 of the sections per length about d1, d2, d3, in space; `None`: as shape, or axial stiffness, have it.
+    /// Inertia > 0 of the sections per length about d1, d2, d3, in space; `None`: from the shape or the axial
+    /// stiffness.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub section_inertia: Option<[f64; 3]>,
-    /// How thick the rod is where it touches itself or another, >= 0, in elastic motions in space; 0: contacts are not looked for.
-    /// `None`: as its section's shape has it.
+    /// Diameter >= 0 of the rod for contacts with itself or another rod, in elastic motions in space. 0: contacts are
+    /// not sought. `None`: from the section's shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_diameter: Option<f64>,
 }
@@ -77,8 +79,8 @@ impl Rod {
         }
     }
 
-    /// How thick it is where it touches itself or another: the contact diameter, or the smallest size of the section's shape; `None`
-    /// where contacts are not looked for.
+    /// Diameter for contacts: the contact diameter, or the smallest size of the section's shape; `None` if contacts are
+    /// not sought.
     pub fn thickness(&self) -> Option<f64> {
         let shape = match &self.section {
             Section::Outline(outline) => Some(outline.shape),
@@ -91,17 +93,17 @@ impl Rod {
         thickness.filter(|d| *d > 0.0)
     }
 
-    /// The mass of the rod: as it is given, or if its material has a density and its section a shape.
+    /// Mass of the rod: the given one, or density times volume if the material has a density and the section a shape.
     pub fn mass(&self) -> Option<f64> {
         self.mass.or_else(|| self.mass_of_material())
     }
 
-    /// True if all of its mass counts in a motion.
+    /// True if a motion includes the full mass of the rod.
     pub fn is_heavy(&self) -> bool {
         self.inertia == Some(Inertia::Full)
     }
 
-    /// True if its mass is followed to first order in a motion.
+    /// True if a motion includes the mass of the rod to first order.
     pub fn is_light(&self) -> bool {
         self.inertia == Some(Inertia::FirstOrder)
     }
@@ -114,8 +116,8 @@ impl Rod {
     }
 }
 
-/// What a rod is made of: an isotropic elastic material. Beside [`section::Material`](crate::section::Material) it has a
-/// density, and in the plane it may lack the second constant.
+/// An isotropic elastic material. In addition to [`section::Material`](crate::section::Material) it has a density; in
+/// the plane the second elastic constant is optional.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Material {
     /// Young's modulus > 0, force per area.
@@ -124,7 +126,7 @@ pub struct Material {
     /// Poisson's ratio in (-1, 0.5].
     #[serde(rename = "nu", skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Shear modulus > 0, force per area. In space this or Poisson's ratio is given.
+    /// Shear modulus > 0, force per area. A rod in space needs the shear modulus or Poisson's ratio.
     #[serde(rename = "G", skip_serializing_if = "Option::is_none")]
     pub shear: Option<f64>,
     /// Density > 0, mass per volume.
@@ -154,26 +156,26 @@ impl Material {
     }
 }
 
-/// What the mass of a rod does in a motion.
+/// Treatment of the mass of a rod in a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Inertia {
-    /// Nothing: the rod is as light as one without mass.
+    /// None: the rod moves as one without mass.
     None,
-    /// All of it: the rod is a continuum with kinetic energy and weight, and has vibrations of its own.
+    /// Full: the rod is a continuum with kinetic energy and weight, and vibrates.
     Full,
-    /// Kinetic energy and weight of the rod in equilibrium with its end (theory 2.9, 3.9).
+    /// First order: kinetic energy and weight of the rod in equilibrium with its end (theory 2.9, 3.9).
     FirstOrder,
 }
 
-/// Which way the rectangle of a planar rod bends.
+/// Bending direction of the rectangular section of a planar rod.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Bends {
-    /// About its longer side: a strip that lies flat.
+    /// About the longer side: a strip lying flat.
     #[default]
     Weak,
-    /// About its shorter side.
+    /// About the shorter side.
     Strong,
 }
 

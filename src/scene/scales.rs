@@ -1,4 +1,4 @@
-//! From the user's units to those of the library, and back.
+//! Conversion between the user's units and the library's.
 
 use super::{
     Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, LoadAlong, Loads,
@@ -8,12 +8,12 @@ use super::{
 use crate::error::{Error, Quantity, Result};
 use crate::section::Measures;
 
-/// The library's units of each quantity, measured in the user's: a value in the scene is the
-/// library's number times the scale.
+/// The library's unit of each quantity, measured in the user's: a value in the scene is the library's number times the
+/// scale.
 ///
-/// The library's units are those in which the rod's length L, its bending stiffness EI (in space its reference stiffness,
-/// [`Rod::reference_stiffness`](crate::rod::Rod::reference_stiffness)) and the body's mass m are 1. All others follow: force EI/L^2, energy EI/L, and, from
-/// mass * length / time^2 = force, time sqrt(m L^3/EI).
+/// In the library's units the rod's length L, its bending stiffness EI (in space its reference stiffness,
+/// [`Rod::reference_stiffness`](crate::rod::Rod::reference_stiffness)) and the body's mass m are 1. All other units
+/// follow: force EI/L^2, energy EI/L, and, from mass * length / time^2 = force, time sqrt(m L^3/EI).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scales {
     /// L.
@@ -52,7 +52,7 @@ impl Scales {
         }
     }
 
-    /// True if length, bending stiffness and mass are 1 in the units of the scene, whose numbers then are those in the units of the rod.
+    /// True if length, bending stiffness and mass are 1 in the scene's units, which then equal the library's.
     pub fn are_one(&self) -> bool {
         self.length == 1.0 && self.stiffness() == 1.0 && self.mass == 1.0
     }
@@ -62,7 +62,7 @@ impl Scales {
         self.energy * self.length
     }
 
-    /// What sections are measured by: [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
+    /// Units for sections, see [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
     pub fn measures(&self) -> Measures {
         Measures {
             length: self.length,
@@ -76,13 +76,13 @@ impl Scales {
         self.stiffness() * self.time
     }
 
-    /// The units of messages, which are made in those of the rod: for [`Error::in_units`].
+    /// Conversion of messages from the rod's units to the scene's, for [`Error::in_units`].
     pub fn of_messages(&self, units: Units) -> impl Fn(Quantity) -> (f64, &'static str) {
         let scales = *self;
         move |of| (scales.unit(of), units.symbol(of))
     }
 
-    /// The library's unit of a quantity, in the user's.
+    /// The library's unit of a quantity, in the user's units.
     pub fn unit(&self, of: Quantity) -> f64 {
         match of {
             Quantity::Ratio => 1.0,
@@ -106,9 +106,9 @@ impl Scales {
         }
     }
 
-    /// A number of the scene in the library's units: the one place where they are made.
+    /// Converts a number of the scene to the library's units. Every conversion goes through this function.
     pub fn inward(&self, of: Quantity, x: f64) -> f64 {
-        // By the inverse where that is known, so that nothing is rounded twice.
+        // Multiplication by a known inverse avoids a second rounding.
         match of {
             Quantity::Rate | Quantity::AngularVelocity => x * self.time,
             Quantity::Curvature => x * self.length,
@@ -119,7 +119,7 @@ impl Scales {
         }
     }
 
-    /// One over the unit of a stiffness: couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
+    /// Inverse of the unit of a stiffness: couples are scaled by B/L, forces by B/L^2, flexures and twist by 1/L.
     fn compliance(&self, i: usize, j: usize) -> f64 {
         let size = |i: usize| if i < 3 { 1.0 } else { self.length };
         size(i) * size(j) / self.stiffness()
@@ -155,11 +155,11 @@ impl Scales {
     }
 }
 
-/// A scene of motion in the library's units: length, bending stiffness and mass are 1. The elastic law of the section is
-/// left to [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
+/// A scene of motion in the library's units: length, bending stiffness and mass are 1. The elastic law of the section
+/// is not included, see [`Viscoelastic::measured`](crate::section::rate::Viscoelastic::measured).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dimensionless {
-    /// Friction; a proportional one is a time.
+    /// Friction; the factor of a proportional friction is a time.
     pub damping: Option<Damping>,
     /// Maxwell branches.
     pub relaxation: Vec<Maxwell<StrainMatrix>>,
@@ -169,15 +169,15 @@ pub struct Dimensionless {
     pub body: Body,
     /// The start.
     pub start: Start,
-    /// The loads. Gravity is also its force.
+    /// The loads. As the mass is 1, gravity equals the weight.
     pub loads: Loads,
     /// Duration.
     pub duration: f64,
 }
 
 impl Scene {
-    /// The scales of length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass; of an assembly
-    /// those of its first rod and its first body.
+    /// Scales from length L, bending stiffness EI (in space the reference stiffness B of the rod) and mass; for an
+    /// assembly from its first rod and its first body.
     ///
     /// # Errors
     /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
@@ -193,7 +193,7 @@ impl Scene {
         Ok(Scales::new(self.rod.length, stiffness, mass))
     }
 
-    /// An error that was made in the units of the rod, in those of the scene.
+    /// Converts an error from the rod's units to the scene's.
     pub fn in_own_units(&self, error: Error) -> Error {
         match self.scales() {
             Ok(scales) => error.in_units(&scales.of_messages(self.units)),
@@ -201,7 +201,7 @@ impl Scene {
         }
     }
 
-    /// The scene in the library's units; [`Scene::scales`] leads back.
+    /// The scene in the library's units; [`Scene::scales`] converts back.
     ///
     /// # Errors
     /// As [`Scene::scales`].
@@ -222,27 +222,27 @@ impl Scene {
     }
 }
 
-/// A number of a scene.
+/// Reference to a number of a scene, with its quantity and range check.
 struct Number<'a> {
     of: Quantity,
     check: Check,
     value: &'a mut f64,
 }
 
-/// What is asked of a number in units of the rod, in which it could over- or underflow.
+/// Range check of a number after conversion to the rod's units: overflow and underflow are excluded.
 #[derive(Clone, Copy, PartialEq)]
 enum Check {
-    /// Its square is finite, as energies and powers have it.
+    /// The square is finite: energies and powers contain squares.
     Square,
-    /// It is > 0 and does not underflow.
+    /// The number, > 0 in the scene, is a normal float: it neither over- nor underflows.
     Positive,
-    /// Both.
+    /// Both checks.
     Both,
-    /// Nothing.
+    /// No check.
     No,
 }
 
-/// A list of them in the making.
+/// List of references to the numbers of a scene.
 #[derive(Default)]
 struct Numbers<'a>(Vec<Number<'a>>);
 
@@ -265,7 +265,7 @@ impl<'a> Numbers<'a> {
         self.0.extend(values.into_iter().map(number));
     }
 
-    /// A matrix over the strains.
+    /// Adds the entries of a matrix over the strains.
     fn matrix(&mut self, matrix: &'a mut StrainMatrix, entry: fn(usize, usize) -> Quantity) {
         match matrix {
             StrainMatrix::Bending(x) => self.add(entry(0, 0), [x]),
@@ -281,7 +281,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    /// A history of this quantity, whose rate is the other.
+    /// Adds the numbers of a time history of one quantity, whose rate has the other quantity.
     fn history(&mut self, [size, rate]: [Quantity; 2], check: Check, f: &'a mut History) {
         match f {
             History::Constant(x) => self.extend(size, check, [x]),
@@ -410,7 +410,7 @@ impl<'a> Numbers<'a> {
 }
 
 impl Dimensionless {
-    /// Every number of it, with what it measures.
+    /// Every number of the scene, with its quantity.
     fn numbers(&mut self) -> Vec<Number<'_>> {
         let mut all = Numbers::default();
         all.positive(Quantity::Time, [&mut self.duration]);
@@ -458,7 +458,7 @@ impl Dimensionless {
         all.0
     }
 
-    /// True if every number is as it is asked to be: none over- or underflows.
+    /// True if every number passes its range check.
     pub(super) fn has_finite_numbers(mut self) -> bool {
         self.numbers().iter().all(|number| {
             let x = *number.value;

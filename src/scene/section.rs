@@ -1,4 +1,4 @@
-//! The section of a rod as a scene gives it: its law, and its strains without load.
+//! Section of a rod in a scene: section law and rest strains.
 
 use crate::section::{BarrierTerm, Diagonal, Profile, Shape, ShapeSettings, StrainName};
 use serde::Serialize;
@@ -11,25 +11,25 @@ use std::collections::BTreeMap;
 pub enum Section {
     /// The bending stiffness EI > 0 of a planar rod, force times length squared: `rod.bending_stiffness`.
     Bending(f64),
-    /// Stiffnesses of each strain by itself.
+    /// One stiffness per strain.
     Diagonal(Diagonal),
     /// A full matrix of stiffnesses.
     Full(Full),
-    /// From the shape of the cross-section and the material.
+    /// Shape of the cross-section and its own material.
     Profile(Profile),
-    /// From the shape of the cross-section and `rod.material`.
+    /// Shape of the cross-section; the material is `rod.material`.
     Outline(Outline),
     /// [`Diagonal`] with a barrier against total compression.
     Barrier(Barrier),
 }
 
 impl Section {
-    /// True if neither shear nor stretch is possible: the arclength is that of the unloaded rod.
+    /// True if shear and stretch are rigid: the arclength is that of the unloaded rod.
     pub fn is_inextensible(&self) -> bool {
         self.rigid()[3..].iter().all(|rigid| *rigid)
     }
 
-    /// Which strains, in the order of [`StrainName`], are held at their rest values.
+    /// Flags, in the order of [`StrainName`], of the strains held at their rest values.
     pub fn rigid(&self) -> [bool; 6] {
         let held = |shear: bool, axial: bool| [false, false, false, shear, shear, axial];
         let diagonal = |d: &Diagonal| {
@@ -68,22 +68,22 @@ pub struct Full {
     /// K by rows, in the order of [`StrainName`]. Symmetric; positive definite in the strains that are not
     /// rigid. Rows and columns of rigid strains have no effect.
     pub stiffness: [[f64; 6]; 6],
-    /// Strains held at their rest values, each once, in growing order; not all six.
+    /// Strains held at their rest values, without repetition, in increasing order; not all six.
     pub rigid: Vec<StrainName>,
 }
 
-/// A cross-section of `rod.material`: in the plane its shape alone counts.
+/// A cross-section of `rod.material`; in the plane only the shape counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outline {
-    /// Its shape.
+    /// Shape of the cross-section.
     #[serde(flatten, serialize_with = "measured")]
     pub shape: Shape,
-    /// What is set beside it.
+    /// Shear factor, torsion constant and rigid strains that override those of the shape.
     #[serde(flatten)]
     pub set: ShapeSettings,
 }
 
-/// A shape by the sizes one measures: `circle = { diameter = .. }`.
+/// Writes a shape with the sizes that one measures: `circle = { diameter = .. }`.
 fn measured<S: Serializer>(shape: &Shape, serializer: S) -> Result<S::Ok, S::Error> {
     let (name, sizes) = match *shape {
         Shape::Circle { radius } => ("circle", vec![("diameter", 2.0 * radius)]),
@@ -103,8 +103,8 @@ fn measured<S: Serializer>(shape: &Shape, serializer: S) -> Result<S::Ok, S::Err
     table.end()
 }
 
-/// The law with a barrier, from which [`section::Barrier`](crate::section::Barrier) is made: its energy tends to infinity as
-/// the rod is compressed so much that the inner side of a bent section shrinks to nothing (AMV (2.7), (2.26)).
+/// Section law with a barrier against total compression, see [`section::Barrier`](crate::section::Barrier). Its energy
+/// tends to infinity as the inner side of a compressed, bent section shrinks to nothing (AMV (2.7), (2.26)).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "law", rename = "barrier")]
 pub struct Barrier {

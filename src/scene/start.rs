@@ -1,35 +1,35 @@
-//! The start of a scene: the shape of the rod, and how fast its end moves.
+//! Start of a scene: shape of the rod, and velocity of its end.
 
 use super::{Orientation, StrainName};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-/// Shape of the rod at the start, and velocity of its end. At rest only the guess counts.
+/// Shape of the rod at the start, and velocity of its end. In statics only the initial guess counts.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Start {
     /// The shape of the rod.
     #[serde(flatten)]
     pub place: Place,
-    /// Where the Maxwell branches are relaxed; default [`Relaxed::Start`].
+    /// Strain field at which the Maxwell branches are relaxed; default [`Relaxed::Start`].
     #[serde(skip_serializing_if = "Relaxed::is_start")]
     pub relaxed: Relaxed,
-    /// How fast the strains of a rod with mass change; `None`: as the rod without mass would follow its end.
+    /// Initial strain rates of a rod with mass; `None`: the rates of a massless rod that follows its end.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub rate: Option<StrainRate>,
     /// Velocity of the end of the rod; default 0.
     pub velocity: [f64; 3],
     /// Angular velocity of a welded body; default 0, and 0 for a point mass.
     pub angular_velocity: [f64; 3],
-    /// In the plane, of a rod that starts straight: the angle of its end in radians, bent by so little to the side to which it is to
-    /// buckle; default 0.
+    /// In the plane, for a rod that starts straight: a small angle of the end in radians. Its sign selects the side to
+    /// which the rod buckles; default 0.
     #[serde(skip_serializing_if = "is_zero")]
     pub imperfection: f64,
-    /// True if these velocities come on top of those at which the clamp carries the end at t = 0; default false: they are
-    /// those in the world.
+    /// True if the velocities are added to those of the end carried by the clamp at t = 0. False (the default): they
+    /// are velocities in the world.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub with_clamp: bool,
-    /// At rest: where the search begins, a base wrench (m1, m2, m3, n1, n2, n3) in the world frame; without it, the
-    /// unloaded rod.
+    /// In statics: initial guess of the base wrench (m1, m2, m3, n1, n2, n3) in the world frame; `None`: the unloaded
+    /// rod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrench: Option<[f64; 6]>,
 }
@@ -38,12 +38,11 @@ fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
 
-/// The shape of the rod at the start: an equilibrium, or, of a rod with damping, any shape.
+/// Shape of the rod at the start: an equilibrium, or, for a rod with damping, any shape.
 ///
-/// In the plane, with n the contact force and alpha its direction,
-/// lambda = L sqrt(|n| / EI) and kappa = sin((theta(L) - alpha) / 2); both are numbers in every
-/// system of units, and each pair (lambda > 0, kappa in (-1, 1) without 0) is one equilibrium.
-/// kappa = 0 is the straight rod, whatever lambda; -kappa is the mirror image of kappa.
+/// In the plane, with n the contact force and alpha its direction, lambda = L sqrt(|n| / EI) and kappa = sin((theta(L)
+/// - alpha) / 2). Both are dimensionless, and each pair (lambda > 0, kappa in (-1, 1) without 0) is one equilibrium.
+/// kappa = 0 is the straight rod for every lambda; -kappa is the mirror image of kappa.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Place {
@@ -65,17 +64,17 @@ pub enum Place {
     Position {
         /// Position, |position| < L.
         position: [f64; 3],
-        /// Which of the equilibria there.
+        /// Selects one of the equilibria at this position.
         sheet: Sheet,
     },
-    /// In the plane, by the curvature, whatever the load; only with damping.
+    /// In the plane, by the curvature, for any load; only with damping.
     Curvature {
         /// c0, c1, ...: theta' = c0 + c1 x + c2 x^2 + ..., 1/length, x = s/L; from 1 to 16 of them.
         curvature: Vec<f64>,
     },
     /// The unloaded rod: `rest = "straight"`.
     Rest {
-        /// The word.
+        /// The word `"straight"`.
         rest: Straight,
     },
     /// The equilibrium under the loads at t = 0, a stable one if a few starts lead to one: `settled = true`.
@@ -83,9 +82,9 @@ pub enum Place {
         /// true.
         settled: bool,
     },
-    /// In space, by the strain field, whatever the load; the default is the unloaded rod.
+    /// In space, by the strain field, for any load; the default is the unloaded rod.
     Strain {
-        /// The strains. None at all are not written: an elastic rod, which may start unloaded too, has no such field.
+        /// The strains. An empty field is not written: an elastic rod may also start unloaded, but has no such field.
         #[serde(skip_serializing_if = "StrainField::is_unloaded")]
         strain: StrainField,
     },
@@ -109,7 +108,7 @@ impl Default for Place {
 }
 
 impl Place {
-    /// The chart coordinates (lambda, p), if the place is named by them.
+    /// Chart coordinates (lambda, p), if the shape is given by them.
     pub fn chart(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Kappa { lambda, kappa } => Some((lambda, kappa.atanh())),
@@ -127,35 +126,33 @@ pub enum Straight {
     Straight,
 }
 
-/// Which equilibrium, of those that share the position of the body at the start.
+/// Selection of one equilibrium among those at the initial position of the body.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Sheet {
-    /// The only stable one (the default). Where several are stable the run must refuse, and list
-    /// them.
+    /// The only stable one (the default). If several are stable the run refuses and lists them.
     Stable,
     /// The one of lowest elastic energy.
     Lowest,
-    /// The one so named.
+    /// The one on the named sheet.
     #[serde(untagged)]
     Named(SheetName),
 }
 
-/// An equilibrium by its sheet, S_mode^sign.
+/// An equilibrium named by its sheet, S_mode^sign.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SheetName {
-    /// Number of zeros of the curvature theta' inside the rod (inflections), 0..=3000, and the sign of
-    /// the curvature at the clamp ("+": the rod leaves it curving to the left, towards +y).
+    /// Number of zeros of the curvature theta' inside the rod (inflections), 0..=3000, and the sign of the curvature at
+    /// the clamp ("+": the rod curves to the left, towards +y).
     #[serde(flatten)]
     pub sheet: crate::manifold::Sheet,
-    /// Where several equilibria share the name and the position: the one whose lambda is nearest
-    /// to this.
+    /// Value of lambda that selects among several equilibria of this sheet and position: the nearest one counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near: Option<f64>,
 }
 
-/// A strain field: for each strain, in the order of [`StrainName`], a polynomial in x = s/L, c0 + c1 x + ..., from 1 to 16
-/// coefficients; `None`: as in the unloaded rod.
+/// A strain field: for each strain, in the order of [`StrainName`], a polynomial in x = s/L, c0 + c1 x + ..., from 1
+/// to 16 coefficients; `None`: as in the unloaded rod.
 ///
 /// In a scene `{ u1 = [0.5, -0.5], v3 = [1.1] }`. Strains that the section holds rigid are not given; v3 > 0.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -191,7 +188,7 @@ impl Serialize for StrainField {
     }
 }
 
-/// How fast the strains of a rod with mass change at the start.
+/// Strain rates of a rod with mass at the start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum StrainRate {
     /// In the plane, the rate of the curvature: c0, c1, ... of c0 + c1 x + ..., x = s/L.
@@ -208,10 +205,10 @@ pub enum StrainRate {
 /// In a scene `relaxed = true`, `relaxed = false`, or the strain field, in the plane the curvature `[c0, c1, ...]`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum Relaxed {
-    /// `true`, the default: that of the start. The branches carry nothing yet.
+    /// `true`, the default: the strain field of the start. The branches carry no stress yet.
     #[default]
     Start,
-    /// `false`: that of the unloaded rod, which has been deformed at once.
+    /// `false`: the unloaded rod. The rod was deformed in an instant.
     Unloaded,
     /// In the plane, this curvature.
     Curvature(Vec<f64>),
@@ -250,7 +247,7 @@ pub struct EndLoad {
 pub struct EndPose {
     /// Position.
     pub position: [f64; 3],
-    /// Orientation of the directors; `None` for a ball, and only there.
+    /// Orientation of the directors; `None` for a ball joint, and only for a ball joint.
     #[serde(flatten)]
     pub orientation: Option<Orientation>,
 }

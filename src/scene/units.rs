@@ -3,7 +3,7 @@
 use crate::error::Quantity;
 use serde::Serialize;
 
-/// The system of units, for labels: it changes no number. Top-level `units = "si"`.
+/// The system of units, for labels only; no number changes. Top-level `units = "si"`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Units {
@@ -15,7 +15,7 @@ pub enum Units {
 }
 
 impl Units {
-    /// Symbol of length; like every symbol here, empty if dimensionless.
+    /// Symbol of length; like every symbol of this type, empty if dimensionless.
     pub fn length(self) -> &'static str {
         self.si("m")
     }
@@ -70,9 +70,9 @@ impl Units {
         self.si("m/s")
     }
 
-    /// Symbol of what a number measures.
+    /// Symbol of a quantity.
     pub fn symbol(self, of: Quantity) -> &'static str {
-        // How many of the two strains are shears or stretches.
+        // Number of shears and stretches among the two strains.
         let forces = |i: usize, j: usize| usize::from(i > 2) + usize::from(j > 2);
         match of {
             Quantity::Ratio => "",
@@ -105,7 +105,7 @@ impl Units {
         }
     }
 
-    /// A symbol behind a number: ` m`, or nothing if it is empty.
+    /// Symbol after a number: ` m`, or nothing if the symbol is empty.
     pub fn behind(symbol: &str) -> String {
         match symbol {
             "" => String::new(),

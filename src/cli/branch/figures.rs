@@ -10,22 +10,25 @@ use snaprod::solve::special_points::SpecialKind as Kind;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 use std::f64::consts::TAU;
 
-/// More branches than this have no names in a figure.
+/// Number of branches up to which a figure has names.
 const MOST_NAMES: usize = 8;
-/// Branches that differ by this part of the widest component are seen to differ.
+/// Part of the widest component by which branches must differ to look different.
 const APART: f64 = 0.02;
-/// Components that move by less than this part of the widest one are not shown in its place.
+/// Part of the widest component that another component must move to be shown instead.
 const MOVES: f64 = 0.5;
-/// A turn that stays below this many radians is none.
+/// Rotation in radians below which a rotation is not shown.
 const TURNS: f64 = 1e-3;
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Points of a branch whose distance from another one is measured.
+/// Number of points of a branch for the distance to another one.
 const TRIED: usize = 64;
-/// If there are more special points than this, only those of the first branch have labels.
+/// Number of special points up to which all have labels; of more, only those of the first branch.
 const MOST_LABELS: usize = 16;
 
-/// The component of the end's position, or of a body's, that tells most branches from each other and, of several, the one along which the load acts
-/// that is the parameter, or else the one that shows most beside the parameter itself; or else a base couple: its name in figures, and its column.
+/// The measure of a branch for its diagram: name in figures, and column.
+///
+/// Candidates are the components of the position of the end or of a body. The choice is the component that
+/// distinguishes most pairs of branches. Ties are broken by the component along a load that is the parameter, then by
+/// the largest variation apart from that of the parameter. If none moves visibly, a base couple is shown.
 pub fn measure(record: &BranchRecord) -> (String, &str) {
     let (table, units) = (&record.branches.points, record.units);
     let ps = table.reals("parameter");
@@ -37,10 +40,10 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         .count();
     let score = |values: &[f64]| {
         let bent = bend(ps, values);
-        // The scene's own branch counts more than those found beside it; what follows the parameter shows little.
+        // The scene's own branch counts more than the others; a linear dependence on the parameter counts little.
         span(&bent[..own]) + 0.5 * span(&bent) + 1e-3 * span(values)
     };
-    // (what it belongs to, if it is a part of an assembly, and its own name).
+    // (the body of an assembly, if any; the name of the component).
     let parts = |name: &str| match name.rsplit_once('.') {
         Some((of, name)) => (Some(of.to_owned()), name.to_owned()),
         None => (None, name.to_owned()),
@@ -56,7 +59,7 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         let columns: Vec<&str> = columns.collect();
         let widest = (columns.iter()).map(|name| span(table.reals(name)));
         let widest = widest.fold(0.0, f64::max);
-        // Of what hardly moves beside the others no curve tells how far anything goes.
+        // A component that hardly moves compared with the others does not show the extent of a branch.
         let moving = columns
             .into_iter()
             .filter(|name| span(table.reals(name)) >= MOVES * widest);
@@ -86,15 +89,16 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
     (Units::label(&label, units.couple()), column)
 }
 
-/// What the names of the columns of a body begin with.
+/// Prefix of the columns of a body.
 fn body_columns(record: &BranchRecord, body: usize) -> String {
     let names = record.branches.points.columns.iter();
     let mut bodies = names.filter_map(|column| column.name.strip_suffix("qw"));
     bodies.nth(body).unwrap_or_default().to_owned()
 }
 
-/// Where a couple is the parameter, the turn about its axis of what it acts on, counted from the first point and beyond full turns: its name in figures, and
-/// its values; None where there is none to see.
+/// If a couple is the parameter: the rotation, about its axis, of the end or body on which it acts. The angle counts
+/// from the first point and beyond full turns. Returns the name in figures and the values; `None` without a visible
+/// rotation.
 fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
     let (columns, axis) = match record.parameter {
         Parameter::EndCouple(i) => (String::new(), i),
@@ -111,7 +115,7 @@ fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
     for k in 0..poses.len() {
         let since = poses[k] * poses[0].inverse();
         let turn = 2.0 * since.coords[axis].atan2(since.w);
-        // A branch goes on from its own last point, and begins near one of another branch.
+        // A branch continues from its own last point, and begins near a point of another branch.
         let before = match k > 0 && numbers[k] == numbers[k - 1] {
             true => Some(k - 1),
             false => {
@@ -127,7 +131,8 @@ fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
     (span(&turns) > TURNS).then_some((label, turns))
 }
 
-/// How many pairs of branches differ by more than `least` somewhere, at one value of the parameter; of many branches the first ones.
+/// Number of pairs of branches that differ by more than `least` at some value of the parameter; of many branches only
+/// the first ones count.
 fn told_apart(set: &CurveSet, ps: &[f64], values: &[f64], least: f64) -> usize {
     let numbers = set.numbers();
     let curve = |number: usize| -> Vec<(f64, f64)> {
@@ -141,7 +146,8 @@ fn told_apart(set: &CurveSet, ps: &[f64], values: &[f64], least: f64) -> usize {
         .count()
 }
 
-/// The largest distance of some points of a branch from another one at the same parameter, which that may pass several times, or never.
+/// Largest distance of sampled points of a branch from another one at the same parameter; the other branch may pass
+/// that value several times or never.
 fn apart(one: &[(f64, f64)], other: &[(f64, f64)]) -> f64 {
     let nearest = |&(p, y): &(f64, f64)| {
         let passes = other.windows(2).filter_map(|pair| {
@@ -161,7 +167,7 @@ fn span(values: &[f64]) -> f64 {
     values.clone().fold(f64::NEG_INFINITY, f64::max) - values.fold(f64::INFINITY, f64::min)
 }
 
-/// The values less the straight line through them that fits best.
+/// Values minus their best linear fit.
 fn bend(x: &[f64], y: &[f64]) -> Vec<f64> {
     let n = x.len().max(1) as f64;
     let (mx, my) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
@@ -171,7 +177,7 @@ fn bend(x: &[f64], y: &[f64]) -> Vec<f64> {
     points().map(|(x, y)| y - slope * x).collect()
 }
 
-/// A panel of lines and marks: `x` and `y` of each row. `name` says what the lines are.
+/// A panel of lines and marks: `x` and `y` of each row; `name` is the name of the lines.
 fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> BranchPanel {
     let numbers = set.numbers();
     let last = set.curves.len().saturating_sub(1);
@@ -224,7 +230,7 @@ pub fn diagram(record: &BranchRecord) -> BranchDiagram {
         let (label, column) = measure(record);
         (label, set.points.reals(column).to_vec())
     });
-    // That of an assembly holds the potential of gravity and constant forces as well.
+    // The energy of an assembly includes the potential of gravity and constant forces.
     let energy = match record.taken {
         Some(_) => "stored energy",
         None => "total potential energy",
@@ -268,7 +274,7 @@ pub fn shapes(record: &BranchRecord) -> RodShapes {
         value_label: record.label(),
         ribbon: 0.03 * record.length,
         triads: false,
-        // Rods of an assembly begin on a body as often as on the ground.
+        // A rod of an assembly may begin on a body.
         clamp: record.taken.is_some(),
         units: units(record.units),
         ..RodShapes::default()

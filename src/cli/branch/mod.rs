@@ -19,7 +19,7 @@ use std::path::PathBuf;
 pub struct BranchArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Where to write branch.csv, special_points.json and figures; default `out/` and the name of the scene.
+    /// Directory for branch.csv, special_points.json and figures; default `out/` and the name of the scene.
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Print the special points as one JSON object.
@@ -32,10 +32,10 @@ pub struct BranchArgs {
     pub figures: FigureArgs,
 }
 
-/// Points whose shapes a page has.
+/// Bound on the number of points with shapes on a page.
 const PICTURES: usize = 240;
 
-/// The signals, and what a page asks for.
+/// Hooks of the study: signals, and pictures for a page.
 struct Wishes {
     signals: Signals,
     pictures: usize,
@@ -51,7 +51,7 @@ impl Hooks for Wishes {
     }
 }
 
-/// What the command writes.
+/// Files of the command.
 const FILES: &[&str] = &[
     "branch.*",
     "special_points.json",
@@ -59,7 +59,7 @@ const FILES: &[&str] = &[
     "fold_curve.*",
 ];
 
-/// Follows the branch of the scene, and what was asked beside it, and writes them.
+/// Follows the branch of the scene with all requested additions, and writes the results.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
     let mut wishes = Wishes {
@@ -100,7 +100,7 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
 }
 
 fn page(args: &BranchArgs, record: &BranchRecord, mut figures: Vec<(String, String)>) -> Page {
-    // The diagram is drawn by the page itself.
+    // The page draws the diagram itself.
     figures.retain(|(name, _)| name != "branch");
     Page {
         name: name(&args.scene),
@@ -139,7 +139,7 @@ fn text(record: &BranchRecord) -> String {
         let parameter = format!("{} = {}", record.name, exact(at.parameter));
         (parameter, at.mass.text(record.units))
     });
-    // Branches that are mirror images of each other have the same, which is told once.
+    // Mirror images have the same note, which is printed once.
     let mut told = Vec::new();
     for of in masses.filter(|(_, words)| !words.is_empty()) {
         if !told.contains(&of) {
@@ -153,7 +153,7 @@ fn text(record: &BranchRecord) -> String {
     text
 }
 
-/// The special points and how the curves ended.
+/// Prints the special points and the ends of the curves.
 fn found(text: &mut String, set: &CurveSet, conservative: bool) {
     for at in &set.specials {
         line(text, at, conservative);
@@ -200,7 +200,7 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
     }
 }
 
-/// A bound with one digit, never less than it is.
+/// A bound rounded up to one digit.
 fn upward(bound: f64) -> String {
     let text = format!("{bound:.0e}");
     match text.parse() {

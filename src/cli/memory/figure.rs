@@ -4,12 +4,13 @@ use snaprod::plot::{self, KernelCurve, KernelFigure};
 use snaprod::scene::Units;
 use snaprod::study::memory::{EndJoint, KernelEntry, MemoryRecord};
 
-/// Curves nearer than this, relative, hide one another; one that changes less is a constant.
+/// Relative difference below which two curves look the same, or one curve looks constant.
 const SAME: f64 = 1e-6;
-/// From this ratio of values on the axes are logarithmic.
+/// Ratio of values from which an axis is logarithmic.
 const WIDE: f64 = 300.0;
 
-/// The entries as they are drawn. A welded end has entries of several units: its diagonal is then drawn, against the spring.
+/// Drawn entries of the kernel. The entries of a welded end have different units: then the diagonal is drawn, relative
+/// to the spring.
 pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> KernelFigure {
     let kernel = &response.kernel;
     let mixed = response.end == EndJoint::Welded;
@@ -32,7 +33,7 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
         level(&mut curve);
         Some(curve)
     };
-    // Components that look alike in both panels are drawn once.
+    // Components that look the same in both panels are drawn once.
     let mut drawn: Vec<(String, [Option<KernelCurve>; 2])> = Vec::new();
     for (k, &i) in response.shown.iter().enumerate() {
         for &j in &response.shown[k..] {
@@ -90,7 +91,7 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
     }
 }
 
-/// The same to the eye.
+/// True if two curves look the same.
 fn same(a: Option<&KernelCurve>, b: Option<&KernelCurve>) -> bool {
     let (Some(a), Some(b)) = (a, b) else {
         return a.is_none() && b.is_none();
@@ -100,7 +101,7 @@ fn same(a: Option<&KernelCurve>, b: Option<&KernelCurve>) -> bool {
     pairs.all(|(x, y)| (x - y).abs() <= SAME * size)
 }
 
-/// Takes the rounding off a curve that is constant.
+/// Removes rounding from a constant curve.
 fn level(curve: &mut KernelCurve) {
     let Some(last) = curve.relaxed else { return };
     if (curve.values.iter()).all(|x| (x - last).abs() <= SAME * last.abs()) {
@@ -109,7 +110,7 @@ fn level(curve: &mut KernelCurve) {
     }
 }
 
-/// True if all values are positive and of very different size.
+/// True if all values are positive and their ratio is large.
 fn wide(curves: &[KernelCurve]) -> bool {
     let values = || {
         curves

@@ -23,10 +23,10 @@ pub struct MemoryArgs {
     /// Last time; default a decade after the last relaxation.
     #[arg(long)]
     pub to: Option<f64>,
-    /// How many times, logarithmically spaced, from 2 to 100000.
+    /// Number of times, logarithmically spaced, from 2 to 100000.
     #[arg(long, default_value_t = 201)]
     pub points: usize,
-    /// Where to write kernel.csv, memory.json and kernel.svg; nothing is written without it.
+    /// Directory for kernel.csv, memory.json and kernel.svg; without it no file is written.
     #[arg(long)]
     pub out: Option<PathBuf>,
     #[command(flatten)]
@@ -36,7 +36,7 @@ pub struct MemoryArgs {
     pub json: bool,
 }
 
-/// What the command writes.
+/// Files of the command.
 const FILES: &[&str] = &["memory.json", "kernel.*"];
 
 /// Describes the response of the end of the scene's rod.

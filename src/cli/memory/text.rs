@@ -1,4 +1,4 @@
-//! What `snaprod memory` prints.
+//! Printed report of `snaprod memory`.
 
 use crate::cli::files::number;
 use nalgebra::Matrix6;
@@ -7,15 +7,15 @@ use snaprod::study::memory::{EndJoint, MemoryRecord, ROUNDING, RelaxationTerm};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Terms of the relaxation function that are printed.
+/// Number of terms of the relaxation function printed.
 const SHOWN: usize = 12;
-/// Terms of a smaller share are not printed.
+/// Least share of a printed term.
 const FAINT: f64 = 1e-4;
 
-/// A less accurate kernel is remarked on.
+/// Error of the kernel above which the report has a remark.
 const COARSE: f64 = 1e-8;
 
-/// Six digits, which is what a reader compares.
+/// Number with six digits, enough for comparison.
 fn short(x: f64) -> String {
     let rounded: f64 = format!("{x:.5e}").parse().unwrap_or(x);
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
@@ -126,7 +126,7 @@ fn described(end: EndJoint) -> &'static str {
     }
 }
 
-/// Lines of cells, each column as wide as it must be.
+/// Lines of cells in aligned columns.
 fn aligned(rows: &[Vec<String>]) -> Vec<String> {
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| {
@@ -188,7 +188,7 @@ fn directions(response: &MemoryRecord) -> Vec<String> {
     aligned(&rows)
 }
 
-/// The entries off the diagonal, if there are any.
+/// Text on the off-diagonal entries, if any.
 fn coupled(response: &MemoryRecord, name: &str, matrix: &Matrix6<f64>) -> Option<String> {
     let mut entries = Vec::new();
     for (k, &i) in response.shown.iter().enumerate() {
@@ -210,12 +210,12 @@ fn coupled(response: &MemoryRecord, name: &str, matrix: &Matrix6<f64>) -> Option
     (!entries.is_empty()).then(|| format!("{name}: {}", entries.join(", ")))
 }
 
-/// True if an entry is more than rounding.
+/// True if an entry exceeds rounding.
 fn counts(matrix: &Matrix6<f64>, i: usize, j: usize) -> bool {
     matrix[(i, j)].abs() > ROUNDING * (matrix[(i, i)] * matrix[(j, j)]).sqrt()
 }
 
-/// A component of the wrench by spring and dashpot.
+/// A component of the wrench in terms of spring and dashpot.
 fn equation(response: &MemoryRecord, i: usize) -> String {
     let kernel = &response.kernel;
     let mut text = format!("{} =", response.load(i));
@@ -245,7 +245,7 @@ fn terms(response: &MemoryRecord) -> Vec<String> {
     let mut strongest: Vec<&RelaxationTerm> = response.terms.iter().collect();
     strongest.sort_by(|a, b| b.share.total_cmp(&a.share));
     let felt = strongest.iter().filter(|term| term.share > FAINT).count();
-    // At least one, however faint.
+    // At least one term is printed, even a small one.
     strongest.truncate(felt.clamp(1, SHOWN));
     strongest.sort_by(|a, b| a.rate.total_cmp(&b.rate));
     let remembering: Vec<usize> = (response.shown.iter().copied())

@@ -1,4 +1,4 @@
-//! The data of branches: their points, what is special on them, and the shapes of the rods along them.
+//! Data of branches for a page: points, special points, and shapes of the rods.
 
 use super::numbers::{coarse, units};
 use serde_json::{Value, json};
@@ -7,18 +7,18 @@ use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, ShapeRecord};
 use snaprod::study::{Column, Values};
 use std::collections::BTreeMap;
 
-/// Sections of a rod, fewer of many rods; in all pictures together no more than this.
+/// Bounds on the number of sections of a rod, and on the number of sections in all pictures together.
 const SECTIONS: usize = 31;
 const FEWEST: usize = 9;
 const IN_ALL: usize = 8_000;
-/// A column whose values differ by less than this part of the largest ones of its unit is rounding.
+/// Relative range of a column, against the largest values of its unit, below which its variation is rounding.
 const ROUNDING: f64 = 1e-8;
-/// Rows of a page at most; of more every second, third, ... is left out.
+/// Bound on the number of rows of a page; of more rows every second, third, ... is left out.
 const ROWS: usize = 1200;
-/// Columns of a page at most.
+/// Bound on the number of columns of a page.
 const COLUMNS: usize = 24;
 
-/// The data of the page of branches; `shown` is the column that is drawn first.
+/// Data of the page of branches; `shown` is the column drawn first.
 pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
     let set = &record.branches;
     let table = &set.points;
@@ -60,7 +60,7 @@ pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
     })
 }
 
-/// The rows of the page: all, or some of them with every one that is special or has a shape.
+/// Rows of the page: all, or a selection with every row that is special or has a shape.
 fn rows(record: &BranchRecord) -> Vec<usize> {
     let count = record.branches.points.rows();
     let stride = count.div_ceil(ROWS).max(1);
@@ -72,7 +72,7 @@ fn rows(record: &BranchRecord) -> Vec<usize> {
     (0..count).filter(wanted).collect()
 }
 
-/// The columns of numbers that tell something, `shown` in any case.
+/// Numeric columns with a visible variation, and always `shown`.
 fn columns<'c>(columns: &'c [Column], shown: &str) -> Vec<&'c Column> {
     let ends = |column: &Column| -> [f64; 2] {
         let Values::Reals(values) = &column.values else {
@@ -103,7 +103,7 @@ fn columns<'c>(columns: &'c [Column], shown: &str) -> Vec<&'c Column> {
     found
 }
 
-/// The shapes: which rows have them, and each rod over these rows; bodies of an assembly as points.
+/// Shapes: the rows that have them, and each rod over these rows; bodies of an assembly as points.
 fn pictures(record: &BranchRecord, place: impl Fn(usize) -> usize) -> Value {
     let mut by_row: BTreeMap<usize, Vec<&ShapeRecord>> = BTreeMap::new();
     for shape in &record.pictures {
@@ -146,7 +146,7 @@ fn pictures(record: &BranchRecord, place: impl Fn(usize) -> usize) -> Value {
     })
 }
 
-/// The curves of folds over both parameters.
+/// Curves of folds over both parameters.
 fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> Value {
     let CurveSet {
         points,

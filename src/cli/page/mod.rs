@@ -1,4 +1,4 @@
-//! Pages: one HTML file that holds its data, its drawing and its words, and asks for nothing else.
+//! Pages: one HTML file with its data, drawing code and text, without network access.
 
 mod branch;
 mod motion;
@@ -14,28 +14,28 @@ use super::files::rounded;
 use serde_json::Value;
 use snaprod::scene::Units;
 
-/// A page beside its figures takes no more than this, in bytes; figures that would are named and left out.
+/// Bound on the bytes of a page; figures that do not fit are named and left out.
 const MOST: usize = 295_000;
 
-/// What a page shows.
+/// Contents of a page.
 pub struct Page {
-    /// What it is of.
+    /// Name of the scene.
     pub name: String,
-    /// What it does.
+    /// Kind of the page.
     pub kind: Kind,
-    /// What is drawn: the numbers, made by the library.
+    /// Numbers to draw, made by the library.
     pub data: Value,
-    /// What the program says of it.
+    /// Report that the program printed.
     pub words: String,
-    /// What happened, a line each under a heading: the time, what it was, its numbers.
+    /// Events, one per line after a header line: time, kind, numbers.
     pub events: Vec<[String; 3]>,
     /// Figures, as SVG, by name.
     pub figures: Vec<(String, String)>,
-    /// The scene as its user wrote it.
+    /// Text of the scene as written by the user.
     pub scene: String,
 }
 
-/// The program that all pages have.
+/// Scripts that all pages share.
 const SHARED: [&str; 3] = [
     include_str!("data.js"),
     include_str!("plane.js"),
@@ -45,11 +45,11 @@ const SHARED: [&str; 3] = [
 /// The kinds of pages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// It plays a motion.
+    /// A motion that can be played.
     Motion,
-    /// It shows branches and the shapes along them.
+    /// Branches and the shapes along them.
     Branch,
-    /// It shows the solution sheets of the elastica.
+    /// Solution sheets of the elastica.
     Sheets,
 }
 
@@ -64,7 +64,7 @@ impl Kind {
 }
 
 impl Page {
-    /// The file.
+    /// The page as HTML.
     pub fn html(&self) -> String {
         let name = escaped(&self.name);
         let section = |heading: &str, inner: &str| match inner {
@@ -85,7 +85,7 @@ impl Page {
         let taken: usize = parts.iter().map(|part| part.len()).sum();
         let figures = figures(&self.figures, MOST.saturating_sub(taken));
         let body = [words, events, section("Figures", &figures), scene].concat();
-        // Names stand between the parts; what is put in is not looked into again.
+        // Names alternate with parts of the template; inserted text is not searched again.
         let parts = page.split("@@");
         let filled = parts.enumerate().map(|(k, part)| match (k % 2, part) {
             (0, part) => part,
@@ -121,7 +121,7 @@ fn figures(figures: &[(String, String)], mut most: usize) -> String {
     let mut shown = String::new();
     let mut others = Vec::new();
     for (name, svg) in figures {
-        // Within HTML an SVG needs no name space, which would look like an address.
+        // An SVG inside HTML needs no name space, which would look like an address.
         let svg = svg.replace(" xmlns=\"http://www.w3.org/2000/svg\"", "");
         match most.checked_sub(svg.len()) {
             Some(left) => {
@@ -138,9 +138,9 @@ fn figures(figures: &[(String, String)], mut most: usize) -> String {
     shown
 }
 
-/// Events as lines under a heading: time, kind and numbers, in words and with their units.
+/// Events as lines after a header line: time, kind and numbers, in words and with units.
 pub fn event_rows(events: &[Value], units: Units) -> Vec<[String; 3]> {
-    /// Events that are told one by one.
+    /// Number of events listed.
     const SHOWN: usize = 60;
     if events.is_empty() {
         return Vec::new();
@@ -171,7 +171,8 @@ pub fn event_rows(events: &[Value], units: Units) -> Vec<[String; 3]> {
     rows
 }
 
-/// What an event tells under this name; None of what has a column of its own, is no plain number, or says nothing.
+/// Text of one field of an event; `None` for fields with a column of their own, without a plain number, or without
+/// information.
 fn told(name: &str, value: &Value, units: Units) -> Option<String> {
     let (words, symbol) = match name {
         "t" | "peak" | "kind" | "time_error" => return None,
@@ -208,7 +209,7 @@ fn told(name: &str, value: &Value, units: Units) -> Option<String> {
     Some(format!("{words} {number} {symbol}").trim_end().to_owned())
 }
 
-/// A number, rounded, or a word.
+/// A rounded number, or a word.
 fn in_words(value: &Value) -> String {
     match value.as_f64() {
         Some(x) if value.is_f64() => rounded(x, 6),
@@ -218,9 +219,9 @@ fn in_words(value: &Value) -> String {
     }
 }
 
-/// The scene as its user wrote it, with what was set on the command line.
+/// Text of the scene as written by the user, with the overrides of the command line.
 pub fn scene_text(given: &SceneArgs) -> String {
-    // It was read a moment ago; without it the page is complete but for these words.
+    // The file was read a moment ago; if gone now, the page only lacks this text.
     let mut text = std::fs::read_to_string(&given.path).unwrap_or_default();
     for set in &given.set {
         text += &format!("\n# --set {set}");
@@ -234,14 +235,14 @@ pub fn name(given: &SceneArgs) -> String {
     stem.to_string_lossy().into_owned()
 }
 
-/// Text of a page.
+/// Text escaped for HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
 }
 
-/// JSON within a script: no "<" in it, which could end the script.
+/// JSON within a script, without "<", which could end the script.
 fn script_text(data: &Value) -> String {
     data.to_string().replace('<', "\\u003c")
 }

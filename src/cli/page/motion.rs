@@ -1,4 +1,4 @@
-//! The data of a motion: pictures of rods and bodies, energies, the sheet under a planar elastica.
+//! Data of a motion for a page: pictures of rods and bodies, energies, the sheet of a planar elastica.
 
 use super::numbers::{coarse, short, units};
 use nalgebra::{Isometry3, Vector3};
@@ -13,43 +13,44 @@ use snaprod::scene::Units;
 use snaprod::study::Solid;
 use snaprod::study::film::{Film, PictureRole, Still, TracePoint};
 
-/// Sections of a rod, fewer of many rods; in all pictures together no more than this, in the plane and in space.
+/// Bounds on the number of sections of a rod, and on the number of sections in all pictures together, in the plane and
+/// in space.
 const SECTIONS: usize = 41;
 const FEWEST: usize = 9;
 const IN_ALL: [usize; 2] = [17_000, 12_000];
 /// Points of the sheets, along p and along lam.
 const GRID: [usize; 2] = [36, 26];
-/// A motion is in the plane if no section leaves it by more than this, in lengths of the rod.
+/// Distance from the plane, in lengths of the rod, up to which a motion counts as planar.
 const FLAT: f64 = 1e-7;
 
-/// What stands around a motion.
+/// Surroundings of a motion.
 pub struct Scenery {
     /// The scene's units.
     pub units: Units,
-    /// Length of the rod, of an assembly that of its first one.
+    /// Length of the rod; of an assembly the length of its first rod.
     pub length: f64,
-    /// Names of the rods; the one rod of a scene has none.
+    /// Names of the rods; empty for the one rod of a scene.
     pub rods: Vec<String>,
-    /// How the base and the end of each are joined to the ground; None where they are not.
+    /// Joints of the base and the end of each rod to the ground; `None` if not on the ground.
     pub grounds: Vec<[Option<Joint>; 2]>,
-    /// Names of the bodies and what they look like.
+    /// Names and shapes of the bodies.
     pub bodies: Vec<(String, Solid)>,
     /// Times of snaps, or of the passages of a rod with friction.
     pub marks: Vec<f64>,
-    /// What they are.
+    /// Name of the marked times.
     pub marked: &'static str,
-    /// True of a planar elastica with a point mass: its sheets are drawn, and where it can leave them.
+    /// True for a planar elastica with a point mass: the page draws sheets and borders.
     pub elastica: bool,
-    /// True if the rod is on its sheets, not only near.
+    /// True if the rod is on its sheets, false if only near.
     pub exact: bool,
-    /// The first fold, in the world; none about a clamp that moves.
+    /// First fold, in the world; empty for a moving clamp.
     pub folds: Vec<Curve>,
 }
 
-/// The data of the page of a motion.
+/// Data of the page of a motion.
 ///
 /// # Errors
-/// Those of the sheets: none in practice.
+/// Errors of the sheets, which do not occur in practice.
 pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
     let stills = &film.stills;
     let flat = is_flat(stills, around.length);
@@ -99,7 +100,7 @@ fn is_flat(stills: &[Still], length: f64) -> bool {
         .all(|z| z < FLAT * length)
 }
 
-/// Each rod: the sections of all pictures on one lattice, and across them in space the director d1.
+/// Each rod: its sections in all pictures on one lattice, and in space also the director d1 of each.
 fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
     let all = stills.len() * around.rods.len();
     let count = (IN_ALL[usize::from(!flat)] / all.max(1)).clamp(FEWEST, SECTIONS);
@@ -130,7 +131,8 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
     around.rods.iter().enumerate().map(rod).collect()
 }
 
-/// Each body: its frame's place, turn and velocity in all pictures, and place and velocity along the trace; a range for each component.
+/// Each body: position, rotation and velocity of its frame in all pictures; position and velocity along the trace. Each
+/// component has its own range.
 fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
     let body = |(k, (name, solid)): (usize, &(String, Solid))| {
         let stills: Vec<&TracePoint> = film.stills.iter().map(|at| &at.now).collect();
@@ -149,7 +151,7 @@ fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
             "name": name,
             "at": three(&stills, place),
             "velocity": three(&stills, velocity),
-            // x, y, z, w.
+            // Components of the quaternion: x, y, z, w.
             "turn": turns,
             "way": three(&trace, place),
             "speed": three(&trace, velocity),
@@ -160,7 +162,7 @@ fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
     around.bodies.iter().enumerate().map(body).collect()
 }
 
-/// The grooves that bodies slide in.
+/// Grooves of the bodies.
 fn grooves(film: &Film, around: &Scenery) -> Vec<Value> {
     let groove = |(k, (_, solid)): (usize, &(String, Solid))| {
         let poses = film.trace.iter().map(|at| &at.bodies[k].0);
@@ -176,7 +178,7 @@ fn grooves(film: &Film, around: &Scenery) -> Vec<Value> {
         .collect()
 }
 
-/// The terms of the ledger that are not zero throughout, with their sum, which stays what it is: in all pictures, and along the trace.
+/// Terms of the ledger that do not vanish, and their constant sum, in all pictures and along the trace.
 fn energies(film: &Film) -> Vec<Value> {
     type Term = fn(&Ledger) -> f64;
     let terms: [(&str, Term); 6] = [
@@ -191,7 +193,7 @@ fn energies(film: &Film) -> Vec<Value> {
     let used: Vec<&(&str, Term)> = (terms.iter())
         .filter(|(_, term)| ledgers().any(|at| term(&at.ledger) != 0.0))
         .collect();
-    // What energies.svg calls the total mechanical energy is the same where nothing is lost and no work is done.
+    // Without losses and work the sum equals the total mechanical energy, under the name of energies.svg.
     let more = used
         .iter()
         .any(|(name, _)| ["dissipated", "work"].contains(name));
@@ -208,7 +210,7 @@ fn energies(film: &Film) -> Vec<Value> {
     used.into_iter().chain([&total]).map(value).collect()
 }
 
-/// The sheets that the rod is on, or near: their names, and which of them in each picture; -1 for none.
+/// Names of the sheets that the rod is on or near, and their index in each picture; -1 for none.
 fn names(stills: &[Still]) -> Value {
     let mut names: Vec<String> = Vec::new();
     let of = stills.iter().map(|at| {
@@ -228,7 +230,8 @@ fn folds(folds: &[Curve]) -> Value {
     folds.iter().map(fold).collect()
 }
 
-/// The stable sheets of the elastica over the places of its end, height theta(1), and the path on them, in the frame of the clamp.
+/// Stable sheets of the elastica over the positions of its end, with height theta(1), and the path on them, in the
+/// clamp's frame.
 fn sheet(stills: &[Still], length: f64) -> Result<Value> {
     let [rows, columns] = GRID;
     let patch = |side| -> Result<Value> {
@@ -251,13 +254,13 @@ fn sheet(stills: &[Still], length: f64) -> Result<Value> {
     }))
 }
 
-/// True of a clamp that is not in the origin along x.
+/// True for a clamp that is not at the origin along x.
 fn is_off(clamp: &Isometry3<f64>, length: f64) -> bool {
     let turned = clamp.rotation * Vector3::z() - Vector3::x();
     turned.norm() > 1e-6 || clamp.translation.vector.norm() > 1e-6 * length
 }
 
-/// The place of the end and how far the rod turns, seen from the clamp of a rod in the plane.
+/// Position of the end and total rotation of the rod, in the frame of the clamp of a planar rod.
 fn lifted(rod: &[Isometry3<f64>]) -> [f64; 3] {
     let tangent = |at: &Isometry3<f64>| at.rotation * Vector3::z();
     let normal = rod[0].rotation * Vector3::x();

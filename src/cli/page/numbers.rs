@@ -1,11 +1,12 @@
-//! Numbers of a page in few bytes: as fine as a screen shows them.
+//! Compact encoding of the numbers of a page, at the resolution of a screen.
 
 use serde_json::{Value, json};
 
-/// The largest whole number that stands for a value; one below minus this stands for none.
+/// Largest whole number of the encoding; -TOP - 1 encodes a missing value.
 const TOP: f64 = 32767.0;
 
-/// Values of one range as whole numbers of 16 bits: value = mid + step q, off by half a step at most, 1/131068 of the range.
+/// Values of one range as whole numbers of 16 bits: value = mid + step q. The error is at most half a step, 1/131068 of
+/// the range.
 pub fn coarse(values: &[f64]) -> Value {
     let finite = values.iter().filter(|x| x.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
@@ -24,7 +25,7 @@ pub fn coarse(values: &[f64]) -> Value {
     json!({ "mid": mid, "step": step, "q": base64(&bytes) })
 }
 
-/// Components of unit vectors, in bytes: 127 stands for 1.
+/// Components of unit vectors, in bytes: 127 encodes 1.
 pub fn units(values: impl Iterator<Item = f64>) -> String {
     let bytes: Vec<u8> = values
         .map(|x| ((127.0 * x).round().clamp(-127.0, 127.0) as i8).to_le_bytes()[0])
@@ -32,12 +33,12 @@ pub fn units(values: impl Iterator<Item = f64>) -> String {
     base64(&bytes)
 }
 
-/// A number with 12 digits.
+/// A number rounded to 12 digits.
 pub fn short(x: f64) -> f64 {
     format!("{x:.11e}").parse().unwrap_or(x)
 }
 
-/// RFC 4648.
+/// Base64 encoding of RFC 4648.
 pub fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

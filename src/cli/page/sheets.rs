@@ -1,4 +1,5 @@
-//! The data of the solution sheets: two views of them, the stable equilibria over the disc, and shapes of rods at their nodes.
+//! Data of the solution sheets for a page: two views of the sheets, the map of stable equilibria over the disc, and
+//! shapes of rods at nodes.
 
 use super::numbers::{base64, coarse};
 use crate::cli::sheets::figures::{folds_on, halves};
@@ -11,23 +12,23 @@ use snaprod::study::SheetsRecord;
 use snaprod::study::sheets::StableMap;
 use std::f64::consts::PI;
 
-/// Nodes whose rods are shown: one in so many along p and along lam.
+/// Strides along p and along lam between nodes with a shown rod.
 const EVERY: [usize; 2] = [3, 4];
-/// Sections of such a rod.
+/// Number of sections of a shown rod.
 const SECTIONS: usize = 17;
-/// Points of a fold curve are as far apart as this part of their box.
+/// Least distance of the points of a fold curve, in parts of their box.
 const APART: f64 = 0.005;
-/// Beyond the box of the loads sheets are told up to so many times its end, for what is cut off there.
+/// Ratio by which the sheets exceed the box of the loads, at whose border they are clipped.
 const BEYOND: f64 = 1.5;
-/// A chart point holds the end if it is as near as this.
+/// Tolerance of the end of the rod at a chart point.
 const HELD: f64 = 1e-6;
-/// The map of stable equilibria has one in so many of the points of its record.
+/// Stride of the map of stable equilibria in the points of its record.
 const COARSER: usize = 2;
 
-/// The data of the page of the sheets; a study that was interrupted has not all of it.
+/// Data of the page of the sheets. An interrupted study has only a part of the data.
 ///
 /// # Errors
-/// Those of the elastica: none in practice.
+/// Errors of the elastica, which do not occur in practice.
 pub fn sheets_data(record: &SheetsRecord) -> Result<Value> {
     let top = record.top_load;
     let disc = |q: &GridPoint| [q.x, q.y, q.theta1];
@@ -56,7 +57,7 @@ fn flat(curve: &Curve) -> Value {
     json!({ "x": part(0), "y": part(1) })
 }
 
-/// The points that are not too near to the one before, in parts of the sizes of the axes; gaps stay.
+/// Points with a least distance from the previous one, in parts of the sizes of the axes; gaps are kept.
 fn sparse<const N: usize>(
     points: impl Iterator<Item = [f64; N]>,
     sizes: [f64; N],
@@ -79,7 +80,7 @@ fn sparse<const N: usize>(
     kept
 }
 
-/// Places of points on all axes, each axis with a range of its own.
+/// Positions of points, encoded with one range per axis.
 fn axes(points: impl Iterator<Item = [f64; 3]>) -> [Value; 3] {
     let points: Vec<[f64; 3]> = points.collect();
     [0, 1, 2].map(|i| coarse(&points.iter().map(|p| p[i]).collect::<Vec<_>>()))
@@ -118,7 +119,7 @@ fn view(
     })
 }
 
-/// Rods at some of the nodes of a sheet: labels, index, shape.
+/// Rods at selected nodes of a sheet: labels, index, shape.
 fn nodes(grid: &SheetGrid) -> Result<Value> {
     let mut chosen: Vec<&GridPoint> = Vec::new();
     let (rows, columns) = (
@@ -152,11 +153,11 @@ fn nodes(grid: &SheetGrid) -> Result<Value> {
     }))
 }
 
-/// The rod of a node; not a number where it has so small a loop that its chart point does not hold the place of its end.
+/// The rod of a node; NaN if its loop is so small that the chart point does not determine the end.
 fn rod(q: &GridPoint) -> Vec<[f64; 2]> {
     let last = SECTIONS - 1;
     let even = |k: usize| k as f64 / last as f64;
-    // Without a force it is straight, whatever its chart point.
+    // Without a force the rod is straight at every chart point.
     let Ok(rod) = Equilibrium::new(q.p, q.w) else {
         return (0..=last).map(|k| [even(k), 0.0]).collect();
     };
@@ -167,7 +168,7 @@ fn rod(q: &GridPoint) -> Vec<[f64; 2]> {
     curve.iter().map(|at| [at.x, at.y]).collect()
 }
 
-/// How many stable equilibria there are over the square: a byte each, 255 where the end does not reach.
+/// Number of stable equilibria over the square: one byte each, 255 out of reach of the end.
 fn map(stable: &StableMap) -> Value {
     let n = stable.points;
     let along = || (0..n).step_by(COARSER);

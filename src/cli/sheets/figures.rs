@@ -1,4 +1,4 @@
-//! The figures of the sheets, from their record.
+//! Figures of the solution sheets, from their record.
 
 use snaprod::elastica::folds::index;
 use snaprod::elastica::{FoldLine, GridPoint, SheetGrid};
@@ -11,10 +11,10 @@ use snaprod::study::SheetsRecord;
 use snaprod::study::sheets::{StableMap, phase_plane};
 use std::f64::consts::PI;
 
-/// Fold curves of the map.
+/// Number of fold curves of the map.
 const FOLDS: usize = 3;
 
-/// "S₀⁺" and so on.
+/// Name of a sheet, such as "S₀⁺".
 pub fn sheet_name(sheet: Sheet) -> String {
     const DIGITS: [char; 10] = ['₀', '₁', '₂', '₃', '₄', '₅', '₆', '₇', '₈', '₉'];
     let mode = sheet.mode.to_string();
@@ -40,7 +40,7 @@ fn patch(grid: &SheetGrid, place: impl Fn(&GridPoint) -> [f64; 3]) -> Patch {
     }
 }
 
-/// The fold curves on the sheets of a mode, both halves of each; broken where they leave them.
+/// Fold curves on the sheets of a mode, both halves of each; broken where a curve leaves the sheets.
 pub fn folds_on(
     mode: u32,
     folds: &[FoldLine],
@@ -70,7 +70,7 @@ pub fn folds_on(
         .collect()
 }
 
-/// A panel for each mode, of these grids, with points placed in space.
+/// One panel per mode of these grids; `place` maps grid points to space.
 fn panels(
     record: &SheetsRecord,
     grids: &[SheetGrid],
@@ -101,7 +101,8 @@ pub fn over_load(record: &SheetsRecord) -> Vec<Sheets> {
     };
     let place = |q: &GridPoint| [q.lambda, q.alpha, q.theta1];
     let mut panels = panels(record, &record.over_load, place, bounds, Some(view));
-    // The trivial solutions: under a load along its axis the rod is straight, pressed (alpha = 0) or pulled (alpha = pi).
+    // Trivial solutions: under a load along its axis the rod is straight, compressed (alpha = 0) or pulled (alpha =
+    // pi).
     let straight = [-PI, 0.0, PI].map(|alpha| SpaceCurve {
         name: "straight rod".into(),
         points: (0..=200)
@@ -148,7 +149,7 @@ fn field(stable: &StableMap, values: Vec<f64>) -> Field {
     }
 }
 
-/// How many stable equilibria there are, with the fold curves.
+/// Number of stable equilibria, with the fold curves.
 pub fn map(stable: &StableMap, folds: &[FoldLine]) -> FoldMap {
     let folds = &folds[..FOLDS];
     let cusps = folds.iter().flat_map(|fold| &fold.cusps);
@@ -162,7 +163,7 @@ pub fn map(stable: &StableMap, folds: &[FoldLine]) -> FoldMap {
     }
 }
 
-/// The energies of the two lowest, with the border of what is stable.
+/// Energies of the two lowest stable equilibria, with the border of stability.
 pub fn landscape(stable: &StableMap, folds: &[FoldLine]) -> EnergyLandscape {
     let energies = |k: usize| field(stable, stable.lowest.iter().map(|e| e[k]).collect());
     EnergyLandscape {
@@ -176,7 +177,7 @@ pub fn landscape(stable: &StableMap, folds: &[FoldLine]) -> EnergyLandscape {
     }
 }
 
-/// AMV Fig. 3.12: orbits of the pendulum, and on one of them the solutions of a given alpha.
+/// AMV Fig. 3.12: orbits of the pendulum, and on one orbit the solutions for a given alpha.
 pub fn portrait(modes: &[u32]) -> Portrait {
     let plane = phase_plane(modes);
     let curve = |points: Vec<[f64; 2]>| Curve::new(points);

@@ -25,10 +25,11 @@ pub struct SheetsArgs {
         allow_hyphen_values = true
     )]
     pub modes: Vec<String>,
-    /// Where to write.
+    /// Output directory.
     #[arg(long, default_value = "out/sheets")]
     pub out: PathBuf,
-    /// Write sheets.html, a page whose sheets can be turned and show the rod at every node; it is one file and needs no network.
+    /// Write sheets.html, a page whose sheets can be turned and show the rod at every node; it is one file and needs
+    /// no network.
     #[arg(long)]
     pub html: bool,
     #[command(flatten)]
@@ -40,7 +41,7 @@ pub struct SheetsArgs {
 
 /// Modes that can be drawn.
 const MODES: std::ops::RangeInclusive<u32> = 0..=3;
-/// What the command writes.
+/// Files of the command.
 const FILES: &[&str] = &[
     "phase_portrait.*",
     "sheets_lambda_alpha.*",
@@ -49,7 +50,7 @@ const FILES: &[&str] = &[
     "energy_landscape.*",
     "sheets.html",
 ];
-/// How many of them are figures.
+/// Number of figures among the files.
 const FIGURES: usize = FILES.len() - 1;
 
 /// Writes the figures.

@@ -1,4 +1,4 @@
-//! Several rods and bodies.
+//! Conversion of a scene of several rods and bodies to an assembly.
 
 mod heavy_assembly;
 
@@ -23,40 +23,42 @@ use crate::scene::{
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::PI;
 
-/// The finest tolerance of equilibria.
+/// Lower bound on the tolerance of equilibria.
 const FINEST: f64 = 1e-13;
-/// Tolerance of the rods of a guess, and of those that are drawn.
+/// Tolerance of rods for the initial guess, and of drawn rods.
 const FINE: f64 = 1e-10;
-/// Unloaded rods that close a loop fit together up to so many radians or lengths.
+/// Gap, in radians or lengths, up to which unloaded rods in a loop count as fitting.
 const FITS: f64 = 1e-6;
-/// What is left of a balance, relative to it, when all is turned together under loads that do not mind.
+/// Relative residual of the balance up to which the loads count as invariant under a rotation of the whole assembly.
 const TURNED: f64 = 1e-9;
 
-/// An assembly made from a scene, in the units of its first rod and its first body, with the way back.
+/// An assembly made from a scene, in units of its first rod and its first body, with the conversion to the scene's
+/// units.
 #[derive(Debug, Clone)]
 pub struct AssemblySetup {
     /// Bodies and rods, in the order of the scene.
     pub assembly: Assembly,
-    /// The way back to the scene's units.
+    /// Conversion to the scene's units.
     pub scales: Scales,
-    /// True of a rod that begins at its `to` in the library, for its `from` is a ball joint; of all rods, those with a free end last.
+    /// True for a rod that begins at its `to` in the library, because its `from` is a ball joint. All rods, those with
+    /// a free end last.
     reversed: Vec<bool>,
-    guess: Option<Vec<BodyMotion>>,
-    /// (angular velocity, velocity) of the bodies at the start of a motion.
+    guess: Option<Vec<Place>>,
+    /// Twists (angular velocity, velocity) of the bodies at the start of a motion.
     twists: Vec<Vector6<f64>>,
     unloaded: bool,
-    /// True of rods with all of their mass that nothing holds: they settle as they fall, where weight strains nothing.
+    /// True for heavy rods that nothing holds. They settle in free fall, where weight causes no strain.
     falls: bool,
     tolerance: f64,
-    /// The same with the mass of the rods, where that counts in full.
+    /// The assembly with the full mass of its rods; `None` if no mass counts in full.
     heavy: Option<HeavyAssembly>,
 }
 
 impl AssemblySetup {
-    /// Scales everything.
+    /// Converts a scene to the library's units.
     ///
     /// # Errors
-    /// A scene of one rod; what [`Scene::parse`] cannot see from the numbers alone.
+    /// A scene of one rod; faults that [`Scene::parse`] cannot see from the numbers alone.
     pub fn new(scene: &Scene) -> Result<Self> {
         let given = scene.assembly.as_ref().ok_or_else(|| {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
@@ -82,7 +84,7 @@ impl AssemblySetup {
             let from = attachment(given, &rod.from, &scales).map_err(named)?;
             let to = attachment(given, &rod.to, &scales).map_err(named)?;
             let joints = (rod.from.joint, rod.to.joint);
-            // A rod with a ball joint at its base alone begins at its other end.
+            // A rod with a ball joint only at its base is reversed in the library.
             let turned = joints == (Joint::Ball, Joint::Weld);
             let link = match joints {
                 (Joint::Ball, Joint::Ball) => Link::pinned(own, from, to),
@@ -93,7 +95,7 @@ impl AssemblySetup {
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
             let borne = joints == (Joint::Ball, Joint::Ball) || unloaded || falls;
             let load = match heavy.is_some() && borne {
-                // With mass it is borne in motion, and where the bodies settle.
+                // For heavy rods the load enters the motion and the settling of the bodies.
                 true => None,
                 false => along(rod, gravity, &scales)?,
             };
@@ -119,7 +121,7 @@ impl AssemblySetup {
             Ok(FreeRod::new(own, from))
         });
         let free = free.collect::<Result<Vec<FreeRod>>>()?;
-        // Nothing is reversed in a rod that begins where it is held.
+        // A rod with a free end begins at its held end and is never reversed.
         reversed.extend(free.iter().map(|_| false));
         let guess = given.bodies.iter().map(|body| {
             let guess = body.guess.as_ref()?;
@@ -155,8 +157,8 @@ impl AssemblySetup {
         })
     }
 
-    /// The equilibrium under the loads: near the guess, or, without one or where none is found near it, from the unloaded rods;
-    /// [`AssemblyEquilibrium::route`] tells which.
+    /// The equilibrium under the loads: near the guess; or, without a guess or without success near it, from the
+    /// unloaded rods. [`AssemblyEquilibrium::route`] tells which.
     ///
     /// # Errors
     /// As [`Assembly::equilibrium`].
@@ -172,7 +174,8 @@ impl AssemblySetup {
         }
     }
 
-    /// What nothing holds, carried as one to where the first body stands by its guess, or else in the origin; turned, too, unless the loads mind.
+    /// Moves a floating assembly rigidly so that its first body has the pose of its guess, or lies at the origin. The
+    /// rotation is left out if it disturbs the balance of the loads.
     fn put_back(&self, mut found: AssemblyEquilibrium) -> Result<AssemblyEquilibrium> {
         let origin = Isometry3::identity();
         let wanted = self.guess.as_ref().map_or(origin, |guess| guess[0].pose);
@@ -213,7 +216,7 @@ impl AssemblySetup {
         let Some(bodies) = &self.guess else {
             return self.assembly.equilibrium(None, self.tolerance);
         };
-        // Before the rods are looked for one by one, in vain.
+        // Out of reach is a cheap test, before a vain search rod by rod.
         self.assembly.within_reach()?;
         let guess = self.assembly.held(bodies.clone(), FINE);
         let near = self.assembly.equilibrium(Some(&guess), self.tolerance);
@@ -223,10 +226,10 @@ impl AssemblySetup {
         })
     }
 
-    /// The name of the first rod that is too short for the guess.
+    /// Name of the first rod that is too short for the guess.
     ///
     /// # Errors
-    /// Those of the rods.
+    /// Errors of the rods.
     pub fn overdrawn(&self) -> Result<Option<&str>> {
         let Some(bodies) = &self.guess else {
             return Ok(None);
@@ -235,10 +238,11 @@ impl AssemblySetup {
         Ok(rod.and_then(|rod| self.assembly.name_of_rod(rod)))
     }
 
-    /// The equilibrium that a motion begins at, or that small motions are about: near the guess, if there is one.
+    /// The equilibrium at which a motion begins, or about which small motions are computed. It must lie near the guess,
+    /// if there is a guess.
     ///
     /// # Errors
-    /// As [`AssemblySetup::equilibrium`]; none near the guess.
+    /// As [`AssemblySetup::equilibrium`]; no equilibrium near the guess.
     pub fn meant(&self) -> Result<AssemblyEquilibrium> {
         let found = self.equilibrium()?;
         match self.guess.is_some() && !found.route.is_near_guess() {
@@ -250,7 +254,7 @@ impl AssemblySetup {
         }
     }
 
-    /// Where a motion starts, and the index of the equilibrium there if it was found as one.
+    /// Configuration at the start of a motion, and its Morse index if it is an equilibrium under conservative loads.
     ///
     /// # Errors
     /// As [`AssemblySetup::equilibrium`].
@@ -275,7 +279,7 @@ impl AssemblySetup {
         Ok((now, index))
     }
 
-    /// An error unless unloaded rods are at rest, and meet their attachments where they close loops.
+    /// Checks that unloaded rods are at rest and, in loops, meet their attachments.
     fn fits(&self, start: &Configuration) -> Result<()> {
         let points = self
             .assembly
@@ -299,10 +303,10 @@ impl AssemblySetup {
         Ok(())
     }
 
-    /// The motion from there, and that index.
+    /// The motion from [`AssemblySetup::start`], and the Morse index found there.
     ///
     /// # Errors
-    /// A scene of statics; a start from which it cannot go.
+    /// A scene of statics; a start from which no motion is possible.
     pub fn motion(&self, scene: &Scene) -> Result<(Box<dyn Motion<'static>>, Option<usize>)> {
         let options = super::options(scene.run()?, &self.scales)?;
         let (start, index) = self.start()?;
@@ -314,7 +318,7 @@ impl AssemblySetup {
         Ok((Box::new(run), index))
     }
 
-    /// The same with the mass of the rods, where that counts in full.
+    /// The assembly with the full mass of its rods; `None` if no mass counts in full.
     pub fn heavy(&self) -> Option<&HeavyAssembly> {
         self.heavy.as_ref()
     }
@@ -324,8 +328,8 @@ impl AssemblySetup {
         self.heavy.is_some()
     }
 
-    /// The light rods beside those with all of their mass, which bear nothing along them; none beside a rod that bears more than its weight, nor beside
-    /// one with Maxwell branches.
+    /// Light rods for comparison with the heavy ones, without load along them. Heavy rods with a distributed load
+    /// besides their weight, or with Maxwell branches, have none.
     pub fn light_rods(&self, scene: &Scene) -> Vec<LightInSpace> {
         let given = scene.assembly.iter().flat_map(|given| &given.rods);
         let links = self.assembly.links().iter().zip(&self.reversed);
@@ -336,7 +340,7 @@ impl AssemblySetup {
             .collect()
     }
 
-    /// The wrench (couple, force) at the base of every rod, `from`, in the world and the scene's units.
+    /// Wrench (couple, force) at the base, `from`, of every rod, in the world and the scene's units.
     ///
     /// # Errors
     /// As [`Assembly::points`].
@@ -356,8 +360,8 @@ impl AssemblySetup {
         Ok(each.collect())
     }
 
-    /// The wrench (couple, force) at the base of rod `rod`, its `from`, under the chart point `q` of the library, whose base is turned so: along the
-    /// directors at `from`, in the scene's units.
+    /// Wrench (couple, force) at the base, `from`, of rod `rod` in the scene's units, along the directors there. `q` is
+    /// the library's chart point, `base` the rotation of the rod's base.
     ///
     /// # Errors
     /// As [`Link::end`].
@@ -370,10 +374,11 @@ impl AssemblySetup {
         self.wrench_of(rod, &self.assembly.links()[rod].with_base_rotation(base), q)
     }
 
-    /// The same of the light rod beside rod `rod` ([`AssemblySetup::light_rods`]).
+    /// Wrench at the base of the light rod ([`AssemblySetup::light_rods`]) that corresponds to rod `rod`, as
+    /// [`AssemblySetup::base_wrench`].
     ///
     /// # Errors
-    /// As there.
+    /// As [`AssemblySetup::base_wrench`].
     pub fn light_wrench(&self, rod: usize, q: &Wrench) -> Result<Vector6<f64>> {
         self.wrench_of(rod, &self.assembly.links()[rod].alone(), q)
     }
@@ -391,14 +396,14 @@ impl AssemblySetup {
         Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
     }
 
-    /// The poses of the free ends of the rods that have one, in the world and the scene's units.
+    /// Poses of the free ends of rods, in the world and the scene's units.
     ///
     /// # Errors
     /// As [`FreeRod::shape`].
     pub fn free_ends(&self, t: f64, now: &Configuration) -> Result<Vec<Isometry3<f64>>> {
         let end = |rod: &FreeRod| -> Result<Isometry3<f64>> {
             let sections = rod.shape(t, &now.bodies, 1, FINE)?;
-            // Two sections: at the base and at the end.
+            // The two sections are at the base and at the end.
             let mut end = sections[1].pose();
             end.translation.vector *= self.scales.length;
             Ok(end)
@@ -406,17 +411,17 @@ impl AssemblySetup {
         self.assembly.free().iter().map(end).collect()
     }
 
-    /// An arclength of the rod of this number, counted from its `from` in the scene's units.
+    /// Arclength `s` of rod `rod`, converted to the scene's units and counted from `from`.
     pub fn arclength(&self, rod: usize, s: f64) -> f64 {
         let whole = self.assembly.links()[rod].rod().length();
-        // With all of its mass a rod begins at its `from` as it is.
+        // Heavy rods are never reversed.
         let reversed = self.reversed[rod] && self.heavy.is_none();
         let s = if reversed { whole - s } else { s };
         s * self.scales.length
     }
 
-    /// Every rod at time `t` from `from` to `to`, those with a free end last: sections at `count` + 1 arclengths, each by arclength and pose in the world and the scene's
-    /// units.
+    /// Shapes of all rods at time `t`, from `from` to `to`, those with a free end last. A shape has sections at `count`
+    /// + 1 arclengths, each an arclength and a pose in the world and the scene's units.
     ///
     /// # Errors
     /// As [`Assembly::shapes`].
@@ -443,7 +448,7 @@ impl AssemblySetup {
     }
 }
 
-/// Arclength from `from`, and the directors: those of a reversed rod are turned by pi about d1.
+/// Arclength from `from`, and the directors: the directors of a reversed rod are turned by pi about d1.
 fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuaternion<f64>) {
     let mut directors = section.directors;
     if reversed {
@@ -459,7 +464,7 @@ fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuate
     (s, turn)
 }
 
-/// The dead load along a rod, its weight included, in the units of the library.
+/// Dead load along a rod, its weight included, in the library's units.
 fn along(rod: &AssemblyRod, gravity: [f64; 3], scales: &Scales) -> Result<Option<Distributed>> {
     let load = rod.distributed.with_weight(&rod.rod, gravity)?;
     let unit = scales.inward(Quantity::Distributed, 1.0);

@@ -1,4 +1,4 @@
-//! The clamp as a support of the body: where it stands, and how it moves.
+//! The clamp of a scene as a support of the body: pose and prescribed motion.
 
 use crate::body::{Body, Frame, History, Support};
 use crate::error::{Error, Result};
@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, SVector, Vector2, Vector3, Vector6};
 use super::planar::in_plane;
 use super::rod::rotation;
 
-/// The clamp of a planar rod, in units of the rod; `None` where it stands at the origin along +x, as the model has it.
+/// The clamp of a planar rod, in units of the rod; `None` for the default clamp, at rest in the origin along +x.
 pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
     if *clamp == Clamp::default() {
         return Ok(None);
@@ -33,7 +33,7 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
     Ok(Some(support))
 }
 
-/// The clamp of a planar rod with this body at time `t`.
+/// Frame of the clamp of a planar rod with this body at time `t`.
 pub(super) fn frame(body: &Body<2>, t: f64) -> Frame<3> {
     match body.support() {
         Some(support) => support.at(t).in_space(),
@@ -41,7 +41,7 @@ pub(super) fn frame(body: &Body<2>, t: f64) -> Frame<3> {
     }
 }
 
-/// The clamp of a rod in space, in units of the rod, if it moves. One that stands is the frame of the run.
+/// The moving clamp of a rod in space, in units of the rod; `None` for a clamp at rest, whose frame is that of the run.
 pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
     let Some(motion) = &clamp.motion else {
         return Ok(None);
@@ -53,7 +53,8 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
     moving(&place, motion).map(Some).map_err(named)
 }
 
-/// The clamp of a planar rod as one in space, in units of the rod; `None` where it stands at the origin along +x.
+/// The clamp of a planar rod as one in space, in units of the rod; `None` for the default clamp, at rest in the origin
+/// along +x.
 pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
     if *clamp == Clamp::default() {
         return Ok(None);
@@ -69,7 +70,7 @@ pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
     support.map(Some).map_err(named)
 }
 
-/// The motion of the clamp of a planar rod as one in space.
+/// Motion of the clamp of a planar rod as one in space.
 pub(super) fn out_of_plane(motion: &ClampMotion) -> ClampMotion {
     let mut motion = motion.clone();
     if let Some(Translation::Table(rows)) = &mut motion.translate {
@@ -78,7 +79,7 @@ pub(super) fn out_of_plane(motion: &ClampMotion) -> ClampMotion {
     motion
 }
 
-/// A support in space that stands at `place` and moves from there, in units of the rod.
+/// A support in space that starts at `place` with the given motion, in units of the rod.
 pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
     let mut support = Support::<3>::new(place.translation.vector, &place.rotation)?;
     for (direction, history) in translations(motion, Vector3::from)? {
@@ -91,10 +92,11 @@ pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Sup
 }
 
 impl Scene {
-    /// The scene at t = 0 and at rest, without friction in the rod: the clamp stands as it does then, and nothing has a velocity.
+    /// The scene frozen at t = 0: the clamp rests in its pose at that time, all velocities vanish, and the rod has no
+    /// friction.
     ///
     /// # Errors
-    /// A scene of statics; a motion of the clamp that is none.
+    /// A scene of statics; an invalid motion of the clamp.
     pub fn standing(&self) -> Result<Self> {
         let plain = self.dimensionless()?;
         let frame = match self.is_planar() {
@@ -147,7 +149,7 @@ fn translations<const N: usize>(
     }
 }
 
-/// A place and a velocity in the world as they are seen from the clamp of a planar rod at t = 0.
+/// The clamp of a planar rod at t = 0, for conversion of places and velocities from the world to its frame.
 pub(super) struct Seen(pub Option<Support<2>>);
 
 impl Seen {
@@ -159,7 +161,8 @@ impl Seen {
         })
     }
 
-    /// The velocity at the start of the end, which is at `end` as seen from the clamp, and the words `about` that start.
+    /// Initial velocity relative to the clamp of an end at `end` in the clamp's frame, and the text `about` for
+    /// messages on this start.
     pub fn velocity(
         &self,
         end: &Vector2<f64>,
@@ -179,8 +182,8 @@ impl Seen {
     }
 }
 
-/// The velocity at t = 0, seen from the clamp's frame, of an end that is at `place` there and to start with `velocity`, along
-/// the axes of the world.
+/// Velocity at t = 0, relative to the moving clamp's frame, of an end at `place` in that frame. `velocity` is its given
+/// velocity along the axes of the world.
 pub(super) fn begun<const D: usize>(
     frame: &Frame<D>,
     place: &SVector<f64, D>,
@@ -193,8 +196,8 @@ pub(super) fn begun<const D: usize>(
     }
 }
 
-/// The velocity at t = 0 of the end of a rod with mass on this clamp, (angular velocity, velocity) as `[start]` gives
-/// it.
+/// Initial velocity of the end of a rod with mass on this clamp. `given` is (angular velocity, velocity) as in
+/// `[start]`.
 pub(super) fn end_velocity(
     clamp: Option<&Support<3>>,
     given: &Vector6<f64>,
@@ -208,8 +211,8 @@ pub(super) fn end_velocity(
     }
 }
 
-/// The words `about` a start that may not do, with those velocities at which the clamp carries the end at t = 0 that the
-/// start should perhaps have.
+/// Extends the text `about` for messages on a rejected start by the velocities with which the clamp carries the end at
+/// t = 0: the user may have forgotten them.
 pub(super) fn words(about: &str, carried: &[(&str, &[f64])], plain: &Dimensionless) -> String {
     let moving = |(_, rates): &(&str, &[f64])| rates.iter().any(|rate| *rate != 0.0);
     if plain.start.with_clamp || !carried.iter().any(moving) {

@@ -1,4 +1,4 @@
-//! An elastic rod in space.
+//! An elastic rod in space, made from a scene of motion.
 
 use super::first_order_mass::light;
 use super::in_space::{InSpace, SpaceField, bent, in_world};
@@ -21,31 +21,31 @@ const POSE: f64 = 1e-13;
 /// Tolerance of the equilibrium in a groove at the start.
 const SETTLED: f64 = 1e-11;
 
-/// An elastic rod in space: an assembly of one rod and one body, seen from the clamp; in the world where a load along the rod would turn with time
-/// as a clamp sees it that turns.
+/// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp, or the world if the
+/// clamp turns and the rod bears a load along it, which would rotate in the clamp's frame.
 #[derive(Debug, Clone)]
 pub struct ElasticSpace {
     /// Body, clamp and start.
     pub common: InSpace,
     rod: Rod,
-    /// The chart at the start.
+    /// Chart point at the start.
     chart: Wrench,
-    /// Where the end is found at the start, seen from the clamp.
+    /// Pose of the end at the start, in the clamp's frame.
     end: Isometry3<f64>,
-    /// The contact diameter; 0 where contacts are not looked for.
+    /// Contact diameter; 0 if contacts are not sought.
     diameter: f64,
-    /// The groove of the body, seen from the clamp.
+    /// Groove of the body, in the clamp's frame.
     groove: Option<Groove>,
-    /// Whether the start is the equilibrium in the groove.
+    /// True if the run starts from the equilibrium in the groove.
     settled: bool,
-    /// The mass of the rod, where it is followed to first order.
+    /// Mass of the rod, if its inertia is of first order.
     light: Option<LightRod>,
-    /// The body as the world sees it and the clamp that turns, where the run is in the world.
-    in_world: Option<(TipBody, Support<3>)>,
+    /// The body in the world frame and the turning clamp, for a run in the world frame.
+    in_world: Option<(Carried, Support<3>)>,
 }
 
 impl ElasticSpace {
-    /// Finds the start and scales everything.
+    /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
     /// As [`Scene::cosserat_rod`]; a start for which no equilibrium is found.
@@ -65,7 +65,7 @@ impl ElasticSpace {
                 end.translation.vector /= problem.rod().length();
                 (problem.rod().inward(base), end)
             }
-            // The unloaded rod: an elastic one has no strains of its own to start from. In a groove it is where the search begins.
+            // An elastic rod without an equilibrium starts unloaded. In a groove the unloaded rod is the initial guess.
             SpaceField::Polynomial { .. } if settled || common.load().is_none() => {
                 (Vector6::zeros(), Isometry3::identity())
             }
@@ -99,12 +99,12 @@ impl ElasticSpace {
         Ok(model)
     }
 
-    /// Where the end is at the start, seen from the clamp, in units of the rod.
+    /// Pose of the end at the start, in the clamp's frame and units of the rod.
     pub(super) fn end(&self) -> &Isometry3<f64> {
         &self.end
     }
 
-    /// The strains at the start, whatever it is told by.
+    /// Strains at the start, for every form in which the scene gives the start.
     ///
     /// # Errors
     /// As [`ElasticSpace::assembly`].
@@ -117,7 +117,7 @@ impl ElasticSpace {
         )
     }
 
-    /// The rod and the body, and where they start, in the frame of the clamp, or in the world, and units of the rod.
+    /// Rod and body with their initial configuration, in units of the rod, in the clamp's frame or in the world.
     ///
     /// # Errors
     /// A start that cannot be evaluated.

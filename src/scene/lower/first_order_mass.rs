@@ -1,4 +1,4 @@
-//! The mass of rods that is followed to first order, in units of the rod.
+//! First-order mass of rods, in units of the rod.
 
 use crate::assembly::{Attachment, Joint, LightRod, Link};
 use crate::error::{Error, Quantity, Result};
@@ -11,8 +11,8 @@ use nalgebra::{Isometry3, Vector3};
 const ALONG: f64 = 1e-13;
 
 impl Rod {
-    /// Inertia of the sections per length about their middle, along their directors, in the scene's units: as it is given, as the shape
-    /// has it, or as the stiffnesses of a homogeneous section tell; None where nothing tells it.
+    /// Rotary inertia of the sections per length about their centres, along their directors, in the scene's units. The
+    /// source is the given value, the shape, or the stiffnesses of a homogeneous section; `None` if there is no source.
     ///
     /// # Errors
     /// A rod whose section law cannot be made.
@@ -37,8 +37,8 @@ impl Rod {
     }
 }
 
-/// What the sections of the rod weigh, in the library's units; None where its mass is not known. Sections of which nothing tells how they turn
-/// have no inertia against that.
+/// Mass and rotary inertia of the sections, in the library's units; `None` if the mass is unknown. An unknown rotary
+/// inertia counts as zero.
 ///
 /// # Errors
 /// A rod whose section law cannot be made.
@@ -54,7 +54,7 @@ fn sections(rod: &Rod, scales: &Scales) -> Result<Option<SectionMass>> {
     }))
 }
 
-/// The rod, if its mass is to be followed, in the library's units.
+/// The section masses of a rod with first-order inertia, in the library's units; `None` for every other rod.
 ///
 /// # Errors
 /// A rod whose mass is not known.
@@ -72,7 +72,7 @@ pub(super) fn light(rod: &Rod, scales: &Scales) -> Result<Option<LightRod>> {
 }
 
 impl Rod {
-    /// The rod with its mass and its friction, as the library has it in `rod`; None where its mass is not known.
+    /// The rod with its mass and friction, where `rod` is its form in the library; `None` if the mass is unknown.
     ///
     /// # Errors
     /// As [`Rod::viscoelastic`].
@@ -92,21 +92,21 @@ impl Rod {
     }
 }
 
-/// A rod of a scene of statics as the library has it, in units of its length, stiffness and own mass.
+/// The rod of a scene of statics, in units of its length, stiffness and own mass.
 pub(crate) struct StandingRod {
     /// The rod with its mass.
     pub massive: Massive,
-    /// The rod from its clamp to where its end is, held there.
+    /// The rod between its clamp and its end, held in the equilibrium pose.
     pub link: Link,
-    /// Its chart point.
+    /// Chart point of the equilibrium.
     pub chart: Wrench,
-    /// Its units in those of the scene.
+    /// The units, measured in the scene's.
     pub scales: Scales,
 }
 
 impl Scene {
-    /// The rod of a scene of statics under this base wrench, its end held where it is: free to turn there if nothing turns it, and no couple acts on
-    /// it. None where its mass is not known.
+    /// The rod of a scene of statics under this base wrench, its end held in place. The end is free to turn if its
+    /// orientation is free and no couple acts. `None` if the mass is unknown.
     ///
     /// # Errors
     /// As [`Scene::problem`].

@@ -1,4 +1,4 @@
-//! A rod with mass whose body slides in a groove: an assembly of one rod and one body, seen from the clamp.
+//! A rod with mass whose body slides in a groove: an assembly of one rod and one body, in the clamp's frame.
 
 use super::elastic_space::ElasticSpace;
 use super::heavy::HeavySpace;
@@ -15,11 +15,11 @@ use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::resolution::MOST_NODES;
 use nalgebra::{Isometry3, UnitQuaternion};
 
-/// Nodes of an element at first, for the end of the rod at the start, and how well they must hold the curve.
+/// Initial number of nodes of an element for the end of the rod at the start, and tolerance of the curve.
 const FIRST: usize = 16;
 const SHAPE: f64 = 1e-13;
 
-/// The strains in the equilibrium in the groove that the rod would have without inertia.
+/// Strains of the massless rod in its equilibrium in the groove.
 pub(super) fn settled(scene: &Scene) -> Result<SpaceField> {
     let mut light = scene.clone();
     light.rod.inertia = Some(Inertia::None);
@@ -28,7 +28,7 @@ pub(super) fn settled(scene: &Scene) -> Result<SpaceField> {
 }
 
 impl HeavySpace {
-    /// The rod between the clamp and a body in its groove; None where the body is free.
+    /// The rod between the clamp and a body in its groove; `None` if the body is free.
     ///
     /// # Errors
     /// As [`HeavyRod::new`].
@@ -56,7 +56,7 @@ impl HeavySpace {
         HeavyAssembly::new(vec![carrier], vec![link]).map(Some)
     }
 
-    /// The start of that assembly.
+    /// Start of [`HeavySpace::assembly`].
     ///
     /// # Errors
     /// Strains that give no shape.
@@ -92,8 +92,8 @@ impl HeavySpace {
         HeavyRod::new(given, grid)
     }
 
-    /// Where the strains of the start lead the end, and how fast their rates move it.
-    fn end(&self) -> Result<BodyMotion> {
+    /// Pose and twist of the end from the initial strains and strain rates.
+    fn end(&self) -> Result<Place> {
         let mut nodes = FIRST;
         loop {
             let rod = self.bare(nodes)?;

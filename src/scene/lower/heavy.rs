@@ -1,4 +1,4 @@
-//! Rods with mass, in the plane and in space.
+//! Rods with their full mass, in the plane and in space, made from a scene of motion.
 
 use super::clamp::{self, words};
 use super::grooved;
@@ -26,18 +26,18 @@ use crate::section::{Linear, Measures, SectionLaw, Strain};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3};
 use std::sync::Arc;
 
-/// A rod with mass in the plane, with a point mass at its end that is free to turn.
+/// A rod with mass in the plane; a point mass is attached to its end by a ball joint.
 #[derive(Debug, Clone)]
 pub struct HeavyPlane {
-    /// The rod, its body and their loads.
-    pub given: RodDescription,
-    /// The curvature at the start, or near it.
+    /// Rod, body and loads.
+    pub given: Given,
+    /// Curvature at the start, or initial guess of the curvature in equilibrium.
     pub curvature: Field,
-    /// Where the Maxwell branches are relaxed at the start, if not there.
+    /// Curvature at which the Maxwell branches are relaxed; `None`: the initial one.
     pub relaxed: Option<Field>,
-    /// Its rate; None: as the rod without mass would follow its end.
+    /// Initial rate of the curvature; `None`: the rate of a massless rod following the end.
     pub rate: Option<Vec<f64>>,
-    /// True: at the stable equilibrium under all loads.
+    /// True if the run starts from the stable equilibrium under all loads.
     pub settled: bool,
     /// Velocity of the end.
     pub velocity: EndVelocity,
@@ -49,21 +49,21 @@ pub struct HeavyPlane {
 pub struct HeavySpace {
     /// Body, clamp and start.
     pub common: InSpace,
-    /// The rod, its body and their loads.
-    pub given: RodDescription,
-    /// Where the Maxwell branches are relaxed at the start, if not there.
+    /// Rod, body and loads.
+    pub given: Given,
+    /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub relaxed: Option<SpaceField>,
-    /// Rates of the strains, in units of the rod; None: as the rod without mass would follow its end.
+    /// Initial strain rates, in units of the rod; `None`: the rates of a massless rod that follows its end.
     pub rate: Option<StrainField>,
-    /// True: at the equilibrium under all loads, without a groove the stable one.
+    /// True if the run starts from the equilibrium under all loads; without a groove a stable one.
     pub settled: bool,
-    /// The groove that the body slides in, seen from the clamp.
+    /// Groove of the body, in the clamp's frame.
     pub groove: Option<Groove>,
     /// Velocity of the end.
     velocity: EndVelocity,
 }
 
-/// A section law with its friction, in these units.
+/// Section law with its friction, in the units `measures`.
 fn law(rod: &Rod, measures: Measures, active: &[usize]) -> Result<Law> {
     let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) = match &rod.damping {
         Some(_) => {
@@ -90,10 +90,10 @@ fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
     Ok(mass / scales.mass)
 }
 
-/// Its law in space, with the strains that can change, its mass and the inertia of its sections, in these units.
+/// Section law in space with its active strains, the mass and the rotary inertia of the sections, in units of `scales`.
 ///
 /// # Errors
-/// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known.
+/// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia.
 pub(in crate::scene) fn in_space(rod: &Rod, scales: &Scales) -> Result<(Law, f64, Matrix3<f64>)> {
     let rigid = rod.unclamped()?.law().rigid();
     let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
@@ -114,10 +114,10 @@ pub(super) fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Resul
 }
 
 impl HeavyPlane {
-    /// Finds the start and scales everything.
+    /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
-    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; a rod without mass.
+    /// As [`Scene::viscoelastic`]; a start position with no matching equilibrium, or with several; a rod without mass.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let support = clamp::lifted(&plain.clamp)?;
@@ -130,7 +130,7 @@ impl HeavyPlane {
             grain: grain(plain.loads.gravity.into(), support.clone())?,
             distributed: distributed(&plain, Vector3::from)?,
             body: Some(Mass::Point(body)),
-            // In the plane rods pass beside each other.
+            // Planar rods pass beside each other without contact.
             diameter: None,
         };
         let settled = matches!(plain.start.place, Place::Settled { .. });
@@ -144,7 +144,7 @@ impl HeavyPlane {
         };
         let rate = match &plain.start.rate {
             Some(StrainRate::Curvature(rate)) => Some(rate.clone()),
-            // Its strains are told by their shape alone: at rest, unless the end moves.
+            // Without given rates the rod is at rest, unless its end moves.
             None => None,
             Some(StrainRate::Strain(_)) => {
                 return Err(Error::domain("start.strain_rate is for a rod in space"));
@@ -173,7 +173,7 @@ impl HeavyPlane {
     }
 }
 
-/// The load along the rod beside its weight, world vectors led by `inward` into the frame of the run.
+/// Load along the rod without its weight. `inward` maps world vectors to the frame of the run.
 fn distributed(
     plain: &Dimensionless,
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
@@ -251,11 +251,11 @@ impl MotionModel for HeavyPlane {
 }
 
 impl HeavySpace {
-    /// Finds the start and scales everything.
+    /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
-    /// As [`Scene::viscoelastic`]; a rod without mass, or one whose sections have no inertia that is known; a start for which no
-    /// equilibrium is found.
+    /// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia; a start for which no equilibrium
+    /// is found.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (law, mass, rotary) = in_space(&scene.rod, &scene.scales()?)?;
         let plain = scene.dimensionless()?;
@@ -280,7 +280,7 @@ impl HeavySpace {
             None => common.velocity,
             Some(_) => joined(&start.angular_velocity.into(), &start.velocity.into()),
         };
-        // The support of a clamp that moves leads the loads inwards by itself.
+        // The support of a moving clamp converts the loads itself.
         let inward = |v: [f64; 3]| match support {
             None => common.clamp.rotation.inverse() * Vector3::from(v),
             Some(_) => Vector3::from(v),
@@ -309,26 +309,26 @@ impl HeavySpace {
         })
     }
 
-    /// All strains of the start at s in [0, 1], in units of the rod; NaN where there are none.
+    /// All strains of the start at s in [0, 1], in units of the rod; NaN if undefined.
     pub(super) fn strain_at(&self, s: f64) -> Strain {
         self.scaled(&self.common.strain, s)
     }
 
-    /// Strains of this field at s in [0, 1], in units of the rod; NaN where there are none.
+    /// Strains of this field at s in [0, 1], in units of the rod; NaN if undefined.
     pub(super) fn scaled(&self, field: &SpaceField, s: f64) -> Strain {
         let measures = self.common.scales.measures();
         let strain = field.at(s).map(|e| measures.strain_in(&e));
         strain.unwrap_or(Strain::repeat(f64::NAN))
     }
 
-    /// How fast they change; zero where that is not given.
+    /// Initial strain rates at s; zero if not given.
     pub(super) fn rate_at(&self, s: f64) -> Strain {
         let of = |name: StrainName| self.rate.as_ref().and_then(|rate| rate.at(name, s));
         Strain::from_fn(|k, _| of(StrainName::ALL[k]).unwrap_or(0.0))
     }
 }
 
-/// Inertia of the sections per length, about their middle along their directors, in units of the rod.
+/// Rotary inertia of the sections per length, about their centres along their directors, in units of the rod.
 fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
     let found = rod.rotary_inertia()?.ok_or_else(|| {
         Error::domain(

@@ -1,4 +1,4 @@
-//! What every rod in space has in a motion: its body, its clamp, its start.
+//! Body, clamp and start of a rod in space, common to all its motions.
 
 use super::clamp as supports;
 use super::loads::{acting_on, in_time, point_mass};
@@ -20,31 +20,32 @@ use crate::viscoelastic::kinematics::Kinematics;
 use crate::viscoelastic::space::Space;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
-/// Body, clamp and start of a rod in space. The frame of its body is that of the clamp.
+/// Body, clamp and start of a rod in space. The body is described in the frame of the clamp.
 #[derive(Debug, Clone)]
 pub struct InSpace {
     /// The body with its loads.
-    pub carried: TipBody,
-    /// The strains at the start, in the scene's units.
+    pub carried: Carried,
+    /// Strains at the start, in the scene's units.
     pub strain: SpaceField,
-    /// (angular velocity, velocity) of the end at the start.
+    /// Twist (angular velocity, velocity) of the end at the start.
     pub velocity: Vector6<f64>,
-    /// The Morse index of the equilibrium at the start, if it is one.
+    /// Morse index of the equilibrium at the start; `None` if the start is no equilibrium or the index was not
+    /// computed.
     pub start_index: Option<usize>,
-    /// The way back to the scene's units.
+    /// Conversion to the scene's units.
     pub scales: Scales,
-    /// The pose of the base, in the scene's units.
+    /// Pose of the base, in the scene's units.
     pub clamp: Isometry3<f64>,
-    /// What a fault of the start is about.
+    /// Context of messages about the start.
     pub(super) words: String,
-    /// The rod on its clamp as that stands at t = 0, in the scene's units.
+    /// The rod on its clamp in the pose at t = 0, in the scene's units.
     pub(super) rod: Rod,
-    /// The dead load along it if its mass does no more than weigh, in the world and the scene's units.
+    /// Dead load along a rod without inertia, in the world and the scene's units.
     load: Option<Distributed>,
 }
 
 impl InSpace {
-    /// Where the Maxwell branches are relaxed at the start, if not there.
+    /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub(super) fn relaxed(&self, scene: &Scene) -> Option<SpaceField> {
         let given = match &scene.start.relaxed {
             Relaxed::Start => return None,
@@ -57,7 +58,7 @@ impl InSpace {
         })
     }
 
-    /// Finds the start and scales everything; `breaks` are the places in [0, 1] at which the section is not smooth.
+    /// Finds the start and converts to units of the rod. The section is not smooth at the places `breaks` in [0, 1].
     ///
     /// # Errors
     /// A start for which no equilibrium is found.
@@ -72,7 +73,7 @@ impl InSpace {
         let mut base = clamp;
         base.translation.vector /= scales.length;
         if let Some(support) = &support {
-            // An equilibrium is one about the clamp as it stands at t = 0.
+            // The initial equilibrium is that of the clamp's pose at t = 0.
             base = support.pose(0.0);
             rod = rod.with_clamp(base.translation.vector * scales.length, base.rotation);
         }
@@ -81,7 +82,7 @@ impl InSpace {
             given: given.clone(),
             rod: Box::new(rod.clone()),
         };
-        // In a groove it is found with the body.
+        // With a groove the equilibrium is solved together with the body.
         let settled =
             matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
         let at_start = scene.load_at_start()?;
@@ -100,7 +101,8 @@ impl InSpace {
                 None => Ok(None),
             }
         };
-        // A rod with mass that is found in no equilibrium with its weight settles from the one without.
+        // If no equilibrium with the weight of a heavy rod is found, the massless equilibrium is the initial guess for
+        // settling.
         let found = match under(at_start.as_ref()) {
             Err(_) if at_start.is_some() && load.is_none() => under(None)?,
             found => found?,
@@ -147,24 +149,24 @@ impl InSpace {
         })
     }
 
-    /// The dead load along the rod in the frame of the clamp and the units of the rod.
+    /// Dead load along the rod in the clamp's frame and units of the rod.
     pub(super) fn load(&self) -> Option<Distributed> {
         let back = self.rod.clamp_pose().rotation.inverse();
         Some(self.load_in_world()?.mapped(|f| back * f))
     }
 
-    /// The same in the world.
+    /// Dead load along the rod in the world and units of the rod.
     pub(super) fn load_in_world(&self) -> Option<Distributed> {
         let unit = self.scales.inward(Quantity::Distributed, 1.0);
         Some(self.load.as_ref()?.mapped(|f| f * unit))
     }
 
-    /// The same in the world and the scene's units.
+    /// Dead load along the rod in the world and the scene's units.
     pub(super) fn load_outward(&self) -> Option<&Distributed> {
         self.load.as_ref()
     }
 
-    /// The clamp, if it moves.
+    /// The clamp as a moving support; `None` if at rest.
     pub(super) fn support(&self) -> Option<&Support<3>> {
         match &self.carried {
             TipBody::Welded(body) => body.support(),
@@ -172,7 +174,7 @@ impl InSpace {
         }
     }
 
-    /// The clamp at time `t`.
+    /// Frame of the clamp at time `t`.
     pub(super) fn clamp(&self, t: f64) -> Frame<3> {
         match self.support() {
             Some(support) => support.at(t),
@@ -183,7 +185,7 @@ impl InSpace {
         }
     }
 
-    /// True if forces in time do work on the body.
+    /// True if time-dependent forces do work on the body.
     pub(super) fn is_driven(&self) -> bool {
         match &self.carried {
             TipBody::Welded(body) => body.is_driven(),
@@ -195,20 +197,20 @@ impl InSpace {
 /// A field of all six strains along a rod, in the scene's units.
 #[derive(Debug, Clone)]
 pub enum SpaceField {
-    /// Polynomials, and the strains of the unloaded rod where none is given.
+    /// Polynomials; a strain without one has its value in the unloaded rod.
     Polynomial {
         /// The polynomials.
         given: StrainField,
-        /// The rod.
+        /// The rod, for its rest strains.
         rod: Box<Rod>,
     },
-    /// An equilibrium.
+    /// Strains of an equilibrium.
     Equilibrium {
         /// The rod with its end condition.
         problem: Box<Problem>,
-        /// Its base wrench.
+        /// Base wrench of the equilibrium.
         base: Wrench,
-        /// The pose of its end.
+        /// Pose of the end in equilibrium.
         end: Isometry3<f64>,
     },
 }
@@ -217,10 +219,10 @@ pub enum SpaceField {
 const SHAPE: f64 = 1e-13;
 
 impl SpaceField {
-    /// The strains at x = s/L.
+    /// Strains at x = s/L.
     ///
     /// # Errors
-    /// As [`Rod::shape`]; a law that has no unloaded state there.
+    /// As [`Rod::shape`]; a law without an unloaded state at x.
     pub fn at(&self, x: f64) -> Result<Strain> {
         match self {
             Self::Polynomial { given, rod } => {
@@ -242,7 +244,7 @@ impl SpaceField {
         }
     }
 
-    /// Where the end is, seen from the clamp, in units of the rod.
+    /// Position of the end, in the clamp's frame and units of the rod.
     fn end(&self, mut breaks: Vec<f64>, scales: &Scales) -> Result<Vector3<f64>> {
         breaks.retain(|s| 0.0 < *s && *s < 1.0);
         let mut nodes = 2 * FEWEST;
@@ -262,7 +264,7 @@ impl SpaceField {
     }
 }
 
-/// World vectors in the frame of the clamp.
+/// Converter of world vectors to the frame of the clamp.
 struct Inward(Isometry3<f64>);
 
 impl Inward {
@@ -276,14 +278,14 @@ impl Inward {
     }
 }
 
-/// The body as the world sees it.
-pub(super) fn in_world(plain: &Dimensionless) -> Result<TipBody> {
+/// The body with its loads in the world frame.
+pub(super) fn in_world(plain: &Dimensionless) -> Result<Carried> {
     carried(plain, &Inward(Isometry3::identity()), None)
 }
 
 fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<TipBody> {
     let loads = &plain.loads;
-    // The support of a clamp that moves leads the loads inwards by itself.
+    // The support of a moving clamp converts the loads itself.
     let vector = |v: &[f64; 3]| match support {
         None => inward.vector(v),
         Some(_) => Vector3::from(*v),
@@ -312,7 +314,7 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
     }
 }
 
-/// The end condition of which the start is an equilibrium.
+/// End condition of the equilibrium at the start; `None` if the start is given otherwise.
 fn end(scene: &Scene) -> Result<Option<EndConditions>> {
     Ok(match &scene.start.place {
         Place::Equilibrium {
@@ -327,13 +329,13 @@ fn end(scene: &Scene) -> Result<Option<EndConditions>> {
             None => EndConditions::ball((*position).into()),
             Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
-        // In a groove it is found with the body.
+        // With a groove the equilibrium is solved together with the body.
         Place::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
         _ => None,
     })
 }
 
-/// The loads at t = 0 on the end: they act at the centre of mass.
+/// Loads at t = 0 on the end; they act at the centre of mass.
 fn at_rest(scene: &Scene) -> Result<EndConditions> {
     let (body, loads) = (scene.body()?, &scene.loads);
     let constant = Vector3::from(loads.gravity) * body.mass + Vector3::from(loads.dead);
@@ -352,7 +354,7 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
     Ok(EndConditions::weight(force, arm, couple))
 }
 
-/// The equilibrium under the loads at t = 0 if some of them turn with the body: that of an assembly of one rod.
+/// The equilibrium under the loads at t = 0 if some are follower loads, solved as an assembly of one rod.
 fn under_followers(
     (rod, load): (&Rod, Option<&Distributed>),
     base: &Isometry3<f64>,
@@ -384,9 +386,10 @@ fn under_followers(
     bent((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
 }
 
-/// The rod under this base wrench, whatever holds its end.
+/// Strain field of the rod under the base wrench `base`, for any support of the end.
 pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<SpaceField> {
-    // It is asked only for shapes under the base wrench: nothing is held, for a straight rod could not be held at full reach.
+    // Only shapes under the base wrench are evaluated. A free end also allows a straight rod, which cannot be held at
+    // full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
     let problem = bearing(rod, free, SHAPE)?;
     let sections = problem.sections(&base, &[1.0])?;
@@ -401,7 +404,7 @@ pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<Sp
     })
 }
 
-/// The problem of a rod that may bear a load along it.
+/// Boundary-value problem of a rod, with an optional load along it.
 fn bearing(
     (rod, load): (&Rod, Option<&Distributed>),
     end: EndConditions,

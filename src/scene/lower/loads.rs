@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::scene::{Force, Loads};
 use nalgebra::{SVector, Vector3};
 
-/// A point mass and what acts on it, in units of the rod, world vectors led by `inward` into the frame of the run.
+/// A point mass and its loads, in units of the rod. `inward` maps world vectors to the frame of the run.
 pub(super) fn point_mass<const N: usize>(
     mass: f64,
     loads: &Loads,
@@ -24,7 +24,7 @@ pub(super) fn point_mass<const N: usize>(
     })
 }
 
-/// What acts on a rigid body, likewise.
+/// Adds the loads of a rigid body, in units of the rod. `inward` maps world vectors to the frame of the run.
 pub(super) fn acting_on(
     body: RigidBody,
     loads: &Loads,
@@ -51,7 +51,8 @@ pub(super) fn acting_on(
     Ok(body)
 }
 
-/// Loads in time, each with whether it turns with the body; directions of the world are led by `inward` into the frame of the run.
+/// Time-dependent loads, each with a flag for follower loads. `inward` maps directions of the world to the frame of the
+/// run.
 pub(super) fn in_time<const N: usize>(
     name: &str,
     loads: &[Force],

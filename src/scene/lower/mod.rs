@@ -1,4 +1,4 @@
-//! From a scene to what the library solves and runs: statics in the scene's units, motions in those of the rod.
+//! Conversion of scenes to problems and runs of the library: statics in the scene's units, motions in those of the rod.
 
 mod assembly;
 mod clamp;
@@ -31,50 +31,52 @@ use crate::motion::reduction::{Reduction, Refusal};
 use crate::motion::{Motion, Nodes, Options};
 use nalgebra::Vector2;
 
-/// A model of rods, made from a scene of motion and ready to run. Length, bending stiffness and mass are 1, and states are
-/// seen from the clamp.
+/// A rod model made from a scene of motion, ready to run. Length, bending stiffness and mass are 1, and states are in
+/// the clamp's frame.
 pub trait MotionModel {
-    /// What tables and figures show of it.
+    /// Kind of the model, for tables and figures.
     fn kind(&self) -> ModelKind;
 
-    /// The motion from its start.
+    /// The motion from the start.
     ///
     /// # Errors
-    /// A start from which it cannot go.
+    /// A start from which no motion is possible.
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>>;
 
-    /// The clamp at time `t`.
+    /// Frame of the clamp at time `t`.
     fn clamp(&self, t: f64) -> Frame<3>;
 
-    /// True if forces in time do work on the body.
+    /// True if time-dependent forces do work on the body.
     fn is_driven(&self) -> bool;
 
-    /// Names of the strains that move, with their places among (u1, .. v3).
+    /// Names of the active strains, with their indices among (u1, .. v3).
     fn strains(&self) -> Vec<(&'static str, usize)> {
         Vec::new()
     }
 
-    /// The Morse index of the equilibrium at the start, if it is one and was found by its end.
+    /// Morse index of the equilibrium at the start; `None` if the start is no equilibrium or was not found from its
+    /// end.
     fn start_index(&self) -> Option<usize> {
         None
     }
 
-    /// True if the rod has mass: its kinetic energy is one of the ledger's.
+    /// True if the rod has mass: the ledger then contains its kinetic energy.
     fn is_heavy(&self) -> bool {
         false
     }
 
-    /// True if contacts of the rod with itself are looked for, provided that it is known how thick it is.
+    /// True if self-contacts of the rod are sought, which requires its thickness.
     fn looks_for_contact(&self) -> bool {
         false
     }
 
-    /// The loads on the end of a planar rod at t = 0, along the axes of its clamp; None of other rods, and where the clamp moves.
+    /// Loads on the end of a planar rod at t = 0, along the axes of its clamp; `None` for other rods and moving clamps.
     fn load(&self) -> Option<Vector2<f64>> {
         None
     }
 
-    /// The spring and dashpot that the rod is, or why it is none; None where the question does not arise.
+    /// The equivalent spring and dashpot of the rod, or the reason against a reduction; `None` for rods to which no
+    /// reduction applies.
     ///
     /// # Errors
     /// A start that cannot be evaluated.
@@ -83,7 +85,7 @@ pub trait MotionModel {
     }
 }
 
-/// What kind of rod runs, as far as tables and figures differ.
+/// Kinds of rods that differ in tables and figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModelKind {
     /// Elastic, in a plane: a point on a sheet.
@@ -97,7 +99,7 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
-    /// True if the rod is elastic: it is in equilibrium at every moment, and snaps.
+    /// True if the rod is elastic: always in equilibrium, with snaps.
     pub fn is_elastic(self) -> bool {
         matches!(self, Self::Sheet | Self::ElasticSpace)
     }
@@ -110,22 +112,22 @@ impl ModelKind {
 
 /// A scene of motion made ready to run.
 pub struct Setup {
-    /// The model that its rod asks for.
+    /// Rod model of the scene.
     pub model: Box<dyn MotionModel>,
-    /// What to run.
+    /// Options of the run.
     pub options: Options,
-    /// The loads on the end of a planar rod at t = 0, along the axes of its clamp and in units of its length and EI; None of other rods, and where the
-    /// clamp moves.
+    /// Loads on the end of a planar rod at t = 0, along the axes of its clamp, in units of its length and EI; `None`
+    /// for other rods and moving clamps.
     pub load: Option<Vector2<f64>>,
-    /// The way back to the scene's units.
+    /// Conversion to the scene's units.
     pub scales: Scales,
 }
 
 impl Setup {
-    /// Finds the start and scales everything.
+    /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
-    /// A scene of statics; as the model that its rod asks for.
+    /// A scene of statics; errors of the rod model.
     pub fn new(scene: &Scene) -> Result<Self> {
         let bearing = scene.bearing_in_plane()?;
         let load = match &bearing {
@@ -152,16 +154,16 @@ impl Setup {
         })
     }
 
-    /// The motion from its start.
+    /// The motion from the start.
     ///
     /// # Errors
-    /// A start from which it cannot go.
+    /// A start from which no motion is possible.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         self.model.motion(self.options)
     }
 }
 
-/// What `[run]` asks for, in units of the rod.
+/// Options from `[run]`, in units of the rod.
 fn options(run: &Run, scales: &Scales) -> Result<Options> {
     let mut options = Options::new(scales.inward(Quantity::Time, run.duration))
         .and_then(|options| options.with_tolerance(run.tolerance))

@@ -1,4 +1,4 @@
-//! An elastic rod in a plane, and how a planar rod starts.
+//! An elastic rod in a plane, and the initial equilibrium of planar rods.
 
 use super::clamp::{self, Seen};
 use super::loads::point_mass;
@@ -22,26 +22,26 @@ use std::sync::Arc;
 pub struct ElasticPlane {
     /// The mass and its loads.
     pub body: Body<2>,
-    /// The equilibrium it starts from; `None`: the straight rod.
+    /// Equilibrium at the start; `None`: the straight rod.
     pub start: Option<Equilibrium>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
-    /// What a fault of the start is about.
+    /// Context of messages about the start.
     words: String,
 }
 
-/// Loads up to which every equilibrium of a start position is found: those of a sheet that is named,
-/// and the stable ones. Beyond, only the stable ones are few, and found whatever their load.
+/// Values of lambda up to which the search at a start position finds every equilibrium, for a named sheet and for
+/// stable equilibria. At larger lambda only the stable ones are few, and all of them are found.
 const NAMED_LAMBDA: f64 = 60.0;
 const STABLE_LAMBDA: f64 = 14.0;
-/// Equilibria listed in a message.
+/// Number of equilibria listed in a message.
 const LISTED: usize = 8;
 
 impl ElasticPlane {
     /// Finds the start.
     ///
     /// # Errors
-    /// A scene with damping; a start position with no equilibrium as asked for, or with several: the message lists them.
+    /// A scene with damping; a start position with no matching equilibrium, or with several: the message lists them.
     pub fn new(scene: &Scene) -> Result<Self> {
         if scene.rod.damping.is_some() {
             return Err(Error::domain(
@@ -109,13 +109,13 @@ impl MotionModel for ElasticPlane {
     }
 }
 
-/// The loads at t = 0 on a body whose clamp stands.
+/// Loads at t = 0 on a body with a clamp at rest; `None` for a moving clamp.
 pub(super) fn resting(body: &Body<2>) -> Option<Vector2<f64>> {
     let stands = body.support().is_none_or(|support| support.is_fixed());
     stands.then(|| body.load(0.0))
 }
 
-/// The mass of a rod that is followed to first order.
+/// A planar rod with first-order inertia.
 fn light_rod(scene: &Scene, plain: &Dimensionless) -> Result<LightRod> {
     let mass = scene.rod.mass().ok_or_else(|| {
         Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
@@ -125,7 +125,7 @@ fn light_rod(scene: &Scene, plain: &Dimensionless) -> Result<LightRod> {
     Ok(LightRod { mass, gravity })
 }
 
-/// Where the end of the rod is.
+/// Position of the end of the rod; `None` is the straight rod.
 fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
     start.map_or(Vector2::x(), |at| Vector2::new(at.x, at.y))
 }
@@ -135,12 +135,12 @@ pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
     point_mass(1.0, &plain.loads, in_plane, clamp::planar(&plain.clamp)?)
 }
 
-/// A vector of the plane.
+/// The planar part (x, y) of a vector.
 pub(super) fn in_plane([x, y, _]: [f64; 3]) -> Vector2<f64> {
     Vector2::new(x, y)
 }
 
-/// The equilibrium at the start; `None` is the straight rod.
+/// Equilibrium at the start; `None` is the straight rod.
 pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equilibrium>> {
     match &plain.start.place {
         Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa).map(Some),
@@ -151,7 +151,7 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
         }
         Place::Rest { .. } => match plain.start.imperfection {
             0.0 => Ok(None),
-            // On the verge of buckling: a push along the clamp holds it, alpha = 0 and theta(1) = 2 asin kappa.
+            // A thrust along the clamp at the verge of buckling: alpha = 0 and theta(1) = 2 asin kappa.
             angle => Equilibrium::new((0.5 * angle).sin().atanh(), FRAC_PI_2).map(Some),
         },
         Place::Settled { .. } => equilibrium_under_load(&body(plain)?.load(0.0)),
@@ -166,11 +166,11 @@ pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equil
 struct Candidate {
     equilibrium: Equilibrium,
     index: usize,
-    /// Stable, and not two in one on a fold.
+    /// True if stable; false on a fold, where two equilibria coincide.
     stable: bool,
 }
 
-/// All equilibria with lambda below `bound`, and the stable ones above it, by rising lambda.
+/// All equilibria with lambda below `bound`, and the stable ones above, by rising lambda.
 fn candidates([x, y]: [f64; 2], bound: f64) -> Result<Vec<Candidate>> {
     let mut found: Vec<Candidate> = equilibria_at(x, y, bound)?
         .iter()
@@ -252,7 +252,7 @@ fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equil
     }
 }
 
-/// The position as the scene has it.
+/// The start position in the scene's numbers, for messages.
 fn asked(scene: &Scene) -> String {
     let Place::Position {
         position: [x, y, _],
@@ -266,7 +266,7 @@ fn asked(scene: &Scene) -> String {
     format!("position = [{x:?}, {y:?}]{space}{unit}")
 }
 
-/// One line that names equilibria, their energies in the scene's units.
+/// List of equilibria on one line, with energies in the scene's units.
 fn list(scene: &Scene, found: &[Candidate]) -> String {
     let scale = scene.scales().map_or(f64::NAN, |scales| scales.energy);
     let unit = scene.units.energy();

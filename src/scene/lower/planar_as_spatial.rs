@@ -1,7 +1,7 @@
-//! Planar rods under a load along them, as rods in space that stay in their plane.
+//! Planar rods under a load along them, computed as rods in space that stay in their plane.
 //!
-//! The closed form of the planar elastica knows no load along the rod. In space such a rod is one that is stiff out of its plane: its clamp has
-//! d3 along the tangent and d1 across the plane, about which it bends.
+//! The closed form of the planar elastica has no load along the rod. The equivalent rod in space is stiff out of its
+//! plane. At the clamp d3 is along the tangent, and d1, the axis of bending, is normal to the plane.
 
 use super::clamp::{self, out_of_plane};
 use super::elastic_space::ElasticSpace;
@@ -16,17 +16,17 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// Largest distance of a straight rod's end from the line of the clamp, in lengths of the rod.
 const STRAIGHT: f64 = 1e-9;
-/// How much stiffer it is out of its plane, and against twist.
+/// Ratio of the out-of-plane bending and torsional stiffness to the planar bending stiffness.
 const STIFFER: f64 = 1e4;
 
-/// d1 across the plane, d3 along +x.
+/// Rotation to the directors at the clamp: d1 normal to the plane, d3 along +x.
 fn laid() -> UnitQuaternion<f64> {
     let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
 
 impl Scene {
-    /// The scene of an elastic planar rod that bears a load along it, in space; None of any other.
+    /// The scene in space of an elastic planar rod with a load along it; `None` for every other rod.
     ///
     /// # Errors
     /// As [`Scene::lifted`].
@@ -38,12 +38,13 @@ impl Scene {
         }
     }
 
-    /// The scene in space whose small motions are those of a light planar rod under a load along it; None of any other planar rod.
+    /// The scene in space with the same small motions as a light planar rod under a load along it; `None` for every
+    /// other planar rod.
     ///
     /// # Errors
     /// A rod with friction; as [`Scene::lifted`].
     pub(crate) fn lifted_for_modes(&self) -> Result<Option<Self>> {
-        // The closed form of a rod whose mass is followed to first order is for its motion.
+        // Small motions of a first-order rod bent by its weight have no closed form; its motion has.
         if let Some(weighing) = self.weighing()? {
             return weighing.lifted().map(Some);
         }
@@ -56,7 +57,8 @@ impl Scene {
         self.bearing_in_plane()
     }
 
-    /// A planar scene whose rod is followed to first order and bent by its weight, as one whose rod does nothing but weigh; None of any other.
+    /// For a planar rod with first-order inertia that its weight bends: the same scene with weight but without inertia.
+    /// `None` for every other rod.
     fn weighing(&self) -> Result<Option<Self>> {
         if !self.rod.is_light() {
             return Ok(None);
@@ -75,8 +77,8 @@ impl Scene {
         Ok(Some(weighing))
     }
 
-    /// An error where loads that all lie along the clamp buckle the rod, which settles to either side alike; `lifted`
-    /// is the scene in space.
+    /// An error if all loads lie along the clamp and buckle the rod: the side to which it settles is then undetermined.
+    /// `lifted` is the scene in space.
     fn leans(&self, lifted: &Self) -> Result<()> {
         let support = clamp::planar(&self.dimensionless()?.clamp)?;
         let frame = support.map(|support| support.at(0.0));
@@ -99,8 +101,9 @@ impl Scene {
         }
     }
 
-    /// A planar scene as one in space, the rod without its friction. An equilibrium of the planar elastica at the start says where the end is, and near which
-    /// shape: under a load along the rod that is another one.
+    /// The planar scene as one in space, without friction of the rod. An equilibrium of the planar elastica at the
+    /// start gives the pose of the end and an initial guess of the shape; the equilibrium under a load along the rod
+    /// differs from it.
     ///
     /// # Errors
     /// As the start of a planar scene.
@@ -121,7 +124,7 @@ impl Scene {
         let q = (rotation(&self.clamp.orientation) * laid()).into_inner();
         lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
         lifted.clamp.motion = self.clamp.motion.as_ref().map(out_of_plane);
-        // An equilibrium is one about the clamp as it stands at t = 0.
+        // The initial equilibrium is that of the clamp's pose at t = 0.
         let clamp = clamp::lifted(&plain.clamp)?
             .map_or_else(Isometry3::identity, |support| support.pose(0.0));
         match &self.start.place {

@@ -1,4 +1,4 @@
-//! From a scene of statics to the rod and the problem of its end.
+//! Conversion of a scene of statics to the rod and its boundary-value problem.
 
 use crate::error::{Error, Result};
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
@@ -10,10 +10,11 @@ use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
 use nalgebra::{Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 
 impl Scene {
-    /// The problem of the scene, in the scene's units.
+    /// The boundary-value problem of the scene, in the scene's units.
     ///
     /// # Errors
-    /// A scene of motion; a law that is not convex, an end out of reach; what [`Scene::parse`] cannot see from the numbers alone.
+    /// A scene of motion; a law that is not convex, an end out of reach; faults that [`Scene::parse`] cannot see from
+    /// the numbers alone.
     pub fn problem(&self) -> Result<Problem> {
         let held = self.end()?;
         let rod = self.cosserat_rod()?;
@@ -32,7 +33,7 @@ impl Scene {
         })
     }
 
-    /// The dead load along a rod: its weight and the distributed force, times their common factor.
+    /// Dead load along a rod: weight and distributed force, times their common factor.
     ///
     /// # Errors
     /// As [`LoadAlong::on`](crate::scene::LoadAlong::on).
@@ -49,13 +50,13 @@ impl Scene {
         }
     }
 
-    /// The dead load along a rod without inertia in motion, its weight included, in the world and the scene's units; None if there is none, and of rods whose mass
-    /// does more than weigh.
+    /// Dead load along a rod without inertia in motion, its weight included, in the world and the scene's units. `None`
+    /// without a load, and for rods whose inertia counts.
     ///
     /// # Errors
     /// A rod with friction on a clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
     pub(in crate::scene) fn light_load(&self) -> Result<Option<Distributed>> {
-        // To first order the planar rod has its weight in closed form.
+        // First-order inertia of the planar rod includes its weight in closed form.
         let closed = self.is_planar() && self.rod.is_light() && self.loads.distributed.is_zero();
         if self.rod.is_heavy() || closed {
             return Ok(None);
@@ -75,9 +76,8 @@ impl Scene {
         }
     }
 
-    /// The dead load along a rod of a motion in the equilibrium at its start, in the world and the scene's units:
-    /// [`Scene::light_load`], and of a rod with all of its mass that settles the load that it settles under. None if
-    /// there is none.
+    /// Dead load along a rod in the equilibrium at the start of a motion, in the world and the scene's units. It equals
+    /// [`Scene::light_load`], or, for a heavy rod that settles, the load under which it settles. `None` without a load.
     ///
     /// # Errors
     /// As [`Scene::light_load`].
@@ -89,7 +89,8 @@ impl Scene {
         }
     }
 
-    /// True of a rod at rest with a load along it, be it 0 where the branch begins, or one that cannot be: whoever asks for it is told why.
+    /// True for a rod in statics with a load along it, including a load that a branch varies from 0. An invalid load
+    /// also counts; its error is reported where it is used.
     pub fn is_loaded_along(&self) -> bool {
         let branch = self.continuation.iter();
         let mut varied = branch.flat_map(|wanted| {
@@ -99,7 +100,7 @@ impl Scene {
         self.load_along().map_or(true, |load| !load.is_zero()) || varied.any(Parameter::is_along)
     }
 
-    /// The guess of `[start]`, if there is one.
+    /// Initial guess of the base wrench from `[start]`, if any.
     pub fn guess(&self) -> Option<Wrench> {
         self.start.wrench.map(Vector6::from)
     }
@@ -107,8 +108,8 @@ impl Scene {
     /// The rod of the scene, in the scene's units.
     ///
     /// # Errors
-    /// A planar scene; what [`Scene::parse`] cannot see from the numbers alone: flexure or twist held rigid, a law that has no
-    /// unloaded state.
+    /// A planar scene; faults that [`Scene::parse`] cannot see from the numbers alone: flexure or twist held rigid, a
+    /// law without an unloaded state.
     pub fn cosserat_rod(&self) -> Result<Rod> {
         let position = self.clamp.position.into();
         let rod = self.rod.unclamped()?;
@@ -159,7 +160,7 @@ impl SceneRod {
         }
     }
 
-    /// A law with the scene's rest strains, which may vary along the rod.
+    /// The rod of a law with the scene's rest strains, which may vary along the rod.
     fn rested(&self, law: Linear) -> Result<Rod> {
         match self.rest.uniform() {
             Some((curvature, twist)) => Rod::new(self.length, law.with_rest(curvature, twist)?),
@@ -185,7 +186,7 @@ impl SceneRod {
     }
 }
 
-/// As a rotation.
+/// Conversion of an orientation to a rotation.
 pub(super) fn rotation(orientation: &Orientation) -> UnitQuaternion<f64> {
     let [w, x, y, z] = orientation.quaternion();
     UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
@@ -202,7 +203,7 @@ fn full(law: &Full) -> Result<Linear> {
                 name.as_str()
             )));
         }
-        // Their rows and columns have no effect.
+        // Rows and columns of rigid strains have no effect; this keeps the matrix positive definite.
         stiffness.row_mut(i).fill(0.0);
         stiffness.column_mut(i).fill(0.0);
         stiffness[(i, i)] = stiffness[(0, 0)];

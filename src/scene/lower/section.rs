@@ -1,4 +1,4 @@
-//! From a scene to its viscoelastic section.
+//! Conversion of a scene to its viscoelastic section.
 
 use crate::error::{Error, Result};
 use crate::scene::{Model, Rod, Scene};
@@ -7,19 +7,19 @@ use crate::section::{Linear, SectionLaw};
 use std::sync::Arc;
 
 impl Scene {
-    /// The section of the rod, in the scene's units: stored energy, friction, Maxwell branches. In the plane only
-    /// u1, bending, is meant, and the other stiffnesses are not used.
+    /// Section of the rod, in the scene's units: stored energy, friction, Maxwell branches. In the plane only u1,
+    /// bending, has a meaning; the other stiffnesses are not used.
     ///
     /// # Errors
-    /// A scene without damping; as [`Scene::cosserat_rod`]; matrices that are not positive definite in the strains that the
-    /// section does not hold rigid; Maxwell branches in proportion to a section whose stiffness varies along the rod.
+    /// A scene without damping; as [`Scene::cosserat_rod`]; matrices that are not positive definite in the strains that
+    /// are not rigid; proportional Maxwell branches of a section whose stiffness varies along the rod.
     pub fn viscoelastic(&self) -> Result<Viscoelastic> {
         self.rod.viscoelastic()
     }
 }
 
 impl Rod {
-    /// As [`Scene::viscoelastic`].
+    /// Viscoelastic section of this rod, see [`Scene::viscoelastic`].
     pub(super) fn viscoelastic(&self) -> Result<Viscoelastic> {
         let Some(damping) = &self.damping else {
             return Err(Error::domain(

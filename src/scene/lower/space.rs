@@ -1,4 +1,4 @@
-//! A viscoelastic rod in space.
+//! A viscoelastic rod in space, made from a scene of motion.
 
 use super::in_space::{InSpace, SpaceField};
 use super::{ModelKind, MotionModel};
@@ -11,21 +11,21 @@ use crate::scene::Scene;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 
-/// A viscoelastic rod in space. The frame of its body is that of the clamp.
+/// A viscoelastic rod in space. The body is described in the frame of the clamp.
 #[derive(Debug, Clone)]
 pub struct ViscousSpace {
     /// Body, clamp and start.
     pub common: InSpace,
     /// The section, in the scene's units.
     pub section: Viscoelastic,
-    /// Which strains move.
-    pub strains: FreeStrains,
-    /// Where the Maxwell branches are relaxed at the start, if not there.
+    /// Strains that can change.
+    pub strains: Moving,
+    /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub relaxed: Option<SpaceField>,
 }
 
 impl Scene {
-    /// The strains that move in a motion in space.
+    /// Strains that can change in a motion in space.
     ///
     /// # Errors
     /// As [`Scene::cosserat_rod`]; shear and stretch held rigid in a combination that has no kinematics.
@@ -35,11 +35,11 @@ impl Scene {
 }
 
 impl ViscousSpace {
-    /// Finds the start and scales everything.
+    /// Finds the start and converts to units of the rod.
     ///
     /// # Errors
-    /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start
-    /// for which no equilibrium is found.
+    /// As [`Scene::viscoelastic`]; shear and stretch held rigid in a combination that has no kinematics; a start for
+    /// which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
         let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
@@ -59,7 +59,7 @@ impl MotionModel for ViscousSpace {
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
         let measures = self.common.scales.measures();
-        // NaN is refused by the run, which says where.
+        // The run rejects NaN and reports its place.
         let scaled = |field: &SpaceField, x: f64| {
             let strain = field.at(x).map(|strain| measures.strain_in(&strain));
             strain.unwrap_or(Strain::repeat(f64::NAN))
@@ -96,7 +96,7 @@ impl MotionModel for ViscousSpace {
 
     fn reduction(&self) -> Result<Option<std::result::Result<Reduction, Refusal>>> {
         if self.common.load().is_some() {
-            // A load along the rod keeps its strains from being the same everywhere.
+            // A load along the rod prevents uniform strains.
             return Ok(None);
         }
         let scaled = |field: &SpaceField, x: f64| -> Result<Strain> {
@@ -124,5 +124,5 @@ impl MotionModel for ViscousSpace {
     }
 }
 
-/// Places at which strains are asked whether they are the same all along the rod.
+/// Places at which the uniformity of the strains is tested.
 const PROBES: [f64; 9] = [0.0, 0.03, 0.17, 0.29, 0.5, 0.618, 0.83, 0.97, 1.0];

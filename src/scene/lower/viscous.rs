@@ -1,4 +1,4 @@
-//! A viscoelastic rod in a plane.
+//! A viscoelastic rod in a plane, made from a scene of motion.
 
 use super::clamp::{self, Seen};
 use super::in_space::SpaceField;
@@ -26,15 +26,15 @@ pub struct ViscousPlane {
     pub material: Material<1>,
     /// The strains at the start.
     pub strain: Field,
-    /// Where the Maxwell branches are relaxed at the start, if not there.
+    /// Curvature at which the Maxwell branches are relaxed; `None`: the initial one.
     pub relaxed: Option<Field>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
-    /// What a fault of the start is about.
+    /// Context of messages about the start.
     words: String,
 }
 
-/// Panels, and Gauss nodes in each, of the integral to the end of a rod of given curvature.
+/// Panels, and Gauss nodes per panel, of the integral to the end of a rod of given curvature.
 const PANELS: usize = 32;
 const PANEL: usize = 10;
 
@@ -43,21 +43,21 @@ const PANEL: usize = 10;
 pub enum Field {
     /// c0 + c1 s + ...
     Polynomial(Vec<f64>),
-    /// That of an equilibrium.
+    /// Curvature of an equilibrium.
     Equilibrium(Box<Equilibrium>),
-    /// That of one under a load along the rod, found in space.
+    /// Curvature of an equilibrium under a load along the rod, computed in space.
     Bearing {
         /// The strains.
         strains: Box<SpaceField>,
-        /// The length of the rod in their units.
+        /// Length of the rod in the units of `strains`.
         length: f64,
-        /// Where the end is.
+        /// Position of the end.
         end: Vector2<f64>,
     },
 }
 
 impl Field {
-    /// Where the Maxwell branches of a planar rod are relaxed at the start, if not there.
+    /// Curvature at which the Maxwell branches of a planar rod are relaxed; `None`: the initial one.
     ///
     /// # Errors
     /// Strains, which are for a rod in space.
@@ -74,11 +74,11 @@ impl Field {
         })
     }
 
-    /// The curvature at s.
+    /// Curvature at s.
     pub fn at(&self, s: f64) -> Local<1> {
         Vector1::new(match self {
             Self::Polynomial(c) => c.iter().rev().fold(0.0, |sum, c| sum * s + c),
-            // A rod of a chart has a curvature everywhere; NaN is refused by the run.
+            // Every point of the chart has a curvature. The run rejects NaN.
             Self::Equilibrium(rod) => rod.section(s).map_or(f64::NAN, |at| at.curvature),
             Self::Bearing {
                 strains, length, ..
@@ -86,7 +86,7 @@ impl Field {
         })
     }
 
-    /// Where the end is: the integral of (cos theta, sin theta), theta = c0 s + c1 s^2/2 + ...
+    /// Position of the end: the integral of (cos theta, sin theta), theta = c0 s + c1 s^2/2 + ...
     pub(super) fn end(&self) -> Vector2<f64> {
         let curvature = match self {
             Self::Equilibrium(rod) => return Vector2::new(rod.x, rod.y),
@@ -113,8 +113,8 @@ impl ViscousPlane {
     /// Finds the start.
     ///
     /// # Errors
-    /// As [`Scene::viscoelastic`]; a start position with no equilibrium as asked for, or with several; scales at which the
-    /// law is not one of doubles.
+    /// As [`Scene::viscoelastic`]; a start position with no matching equilibrium, or with several; scales at which the
+    /// law over- or underflows.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
         let law = scene.viscoelastic()?.measured(scales.measures());
@@ -127,7 +127,7 @@ impl ViscousPlane {
                 Field::Bearing {
                     strains: Box::new(space.common.strain),
                     length: scales.length,
-                    // Along d3, and against d2.
+                    // The plane is spanned by d3 and -d2.
                     end: Vector2::new(end.z, -end.y),
                 }
             }
@@ -137,7 +137,7 @@ impl ViscousPlane {
                     Field::Polynomial(vec![0.0])
                 }
                 Some(rod) => {
-                    // A rod drawn to its full reach has no arclength that double precision holds.
+                    // At full reach double precision cannot resolve the arclength.
                     rod.section(0.5).map_err(|e| {
                         e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
                     })?;
@@ -159,7 +159,7 @@ impl ViscousPlane {
     }
 }
 
-/// The dead load along a planar rod without inertia, in the frame of its clamp and the units of the rod.
+/// Dead load along a planar rod without inertia, in the clamp's frame and units of the rod.
 pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<Distributed>> {
     let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
     let Some(load) = scene.light_load()? else {
@@ -204,7 +204,8 @@ impl MotionModel for ViscousPlane {
     }
 }
 
-/// Refuses a straight rod that nothing moves across and that a push beyond Euler's load would keep straight for ever.
+/// Rejects a straight rod without transverse loads or velocity under a thrust beyond Euler's load: it would stay
+/// straight for ever.
 fn stays_straight(plain: &Dimensionless) -> Result<()> {
     let (body, start) = (body(plain)?, &plain.start);
     let (load, free) = (body.load(0.0), start.relaxed == Relaxed::Start);
@@ -215,5 +216,5 @@ fn stays_straight(plain: &Dimensionless) -> Result<()> {
     }
 }
 
-/// The strain that a planar rod has.
+/// Index of the bending strain of a planar rod.
 const BENDING: usize = StrainName::U1 as usize;

@@ -1,4 +1,4 @@
-//! Reads an assembly: `[[rod]]`, `[[body]]` and what acts on all of them.
+//! Reader of assemblies: `[[rod]]`, `[[body]]` and their common tables.
 
 use super::branch::continuation;
 use super::ends::{inertia, orientation};
@@ -19,10 +19,10 @@ use crate::scene::{
     Load, LoadAlong, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
 };
 
-/// A rod as it is read, and what holds its end, if anything does, with the load along it.
+/// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
 type AnyRod = (FreeRod, Option<(Site, LoadAlong)>);
 
-/// Reads everything before it gives up anything.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod_tables = tables(
@@ -32,7 +32,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         "name = \"left\", model = \"cosserat\", ...",
     );
     let body_tables = tables(top, "body", &BODY, "name = \"m\" and mass = 1.0");
-    // All rods have the same, or it is reported.
+    // One rod stands for all: differences between rods are reported separately.
     let memory = rod_tables.iter().flatten().next().map(Memory::of);
     let run = match part(top, &RUN) {
         Some(Some(table)) => run(&table, memory).map(Some),
@@ -67,7 +67,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     });
     let start = default(part(top, &START), settled(), |table| {
         let rods = rod_tables.iter().flatten();
-        // Rods with all of their mass are looked at where they are laid out.
+        // Only loops of light rods are excluded here; loops of heavy rods are checked when the rods are placed.
         let light = rods.filter(|rod| !has_free_end(rod) && !Memory::of(rod).heavy);
         let bodies = body_tables.as_ref().map_or(0, Vec::len);
         start(table, motion, light.count(), bodies)
@@ -183,7 +183,7 @@ fn tables<'a>(
     Some(all)
 }
 
-/// The names of rods or bodies; None where one has a fault.
+/// Names of rods or bodies; `None` for a name with a fault.
 fn names(tables: &[Table], of: &str) -> Vec<Option<String>> {
     let mut names: Vec<Option<String>> = Vec::new();
     for table in tables {
@@ -305,7 +305,7 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
     fits.then_some(body)
 }
 
-/// Reports the bodies without a guess where others have one.
+/// Reports the bodies without a guess if other bodies have one.
 fn guesses_are_whole(tables: &[Table]) {
     if !tables.iter().any(|table| table.has("guess")) {
         return;
@@ -358,7 +358,8 @@ fn one_rod(
     Some((rod, Some((to, distributed?))))
 }
 
-/// A rod with a free end; a fault of what would load it, or leave open how it is turned.
+/// A rod with a free end. Faults: a load or contact on the rod, or a ball joint at its base, which leaves its rotation
+/// undetermined.
 fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -> Option<FreeRod> {
     let kind = FaultKind::Conflict;
     if from.joint == Joint::Ball {
@@ -396,7 +397,8 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
     })
 }
 
-/// Reports rods with a free end before others: rods are known by their number too, `rod[0]`, and those are of the rods that carry.
+/// Reports rods with a free end before other rods. Paths such as `rod[0]` count only rods held at both ends, so these
+/// must come first.
 fn free_come_last(tables: &[Table]) {
     let held = tables.iter().rposition(|table| !has_free_end(table));
     let before = tables.iter().take(held.unwrap_or(0));
@@ -407,7 +409,7 @@ fn free_come_last(tables: &[Table]) {
     }
 }
 
-/// Reports rods with mass beside rods without, with other numbers of nodes, or at rest.
+/// Reports rods that differ in `inertia = "full"` or in the number of nodes, and heavy rods in statics.
 fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
     let heavy = |table: &Table| Memory::of(table).heavy;
     let mut alike = true;
@@ -449,7 +451,7 @@ fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
     alike
 }
 
-/// Reports every body that no chain of rods joins to the ground. Rods with all of their mass may leave all of them in the air.
+/// Reports every body that no chain of rods joins to the ground. If all rods are heavy, the whole assembly may float.
 fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion: bool) {
     let number = |site: &Site| {
         let name = site.body.as_deref()?;
@@ -551,7 +553,7 @@ fn start(table: &Table, motion: bool, rods: usize, bodies: usize) -> Option<Star
     }
 }
 
-/// True if every rod can be made and the scales are numbers; else the faults.
+/// True if every rod can be made and the scales are normal numbers; otherwise reports the faults.
 fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
     let mut made = true;
     let Some(assembly) = &scene.assembly else {

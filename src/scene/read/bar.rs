@@ -1,4 +1,4 @@
-//! Reads a scene of a bar.
+//! Reader of scenes of a bar.
 
 use super::fields::{BODY, LAW, LOADS, ROD, RUN, START};
 use super::loads::size;
@@ -14,7 +14,7 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Reads everything before it gives up anything.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn bar(top: &Table) -> Option<Scene> {
     let units = units(top);
     let rod = part(top, &ROD).flatten();
@@ -79,7 +79,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
     })
 }
 
-/// `[rod]`; the rest of the scene is filled in later.
+/// Reads `[rod]`; the rest of the scene is filled in later.
 fn of_rod(table: &Table) -> Option<BarScene> {
     let model = table.word("model", &[Model::Bar]);
     let (length, area, density) = (
@@ -97,7 +97,7 @@ fn of_rod(table: &Table) -> Option<BarScene> {
     let held = |name: &str, first: bool| table.word(name, &[first, !first]);
     let (base, tip) = (held("base", true), held("tip", false));
     let cells = match table.has("cells") {
-        // The nodes of an element with twelve digits.
+        // Default nodes per spectral element; they resolve twelve digits.
         false if scheme == Some(Scheme::Spectral) => Some(24),
         _ => table.count("cells"),
     };
@@ -185,7 +185,7 @@ fn load(loads: &Table) -> Option<Option<History>> {
     })
 }
 
-/// True if the bar can be made and its scheme takes it; else the fault, where it is best seen.
+/// Checks that the bar can be made and that its scheme can compute it; reports the fault at the most telling field.
 fn can_be_built(top: &Table, at: usize, scene: &BarScene) -> Option<()> {
     let made = scene.bar().and_then(|bar| {
         motion(

@@ -1,4 +1,4 @@
-//! What `[continue]` may hold.
+//! Reader of `[continue]`.
 
 use super::ends::{REACH, out_of_reach};
 use super::fields::SECOND;
@@ -7,7 +7,8 @@ use super::ranges::{SIZE, VALUE};
 use super::table::{Absent, Table};
 use crate::scene::{Continue, FaultKind, Parameter, Scene, Second};
 
-/// Reads `[continue]`. `scene` is the rest of the scene; `None` if that has faults, and then only the table itself is read.
+/// Reads `[continue]`. `scene` is the rest of the scene; `None` if the rest has faults, and then only the table itself
+/// is checked.
 pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Continue> {
     let reader = table.reader;
     let parameter = parameter(table, scene);
@@ -60,7 +61,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
     Some(continuation)
 }
 
-/// A path to a number of the scene.
+/// Reads the path of a number of the scene.
 fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
     let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Scene::parameters);
     let name = |parameter: &Parameter| {
@@ -86,7 +87,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
     })
 }
 
-/// The path with the numbers of bodies and rods in place of their names, `body[0].force.z` for `body.crown.force.z`.
+/// The path with indices of bodies and rods in place of their names: `body[0].force.z` for `body.crown.force.z`.
 fn numbered(path: &str, scene: &Scene) -> String {
     let (Some(assembly), Some((list, rest))) = (&scene.assembly, path.split_once('.')) else {
         return path.to_owned();
@@ -103,7 +104,7 @@ fn numbered(path: &str, scene: &Scene) -> String {
     }
 }
 
-/// Why a scene may lack a parameter, and what to do.
+/// Reason why a scene may lack a parameter, with advice.
 fn absence(parameter: Parameter) -> &'static str {
     match parameter {
         Parameter::EndForce(_) => {
@@ -147,7 +148,7 @@ fn absence(parameter: Parameter) -> &'static str {
     }
 }
 
-/// `from` and `to` of a branch, where the scene can be.
+/// Reads `from` and `to` of a branch, and checks that the scene is possible at both values.
 fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> Option<(f64, f64)> {
     let rule = match parameter {
         Some(parameter) if parameter.is_positive() => &SIZE,
@@ -184,7 +185,7 @@ fn ends(table: &Table, scene: Option<&Scene>, parameter: Option<Parameter>) -> O
     reachable.then_some((from, to))
 }
 
-/// Least, first and greatest step, each from its default, which gives way to what is written.
+/// Least, first and greatest step. Defaults of steps that are not written adapt to the written ones.
 fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
     let given = ["min_step", "step", "max_step"].map(|name| table.optional(name));
     let [Some(least), Some(step), Some(most)] = given else {
@@ -200,7 +201,7 @@ fn steps(table: &Table) -> (Option<f64>, Option<f64>, Option<f64>) {
     if least <= first && first <= most {
         return (Some(least), Some(first), Some(most));
     }
-    // Two of the three are written, and the later one is at fault.
+    // At least two of the three steps are written, and the later one is at fault.
     let (name, allowed) = if least > most {
         ("max_step", format!("at least min_step = {least}"))
     } else {
@@ -225,7 +226,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     let (from, to) = ends?;
     let here = scene?.value(&parameter?);
     if !(from.min(to) <= here && here <= from.max(to)) {
-        // The default of `from` is the value of the scene: it is written.
+        // `from` is written here, since its default is the value in the scene.
 
         let here = Short(here);
         let allowed =

@@ -1,4 +1,4 @@
-//! The tables of fields as documents: a JSON Schema for editors, and a reference in Markdown.
+//! Documents generated from the tables of fields: a JSON Schema for editors, and a reference in Markdown.
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
 use super::phrases::listed;
@@ -6,13 +6,13 @@ use crate::scene::Scene;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
-/// The letters of components.
+/// Letters of components.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// The JSON Schema (2020-12) of scenes, for completion and checks in editors of TOML.
 ///
-/// It says which tables and fields there are, of which type, with defaults and one line of documentation each. What fields
-/// require of each other, and some sets of numbers, only [`Scene::parse`](crate::scene::Scene::parse) knows.
+/// The schema lists the tables and fields, with types, defaults and one line of documentation each. Conditions between
+/// fields and some sets of numbers are left to [`Scene::parse`](crate::scene::Scene::parse).
 pub fn json_schema() -> Value {
     let mut schema = object(&TOP);
     schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
@@ -33,7 +33,7 @@ fn object(spec: &Spec) -> Value {
         {
             continue;
         }
-        // A field that means different things in different kinds of scenes is any of them.
+        // A field with different meanings in different kinds of scenes may have any of them.
         let property = match properties.remove(field.name) {
             Some(Value::Object(mut other)) if other.len() == 1 && other.contains_key("anyOf") => {
                 if let Some(list) = other.get_mut("anyOf").and_then(Value::as_array_mut) {
@@ -49,7 +49,7 @@ fn object(spec: &Spec) -> Value {
     json!({ "type": "object", "properties": properties, "additionalProperties": false })
 }
 
-/// True if both are the same table; one that is an array of such a table is then taken in, too.
+/// True if both are the same table. If `other` is an array of this table, the array form is added to `table`.
 fn is_same_table(table: &mut Value, other: &Value) -> bool {
     let of = |table: &Value, other: &Value| {
         other["properties"].is_object() && table["properties"] == other["properties"]
@@ -70,7 +70,7 @@ fn describe(field: &Field) -> String {
     format!("{}{unit}", field.doc)
 }
 
-/// The default as JSON, if it is a plain value.
+/// The default as JSON, if the default is a plain value.
 fn default(field: &Field) -> Option<Value> {
     let Need::Or(text) = field.need else {
         return None;
@@ -158,13 +158,14 @@ pub fn reference() -> String {
 }
 
 impl Scene {
-    /// A field by its path, `start.velocity[0]`, `start.velocity.0` or `start.velocity.x`, in words, `start velocity x`, with its unit in SI, which is empty for a
-    /// pure number; None if such scenes have no such field.
+    /// Description in words, `start velocity x`, and SI unit of the field at a path (`start.velocity[0]`,
+    /// `start.velocity.0` or `start.velocity.x`). The unit of a pure number is empty. `None` if scenes of this kind
+    /// have no such field.
     pub fn described(&self, path: &str) -> Option<(String, &'static str)> {
         let kind = self.kind();
         let mut specs: Vec<&'static Spec> = vec![&TOP];
         let (mut words, mut unit): (Vec<String>, _) = (Vec::new(), "");
-        // The field whose elements may be named next.
+        // The field whose elements the next step of the path may name.
         let mut list: Option<&'static Form> = None;
         for step in path
             .split(['.', '['])
@@ -183,18 +184,18 @@ impl Scene {
                 }
             }
             let Some(field) = specs.iter().find_map(|spec| spec.field(step, kind)) else {
-                // Of bodies and rods it may be the name of one.
+                // After `body` or `rod` the step may be the name of one.
                 let of = ["body", "rod"].iter().find(|of| words == [**of])?;
                 self.has_named(of, step).then_some(())?;
                 words.push(step.to_owned());
                 continue;
             };
             let word = step.replace('_', " ");
-            // Loads are what they are without the name of their table.
+            // The description of a load omits the word `loads`.
             if word != "loads" {
                 words.push(word);
             }
-            // Columns of a table have a unit each.
+            // The columns of a table have different units.
             unit = match field.unit.contains(',') {
                 true => "",
                 false => field.unit,
@@ -238,7 +239,7 @@ fn is_vector(form: &Form) -> bool {
     }
 }
 
-/// The tables in a table, each with its path.
+/// The tables inside a table, each with its path.
 fn inner(path: &str, spec: &'static Spec) -> Vec<(String, &'static Spec)> {
     let mut found = Vec::new();
     for field in spec.fields {
@@ -295,7 +296,7 @@ fn kinds(on: Kinds) -> String {
     those.join(" ")
 }
 
-/// What a value is, in words.
+/// Description of a value in words.
 fn words(form: &Form) -> String {
     match form {
         Form::Number(rule) | Form::Vector(rule) => {

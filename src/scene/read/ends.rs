@@ -1,4 +1,4 @@
-//! Reads `[clamp]`, `[body]` and `[end]`.
+//! Readers of `[clamp]`, `[body]` and `[end]`.
 
 use super::fields::{CLAMP_MOTION, PLANE, POSE, ROTATION, SHAKE, TURN};
 use super::groove::groove;
@@ -15,17 +15,16 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// How far the norm of a quaternion may be from 1: numbers that were rounded to 7 digits are meant well.
+/// Tolerance of the norm of a quaternion about 1: numbers rounded to 7 digits are accepted.
 const UNIT: f64 = 1e-6;
-/// Relative width around |r| = L within which a position counts as on the circle: the rounding of
-/// the norm.
+/// Relative width around |r| = L within which a position counts as on the circle: the rounding of the norm.
 pub(super) const ON_CIRCLE: f64 = 4.0 * f64::EPSILON;
 
 pub(super) fn clamp(table: &Table) -> Option<Clamp> {
     let reader = table.reader;
     let position = table.vector("position");
     let orientation = match reader.kind.get() {
-        // Without an angle the quaternion of the default, which is not written.
+        // Without `angle` the default orientation stays, a quaternion that is not written again.
         PLANE if table.get("angle").is_none() => Some(None),
         PLANE => table
             .number("angle")
@@ -40,7 +39,7 @@ pub(super) fn clamp(table: &Table) -> Option<Clamp> {
     })
 }
 
-/// How a clamp, or another support, moves.
+/// Reads the motion of a clamp or another support.
 pub(super) fn motion(table: &Table) -> Option<Option<ClampMotion>> {
     let allowed = "a table such as { turn = { rate = 1.0 } }";
     table.maybe("motion", |field, value| {
@@ -83,7 +82,7 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
     })
 }
 
-/// Nothing, if these are times that grow, at least one; else the fault.
+/// Checks for increasing times, at least one; reports the fault.
 pub(super) fn growing(
     reader: &Reader,
     field: &str,
@@ -123,7 +122,7 @@ fn turn(table: &Table) -> Option<Option<Turn>> {
     })
 }
 
-/// `amplitude`, `frequency` and `phase`.
+/// Reads `amplitude`, `frequency` and `phase`.
 pub(super) fn sine(table: &Table) -> Option<Sine> {
     let required = |name: &str, example: &str| match table.get(name) {
         Some(_) => table.optional(name).flatten(),
@@ -142,7 +141,7 @@ pub(super) fn sine(table: &Table) -> Option<Sine> {
     })
 }
 
-/// A vector that is not 0.
+/// Reads a vector that is not 0.
 pub(super) fn direction(table: &Table, name: &str) -> Option<[f64; 3]> {
     let words = match table.reader.kind.get() {
         PLANE => "an array of two finite numbers, [x, y], not both 0",
@@ -158,7 +157,7 @@ pub(super) fn direction(table: &Table, name: &str) -> Option<[f64; 3]> {
     })
 }
 
-/// The body, and whether it is welded.
+/// Reads the body; the first result is true for a weld.
 pub(super) fn body(table: &Table) -> (Option<bool>, Option<Body>) {
     if table.reader.kind.get() == PLANE {
         let body = |mass| Body {
@@ -221,7 +220,7 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
     })
 }
 
-/// An inertia about the centre of mass that a body has; `moment` is asked of its diagonal.
+/// Reads an inertia about the centre of mass that a body can have; `moment` is the rule for its diagonal.
 pub(super) fn inertia(
     reader: &Reader,
     field: &str,
@@ -248,7 +247,7 @@ pub(super) fn inertia(
     is_of_a_body(reader, field, value, &inertia).then_some(inertia)
 }
 
-/// A quaternion, or a rotation, or neither.
+/// Reads a quaternion, or a rotation, or neither.
 pub(super) fn orientation(table: &Table) -> Option<Option<Orientation>> {
     let quaternion = table.maybe("quaternion", |field, value| {
         quaternion(table.reader, field, value)
@@ -329,7 +328,7 @@ pub(super) fn norm(vector: &[f64]) -> f64 {
     }
 }
 
-/// The vector at unit length; a unit vector is left as it is, so that a scene reads back bit by bit.
+/// The vector scaled to unit length. A unit vector stays unchanged, so that a scene reads back bit by bit.
 fn unit<const N: usize>(vector: [f64; N]) -> [f64; N] {
     let size = norm(&vector);
     match (size - 1.0).abs() <= 4.0 * f64::EPSILON {
@@ -363,7 +362,7 @@ pub(super) fn end(table: &Table) -> Option<End> {
 
 type Place = (Option<[Component; 3]>, Option<Option<Orientation>>);
 
-/// Position and orientation in one table; both must be there.
+/// Reads position and orientation from one table; both are required.
 fn pose<'a>(table: &Table<'a>, value: &'a Spanned<DeValue<'a>>) -> Option<Place> {
     let outside = table.given(&["position", "quaternion", "rotation"]);
     for name in &outside {
@@ -404,7 +403,7 @@ fn position(table: &Table, absent: Absent<[Component; 3]>) -> Option<[Component;
     })
 }
 
-/// True if loads act only where nothing is held; else the faults.
+/// True if loads act only on free components; otherwise reports the faults.
 fn loads_are_free(table: &Table, end: &End) -> bool {
     let reader = table.reader;
     let mut free = true;
@@ -451,19 +450,19 @@ fn loads_are_free(table: &Table, end: &End) -> bool {
     free
 }
 
-/// Why the end cannot be where it is held, if the rod does not stretch.
+/// Reason why the held position is out of reach of an inextensible rod; `None` within reach.
 pub(super) fn out_of_reach(scene: &Scene) -> Option<String> {
     if !scene.rod.section.is_inextensible() {
         return None;
     }
     let base = scene.clamp.position;
     let end = scene.end.as_ref()?;
-    // The components that are free may be as near as can be.
+    // Free components may take the nearest value.
     let apart = |i: usize| end.position[i].held().map_or(0.0, |x| x - base[i]);
     too_far(norm(&[apart(0), apart(1), apart(2)]), scene.rod.length)
 }
 
-/// Why the end of a rod that does not stretch cannot be at such a distance of the clamp.
+/// Reason why this distance is out of reach of an inextensible rod; `None` within reach.
 pub(super) fn too_far(distance: f64, length: f64) -> Option<String> {
     let ratio = distance / length;
     let (distance, length) = (Short(distance), Short(length));
@@ -499,7 +498,7 @@ pub(super) fn in_reach(top: &Table, scene: &Scene) -> bool {
         ))
     };
     let plain = inside(end, "position").map(|span| (span, "end.position"));
-    // A misspelt field has a fault already, and its span does not matter.
+    // A misspelt field already has a fault: any span will do.
     let (span, field) = plain
         .or_else(pose)
         .unwrap_or((top.at..top.at, "end.position"));

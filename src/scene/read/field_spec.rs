@@ -1,9 +1,9 @@
-//! What is said of a field of a scene: the kinds of scenes that have it, its form, its unit, whether it must be given.
+//! Types for the description of a field: kinds of scenes, form, unit, need.
 
 use super::fields::TOP;
 use super::ranges::Rule;
 
-/// Kinds of scenes, as bits.
+/// Set of kinds of scenes, one bit each.
 pub(super) type Kinds = u8;
 /// A motion in the plane.
 pub(super) const PLANE: Kinds = 1;
@@ -11,15 +11,15 @@ pub(super) const PLANE: Kinds = 1;
 pub(super) const REST: Kinds = 2;
 /// A motion in space.
 pub(super) const SPACE: Kinds = 4;
-/// Several rods and bodies in space, at rest or in motion.
+/// Several rods and bodies in space, in statics or in motion.
 pub(super) const ASSEMBLY: Kinds = 8;
 /// A bar with mass, in longitudinal motion.
 pub(super) const BAR: Kinds = 16;
 /// One rod in motion.
 pub(super) const MOTION: Kinds = PLANE | SPACE;
-/// What can run.
+/// Kinds of scenes with a motion of rods.
 pub(super) const RUNS: Kinds = MOTION | ASSEMBLY;
-/// What forces in time act on.
+/// Kinds of scenes with time-dependent forces.
 pub(super) const DRIVEN: Kinds = RUNS | BAR;
 pub(super) const IN_SPACE: Kinds = REST | SPACE | ASSEMBLY;
 /// One rod in space.
@@ -28,18 +28,18 @@ pub(super) const ONE_IN_SPACE: Kinds = REST | SPACE;
 pub(super) const ONE: Kinds = PLANE | REST | SPACE;
 pub(super) const ANY: Kinds = PLANE | REST | SPACE | ASSEMBLY;
 
-/// One table of a scene, and what it may hold.
+/// A table of a scene with its fields.
 pub(super) struct Spec {
-    /// Its name between brackets; empty for the top of the file.
+    /// Name between brackets; empty for the top of the file.
     pub name: &'static str,
-    /// Its fields (tables, for the top of the file).
+    /// Fields of the table (tables, for the top of the file).
     pub fields: &'static [Field],
-    /// Fields that a kind of scene does not have, each with what to do.
+    /// Fields that a kind of scene does not have, each with advice.
     pub barred: &'static [(Kinds, &'static str, &'static str)],
 }
 
 impl Spec {
-    /// A field of scenes of this kind.
+    /// The field `name` in scenes of this kind.
     pub fn field(&self, name: &str, kind: Kinds) -> Option<&'static Field> {
         let fields: &'static [Field] = self.fields;
         fields
@@ -47,7 +47,7 @@ impl Spec {
             .find(|field| field.name == name && field.on & kind != 0)
     }
 
-    /// The names of all fields of scenes of this kind.
+    /// Names of all fields in scenes of this kind.
     pub fn names(&self, kind: Kinds) -> impl Iterator<Item = &'static str> {
         let fields: &'static [Field] = self.fields;
         fields
@@ -57,24 +57,24 @@ impl Spec {
     }
 }
 
-/// A field. Where it means different things in different kinds of scenes it has an entry for each.
+/// A field. A field with different meanings in different kinds of scenes has one entry for each.
 pub(super) struct Field {
     pub name: &'static str,
-    /// The kinds of scenes that have it.
+    /// Kinds of scenes with this field.
     pub on: Kinds,
     pub form: Form,
-    /// Its unit in SI; empty for a pure number.
+    /// SI unit; empty for a pure number.
     pub unit: &'static str,
     pub need: Need,
-    /// What it is, in a sentence.
+    /// Meaning, in a sentence.
     pub doc: &'static str,
 }
 
-/// What a value is.
+/// Form of a value.
 pub(super) enum Form {
     /// A number.
     Number(&'static Rule),
-    /// An integer from .. to ..
+    /// An integer between the two bounds, both included.
     Count(usize, usize),
     /// true or false.
     Flag,
@@ -84,21 +84,21 @@ pub(super) enum Form {
     Word(&'static [&'static str]),
     /// A vector: two numbers in the plane, three in space.
     Vector(&'static Rule),
-    /// So many numbers.
+    /// A fixed number of numbers.
     Numbers(usize),
-    /// Any number of numbers.
+    /// A list of numbers, of any length.
     List,
-    /// Arrays of so many numbers each.
+    /// Arrays with a fixed number of numbers each.
     Rows(usize),
     /// A table.
     Table(&'static Spec),
     /// An array of forms.
     Array(&'static Form),
-    /// One of several.
+    /// One of several forms.
     OneOf(&'static [Form]),
 }
 
-/// True if the field at a dotted path, as overrides have it, is a whole number.
+/// True if the field at a dotted path, written as in overrides, is a whole number.
 pub(crate) fn is_count(path: &str) -> bool {
     let steps = path.split('.');
     let names = steps.map(|step| step.split('[').next().unwrap_or_default().trim());
@@ -112,7 +112,7 @@ fn counts(form: &Form, steps: &[&str]) -> bool {
             let mut named = spec.fields.iter().filter(|field| field.name == *name);
             named.any(|field| counts(&field.form, rest))
         }
-        // An element may be called by its name.
+        // A step of the path may be the name of an element.
         (Form::Array(inner), _) => {
             counts(inner, steps) || matches!(steps, [_, rest @ ..] if counts(inner, rest))
         }
@@ -121,13 +121,13 @@ fn counts(form: &Form, steps: &[&str]) -> bool {
     }
 }
 
-/// Whether a field must be given.
+/// Need of a field: required, with a default, or optional.
 pub(super) enum Need {
-    /// Yes; a line as an example.
+    /// Required; the text is a line as an example.
     Yes(&'static str),
-    /// No; its default, in TOML.
+    /// Optional; the text is the default, in TOML.
     Or(&'static str),
-    /// No; what happens without it is in its documentation.
+    /// Optional; the documentation tells the behaviour without the field.
     No,
 }
 

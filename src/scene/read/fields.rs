@@ -1,7 +1,7 @@
-//! The fields of a scene as data: name, set, unit, default and meaning of each, table by table.
+//! Tables of the fields of a scene as data: name, set, unit, default and meaning of each field.
 //!
-//! The reader walks these tables, and `snaprod schema` and docs/scene.md are printed from them. What fields require of each
-//! other is code, beside the functions that read them.
+//! The reader walks these tables, and `snaprod schema` and docs/scene.md are printed from them. Conditions between
+//! fields are code, next to the functions that read them.
 
 pub(super) use super::field_spec::*;
 use super::groove::GROOVE;
@@ -10,7 +10,7 @@ use super::ranges::*;
 use Form::*;
 use Need::{No, Or, Yes};
 
-/// Tables in which a field that stands in the wrong place may belong.
+/// Tables in which a misplaced field may belong.
 pub(super) static HOMES: [&Spec; 11] = [
     &TOP,
     &BODY,
@@ -171,7 +171,7 @@ pub(super) static RECTANGLE: Spec = spec("rectangle", &[
     field("thickness", ANY, Number(&SIZE), "m", Yes("thickness = 0.0005"), "Side along d2; bending about d2 has the stiffness bending[1] = E thickness width³/12."),
 ]);
 
-/// In such an order that the fields of each kind of section are neighbours.
+/// The fields of each kind of section are neighbours: KINDS in section.rs refers to index ranges.
 #[rustfmt::skip]
 pub(super) static SECTION: Spec = spec("rod.section", &[
     field("law", IN_SPACE, Word(&["linear", "barrier"]), "", Or("\"linear\""), "The law: linear, or with an energy that is infinite at total compression (AMV (2.7))."),

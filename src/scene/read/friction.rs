@@ -1,4 +1,4 @@
-//! Reads internal friction and Maxwell branches of `[rod]`.
+//! Readers of internal friction and Maxwell branches of `[rod]`.
 
 use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL, SPACE};
 use super::matrix::{definite, rows};
@@ -11,7 +11,7 @@ use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerL
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Maxwell branches of one rod.
+/// Bound on the number of Maxwell branches of one rod.
 const BRANCHES: usize = 32;
 const FORMS: &str = "an array of six viscosities, in the order u1 u2 u3 v1 v2 v3; six such rows; or a table such as \
                      { proportional = 0.05 }, a time";
@@ -20,7 +20,7 @@ const BRANCH_FORMS: &str = "an array of six stiffnesses, in the order u1 u2 u3 v
 const ROW: &str = "an array of six finite numbers, in the order u1 u2 u3 v1 v2 v3";
 const MATRIX: &str = "six numbers, or six rows of six, in the order u1 u2 u3 v1 v2 v3";
 
-/// What a matrix must be, and what follows if it is not.
+/// Conditions on a matrix over the strains, and the physical consequence of a violation.
 struct Kind {
     forms: &'static str,
     diagonal: &'static Rule,
@@ -38,8 +38,8 @@ const SPRING: Kind = Kind {
     consequence: "the branch would store negative energy",
 };
 
-/// Reads `rod.damping`; `None` inside if the rod is elastic. `rigid`: the strains that the section holds, if the section was
-/// read.
+/// Reads `rod.damping`; `Some(None)` for an elastic rod. `rigid` marks the strains that the section holds rigid, if the
+/// section was read.
 pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Option<Damping>> {
     let reader = rod.reader;
     let Some(value) = rod.get("damping") else {
@@ -56,7 +56,7 @@ pub(super) fn damping(rod: &Table, rigid: Option<[bool; 6]>) -> Option<Option<Da
     }
 }
 
-/// 0, which says that the rod is elastic; any other number is a fault.
+/// Reads a single number: 0 means an elastic rod, any other number is a fault.
 fn bare_number(reader: &Reader, field: &str, value: &Spanned<DeValue>) -> Option<Option<Damping>> {
     let x = reader.number(field, value, &NON_NEGATIVE)?;
     if x == 0.0 {
@@ -141,7 +141,7 @@ fn barrier<'a>(
     })
 }
 
-/// A matrix over the strains in any of its forms.
+/// Reads a matrix over the strains in any of its forms.
 fn matrix<'a>(
     reader: &'a Reader<'a>,
     field: &str,
@@ -168,7 +168,7 @@ fn array_matrix(
     let nested = |list: &toml::de::DeArray| list.iter().any(|row| row.get_ref().is_array());
     if value.get_ref().as_array().is_some_and(nested) {
         let rows: [[f64; 6]; 6] = rows(reader, field, value, allowed, ROW)?;
-        // Without the section it is not known which rows matter.
+        // Without the section the rigid strains are unknown, so no row is checked.
         let free: Vec<usize> = (0..6)
             .filter(|i| rigid.is_some_and(|rigid| !rigid[*i]))
             .collect();
@@ -218,7 +218,7 @@ fn relaxes_with_damping(rod: &Table) {
     }
 }
 
-/// Reports that a field is of no use to a rod that has no damping.
+/// Reports a field that has no effect on a rod without damping.
 pub(super) fn needs_damping(table: &Table, name: &str, why: &str) {
     let example = match table.reader.kind.get() {
         SPACE => "{ proportional = 0.1 }",
@@ -233,7 +233,7 @@ pub(super) fn needs_damping(table: &Table, name: &str, why: &str) {
     );
 }
 
-/// Reads `rod.damping` of a planar rod; `None` inside if it is elastic.
+/// Reads `rod.damping` of a planar rod; `Some(None)` for an elastic rod.
 pub(super) fn planar_damping(rod: &Table) -> Option<Option<Damping>> {
     let reader = rod.reader;
     rod.read("damping", "", Absent::Or(None), |field, value| {
@@ -278,7 +278,7 @@ fn friction(table: &Table) -> Option<StrainMatrix> {
     )
 }
 
-/// `exponent` and `rate`: both or neither.
+/// Reads `exponent` and `rate`: both or neither.
 pub(super) fn power(table: &Table) -> Option<Option<PowerLaw>> {
     let exponent = table.optional("exponent");
     let rate = table.optional("rate");

@@ -1,4 +1,4 @@
-//! Reads grooves.
+//! Reader of grooves.
 
 use super::ends::direction;
 use super::fields::{ASSEMBLY, Form, Kinds, Need, SPACE, Spec, field, spec};
@@ -29,7 +29,7 @@ static CIRCLE: Spec = spec("body.groove.circle", &[
     field("radius", ON, Form::Number(&SIZE), "m", Need::Yes("radius = 0.5"), "Its radius."),
 ]);
 
-/// The groove of a body.
+/// Reads the groove of a body.
 pub(super) fn groove(body: &Table) -> Option<Option<Groove>> {
     if !body.has("groove") {
         return Some(None);

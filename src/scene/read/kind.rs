@@ -1,4 +1,4 @@
-//! The kind of a scene, from what is in it.
+//! Recognition of the kind of a scene from its content.
 
 use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, REST, SPACE};
 use super::phrases::nearest;
@@ -9,18 +9,18 @@ use toml::de::{DeTable, DeValue};
 /// The words of `rod.model`.
 pub(super) const MODELS: [&str; 3] = ["elastica", "cosserat", "bar"];
 
-/// `rod.model`, whatever it is.
+/// The value of `rod.model`, valid or not.
 fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
     document.get("rod")?.get_ref().as_table()?.get("model")
 }
 
-/// Tables of a rod in space at rest.
+/// Tables of a scene of statics in space.
 const STATICS: [&str; 3] = ["end", "solve", "continue"];
-/// Tables, and fields of the rod, of a rod in space in motion.
+/// Tables, and fields of `[rod]`, of a motion in space.
 const MOTION: ([&str; 3], [&str; 3]) =
     (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
 
-/// True if a rod in space is rather in motion than at rest: more of that is there.
+/// True if a scene in space has more tables and fields of motion than of statics.
 fn is_motion(document: &DeTable) -> bool {
     let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
     let (tables, fields) = MOTION;
@@ -33,7 +33,7 @@ fn is_motion(document: &DeTable) -> bool {
     count(tables, document) + rod.map_or(0, |rod| count(fields, rod)) > count(STATICS, document)
 }
 
-/// The kind of a scene; where `rod.model` does not say it, what else is there decides.
+/// The kind of a scene. Without a valid `rod.model` the other tables and fields decide.
 pub(super) fn kind_of(document: &DeTable) -> Kinds {
     if document
         .get("rod")
@@ -58,7 +58,7 @@ fn guess_model(document: &DeTable) -> Model {
         None => {}
     }
     let rod = document.get("rod").and_then(|rod| rod.get_ref().as_table());
-    // A section of a material is one of the plane, too.
+    // A planar rod, too, may have a section, if it has a material.
     let section =
         rod.is_some_and(|rod| rod.contains_key("section") && !rod.contains_key("material"));
     let statics = ["end", "solve", "continue"];

@@ -1,4 +1,4 @@
-//! Reads `[loads]`.
+//! Reader of `[loads]`.
 
 use super::ends::{direction, growing, sine};
 use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
@@ -11,7 +11,7 @@ use crate::scene::{Block, FaultKind, Force, History, Load, LoadAlong, Loads, Pul
 use toml::Spanned;
 use toml::de::{DeArray, DeValue};
 
-/// `massless`: true of a rod that is known to have no mass; `length` is its length, where that is known.
+/// Reads `[loads]`. `massless` is true for a rod known to have no mass; `length` is the length of the rod, if known.
 pub(super) fn loads(
     table: &Table,
     weld: Option<bool>,
@@ -47,7 +47,7 @@ pub(super) fn loads(
     })
 }
 
-/// Those of a rod at rest.
+/// Reads the loads of a rod in statics.
 fn along_the_rod(table: &Table, massless: bool, length: Option<f64>) -> Option<Loads> {
     let (gravity, distributed) = (table.vector("gravity"), distributed(table, length));
     let load = table.number("load");
@@ -65,7 +65,7 @@ fn along_the_rod(table: &Table, massless: bool, length: Option<f64>) -> Option<L
     })
 }
 
-/// A dead force per length of a rod: constant, a polynomial in s/length, or a table in s.
+/// Reads a dead force per length of a rod: constant, a polynomial in s/length, or a table in s.
 pub(super) fn distributed(table: &Table, length: Option<f64>) -> Option<LoadAlong> {
     let reader = table.reader;
     let (plane, allowed) = match reader.kind.get() {
@@ -184,7 +184,7 @@ fn forces(loads: &Table, weld: Option<bool>) -> Option<Vec<Force>> {
     })
 }
 
-/// A force or couple in space: a constant vector, or tables in time. `weld`: whether what it acts on has directors.
+/// Reads a force or couple in space: a constant vector, or tables in time. `weld` is true if the body has directors.
 pub(super) fn load(table: &Table, name: &str, weld: Option<bool>) -> Option<Load> {
     let reader = table.reader;
     let allowed = "three finite numbers, [x, y, z], constant; or a table such as { direction = [0.0, 1.0, 0.0], amplitude = 0.5, \
@@ -255,7 +255,7 @@ pub(super) fn size(table: &Table) -> Option<History> {
         table.conflict(stranger, &[form], hint);
     }
     let size = match *form {
-        // It is reported as a field that these scenes do not have.
+        // The field was already reported as unknown in this kind of scene.
         form if !table.knows(form) => None,
         "constant" => table.number("constant").map(History::Constant),
         "ramp" => ramp(table),

@@ -1,4 +1,4 @@
-//! Symmetric matrices of a scene: what they must be.
+//! Checks of symmetric matrices of a scene.
 
 use super::phrases::Short;
 use super::ranges::{Rule, VALUE};
@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Rows of numbers.
+/// Reads rows of numbers.
 pub(super) fn rows<const N: usize>(
     reader: &Reader,
     field: &str,
@@ -22,8 +22,9 @@ pub(super) fn rows<const N: usize>(
     reader.array(field, value, allowed, &row)
 }
 
-/// The matrix without rounding in its symmetry, if it is symmetric and positive definite in the rows and columns
-/// `free`; else the fault, with what follows from it. A `diagonal` that may be 0 makes it semidefinite.
+/// The matrix, exactly symmetrised, if it is symmetric up to rounding and positive definite in the rows and columns
+/// `free`. A `diagonal` rule that allows 0 weakens definite to semidefinite. Otherwise reports the fault with its
+/// `consequence`.
 pub(super) fn definite<const N: usize>(
     reader: &Reader,
     field: &str,
@@ -56,7 +57,7 @@ pub(super) fn definite<const N: usize>(
             (rows[i][j], rows[j][i]) = (mean, mean);
         }
     }
-    // Scaled to a unit diagonal, so that the units of couples and forces do not matter.
+    // Scaling to a unit diagonal removes the units of couples and forces.
     let scaled = DMatrix::from_fn(free.len(), free.len(), |a, b| {
         let (i, j) = (free[a], free[b]);
         match (i == j, rows[i][j] == 0.0) {

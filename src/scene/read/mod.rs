@@ -1,4 +1,4 @@
-//! From TOML to a [`Scene`](super::Scene), or to every fault of the text.
+//! Conversion of TOML to a [`Scene`](super::Scene), or to the list of all faults of the text.
 
 mod assembly;
 mod bar;
@@ -40,7 +40,7 @@ pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Fa
     reader.into_faults()
 }
 
-/// The fields of a table, by its name, in scenes of the kind of this one.
+/// Names of the fields of a table in scenes of this kind.
 pub(super) fn fields_of(scene: &Scene, table: &str) -> Vec<&'static str> {
     use fields::{ASSEMBLY, BAR, Form, PLANE, REST, SPACE, TOP};
     let kind = match (scene.is_planar(), scene.is_motion()) {

@@ -1,14 +1,14 @@
-//! Words of faults: lists, nearest names, excerpts, numbers.
+//! Texts of faults: lists, nearest names, excerpts, numbers.
 
 use std::fmt;
 use toml::de::DeValue;
 
 /// Longest excerpt of a value in a fault, in characters.
 const EXCERPT: usize = 48;
-/// Longer unknown names get no suggestion: they are no typing slip.
+/// Length of an unknown name up to which a suggestion is sought; a longer name is no typing slip.
 const LONGEST_NAME: usize = 64;
 
-/// `"a", "b" or "c"`.
+/// List of quoted words: `"a", "b" or "c"`.
 pub(super) fn listed(words: &[&str]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
     match quoted.split_last() {
@@ -18,7 +18,7 @@ pub(super) fn listed(words: &[&str]) -> String {
     }
 }
 
-/// What an array of so many numbers must be.
+/// Description of an array of this many numbers.
 pub(super) fn vector_words(count: usize) -> &'static str {
     match count {
         2 => "an array of two finite numbers, [x, y]",
@@ -28,8 +28,8 @@ pub(super) fn vector_words(count: usize) -> &'static str {
     }
 }
 
-/// The nearest of `names` to `word`, if near enough for a typing slip: one edit, and one more for
-/// every four letters; or one name that contains the other.
+/// The name nearest to `word`, if near enough for a typing slip: one edit, and one more for every four letters. A name
+/// that contains the other also counts.
 pub(crate) fn nearest<'n>(word: &str, names: &mut dyn Iterator<Item = &'n str>) -> Option<&'n str> {
     if word.len() > LONGEST_NAME {
         return None;
@@ -48,7 +48,7 @@ pub(crate) fn nearest<'n>(word: &str, names: &mut dyn Iterator<Item = &'n str>) 
 
 /// One line of at most [`EXCERPT`] characters.
 pub(super) fn shorten(text: &str) -> String {
-    // Taken first, so that a huge value costs nothing.
+    // Cutting first keeps a huge value cheap.
     let head: String = text.chars().take(4 * EXCERPT).collect();
     let line = head.split_whitespace().collect::<Vec<_>>().join(" ");
     let whole = head.len() == text.len() && line.chars().count() <= EXCERPT;
@@ -75,7 +75,7 @@ pub(super) fn kind_of(value: &DeValue) -> &'static str {
     }
 }
 
-/// A number of a message, which prints in a few characters whatever its size.
+/// A number in a message, printed in a few characters for any size.
 pub(super) struct Short(pub f64);
 
 impl fmt::Display for Short {

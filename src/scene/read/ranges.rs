@@ -1,13 +1,13 @@
-//! Sets of numbers that fields may have.
+//! Sets of numbers allowed in fields.
 
 /// A set of numbers. `holds` is written so that NaN fails.
 #[derive(Clone, Copy)]
 pub(super) struct Rule {
-    /// Completes "must be ...".
+    /// Allowed numbers; completes "must be ...".
     pub allowed: &'static str,
     /// Membership.
     pub holds: fn(f64) -> bool,
-    /// What to do about a number outside.
+    /// Advice on a number outside the set.
     pub hint: fn(f64) -> Option<&'static str>,
 }
 
@@ -28,9 +28,9 @@ pub(super) static NON_NEGATIVE: Rule = Rule {
     holds: |x| (0.0..f64::INFINITY).contains(&x),
     hint: SILENT,
 };
-/// Sizes within which no scale made of them over- or underflows.
+/// Bounds on sizes within which all derived scales neither over- nor underflow.
 pub(super) const SIZES: (f64, f64) = (1e-40, 1e40);
-/// A number whose square is one.
+/// A number whose square is finite.
 pub(super) static VALUE: Rule = Rule {
     allowed: "a finite number",
     holds: |x| x.abs() <= SIZES.1,
@@ -81,7 +81,7 @@ pub(super) static P: Rule = Rule {
     holds: |x| (-1e4..=1e4).contains(&x) && x != 0.0,
     hint: |x| (x == 0.0).then_some("p = 0 is the straight rod, whatever lambda: bend it a little"),
 };
-/// An angle, in radians, that is small but not to rounding.
+/// An angle in radians, small but well above rounding.
 pub(super) static IMPERFECTION: Rule = Rule {
     allowed: "a number in [-0.5, 0.5], 0 or at least 1e-9 in size",
     holds: |x| x == 0.0 || (1e-9..=0.5).contains(&x.abs()),
@@ -99,7 +99,7 @@ pub(super) static SOLVE_TOLERANCE: Rule = Rule {
 };
 pub(super) static POISSON: Rule = Rule {
     allowed: "a number in (-1, 0.5]",
-    // So far above -1 that E / (2 (1 + nu)) stays a number.
+    // The bound above -1 keeps E / (2 (1 + nu)) finite.
     holds: |x| (-1.0 + 1e-9..=0.5).contains(&x),
     hint: SILENT,
 };
@@ -108,7 +108,7 @@ pub(super) static SHEAR_FACTOR: Rule = Rule {
     holds: |x| SIZES.0 <= x && x <= 1.0,
     hint: SILENT,
 };
-/// Beyond these the inverse of the law loses its digits.
+/// Outside this interval the inverse of the friction law loses digits.
 pub(super) static EXPONENT: Rule = Rule {
     allowed: "a number in [0.1, 10]",
     holds: |x| (0.1..=10.0).contains(&x),
@@ -125,7 +125,7 @@ pub(super) static ETA: Rule = Rule {
         (x < 0.0).then_some("friction that feeds energy to the rod has no solution that lasts")
     },
 };
-/// A size that cannot be 0 where it is written in a table.
+/// A number > 0, for a damping written in a table, where 0 is not allowed.
 pub(super) static PRESENT: Rule = Rule {
     allowed: POSITIVE.allowed,
     holds: POSITIVE.holds,
@@ -147,7 +147,7 @@ pub(super) static MOMENT: Rule = Rule {
         _ => (SIZE.hint)(x),
     },
 };
-/// Entries of viscosities on the diagonal.
+/// Diagonal entries of viscosities.
 pub(super) static VISCOSITY: Rule = Rule {
     allowed: "a finite number > 0 where the section does not hold the strain rigid",
     holds: SIZE.holds,
@@ -156,7 +156,7 @@ pub(super) static VISCOSITY: Rule = Rule {
         _ => (SIZE.hint)(x),
     },
 };
-/// Entries of Maxwell branches on the diagonal.
+/// Diagonal entries of Maxwell branches.
 pub(super) static MODULUS: Rule = Rule {
     allowed: "a finite number >= 0",
     holds: |x| VALUE_RANGE.contains(&x),

@@ -1,7 +1,7 @@
-//! Reads a TOML document field by field and collects every fault on the way.
+//! Reader of a TOML document, field by field, that collects every fault.
 //!
-//! serde stops at the first error; here a reader that fails records a [`Fault`] and gives `None`,
-//! and the caller goes on. Invariant: `None` means that a fault was recorded.
+//! serde stops at the first error. Here a reader that fails records a [`Fault`] and returns `None`, and the caller goes
+//! on. Invariant: `None` means that a fault was recorded.
 
 use super::fields::{Kinds, PLANE, Spec};
 use super::phrases::{kind_of, nearest, shorten, vector_words};
@@ -14,7 +14,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What to do about a fault, if more can be said.
+/// Advice on the correction of a fault, if any.
 pub(super) struct Hint(Option<String>);
 
 impl From<Option<String>> for Hint {
@@ -35,16 +35,16 @@ impl From<&str> for Hint {
     }
 }
 
-/// Faults that are kept with their texts; more are only counted.
+/// Number of faults kept with their texts; further faults are only counted.
 const KEPT: usize = 1000;
 
-/// The text, what overrides it, and the faults found in them so far.
+/// The text with its overrides, and the faults found up to now.
 pub(super) struct Reader<'a> {
     text: &'a Sources,
-    /// The kind of the scene.
+    /// Kind of the scene.
     pub kind: Cell<Kinds>,
     faults: RefCell<Vec<Fault>>,
-    /// Where values begin whose field is misspelt.
+    /// Start bytes of the values of misspelt fields.
     slips: RefCell<Vec<usize>>,
     more: Cell<usize>,
 }
@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
         self.faults.borrow().is_empty()
     }
 
-    /// True if another fault would only be counted, and its words need not be found.
+    /// True if a further fault would only be counted, without its text.
     pub fn is_full(&self) -> bool {
         self.faults.borrow().len() >= KEPT
     }
@@ -78,7 +78,7 @@ impl<'a> Reader<'a> {
         self.more.set(self.more.get() + 1);
     }
 
-    /// The document with its overrides, or the syntax faults.
+    /// The document with its overrides, or `None` after syntax faults.
     pub fn document(&self) -> Option<DeTable<'a>> {
         let mut document = match DeTable::parse(self.text.document()) {
             Ok(document) => document.into_inner(),
@@ -102,12 +102,12 @@ impl<'a> Reader<'a> {
         self.record(FaultKind::Syntax, at, "", Some(line), message, None);
     }
 
-    /// Notes that the field of a value is misspelt, and read as what may be meant.
+    /// Marks the field of a value as misspelt; the value is read as that of the field probably meant.
     pub fn slipped(&self, value: &Spanned<DeValue>) {
         self.slips.borrow_mut().push(value.span().start);
     }
 
-    /// Where byte `at` is, in words.
+    /// Place of byte `at`, in words.
     pub fn place(&self, at: usize) -> String {
         match self.text.place(at) {
             Place::Text { line, .. } => format!("line {line}"),
@@ -128,7 +128,7 @@ impl<'a> Reader<'a> {
         self.record(kind, span.start, field, Some(span), allowed, hint);
     }
 
-    /// The same, of a value that must be given up.
+    /// Records a fault in a value and returns `None`.
     pub fn refuse<T>(
         &self,
         kind: FaultKind,
@@ -141,7 +141,7 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// Records a fault at byte `at` that shows the text of `value`, if there is one to show.
+    /// Records a fault at byte `at`, and shows the text of `value` if given.
     pub fn record(
         &self,
         kind: FaultKind,
@@ -151,7 +151,8 @@ impl<'a> Reader<'a> {
         allowed: impl Into<String>,
         hint: impl Into<Hint>,
     ) {
-        // What is of another type, or in conflict with others, is not what was meant: that it is unknown has been said.
+        // A wrong type or a conflict shows that the guess at a misspelt field was wrong. The field was already reported
+        // as unknown.
         let guessed = matches!(kind, FaultKind::Type | FaultKind::Conflict);
         if guessed && self.slips.borrow().contains(&at) {
             return;
@@ -175,7 +176,7 @@ impl<'a> Reader<'a> {
         });
     }
 
-    /// Records a wrong type, saying what was found.
+    /// Records a wrong type, and names the type found.
     pub fn wrong_type(
         &self,
         field: &str,
@@ -191,11 +192,10 @@ impl<'a> Reader<'a> {
         self.fault(FaultKind::Type, field, value, allowed, hint);
     }
 
-    /// A float or an integer that satisfies `rule`.
+    /// Reads a float or an integer that satisfies `rule`.
     pub fn number(&self, field: &str, value: &Spanned<DeValue>, rule: &Rule) -> Option<f64> {
         let number = match value.get_ref() {
-            // The parser has checked the digits; a float too large for f64 becomes infinite and is
-            // refused by the rule.
+            // The parser has checked the digits. A float too large for f64 becomes infinite, which the rule excludes.
             DeValue::Float(float) => float.as_str().parse().unwrap_or(f64::NAN),
             DeValue::Integer(integer) if integer.radix() == 10 => {
                 integer.as_str().parse().unwrap_or(f64::NAN)
@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
         self.refuse(FaultKind::Value, field, value, rule.allowed, hint)
     }
 
-    /// An integer in `range`.
+    /// Reads an integer in `range`.
     pub fn count(
         &self,
         field: &str,
@@ -242,7 +242,7 @@ impl<'a> Reader<'a> {
         count
     }
 
-    /// So many finite numbers.
+    /// Reads N finite numbers.
     pub fn vector<const N: usize>(
         &self,
         field: &str,
@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
         self.array(field, value, vector_words(N), &parse)
     }
 
-    /// A vector: two numbers in the plane, where the third is 0, three in space.
+    /// Reads a vector: three numbers in space, two in the plane, where the third is 0.
     pub fn point(&self, field: &str, value: &Spanned<DeValue>, rule: &Rule) -> Option<[f64; 3]> {
         if self.kind.get() == PLANE {
             let [x, y] = self.vector(field, value, rule)?;
@@ -262,7 +262,7 @@ impl<'a> Reader<'a> {
         self.vector(field, value, rule)
     }
 
-    /// So many elements, each read by `parse`.
+    /// Reads N elements, each with `parse`.
     pub fn array<'v, T, const N: usize>(
         &self,
         field: &str,
@@ -280,7 +280,7 @@ impl<'a> Reader<'a> {
         elements?.try_into().ok()
     }
 
-    /// Any number of elements, each read by `parse`; `None` for those with faults.
+    /// Reads any number of elements, each with `parse`; `None` for elements with faults.
     pub fn list<'v, T>(
         &self,
         field: &str,
@@ -296,7 +296,7 @@ impl<'a> Reader<'a> {
         Some(array.iter().enumerate().map(read).collect())
     }
 
-    /// Any number of elements, if none has a fault.
+    /// Reads any number of elements; `None` if one has a fault.
     pub fn all<'v, T>(
         &self,
         field: &str,
@@ -308,7 +308,7 @@ impl<'a> Reader<'a> {
         list.into_iter().collect()
     }
 
-    /// Any number of numbers that satisfy `rule`.
+    /// Reads any number of numbers that satisfy `rule`.
     pub fn numbers(
         &self,
         field: &str,
@@ -320,7 +320,7 @@ impl<'a> Reader<'a> {
         self.all(field, value, allowed, &number)
     }
 
-    /// true or false.
+    /// Reads true or false.
     pub fn flag(&self, field: &str, value: &Spanned<DeValue>) -> Option<bool> {
         let flag = value.get_ref().as_bool();
         if flag.is_none() {
@@ -331,7 +331,7 @@ impl<'a> Reader<'a> {
         flag
     }
 
-    /// One of the words in `choices`.
+    /// Reads one of the words in `choices`.
     pub fn choice<T: Clone>(
         &self,
         field: &str,
@@ -353,7 +353,7 @@ impl<'a> Reader<'a> {
         self.refuse(FaultKind::Value, field, value, allowed, hint)
     }
 
-    /// A table that holds what `spec` says.
+    /// Opens a table with the fields of `spec`.
     pub fn table(
         &'a self,
         field: &str,

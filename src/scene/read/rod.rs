@@ -1,4 +1,4 @@
-//! Reads `[rod]`.
+//! Reader of `[rod]`.
 
 use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
@@ -12,26 +12,26 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// What the rest of a scene must know of its rod, whatever else is wrong with that.
+/// Properties of the rod on which the rest of the scene depends, known even if `[rod]` has faults.
 #[derive(Clone, Copy)]
 pub(super) struct Memory {
-    /// It has damping.
+    /// True with damping.
     pub damped: bool,
-    /// It has Maxwell branches.
+    /// True with Maxwell branches.
     pub relaxes: bool,
-    /// It has mass, inertia = "full".
+    /// True with inertia = "full".
     pub heavy: bool,
-    /// Its mass is followed to first order.
+    /// True with inertia = "first-order".
     pub light: bool,
 }
 
 impl Memory {
-    /// True if its strains are a field of their own, whatever its end.
+    /// True if the strains are independent of the pose of the end, as of a viscoelastic or heavy rod.
     pub fn has_strains(self) -> bool {
         self.damped || self.heavy
     }
 
-    /// From `[rod]` as it is written.
+    /// Properties from `[rod]` as written.
     pub fn of(rod: &Table) -> Self {
         let zero = |value: &Spanned<DeValue>| {
             let text = match value.get_ref() {
@@ -58,7 +58,7 @@ impl Memory {
     }
 }
 
-/// What was read of a rod.
+/// Parts of a rod, each `None` if faulty.
 pub(super) struct Parts {
     model: Option<Model>,
     pub length: Option<f64>,
@@ -76,7 +76,7 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// The rod without friction, whatever is wrong with that.
+    /// The rod without friction, even if its friction has faults.
     pub fn elastic(&self) -> Option<Rod> {
         Some(Rod {
             model: self.model?,
@@ -106,7 +106,7 @@ impl Parts {
     }
 }
 
-/// Reads everything before it gives up anything.
+/// Reads every field before returning `None`, for a complete list of faults.
 pub(super) fn rod(table: &Table) -> Parts {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
@@ -182,7 +182,7 @@ pub(super) fn rod(table: &Table) -> Parts {
     }
 }
 
-/// Reports what is told of a rod of an assembly that only one with mass can have.
+/// Reports fields of a rod of an assembly that require inertia = "full".
 fn light_is_elastic(rod: &Table) -> bool {
     let told = rod.given(&["damping", "relaxation", "nodes"]);
     if Memory::of(rod).heavy || told.is_empty() {
@@ -197,7 +197,7 @@ fn light_is_elastic(rod: &Table) -> bool {
     false
 }
 
-/// Reads `rod.inertia`, and what goes with it.
+/// Reads `rod.inertia`, and checks the mass of the rod.
 fn inertia(
     rod: &Table,
     section: Option<&Section>,
@@ -228,7 +228,7 @@ fn inertia(
             ..
         }))
     ) && matches!(section, Some(Section::Outline(_)));
-    // What is wrong with them is told elsewhere.
+    // Faults of material and section are reported elsewhere.
     let unknown = material.is_none() || section.is_none();
     if !rod.has("mass") && !dense && !unknown {
         let allowed = "the mass of the rod > 0; or a material with a density and a shape";
@@ -310,7 +310,7 @@ fn material(rod: &Table) -> Option<Option<Material>> {
     })
 }
 
-/// The bending stiffness of a planar rod, or the shape of its material.
+/// Reads the bending stiffness of a planar rod, or the shape of its material.
 fn planar_section(rod: &Table) -> Option<Section> {
     let given = |name: &str| rod.has(name);
     if !given("material") && !given("section") {
@@ -374,7 +374,7 @@ fn spatial_section(
     }
 }
 
-/// A curvature along a planar rod.
+/// Reads a curvature along a planar rod.
 pub(super) fn curvature(table: &Table, field: &str, value: &Spanned<DeValue>) -> Option<Vec<f64>> {
     polynomial(table.reader, field, value, &super::ranges::FINITE)
 }

@@ -1,4 +1,4 @@
-//! Reads one end of a rod of an assembly: on the ground or on a body, or nowhere.
+//! Reader of one end of a rod of an assembly: on the ground, on a body, or free.
 
 use super::ends::{motion, orientation};
 use super::fields::SITE;
@@ -9,19 +9,19 @@ use crate::scene::{ClampMotion, FaultKind, Site};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// What rods must know of the bodies, whatever else is wrong with these.
+/// Properties of the bodies on which rods depend, known even if the bodies have faults.
 pub(super) struct Known {
     pub names: Vec<Option<String>>,
     pub points: Vec<bool>,
 }
 
-/// True if a rod is written to end nowhere.
+/// True if the rod has a free end, `to = "free"`.
 pub(super) fn has_free_end(rod: &Table) -> bool {
     let to = rod.get("to");
     to.is_some_and(|to| to.get_ref().as_str() == Some("free"))
 }
 
-/// One end of a rod.
+/// Reads one end of a rod.
 pub(super) fn site(
     rod: &Table,
     which: &'static str,
@@ -66,7 +66,7 @@ pub(super) fn site(
         if let Some(body) = bodies.names.iter().position(|n| n.as_deref() == Some(word)) {
             return Some((word.to_owned(), body));
         }
-        // Where a body's own name has a fault it may be the one that is meant.
+        // A body whose own name has a fault may be the one meant.
         if !bodies_known || bodies.names.iter().any(Option::is_none) {
             return None;
         }
@@ -120,7 +120,7 @@ pub(super) fn site(
     })
 }
 
-/// How a place on the ground moves.
+/// Reads the motion of an attachment on the ground.
 fn site_motion(table: &Table, moves: bool) -> Option<Option<ClampMotion>> {
     let motion = motion(table);
     let (allowed, hint) = match (table.has("body"), moves) {

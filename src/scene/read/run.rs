@@ -1,4 +1,4 @@
-//! Reads `[run]` and `[solve]`.
+//! Readers of `[run]` and `[solve]`.
 
 use super::fields::{ASSEMBLY, Kinds, PLANE};
 use super::friction::needs_damping;
@@ -8,9 +8,9 @@ use super::table::Table;
 use crate::rod::Path;
 use crate::scene::{FaultKind, Method, Run, Solve};
 
-/// Bound of the periods of a run.
+/// Bound on the number of strobe periods of a run.
 const MOST_PERIODS: f64 = 1e7;
-/// What rounding leaves of the tolerance of a viscoelastic run.
+/// Lower bound, by rounding, on the tolerance of a viscoelastic run.
 const FINEST: f64 = 1e-13;
 
 pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
@@ -27,7 +27,7 @@ pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
     );
     let samples = samples(table, kind, duration);
     let (max_steps, max_snaps) = (table.count("max_steps"), table.count("max_snaps"));
-    // What the kind of scene does not have is what its motion does anyway.
+    // Kinds of scenes without this field have a fixed value.
     let reduce = match kind {
         ASSEMBLY => Some(false),
         PLANE => Some(true),
@@ -77,7 +77,7 @@ fn method(table: &Table, elastic: bool, planar: bool, heavy: bool) -> Option<Met
     }
 }
 
-/// How often the motion is written, and the period if it is by one.
+/// Reads the number of output times, and the period if the scene gives `strobe`.
 fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, Option<f64>)> {
     let samples = table.count("samples");
     let strobe = match kind {

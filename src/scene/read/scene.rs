@@ -1,4 +1,4 @@
-//! Reads a whole scene: its kind, its tables, and what only all of them together show.
+//! Reader of a whole scene: kind, tables, and conditions between tables.
 
 use super::assembly::assembly;
 use super::bar::bar;
@@ -42,7 +42,7 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
     }
 }
 
-/// Reads everything before it gives up anything: `?` only after the last field, as in every reader.
+/// Reads every field before returning `None`: `?` only after the last field, as in every reader.
 fn resolve(top: &Table) -> Option<Scene> {
     let kind = top.reader.kind.get();
     let motion = kind != REST;
@@ -136,8 +136,8 @@ fn resolve(top: &Table) -> Option<Scene> {
     can_be_built(top, at, &scene).then_some(scene)
 }
 
-/// A table of the top: `None` if it is faulty or must not be missing, `Some(None)` if it is left out, or no scene of this
-/// kind has it.
+/// A table of the top. `None`: faulty, or missing but required. `Some(None)`: left out, or not part of this kind of
+/// scene.
 #[allow(clippy::option_option)]
 pub(super) fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Table<'a>>> {
     let kind = top.reader.kind.get();
@@ -165,7 +165,7 @@ pub(super) fn part<'a>(top: &Table<'a>, spec: &'static Spec) -> Option<Option<Ta
     }
 }
 
-/// The value of an optional table.
+/// Reads an optional table; `absent` if left out.
 #[allow(clippy::option_option)]
 pub(super) fn default<'a, T>(
     table: Option<Option<Table<'a>>>,
@@ -178,7 +178,7 @@ pub(super) fn default<'a, T>(
     }
 }
 
-/// The system of units; SI for a rod of a material.
+/// Reads the system of units; SI for a rod of a material.
 pub(super) fn units(top: &Table) -> Option<Units> {
     let material = |rod: &DeValue| {
         let rod = rod.as_table();
@@ -199,8 +199,8 @@ pub(super) fn units(top: &Table) -> Option<Units> {
     })
 }
 
-/// True if the rod and its friction can be made, and the scales and all that is measured by them are numbers; else the
-/// fault, at `[rod]`.
+/// True if the rod and its friction can be made, and all scales and scaled numbers are finite; otherwise reports the
+/// fault at `[rod]`.
 fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     let refuse = |kind: FaultKind, allowed: &str, hint: String| {
         top.reader

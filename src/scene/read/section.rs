@@ -1,4 +1,4 @@
-//! What `[rod.section]` and `[rod.rest]` may hold.
+//! Readers of `[rod.section]` and `[rod.rest]`.
 
 use super::fields::{BARRIER, CIRCLE, Kinds, RECTANGLE, SECTION, TUBE};
 use super::matrix::{definite, rows};
@@ -16,7 +16,8 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Sections by the field that names their kind, the strongest first, and where in [`SECTION`] their fields are.
+/// Kinds of sections by the field that identifies them, in order of priority, with the index ranges of their fields in
+/// [`SECTION`].
 const KINDS: [(&str, Range<usize>); 4] = [
     ("stiffness", 19..21),
     ("shape", 4..19),
@@ -31,7 +32,8 @@ pub(super) fn section(table: &Table, length: Option<f64>) -> Option<Section> {
         return with_outline(table).map(Section::Outline);
     }
     let fields: Vec<&'static str> = SECTION.names(Kinds::MAX).collect();
-    // Without the field that names it, the kind of which most is given; its name is then missing.
+    // Without an identifying field the kind with most fields given is assumed; the identifying field is then reported
+    // as missing.
     let count = |own: &Range<usize>| fields[own.clone()].iter().filter(|f| given(f)).count();
     let named = KINDS.iter().find(|(name, _)| given(name));
     let meant = || KINDS.iter().max_by_key(|(_, own)| count(own));
@@ -106,7 +108,7 @@ fn diagonal(table: &Table, length: Option<f64>) -> Option<Diagonal> {
 
 const PAIR: &str = "an array of two stiffnesses > 0, about d1 and d2";
 
-/// `Some(None)` if the value is no word at all.
+/// Reads the word "rigid"; `Some(None)` if the value is no string.
 fn rigid(
     reader: &Reader,
     field: &str,
@@ -217,7 +219,7 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
     elastic.then_some(Section::Barrier(Barrier { linear, barrier }))
 }
 
-/// True if no stiffness varies along the rod, as a law with a barrier needs; else the faults.
+/// True if no stiffness varies along the rod, as required by a law with a barrier; otherwise reports the faults.
 fn uniform(table: &Table, law: &Diagonal) -> bool {
     let varying = law.named().filter(|(_, along)| along.constant().is_none());
     let mut names: Vec<&str> = varying
@@ -231,7 +233,7 @@ fn uniform(table: &Table, law: &Diagonal) -> bool {
     names.is_empty()
 }
 
-/// Half widths of a barrier.
+/// Reads the half widths of a barrier.
 pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
     let words = "an array of two finite numbers > 0, along d1 and d2";
     table.read("half_widths", words, Absent::Fault, |field, value| {
@@ -240,10 +242,10 @@ pub(super) fn half_widths(table: &Table) -> Option<[f64; 2]> {
     })
 }
 
-/// Shapes that `rod.material` fills.
+/// Shapes of a section whose material is `rod.material`.
 pub(super) const OUTLINES: [&str; 3] = ["circle", "tube", "rectangle"];
 
-/// Reads the shape of a rod of a material.
+/// Reads the shape of a rod with `rod.material`.
 pub(super) fn outline(table: &Table) -> Option<Shape> {
     let given = table.given(&OUTLINES);
     let [name] = given.as_slice() else {
@@ -329,7 +331,7 @@ fn settings(table: &Table) -> Option<ShapeSettings> {
     })
 }
 
-/// The word "rigid", or nothing.
+/// Reads the word "rigid", or `Some(None)` if left out.
 fn held(table: &Table, name: &str) -> Option<Option<Rigid>> {
     table.maybe(name, |field, value| {
         let allowed = "\"rigid\", or left out: its stiffness follows from the shape";
@@ -422,7 +424,7 @@ fn shape(table: &Table) -> Option<Shape> {
     shape.filter(|_| others.is_empty())
 }
 
-/// A tube, if its wall is thinner than its outer radius; else the fault.
+/// A tube; a fault if the wall is thicker than the outer radius.
 fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Option<Shape> {
     let (outer_radius, thickness) = (outer_radius?, thickness?);
     if thickness < outer_radius {
@@ -436,7 +438,7 @@ fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Opt
     table.refuse(FaultKind::Value, "thickness", allowed, hint)
 }
 
-/// A radius, or half a diameter.
+/// Reads a radius, or half a diameter.
 fn radius(table: &Table, radius: &'static str, diameter: &'static str) -> Option<f64> {
     let by_radius = table.optional(radius);
     let by_diameter = table.optional(diameter);
@@ -476,7 +478,7 @@ pub(super) fn rest(table: &Table, length: Option<f64>) -> Option<Rest> {
     })
 }
 
-/// Reports a rod that is totally compressed by its rest curvature.
+/// Reports a rest curvature with total compression of the rod.
 pub(super) fn rest_inside_barrier(
     table: &Table,
     section: &Section,
@@ -486,7 +488,7 @@ pub(super) fn rest_inside_barrier(
     let Section::Barrier(law) = section else {
         return true;
     };
-    // The border is a norm of the curvature: on a piecewise linear one it is greatest at the nodes.
+    // The bound is a norm of the curvature: on a piecewise linear curvature the maximum is at the nodes.
     let mut places: Vec<f64> = (0..=64).map(|i| length * f64::from(i) / 64.0).collect();
     for along in &rest.curvature {
         places.extend(along.nodes());

@@ -1,4 +1,4 @@
-//! Mass and inertia of a body: as numbers, or of the solid that it is, from its sizes and a density or a mass.
+//! Mass and inertia of a body: as numbers, or from the shape and sizes of a solid with its density or mass.
 
 use super::fields::SOLID;
 use super::phrases::Short;
@@ -11,10 +11,10 @@ use std::f64::consts::PI;
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// By how much, relative to the others, a principal moment may exceed their sum: rounding.
+/// Relative rounding by which a principal moment may exceed the sum of the others.
 const FLAT: f64 = 1e-9;
 
-/// Mass and inertia of a body; the inertia is None if the scene gives none.
+/// Mass and inertia of a body; the inertia is `Some(None)` if the scene gives none.
 pub(super) struct Matter {
     pub mass: Option<f64>,
     pub inertia: Option<Option<[[f64; 3]; 3]>>,
@@ -25,7 +25,7 @@ pub(super) fn has_extent(table: &Table) -> bool {
     table.has("inertia") || table.has("solid")
 }
 
-/// Mass, and the inertia that `inertia` reads or a solid makes.
+/// Reads the mass, and the inertia, either with `inertia` or from a solid.
 pub(super) fn matter(
     table: &Table,
     inertia: impl FnOnce() -> Option<Option<[[f64; 3]; 3]>>,
@@ -98,7 +98,7 @@ pub(super) fn matter(
     }
 }
 
-/// True if matter has such an inertia: no principal moment exceeds the sum of the other two; else the fault.
+/// True if the inertia is possible: no principal moment exceeds the sum of the other two. Otherwise reports the fault.
 pub(super) fn is_of_a_body(
     reader: &Reader,
     field: &str,
@@ -123,7 +123,7 @@ pub(super) fn is_of_a_body(
     false
 }
 
-/// Volume, and moments of inertia over the mass about the centre along the axes.
+/// Reads a solid: volume, and moments of inertia over mass, about the centre along the axes.
 fn shape(table: &Table) -> Option<(f64, [f64; 3])> {
     let given = table.given(&["box", "cylinder", "ball"]);
     let allowed = "one of box = [a, b, c], cylinder = [diameter, length] along the third axis and ball = diameter";

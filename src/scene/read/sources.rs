@@ -1,34 +1,34 @@
-//! The text of a scene with what overrides it, and where in them a byte is.
+//! Text of a scene with its overrides, and the place of each byte.
 
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 
-/// A document, and after it the overrides, `rod.damping = 0.2`, one after another: every byte has one number.
+/// A document followed by the overrides, `rod.damping = 0.2`, in one text with one numbering of its bytes.
 pub(in crate::scene) struct Sources {
     whole: String,
     /// First byte of each line of the document.
     lines: Vec<usize>,
-    /// First byte of each override; before the first, the document ends.
+    /// First byte of each override; the document ends before the first of them.
     overrides: Vec<usize>,
 }
 
-/// Where a byte is.
+/// Place of a byte.
 pub(in crate::scene) enum Place<'a> {
-    /// In the document: line and column, both from 1.
+    /// Line and column in the document, both from 1.
     Text { line: usize, column: usize },
     /// In this override.
     Override(&'a str),
 }
 
-/// Why an override cannot be put into the document.
+/// Rejection of an override, with its place and the message.
 pub(super) struct Refused {
     pub at: usize,
     pub message: String,
 }
 
-/// Characters of a line that are counted for a column.
+/// Bound on the characters of a line that are counted for a column.
 const WIDEST: usize = 1 << 16;
 
 impl Sources {
@@ -73,7 +73,7 @@ impl Sources {
         self.whole.get(span)
     }
 
-    /// The line, or the override, that byte `at` is in.
+    /// Byte range of the line, or the override, around byte `at`.
     pub fn line_around(&self, at: usize) -> Range<usize> {
         if at >= self.end()
             && let Some((start, text)) = self.overridden(at)
@@ -113,8 +113,8 @@ impl Sources {
         self.lines.partition_point(|start| *start <= at).max(1)
     }
 
-    /// The character boundary at or before byte `at`. The end of a text that ends in a line feed counts as the end of its
-    /// last line, so that every fault is on a line that exists.
+    /// The character boundary at or before byte `at`. The end of a text that ends in a line feed counts as the end of
+    /// its last line, so that every fault is on an existing line.
     fn floor(&self, at: usize) -> usize {
         let document = self.document();
         let end = document.len() - usize::from(document.ends_with('\n'));
@@ -126,9 +126,9 @@ impl Sources {
     }
 }
 
-/// Puts an override `path = value` into the document. The path is dotted; an element of a list is named by its number from 0,
-/// `loads.force[0].amplitude` or `loads.force.0.amplitude`, by the name that it has, `body.crown.mass`, or as a component, `velocity.x`. Tables on the
-/// way that are not there are made; the value is TOML. `start`: its first byte.
+/// Puts an override `path = value` into the document; `start` is its first byte. The value is TOML, the path is dotted.
+/// An element of a list is named by its index from 0 (`loads.force[0].amplitude` or `loads.force.0.amplitude`), by its
+/// name (`body.crown.mass`), or as a component (`velocity.x`). Missing tables on the path are created.
 pub(super) fn apply<'a>(
     document: &mut DeTable<'a>,
     start: usize,
@@ -161,16 +161,16 @@ pub(super) fn apply<'a>(
     setting.put_into(document, 0, value).map_err(refuse)
 }
 
-/// An override on its way to its place.
+/// An override, split into the steps of its path.
 struct Setting<'a> {
-    /// Where its path stands.
+    /// Byte range of the path.
     key: Range<usize>,
-    /// Names, and numbers of elements.
+    /// Names of fields, and indices of elements.
     steps: Vec<&'a str>,
 }
 
 impl<'a> Setting<'a> {
-    /// Puts the value where the steps from number `k` on lead in a table.
+    /// Puts the value into a table, at the path of the steps from number `k` on.
     fn put_into(
         &self,
         table: &mut DeTable<'a>,
@@ -180,7 +180,7 @@ impl<'a> Setting<'a> {
         let (step, rest) = (self.steps[k], &self.steps[k + 1..]);
         let key = Spanned::new(self.key.clone(), Cow::Borrowed(step));
         if rest.is_empty() {
-            // The key with its place goes, too.
+            // Removal also replaces the key: faults then point to the override.
             table.remove(step);
             table.insert(key, value);
             return Ok(());
@@ -196,7 +196,7 @@ impl<'a> Setting<'a> {
         self.put(table.entry(key).or_insert_with(empty), k + 1, value)
     }
 
-    /// The same in anything that has a value.
+    /// Puts the value at `place`, or inside, along the steps from number `k` on.
     fn put(
         &self,
         place: &mut Spanned<DeValue<'a>>,
@@ -243,7 +243,7 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// The steps of a path: `force[0]` is `force` and `0`, as `force.0` is.
+/// Splits a path into steps: `force[0]` and `force.0` both give `force` and `0`.
 fn steps_of(path: &str) -> Option<Vec<&str>> {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let mut steps = Vec::new();
@@ -263,7 +263,7 @@ fn is_number(step: &str) -> bool {
     !step.is_empty() && step.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// Which element of a list a step is.
+/// Index of the element of a list that a step names.
 fn element(list: &DeArray, step: &str) -> Option<usize> {
     if is_number(step) {
         return step.parse().ok();
@@ -274,12 +274,12 @@ fn element(list: &DeArray, step: &str) -> Option<usize> {
     (all.position(|of| name(of) == Some(step))).or_else(|| letter().filter(|_| is_vector))
 }
 
-/// The name that a table of a list has.
+/// Value of the field `name` of a table in a list.
 fn name<'t>(of: &'t Spanned<DeValue>) -> Option<&'t str> {
     of.get_ref().as_table()?.get("name")?.get_ref().as_str()
 }
 
-/// How the elements of a list are written.
+/// Description of the elements of a list, with an example path.
 fn elements(way: &str, list: &DeArray) -> String {
     let Some(last) = list.len().checked_sub(1) else {
         return "it is empty".to_owned();
@@ -296,7 +296,7 @@ fn elements(way: &str, list: &DeArray) -> String {
     }
 }
 
-/// Moves a value, and all in it, by so many bytes.
+/// Moves the spans of a value and everything inside by `by` bytes.
 fn shift(value: &mut Spanned<DeValue>, by: usize) {
     let span = value.span();
     match value.get_mut() {

@@ -1,4 +1,4 @@
-//! Reads `[start]`.
+//! Reader of `[start]`.
 
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
 use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, REST, SHEET, STRAIN, Spec};
@@ -17,7 +17,7 @@ use crate::scene::{
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// What the start must know of the rest of the scene, as far as that was read.
+/// Parts of the scene on which the start depends, as far as readable.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'k> {
     /// The rod without friction.
@@ -94,7 +94,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
         (None, None, None, Some(None), None) => STRAIGHT,
         (None, None, None, Some(Some(position)), None) => Place::Position { position, sheet },
         (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
-        // `one_place` has reported every other case but this one.
+        // `one_place` has reported all other combinations.
         _ => match unloaded {
             Some(place) => place,
             None => {
@@ -123,7 +123,7 @@ const STRAIGHT: Place = Place::Rest {
     rest: Straight::Straight,
 };
 
-/// `rest` or `settled`.
+/// Reads `rest` or `settled`.
 fn unloaded(table: &Table) -> Option<Option<Place>> {
     let rest = match table.get("rest") {
         None => Some(None),
@@ -139,7 +139,7 @@ fn unloaded(table: &Table) -> Option<Option<Place>> {
     Some(rest?.or(settled))
 }
 
-/// True if exactly one equilibrium, position or strain field is named; else the faults.
+/// True if exactly one equilibrium, position or strain field is named; otherwise reports the faults.
 fn one_place(table: &Table) -> bool {
     let chart = table.given(&["lambda", "kappa", "p"]);
     let has = |name: &str| table.has(name);
@@ -205,7 +205,7 @@ fn one_place(table: &Table) -> bool {
     consistent
 }
 
-/// The position, `None` inside if the rod is straight there; or the fault.
+/// The position; `Some(None)` if the rod is straight there. A position out of reach is a fault.
 #[allow(clippy::option_option)]
 fn reachable(
     reader: &Reader,
@@ -223,7 +223,7 @@ fn reachable(
     let [c, _, _, s] = clamp.orientation.quaternion();
     let (cos, sin) = (c * c - s * s, 2.0 * c * s);
     let on_circle = distance <= 1.0 + ON_CIRCLE;
-    // The tangent of the clamp, to rounding of the position.
+    // On the tangent of the clamp, up to rounding of the position.
     if on_circle && (x * sin - y * cos).abs() <= ON_CIRCLE && x * cos + y * sin > 0.0 {
         return Some(None);
     }
@@ -241,7 +241,7 @@ fn reachable(
     reader.refuse(FaultKind::Value, field, value, allowed, hint)
 }
 
-/// One of some words, or the name of a sheet.
+/// Reads one of some words, or the name of a sheet.
 pub(super) fn word_or_name<'a, T: Clone>(
     reader: &'a Reader<'a>,
     field: &str,
@@ -335,7 +335,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
     })
 }
 
-/// Nothing, if at most one of these is given; else the faults.
+/// Reports all but the first of these fields if several are given.
 fn one_of(table: &Table, names: &[&'static str]) -> Option<()> {
     let given = table.given(names);
     let [first, rest @ ..] = given.as_slice() else {
@@ -348,7 +348,7 @@ fn one_of(table: &Table, names: &[&'static str]) -> Option<()> {
     rest.is_empty().then_some(())
 }
 
-/// A couple or an angular velocity, which a ball has none of.
+/// Reads a couple or an angular velocity, which must vanish for a ball joint.
 pub(super) fn turning(table: &Table, name: &str, weld: Option<bool>) -> Option<[f64; 3]> {
     let vector = table.vector(name)?;
     if weld != Some(false) || vector == [0.0; 3] {
@@ -444,7 +444,7 @@ fn pose<'a>(
     })
 }
 
-/// Reads `start.curvature_rate` or `strain_rate`, which goes with the field `beside` of a rod with mass.
+/// Reads `start.curvature_rate` or `strain_rate` of a rod with mass; the field `beside` is then required.
 fn rate<'a>(
     start: &Table<'a>,
     name: &str,
@@ -479,7 +479,7 @@ fn rate<'a>(
     start.maybe(name, read)
 }
 
-/// Reads `start.relaxed`, a strain field in it by `strain`.
+/// Reads `start.relaxed`; `strain` reads a strain field.
 pub(super) fn relaxed<'a>(
     start: &Table<'a>,
     memory: Option<Memory>,

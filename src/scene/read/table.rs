@@ -1,4 +1,4 @@
-//! One table of the document: its fields, read by what the tables of fields say of them.
+//! A table of the document, with readers for the forms of its fields.
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, HOMES, Kinds, Need, PLANE, SPACE, Spec};
 use super::kind::MODELS;
@@ -9,30 +9,30 @@ use crate::scene::FaultKind;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// What stands in for an absent field whose value is read by a function.
+/// Treatment of an absent field.
 pub(super) enum Absent<T> {
-    /// Nothing; the fault shows the example of the table.
+    /// A fault that shows the example of the description.
     Fault,
-    /// This.
+    /// This default value.
     Or(T),
 }
 
-/// One table of the document, its unknown fields already reported.
+/// A table of the document, its unknown fields already reported.
 pub(super) struct Table<'a> {
-    /// Where faults go.
+    /// Reader that collects the faults.
     pub reader: &'a Reader<'a>,
     path: String,
     spec: &'static Spec,
     entries: &'a DeTable<'a>,
-    /// Byte at which the table begins.
+    /// First byte of the table.
     pub at: usize,
-    /// Misspelt fields: (what was meant, what was written). They are reported, then read as what
-    /// was meant, so that one slip does not also count as a missing field and hides no other fault.
+    /// Misspelt fields: (name meant, name written). A misspelt field is reported, then read under the name meant. Hence
+    /// one slip does not also count as a missing field and hides no other fault.
     slips: Vec<(&'static str, &'a str)>,
 }
 
 impl<'a> Table<'a> {
-    /// Opens a table and reports the fields that `spec` does not hold in a scene of this kind.
+    /// Opens a table and reports the fields that `spec` lacks in scenes of the current kind.
     pub fn open(
         reader: &'a Reader<'a>,
         path: &str,
@@ -69,7 +69,7 @@ impl<'a> Table<'a> {
             }
             let hint = table.misplaced(name).or_else(|| {
                 let meant = nearest(name, &mut spec.names(kind))?;
-                // Of two slips for one field the first in the table wins.
+                // Of two misspellings of one field the first in the table counts.
                 if !entries.contains_key(meant) && table.slip(meant).is_none() {
                     table.slips.push((meant, name));
                     reader.slipped(value);
@@ -84,7 +84,7 @@ impl<'a> Table<'a> {
         table
     }
 
-    /// Where a field that this table does not have belongs, if it is known.
+    /// Advice on the proper place of a misplaced field, if known.
     fn misplaced(&self, name: &str) -> Option<String> {
         let kind = self.reader.kind.get();
         let header = HOMES.iter().any(|home| home.name == self.spec.name);
@@ -112,7 +112,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A table in this one.
+    /// Opens a table inside this one.
     pub fn inner(&self, name: &str, spec: &'static Spec) -> Option<Table<'a>> {
         let (value, field) = (self.get(name)?, self.field(name));
         let allowed = format!("a table, [{field}]");
@@ -124,7 +124,7 @@ impl<'a> Table<'a> {
         found.map(|(_, written)| *written)
     }
 
-    /// Its own path; empty for the top of the file.
+    /// Path of the table; empty for the top of the file.
     pub fn path(&self) -> &str {
         &self.path
     }
@@ -142,7 +142,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The value of a field, if it was given.
+    /// Value of a field, if given.
     pub fn get(&self, name: &str) -> Option<&'a Spanned<DeValue<'a>>> {
         let written = self.slip(name).unwrap_or(name);
         self.entries.get(written)
@@ -153,12 +153,12 @@ impl<'a> Table<'a> {
         self.get(name).is_some()
     }
 
-    /// True if scenes of this kind have the field here.
+    /// True if the table has such a field in scenes of the current kind.
     pub fn knows(&self, name: &str) -> bool {
         self.spec.field(name, self.reader.kind.get()).is_some()
     }
 
-    /// Those of these fields that were given.
+    /// The given ones among these fields.
     pub fn given<'n>(&self, names: &[&'n str]) -> Vec<&'n str> {
         names
             .iter()
@@ -167,13 +167,13 @@ impl<'a> Table<'a> {
             .collect()
     }
 
-    /// Where a field is, in words, if it was given.
+    /// Place of a given field, in words.
     fn place_of(&self, name: &str) -> Option<String> {
         let value = self.get(name)?;
         Some(self.reader.place(value.span().start))
     }
 
-    /// The entry of a field in the tables.
+    /// Description of a field.
     fn of(&self, name: &str) -> &'static Field {
         static NONE: Field = Field {
             name: "",
@@ -200,10 +200,10 @@ impl<'a> Table<'a> {
             .record(FaultKind::Missing, self.at, &field, None, allowed, hint);
     }
 
-    /// Reports that `name` stands where `others` exclude it.
+    /// Reports that `name` conflicts with the given fields among `others`.
     pub fn conflict(&self, name: &str, others: &[&str], hint: &str) {
         let Some(value) = self.get(name) else { return };
-        // A field that is misspelt may be another one than those that are excluded.
+        // For a misspelt field the name meant is only a guess, so a conflict proves nothing.
         let others: Vec<&str> = others
             .iter()
             .copied()
@@ -226,7 +226,7 @@ impl<'a> Table<'a> {
         self.fault(FaultKind::Conflict, name, allowed, hint);
     }
 
-    /// Records a fault in a field that is given.
+    /// Records a fault in a given field.
     pub fn fault(
         &self,
         kind: FaultKind,
@@ -240,7 +240,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The same, of a field that must be given up.
+    /// Records a fault in a given field and returns `None`.
     pub fn refuse<T>(
         &self,
         kind: FaultKind,
@@ -252,7 +252,7 @@ impl<'a> Table<'a> {
         None
     }
 
-    /// Reads a field with `parse`, or takes what stands in for it.
+    /// Reads a given field with `parse`; treats an absent one by `absent`.
     pub fn read<T>(
         &self,
         name: &str,
@@ -270,7 +270,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// Reports a required field that is absent, with the example of the tables.
+    /// Reports an absent required field, with the example of its description.
     fn absent(&self, name: &str, allowed: &str) {
         let example = match self.of(name).need {
             Need::Yes(example) => example,
@@ -279,7 +279,7 @@ impl<'a> Table<'a> {
         self.missing(name, allowed, example);
     }
 
-    /// Reads a field, if it was given.
+    /// Reads a field, if given.
     pub fn maybe<T>(
         &self,
         name: &str,
@@ -290,8 +290,8 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The one of two fields that was given; `keep` says what to do about both, `missing` is what is allowed, and an
-    /// example of the first.
+    /// The given one of two fields. The hint `keep` is for both given; `missing` has the name, the allowed values and
+    /// an example for none given.
     pub fn either<T>(
         &self,
         (first, one): (&str, Option<Option<T>>),
@@ -307,7 +307,7 @@ impl<'a> Table<'a> {
         None
     }
 
-    /// A field of the tables by its form, its default parsed by `default`.
+    /// Reads a field by its description; `default` parses the default.
     fn by_form<T>(
         &self,
         name: &str,
@@ -331,7 +331,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A number, as the tables have it.
+    /// Reads a number by its description.
     pub fn number(&self, name: &str) -> Option<f64> {
         let rule = self.rule(name);
         let default = |text: &str| text.parse().ok();
@@ -340,7 +340,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The default of a number; NaN if it has none.
+    /// Default of a number; NaN if there is none.
     pub fn default(&self, name: &str) -> f64 {
         match self.of(name).need {
             Need::Or(text) => text.parse().unwrap_or(f64::NAN),
@@ -348,13 +348,13 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// A number, if it was given.
+    /// Reads a number, if given.
     pub fn optional(&self, name: &str) -> Option<Option<f64>> {
         let rule = self.rule(name);
         self.maybe(name, |field, value| self.reader.number(field, value, rule))
     }
 
-    /// An integer, as the tables have it.
+    /// Reads an integer by its description.
     pub fn count(&self, name: &str) -> Option<usize> {
         let Form::Count(least, most) = self.of(name).form else {
             return None;
@@ -366,7 +366,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// true or false, as the tables have it.
+    /// Reads true or false by its description.
     pub fn flag(&self, name: &str) -> Option<bool> {
         let default = |text: &str| text.parse().ok();
         self.by_form(name, "true or false", default, |field, value| {
@@ -374,7 +374,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// The one of the field's words that was given, of which `choices` has the meanings; its default is the first of them.
+    /// Reads one of the field's words, whose meanings are `choices` in the same order; the default is the first.
     pub fn word<T: Clone>(&self, name: &str, choices: &[T]) -> Option<T> {
         let words: &'static [&'static str] = match &self.of(name).form {
             Form::Word(words) | Form::OneOf([Form::Word(words), ..]) => words,
@@ -382,7 +382,7 @@ impl<'a> Table<'a> {
         };
         let pairs: Vec<(&'static str, T)> =
             words.iter().copied().zip(choices.iter().cloned()).collect();
-        // Which kind a scene is follows from its model: those of the others are as good.
+        // Any model is allowed: the model determines the kind of scene.
         let allowed = match name == "model" && self.reader.kind.get() != ASSEMBLY {
             true => listed(&MODELS),
             false => listed(words),
@@ -393,7 +393,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// A vector: two numbers in the plane, where the third is 0, three in space.
+    /// Reads a vector: three numbers in space, two in the plane, where the third is 0.
     pub fn vector(&self, name: &str) -> Option<[f64; 3]> {
         let plane = self.reader.kind.get() == PLANE;
         let allowed = vector_words(if plane { 2 } else { 3 });

@@ -1,4 +1,4 @@
-//! Numbers of a rod in space, and how they may vary along it.
+//! Numbers of a rod in space that may vary along the rod.
 
 use super::fields::ALONG;
 use super::phrases::Short;
@@ -10,17 +10,17 @@ use crate::scene::{Along, FaultKind};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// Coefficients of a polynomial.
+/// Bound on the number of coefficients of a polynomial.
 const COEFFICIENTS: usize = 16;
 
-/// What [`along`] accepts, for stiffnesses.
+/// Forms accepted by [`along`] for stiffnesses.
 pub(super) const ALONG_WORDS: &str = "a number > 0, or a table such as { s = [0.0, 1.0], values = [1.0, 0.5] } or \
                            { polynomial = [1.0, -0.5] }";
 
 /// Relative difference of numbers meant to be equal that counts as rounding.
 pub(super) const ROUNDING: f64 = 1e-12;
 
-/// A number, or how it varies along the rod. Every value satisfies `rule`.
+/// Reads a number, or its variation along the rod. Every value must satisfy `rule`.
 pub(super) fn along<'a>(
     reader: &'a Reader<'a>,
     field: &str,
@@ -43,7 +43,7 @@ pub(super) fn along<'a>(
     }
     table.read("polynomial", "", Absent::Fault, |field, value| {
         let polynomial = polynomial(reader, field, value, &VALUE)?;
-        // Only rules of numbers > 0 are more than bounds.
+        // For a rule without a sign condition the bounds on the coefficients suffice.
         if !(rule.holds)(-1.0)
             && let Some(x) = not_positive(&polynomial)
         {
@@ -55,7 +55,7 @@ pub(super) fn along<'a>(
     })
 }
 
-/// What the library made of a value; or the fault that it finds.
+/// Unwraps the library's result; reports its error as a fault.
 fn made<T>(reader: &Reader, field: &str, value: &Spanned<DeValue>, made: Result<T>) -> Option<T> {
     made.map_err(|error| {
         let allowed = "a number, or how it varies along the rod";
@@ -64,7 +64,7 @@ fn made<T>(reader: &Reader, field: &str, value: &Spanned<DeValue>, made: Result<
     .ok()
 }
 
-/// A polynomial in s/length.
+/// Reads a polynomial in s/length.
 pub(super) fn polynomial(
     reader: &Reader,
     field: &str,
@@ -124,9 +124,10 @@ fn by_points(table: &Table, rule: &Rule, length: Option<f64>) -> Option<Along> {
     made(reader, &table.field("s"), value, Along::table(&nodes))
 }
 
-/// Somewhere in [0, 1] where the polynomial is not > 0, if there is such a place.
+/// A point of [0, 1] at which the polynomial is not > 0; `None` if there is no such point.
 ///
-/// It is > 0 on an interval where its Bernstein coefficients are; else the interval is halved (de Casteljau).
+/// The polynomial is > 0 on an interval if its Bernstein coefficients are; otherwise the interval is halved (de
+/// Casteljau).
 pub(super) fn not_positive(polynomial: &[f64]) -> Option<f64> {
     let n = polynomial.len() - 1;
     let binomial =
@@ -147,7 +148,7 @@ pub(super) fn not_positive(polynomial: &[f64]) -> Option<f64> {
             continue;
         }
         let middle = 0.5 * (a + b);
-        // Nearer to a zero than rounding lets us see.
+        // Rounding hides the sign this close to a zero.
         if b - a < 1e-12 {
             return Some(middle);
         }

@@ -14,7 +14,7 @@ use crate::section::Strain;
 use crate::viscoelastic::grid::{FEWEST, Grid};
 use nalgebra::UnitQuaternion;
 
-/// The assembly with the mass of its rods, those with a free end last; None where they have none that counts.
+/// The assembly with the full mass of its rods, those with a free end last; `None` if no mass counts in full.
 pub(super) fn heavy(
     scene: &Scene,
     given: &AssemblyScene,
@@ -82,7 +82,7 @@ pub(super) fn heavy(
 }
 
 impl AssemblySetup {
-    /// A run with the mass of the rods from where they would be without.
+    /// A run with the full mass of the rods, started from the configuration `start` of the massless rods.
     pub(super) fn heavy_motion(
         &self,
         heavy: &HeavyAssembly,
@@ -96,7 +96,8 @@ impl AssemblySetup {
         HeavyRun::of_assembly(heavy, &self.heavy_start(start)?, options)
     }
 
-    /// Where rods with mass start that would be there without: at the equilibrium with it, unless the unloaded rods are let go.
+    /// Start of heavy rods from a configuration of massless ones: heavy rods settle to equilibrium, except when
+    /// unloaded rods are let go.
     ///
     /// # Errors
     /// As [`AssemblySetup::shapes`].
@@ -121,7 +122,7 @@ impl AssemblySetup {
         })
     }
 
-    /// The strains of a rod without mass at s in [0, 1] from its `from`, in the units of the assembly.
+    /// Strains of the massless rod k at s in [0, 1] from its `from`, in the assembly's units.
     fn strain_of(&self, k: usize, now: &Configuration, s: f64) -> Result<Strain> {
         let Some(link) = self.assembly.links().get(k) else {
             let rod = &self.assembly.free()[k - self.assembly.links().len()].rod();
