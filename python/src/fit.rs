@@ -63,7 +63,7 @@ fn searched(fit: &Fit, starts: usize, seed: u64, watch: &mut Watch) -> snaprod::
             scope.spawn(move || {
                 loop {
                     let k = next.fetch_add(1, Ordering::Relaxed);
-                    // What is sent is received: the receiver waits for all senders.
+                    // The receiver waits for all senders, so sending succeeds.
                     if k >= starts || end.send((k, search(k))).is_err() {
                         break;
                     }
@@ -76,7 +76,7 @@ fn searched(fit: &Fit, starts: usize, seed: u64, watch: &mut Watch) -> snaprod::
             match ends.recv_timeout(EVERY) {
                 Ok((k, Ok(one))) => found.push((k, one)),
                 Ok((_, Err(e))) => {
-                    // The first: what it stops tells that it was interrupted.
+                    // The first error is kept: searches stopped because of it report an interrupt.
                     failed.get_or_insert(e);
                 }
                 Err(RecvTimeoutError::Timeout) => {}

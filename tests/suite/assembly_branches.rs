@@ -9,8 +9,8 @@ use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{self, BranchRecord, Silent};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A deck on two parallel columns, clamped on the ground and welded to it, that can be neither stretched nor sheared; its force
-/// alone, -P along z, presses them. They sway along x, both alike, and the deck turns freely with them.
+/// A deck on two parallel columns, clamped on the ground and welded to it, that can be neither stretched nor sheared;
+/// its force alone, -P along z, presses them. They sway along x, both alike, and the deck turns freely with them.
 const PORTAL: &str = r#"
 [[rod]]
 name = "left"
@@ -89,9 +89,9 @@ fn complete(k: f64) -> (f64, f64) {
     (whole, whole * (1.0 - sum))
 }
 
-/// Closed form: each column bears P/2, sways at P/2 = pi^2 B/(4 L^2), and is then the elastica: lam L = K(k), lam^2 = P/(2B), sway
-/// 2k/lam, height L (2E/K - 1). Catches a branch point of an assembly that is not seen, a switch that misses one side, and rows of
-/// another branch.
+/// Closed form: each column bears P/2, sways at P/2 = pi^2 B/(4 L^2), and is then the elastica: lam L = K(k), lam^2 =
+/// P/(2B), sway 2k/lam, height L (2E/K - 1). Catches a branch point of an assembly that is not seen, a switch that
+/// misses one side, and rows of another branch.
 #[test]
 fn a_deck_on_two_columns_sways_either_way() {
     let record = followed(
@@ -174,8 +174,8 @@ fn folds_of_half(span: f64) -> Vec<f64> {
     folds.map(|at| at.point.p).collect()
 }
 
-/// Catches fold curves of assemblies off their folds: those of the arch as one support moves are those of its half with the support
-/// moved half as far.
+/// Catches fold curves of assemblies off their folds: those of the arch as one support moves are those of its half
+/// with the support moved half as far.
 #[test]
 fn fold_curves_of_an_arch_whose_support_moves() {
     let record = followed(
@@ -205,8 +205,8 @@ fn fold_curves_of_an_arch_whose_support_moves() {
     }
 }
 
-/// Catches a search that finds nothing, or the same again: under loads that both bear, the arch pushed through is found from the one
-/// that stands, and is that to which the branch leads through both limit points.
+/// Catches a search that finds nothing, or the same again: under loads that both bear, the arch pushed through is
+/// found from the one that stands, and is that to which the branch leads through both limit points.
 #[test]
 #[ignore = "second tier: 10 s"]
 fn deflation_finds_the_arch_pushed_through() {
@@ -272,7 +272,8 @@ fn shallow_truss() -> String {
     .concat()
 }
 
-/// Catches a branch that leaves its range behind a fold and is told to have no equilibrium at its aim: the same branch comes there when it is followed beyond.
+/// Catches a branch that leaves its range behind a fold and is told to have no equilibrium at its aim: the same
+/// branch comes there when it is followed beyond.
 #[test]
 fn a_branch_that_leaves_its_range_tells_how_it_goes_on() {
     let how = "parameter = \"body.P.force.z\"\nto = -3.0";
@@ -292,7 +293,8 @@ fn a_branch_that_leaves_its_range_tells_how_it_goes_on() {
     assert_eq!(rows_at(&both, 0, -3.0).len(), 1);
 }
 
-/// Catches points that are to be raised in vain: the far clamp of a strip of length 1.1 is to be moved to 1.3, where the strip does not reach.
+/// Catches points that are to be raised in vain: the far clamp of a strip of length 1.1 is to be moved to 1.3, where
+/// the strip does not reach.
 #[test]
 fn a_place_beyond_the_rods_is_told() {
     let turn = "rotation = { axis = [0, 1, 0], angle = 1.5707963267948966 }";

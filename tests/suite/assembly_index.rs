@@ -1,5 +1,6 @@
-//! The index of assemblies against a second variation made another way: rods cut into short pieces of constant strain, the
-//! energy of all pieces and loads as a function of their strains, the ends on the ground held by multipliers.
+//! The index of assemblies against a second variation made another way: rods cut into short pieces of constant
+//! strain, the energy of all pieces and loads as a function of their strains, the ends on the ground held by
+//! multipliers.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -79,7 +80,8 @@ impl Chain {
         (energy, gap)
     }
 
-    /// Negative eigenvalues of the second variation under the constraint, and how far the eigenvalue nearest to 0 is from it.
+    /// Negative eigenvalues of the second variation under the constraint, and how far the eigenvalue nearest to 0 is
+    /// from it.
     fn index(&self, strains: &[f64]) -> (usize, f64) {
         const STEP: f64 = 3e-4;
         let (count, held) = (strains.len(), self.energy(strains).1.len());
@@ -141,8 +143,9 @@ fn place(x: &[f64]) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(x[0], x[1], x[2]).into(), turn)
 }
 
-/// Would catch an index of the whole that forgets a rod's own, a lever of a load or of an attachment, or a ball joint's rotation.
-/// Wrenches are drawn, and the loads are what keeps the bodies in equilibrium under them: all degrees of instability occur.
+/// Would catch an index of the whole that forgets a rod's own, a lever of a load or of an attachment, or a ball
+/// joint's rotation. Wrenches are drawn, and the loads are what keeps the bodies in equilibrium under them: all
+/// degrees of instability occur.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn indices_of_assemblies_agree_with_discretised_second_variations() {
@@ -193,8 +196,8 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
                 )
             };
             let turn = at.rotation.inverse();
-            // What the force n of this rod asks of the body before it: -n0 + n + force = 0, -m0 + m + arms x forces = 0 about
-            // the reference point.
+            // What the force n of this rod asks of the body before it: -n0 + n + force = 0, -m0 + m + arms x forces =
+            // 0 about the reference point.
             let begun = |n: &Vector3<f64>| {
                 let (m, force) = match (ended, places.last()) {
                     (Some((m0, n0)), Some(body)) => {

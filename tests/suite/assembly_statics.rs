@@ -223,7 +223,8 @@ fn networks_are_in_equilibrium_where_they_should_be() {
     }
 }
 
-/// Catches a sign in the reversal of a rod: the same network begun at other ends has the same equilibrium and frequencies.
+/// Catches a sign in the reversal of a rod: the same network begun at other ends has the same equilibrium and
+/// frequencies.
 #[test]
 fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     let cases = data("network_statics");
@@ -241,7 +242,8 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     for (a, b) in a.frequencies.iter().zip(&b.frequencies) {
         close(*b, *a, 1e-10);
     }
-    // A law that varies along the rod, coupled and bent, with a break: its end brought back to its base is where it began.
+    // A law that varies along the rod, coupled and bent, with a break: its end brought back to its base is where it
+    // began.
     let law = Varying::diagonal(
         [Along::polynomial(&[1.0, 0.5]).unwrap(), Along::from(1.3)],
         Along::table(&[(0.0, 0.8), (0.5, 0.9), (0.5, 1.4), (1.5, 0.7)]).unwrap(),
@@ -277,7 +279,8 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     close(back.energy, end.energy, 1e-10);
 }
 
-/// Benchmark B14, closed form: the light rod is straight and inextensible, so that the assembly has a compliance and no stiffness.
+/// Benchmark B14, closed form: the light rod is straight and inextensible, so that the assembly has a compliance and
+/// no stiffness.
 #[test]
 fn frequencies_of_a_mass_on_a_loaded_straight_rod() {
     let loaded = |force: f64| {
@@ -319,7 +322,8 @@ fn frequencies_of_a_mass_on_a_loaded_straight_rod() {
     }
 }
 
-/// Benchmark B2: above Euler's load a bent start leads to the stable elastica, one of a family that turns about the load.
+/// Benchmark B2: above Euler's load a bent start leads to the stable elastica, one of a family that turns about the
+/// load.
 #[test]
 fn a_column_above_its_load_is_found_bent() {
     for (factor, x, y) in [
@@ -346,7 +350,8 @@ fn a_column_above_its_load_is_found_bent() {
     }
 }
 
-/// Euler's column, interrupted by bodies without extent: buckles at pi^2/4 (weak plane), then at 5 pi^2/4 (strong plane).
+/// Euler's column, interrupted by bodies without extent: buckles at pi^2/4 (weak plane), then at 5 pi^2/4 (strong
+/// plane).
 #[test]
 fn a_column_of_rods_and_bodies_buckles_at_eulers_load() {
     for pieces in [2, 5] {
@@ -406,8 +411,8 @@ fn buckle(pieces: usize) {
     }
 }
 
-/// Tight wires, closed form: beam-columns of bending B v3 and length v3/2 on both sides of the body. Those charted by the base wrench
-/// and those that are not, up to lam = 1e4.
+/// Tight wires, closed form: beam-columns of bending B v3 and length v3/2 on both sides of the body. Those charted by
+/// the base wrench and those that are not, up to lam = 1e4.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn frequencies_of_a_tight_wire() {
@@ -517,8 +522,8 @@ fn a_body_hung_by_a_ball_joint() {
     }
 }
 
-/// A table on two straight inextensible legs that hold each other, closed form: it sways at w^2 = 24 B/(m L^3) and buckles
-/// sideways at 2 pi^2 B/L^2.
+/// A table on two straight inextensible legs that hold each other, closed form: it sways at w^2 = 24 B/(m L^3) and
+/// buckles sideways at 2 pi^2 B/L^2.
 #[test]
 fn a_table_on_two_inextensible_legs() {
     let table = |load: f64| {
@@ -664,7 +669,8 @@ fn eigenvalues_with_drag_and_with_a_rotor() {
     assert_eq!(whirls, 4);
 }
 
-/// A deep arch pushed through by its body: the limit points and the loads are those of one half whose end slides, a rod by itself.
+/// A deep arch pushed through by its body: the limit points and the loads are those of one half whose end slides, a
+/// rod by itself.
 #[test]
 fn a_deep_arch_has_the_limit_points_of_its_half() {
     let (span, rise) = (0.8, 0.9_f64);
@@ -743,8 +749,9 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
     );
 }
 
-/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation: the branch in the load
-/// through both limit points, frequencies along it, and the index between them, where no rod is unstable by itself.
+/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation: the branch in
+/// the load through both limit points, frequencies along it, and the index between them, where no rod is unstable by
+/// itself.
 #[test]
 fn a_deep_arch_is_followed_through_its_limit_points() {
     let cases = data("network_statics");
@@ -804,8 +811,9 @@ fn a_deep_arch_is_followed_through_its_limit_points() {
     }
 }
 
-/// Catches a search in vain over rods that are too short, and rods that reach called too short: three rods of lengths 1, 0.6, 0.8 in a chain over
-/// two bodies, with a detour of longer rods beside, reach as far as the rods and the bodies (0.5 and 0.3 between attachments) together.
+/// Catches a search in vain over rods that are too short, and rods that reach called too short: three rods of lengths
+/// 1, 0.6, 0.8 in a chain over two bodies, with a detour of longer rods beside, reach as far as the rods and the
+/// bodies (0.5 and 0.3 between attachments) together.
 #[test]
 fn rods_too_short_are_refused_at_once() {
     let at = |x: f64| Isometry3::translation(x, 0.0, 0.0);

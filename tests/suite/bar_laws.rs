@@ -203,8 +203,8 @@ fn riemann_problems_match_their_hulls() {
     );
 }
 
-/// Catches a hull of a law with two inflections that misses a chord between two arcs, or an inadmissible part: the parts join,
-/// slow down, and dissipate; arcs bend the right way and no chord crosses the stress.
+/// Catches a hull of a law with two inflections that misses a chord between two arcs, or an inadmissible part: the
+/// parts join, slow down, and dissipate; arcs bend the right way and no chord crosses the stress.
 #[test]
 fn hulls_of_many_inflections_are_admissible() {
     // sigma' = 1 + 0.9 cos(6 lam): a wavy law as a table and as its parts.

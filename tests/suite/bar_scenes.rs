@@ -19,8 +19,8 @@ fn ran(scene: &Scene) -> (BarRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches a summary without the numbers of the contract, or with others: the pulse and the sine of the thesis, with cells and
-/// loads changed from outside.
+/// Catches a summary without the numbers of the contract, or with others: the pulse and the sine of the thesis, with
+/// cells and loads changed from outside.
 #[test]
 fn examples_tell_their_shocks() {
     let given = json("waves/rod_exact_given.json");
@@ -278,8 +278,9 @@ fn heavy_bar_follows_its_next_order() {
     );
 }
 
-/// A bar that is pressed as it starts, and whose load presses it more: the first shock is told where the base holds it, and not where the base is free,
-/// from which a wave comes first. Catches a bound of the envelope that knows the reflection of the load's own wave alone.
+/// A bar that is pressed as it starts, and whose load presses it more: the first shock is told where the base holds
+/// it, and not where the base is free, from which a wave comes first. Catches a bound of the envelope that knows the
+/// reflection of the load's own wave alone.
 #[test]
 fn breaking_is_told_before_any_other_wave_alone() {
     let told = |base: &str| {

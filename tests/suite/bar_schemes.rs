@@ -1,4 +1,5 @@
-//! The schemes of the thesis: as they were (tests/data/waves), how long their steps may be, and what the program says of them.
+//! The schemes of the thesis: as they were (tests/data/waves), how long their steps may be, and what the program says
+//! of them.
 
 use crate::bar_laws::mooney;
 use crate::bar_waves::{AREA, LENGTH, bounds, loaded, pulse, sine, volumes};

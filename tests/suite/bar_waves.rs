@@ -43,7 +43,8 @@ fn only(found: Vec<Shock>) -> Shock {
     found[0]
 }
 
-/// Catches a wrong shock speed, ringing, a wrong reflection: the unloading shock of the pulse and the plateau at the wall.
+/// Catches a wrong shock speed, ringing, a wrong reflection: the unloading shock of the pulse and the plateau at the
+/// wall.
 #[test]
 pub fn pulse_unloads_by_its_shock() {
     let given = &json("waves/rod_exact_given.json")["step_load_on_rod_at_rest"][1];
@@ -341,7 +342,8 @@ fn sine_breaks_and_its_shocks_meet() {
     assert_close(wall.max, 78.0, 1e-2, 0.0, "wall");
 }
 
-/// Catches finite volumes that choose a wave that the hull forbids: Riemann problems with compound waves and impacts on walls.
+/// Catches finite volumes that choose a wave that the hull forbids: Riemann problems with compound waves and impacts
+/// on walls.
 #[test]
 fn compound_waves_are_found_by_finite_volumes() {
     let law = Material::new(

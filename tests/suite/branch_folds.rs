@@ -1,4 +1,5 @@
-//! How rods of known mass leave the folds of branches: against closed forms, small motions of rods with all of their mass, and folds nearby.
+//! How rods of known mass leave the folds of branches: against closed forms, small motions of rods with all of their
+//! mass, and folds nearby.
 
 use crate::support::near;
 use nalgebra::Vector2;
@@ -26,7 +27,8 @@ fn followed(text: &str, set: &[&str]) -> BranchRecord {
     branch(&Scene::parse_with(text, set).unwrap(), &mut Silent).unwrap()
 }
 
-/// Catches an index that is said to decide stability under loads without a potential, or one that is missing without a word.
+/// Catches an index that is said to decide stability under loads without a potential, or one that is missing without
+/// a word.
 #[test]
 fn loads_without_a_potential_are_told() {
     let text = |end: &str, parameter: &str| {
@@ -70,8 +72,8 @@ fn at_the_fold(of: [f64; 3]) -> f64 {
     (4.0 * b - a) / 3.0
 }
 
-/// Catches a wrong drive, bend, mass, friction, null vector or unit: with its end held the planar rod has its normal form in closed form (theory 2.8),
-/// and delays do not depend on the length of the critical direction.
+/// Catches a wrong drive, bend, mass, friction, null vector or unit: with its end held the planar rod has its normal
+/// form in closed form (theory 2.8), and delays do not depend on the length of the critical direction.
 #[test]
 fn held_ends_have_the_normal_form_of_the_plane() {
     // The point of the first fold curve at x = 0.6.
@@ -126,9 +128,10 @@ to = -2.0
 back = true
 "#;
 
-/// Catches a critical direction, a work of the load or a mass that is not that of the free end. Next to the fold, where the load is short of it by d,
-/// omega^2 = 2 sqrt(A B d)/M0 of the rod with all of its mass, the body at its end having a millionth of it, and friction tau damps it at the rate
-/// tau D0/(2 M0), both up to the order of sqrt(d), which two loads rule out.
+/// Catches a critical direction, a work of the load or a mass that is not that of the free end. Next to the fold,
+/// where the load is short of it by d, omega^2 = 2 sqrt(A B d)/M0 of the rod with all of its mass, the body at its
+/// end having a millionth of it, and friction tau damps it at the rate tau D0/(2 M0), both up to the order of
+/// sqrt(d), which two loads rule out.
 #[test]
 fn free_ends_vibrate_as_the_normal_form_says() {
     const TAU: f64 = 1e-3;
@@ -191,8 +194,9 @@ duration = 0.1
     near(at_the_fold(decays), TAU * friction / (2.0 * mass), 2e-5);
 }
 
-/// Catches a wrong work of the pose that is held, or of its turn: a rod welded at both ends, bent and twisted in space while its end is turned, has
-/// vibrations of the held rod whose omega^2 comes to 2 sqrt(A B d)/M0 at the distance d from the fold.
+/// Catches a wrong work of the pose that is held, or of its turn: a rod welded at both ends, bent and twisted in
+/// space while its end is turned, has vibrations of the held rod whose omega^2 comes to 2 sqrt(A B d)/M0 at the
+/// distance d from the fold.
 #[test]
 fn welded_ends_vibrate_as_the_normal_form_says() {
     let text = r#"
@@ -224,8 +228,9 @@ back = true
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a work of a couple that is not that of the turn of the end, and numbers that depend on the chart: force and couple reach the same fold, with
-/// the same B, M0, D0, and along the curve of folds A_force dforce + A_couple dcouple = 0.
+/// Catches a work of a couple that is not that of the turn of the end, and numbers that depend on the chart: force
+/// and couple reach the same fold, with the same B, M0, D0, and along the curve of folds A_force dforce + A_couple
+/// dcouple = 0.
 #[test]
 fn couples_reach_the_fold_of_a_force() {
     let by_force = |couple: f64| {

@@ -1,4 +1,5 @@
-//! How assemblies and taut rods leave the folds of their branches: against single rods, closed forms, small motions, and another chart.
+//! How assemblies and taut rods leave the folds of their branches: against single rods, closed forms, small motions,
+//! and another chart.
 
 use crate::assembly_branches::arch;
 use crate::support::near;
@@ -46,8 +47,9 @@ fn at_the_fold(of: [f64; 3]) -> f64 {
     (4.0 * b - a) / 3.0
 }
 
-/// Catches a wrong length of the critical direction of bodies and rods, a wrong mass or friction of rods that move at both ends: the arch under a crown
-/// without mass is twice its half, whose end slides in a groove under half the load.
+/// Catches a wrong length of the critical direction of bodies and rods, a wrong mass or friction of rods that move at
+/// both ends: the arch under a crown without mass is twice its half, whose end slides in a groove under half the
+/// load.
 #[test]
 fn an_arch_leaves_its_folds_as_its_half_does() {
     let whole = folds(&followed(&format!(
@@ -95,9 +97,10 @@ points = 400
     }
 }
 
-/// Catches bars between ball joints whose mass or friction is left out, a spin about their chord that has momentum, and a body's mass that is: four
-/// elastic bars, as a flat pyramid, have their fold in closed form, (tip height z, length L, half the span b)
-/// P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5, M0 = body + 4 (m/3 + j (b/L^2)^2), D0 = 4 EA (z/L)^2 for z moved by 1.
+/// Catches bars between ball joints whose mass or friction is left out, a spin about their chord that has momentum,
+/// and a body's mass that is: four elastic bars, as a flat pyramid, have their fold in closed form, (tip height z,
+/// length L, half the span b) P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5, M0 = body + 4 (m/3 + j
+/// (b/L^2)^2), D0 = 4 EA (z/L)^2 for z moved by 1.
 #[test]
 fn a_pyramid_of_bars_has_its_closed_form() {
     let (b, stiffness, mass, rotary, tip) = (0.96_f64, 20.0, 0.3, 0.004, 0.5);
@@ -129,8 +132,9 @@ from = {{ position = [{x}, {y}, 0.0], joint = \"ball\" }}\nto = {{ body = \"tip\
     near(fold.form.friction, friction * unit.powi(2), 1e-7);
 }
 
-/// Catches a load that turns with its body and is taken for one with a potential: next to the fold an eigenvalue of the small motions of the bodies on
-/// light rods has -s^2 = 2 sqrt(A B d)/M0, where A, B and M0 belong to forces against another motion than the critical one.
+/// Catches a load that turns with its body and is taken for one with a potential: next to the fold an eigenvalue of
+/// the small motions of the bodies on light rods has -s^2 = 2 sqrt(A B d)/M0, where A, B and M0 belong to forces
+/// against another motion than the critical one.
 #[test]
 fn loads_that_turn_with_bodies_have_their_own_fold() {
     let text = heavy_arch(1e-9, 1.0).replace(
@@ -176,7 +180,8 @@ fn loads_that_turn_with_bodies_have_their_own_fold() {
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a fold in the chart of taut rods whose numbers are not those of the base wrench, which is good there: lam is between 6 and 12.
+/// Catches a fold in the chart of taut rods whose numbers are not those of the base wrench, which is good there: lam
+/// is between 6 and 12.
 #[test]
 fn taut_rods_fold_alike_in_both_charts() {
     let law = Linear::diagonal([1.1, 1.0], 0.75)
@@ -227,8 +232,8 @@ fn taut_rods_fold_alike_in_both_charts() {
     }
 }
 
-/// Catches a load that turns with the end and is refused, and one that is taken for another: about an axis across the plane of a strip that bears its
-/// weight, a couple that turns with the end is one that does not.
+/// Catches a load that turns with the end and is refused, and one that is taken for another: about an axis across the
+/// plane of a strip that bears its weight, a couple that turns with the end is one that does not.
 #[test]
 fn couples_that_turn_with_the_end_fold_as_those_that_do_not() {
     let found = [false, true].map(|follower| {

@@ -1,4 +1,5 @@
-//! Straight rods in motion that come to their buckling loads: what the run does there, and that a little imperfection decides it.
+//! Straight rods in motion that come to their buckling loads: what the run does there, and that a little imperfection
+//! decides it.
 
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
@@ -26,9 +27,10 @@ fn ended(set: &[&str]) -> (&'static str, f64, String) {
     (record.outcome(), record.last().last.t, told)
 }
 
-/// Catches a run that goes on along a straight rod which has become unstable, crawls towards where it does, or takes that for a fold: between clamps a strut
-/// buckles at P (1 - P/EA) = 4 pi^2, a rod that is wound up at tan x = x, x half the couple (Greenhill), in closed form in time. Round rods, nearly
-/// round ones and others, in steps that are explicit or symmetric.
+/// Catches a run that goes on along a straight rod which has become unstable, crawls towards where it does, or takes
+/// that for a fold: between clamps a strut buckles at P (1 - P/EA) = 4 pi^2, a rod that is wound up at tan x = x, x
+/// half the couple (Greenhill), in closed form in time. Round rods, nearly round ones and others, in steps that are
+/// explicit or symmetric.
 #[test]
 fn straight_rods_stop_at_their_buckling_loads() {
     let thrust = 1000.0 * (1.0 - (1.0 - 0.008 * std::f64::consts::PI.powi(2)).sqrt());
@@ -68,7 +70,8 @@ fn straight_rods_stop_at_their_buckling_loads() {
     }
 }
 
-/// Catches a small imperfection that is taken for none: the rod then goes to its side, and the thrust stays near Euler's load.
+/// Catches a small imperfection that is taken for none: the rod then goes to its side, and the thrust stays near
+/// Euler's load.
 #[test]
 fn an_imperfection_leads_past_a_branch_point() {
     let set = ["start.velocity=[0,0,-1.2]", "body.offset=[1e-6,0,0]"];

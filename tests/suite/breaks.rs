@@ -28,7 +28,8 @@ fn unloading(duration: f64, tolerance: f64, loads: &str) -> String {
 
 const FOLD: f64 = 0.025570197858357242;
 
-/// Catches a run that ends as stuck since its last moment, or a break of a load, lies just before a fold, where time all but stands, or at it.
+/// Catches a run that ends as stuck since its last moment, or a break of a load, lies just before a fold, where time
+/// all but stands, or at it.
 #[test]
 fn ends_and_breaks_next_to_a_fold() {
     let before = [
@@ -52,7 +53,8 @@ fn ends_and_breaks_next_to_a_fold() {
     }
 }
 
-/// Catches a break that is not hit since a part of a step is not solved, where rounding in the forces is just above the tolerance.
+/// Catches a break that is not hit since a part of a step is not solved, where rounding in the forces is just above
+/// the tolerance.
 #[test]
 fn a_break_within_a_rough_step() {
     let text = |tolerance: f64| {
@@ -70,8 +72,8 @@ fn a_break_within_a_rough_step() {
     assert!((rough - fine).norm() < 1e-8, "{rough} {fine}");
 }
 
-/// Catches a rod that is said to be lost at a break of its clamp's motion, since it was last seen behind the break: where time is slowed for a rod
-/// that nears a fold, in an assembly, and the same rod alone.
+/// Catches a rod that is said to be lost at a break of its clamp's motion, since it was last seen behind the break:
+/// where time is slowed for a rod that nears a fold, in an assembly, and the same rod alone.
 #[test]
 fn a_clamp_breaks_where_time_is_slowed() {
     let rod =
@@ -124,8 +126,8 @@ fn a_straight_start_on_a_turned_clamp() {
     }
 }
 
-/// Catches symmetric steps that stay short for good since one that was cut at a break was rejected, in the plane and in space: rows of a table that
-/// are near to each other made thousands of steps out of a hundred.
+/// Catches symmetric steps that stay short for good since one that was cut at a break was rejected, in the plane and
+/// in space: rows of a table that are near to each other made thousands of steps out of a hundred.
 #[test]
 fn a_break_shortens_no_symmetric_steps_behind_it() {
     let plane = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n\

@@ -21,7 +21,8 @@ fn cheap_paths_are_the_general_ones() {
 /// Would catch a plan that counts other numbers than the motion carries, and one that a scene has none of.
 #[test]
 fn plans_of_all_scenes() {
-    // By hand: a chart, a velocity and three integrals; two rods, a point and three integrals; 300 cells; a wrench; two rods and a rigid body.
+    // By hand: a chart, a velocity and three integrals; two rods, a point and three integrals; 300 cells; a wrench;
+    // two rods and a rigid body.
     let sizes = [
         ("snap", 7),
         ("wire", 21),
@@ -49,8 +50,8 @@ fn plans_of_all_scenes() {
     }
 }
 
-/// Would catch a trial that is another run: of a short scene it is all of it, with the work of the run itself; of a long one the steps per time
-/// foretell the whole.
+/// Would catch a trial that is another run: of a short scene it is all of it, with the work of the run itself; of a
+/// long one the steps per time foretell the whole.
 #[test]
 fn trials_are_runs() {
     let pair = &pairs()[0];

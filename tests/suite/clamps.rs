@@ -96,9 +96,9 @@ fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair
     (states, opened)
 }
 
-/// Catches a wrong or missing term of the motion seen from the clamp (the terms of Euler, Coriolis, the centrifuge and the
-/// clamp's acceleration), and a start taken for another velocity: the motion in the world, m v' = R F + loads with
-/// q' = Dr^-1 (R^T (v - c' ) - angle' J r), integrated by Runge and Kutta's classical method.
+/// Catches a wrong or missing term of the motion seen from the clamp (the terms of Euler, Coriolis, the centrifuge
+/// and the clamp's acceleration), and a start taken for another velocity: the motion in the world, m v' = R F + loads
+/// with q' = Dr^-1 (R^T (v - c' ) - angle' J r), integrated by Runge and Kutta's classical method.
 #[test]
 fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     let (amplitude, w, tilt) = (0.7, 2.0, 0.4);
@@ -158,8 +158,9 @@ fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     );
 }
 
-/// Catches an acceleration of the clamp that is not the load -m c'' it is for the body, in elastic and in viscoelastic motion,
-/// explicit and implicit; and a ledger without the support's work. A clamp of constant velocity changes nothing.
+/// Catches an acceleration of the clamp that is not the load -m c'' it is for the body, in elastic and in
+/// viscoelastic motion, explicit and implicit; and a ledger without the support's work. A clamp of constant velocity
+/// changes nothing.
 #[test]
 fn a_shaken_clamp_is_a_load_in_time() {
     let direction = vector![0.6, 1.1];
@@ -218,8 +219,8 @@ fn a_tilted_clamp_is_a_clamp_under_turned_loads() {
     assert!((a[0].0 - b[0].0).norm() < 1e-12);
 }
 
-/// Catches frames that differ between plane and space: the planar rod on a clamp that turns and swings, as a rod in space
-/// whose z and x axes are the plane's x and y.
+/// Catches frames that differ between plane and space: the planar rod on a clamp that turns and swings, as a rod in
+/// space whose z and x axes are the plane's x and y.
 #[test]
 fn the_plane_on_a_turning_clamp_lies_inside_space() {
     let turning = || History::sine(0.7, 3.0, 0.2);
@@ -287,8 +288,8 @@ fn the_ledger_closes_over_snaps_on_a_rocking_clamp() {
 /// The angle, in degrees, at which the catapult's equilibrium ends under 1.5 times Euler's load (Armanini et al. 2017).
 const CATAPULT: f64 = 13.53448;
 
-/// How much later than at [`CATAPULT`] a column under a dead load snaps back, in radians, on a clamp that turns at `rate` past
-/// upright.
+/// How much later than at [`CATAPULT`] a column under a dead load snaps back, in radians, on a clamp that turns at
+/// `rate` past upright.
 fn late(rate: f64, drag: f64) -> f64 {
     let load = 1.5 * PI * PI / 4.0;
     // The column under a load along the clamp has w = pi/2 and lambda^2 = load.
@@ -328,9 +329,9 @@ fn late(rate: f64, drag: f64) -> f64 {
     run.time() * rate - CATAPULT.to_radians()
 }
 
-/// Catches a clamp that turns at another rate than it says: the catapult, a column under a dead load on a clamp that turns
-/// past upright, snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448 degrees at 1.5 times
-/// Euler's load), the later the faster it is turned.
+/// Catches a clamp that turns at another rate than it says: the catapult, a column under a dead load on a clamp that
+/// turns past upright, snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448
+/// degrees at 1.5 times Euler's load), the later the faster it is turned.
 #[test]
 fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
     let late = [0.016, 0.002].map(|rate: f64| late(rate, 3.0));
@@ -339,8 +340,9 @@ fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
     assert!((3.0..5.5).contains(&(late[0] / late[1])), "{late:?}");
 }
 
-/// The same without drag: the mass leaves an equilibrium that ends at the tabulated angle, late as the rate to the power 4/5
-/// (the delay of a ramp through a fold). Catches energy that an elastic run loses or gains over thousands of oscillations.
+/// The same without drag: the mass leaves an equilibrium that ends at the tabulated angle, late as the rate to the
+/// power 4/5 (the delay of a ramp through a fold). Catches energy that an elastic run loses or gains over thousands
+/// of oscillations.
 #[test]
 fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
     let late = [4e-3, 5e-4, 6.25e-5].map(|rate: f64| late(rate, 0.0));
@@ -360,8 +362,8 @@ fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
     );
 }
 
-/// Catches a pulse that lies between two steps (the docs used to admit it), in every kind of motion: it leaves the body with
-/// the pulse's impulse over its mass. The pulse is so short that nothing else moves meanwhile.
+/// Catches a pulse that lies between two steps (the docs used to admit it), in every kind of motion: it leaves the
+/// body with the pulse's impulse over its mass. The pulse is so short that nothing else moves meanwhile.
 #[test]
 fn a_short_pulse_is_not_passed_over() {
     let (at, width, mass) = (0.61, 1e-7, 1.3);
@@ -396,8 +398,8 @@ fn a_short_pulse_is_not_passed_over() {
     }
 }
 
-/// Catches rates that are not the derivatives, kinks that are not breaks, and a smooth table that is another curve than the
-/// spline of degree 5 at rest at its ends: a polynomial of that degree that is at rest there must come back.
+/// Catches rates that are not the derivatives, kinks that are not breaks, and a smooth table that is another curve
+/// than the spline of degree 5 at rest at its ends: a polynomial of that degree that is at rest there must come back.
 #[test]
 fn histories_are_what_they_say() {
     let step = |t: f64| {

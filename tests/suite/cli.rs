@@ -200,7 +200,8 @@ fn bundled_scenes_are_sound() {
             false => "energy_error",
         };
         let opened = &summary[ledger]["relative"];
-        // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, that is 1e-8 J, beside 0.04 J in all.
+        // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, that is 1e-8 J, beside 0.04 J in
+        // all.
         let bound = if path.ends_with("wire.toml") {
             1e-8
         } else {

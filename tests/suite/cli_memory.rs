@@ -26,8 +26,8 @@ fn entry(object: &Value, matrix: &str, i: usize, j: usize) -> f64 {
     object[matrix][i][j].as_f64().unwrap()
 }
 
-/// Catches numbers that are not those of the rod, and a table, a figure or a JSON file that is not what was printed: the
-/// planar rod with a branch is a spring, a dashpot and a Maxwell element side by side.
+/// Catches numbers that are not those of the rod, and a table, a figure or a JSON file that is not what was printed:
+/// the planar rod with a branch is a spring, a dashpot and a Maxwell element side by side.
 #[test]
 fn a_planar_rod_with_a_branch() {
     let place = Place::new("memory-planar");
@@ -89,8 +89,8 @@ fn a_planar_rod_with_a_branch() {
     }
 }
 
-/// Catches a memory where there is none, a missing factor of length or stiffness, and columns of zeros: Kelvin-Voigt alone, also
-/// where the friction is not linear in the rates.
+/// Catches a memory where there is none, a missing factor of length or stiffness, and columns of zeros: Kelvin-Voigt
+/// alone, also where the friction is not linear in the rates.
 #[test]
 fn a_planar_rod_without_a_branch_is_a_spring_and_a_dashpot() {
     let place = Place::new("memory-kelvin-voigt");
@@ -142,8 +142,8 @@ fn a_planar_rod_without_a_branch_is_a_spring_and_a_dashpot() {
     }
 }
 
-/// Catches planes, signs or units that are mixed up in space: flexure and shear of a welded rod in closed form, with one
-/// exponential in each plane and (m, n) joined by the half length; twist and stretch without memory.
+/// Catches planes, signs or units that are mixed up in space: flexure and shear of a welded rod in closed form, with
+/// one exponential in each plane and (m, n) joined by the half length; twist and stretch without memory.
 #[test]
 fn a_welded_rod_remembers_flexure_with_shear() {
     let place = Place::new("memory-weld");

@@ -50,8 +50,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     if largest > 0.0 { off / largest } else { off }
 }
 
-/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, a text that claims
-/// something else than the summary.
+/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, a text that
+/// claims something else than the summary.
 #[test]
 fn a_run_in_space_writes_its_files() {
     let place = Place::new("whirl");
@@ -215,8 +215,8 @@ fn a_turned_clamp_turns_everything() {
     }
 }
 
-/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of the
-/// wrong sign.
+/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of
+/// the wrong sign.
 #[test]
 fn an_equilibrium_stays_where_it_is() {
     let place = Place::new("stays");
@@ -264,8 +264,8 @@ fn an_equilibrium_stays_where_it_is() {
     assert!(summary["end"]["kinetic"].as_f64().unwrap() < 1e-14);
 }
 
-/// Catches bending about the wrong director and a ball joint that carries a couple: a rod in a plane of space moves as the
-/// planar one does.
+/// Catches bending about the wrong director and a ball joint that carries a couple: a rod in a plane of space moves
+/// as the planar one does.
 #[test]
 fn a_planar_motion_in_space() {
     let place = Place::new("planar");
@@ -393,8 +393,8 @@ fn a_twisted_rod_is_a_torsion_pendulum() {
     }
 }
 
-/// Catches a combination of rigid strains that runs as another one, a start that cannot be followed, and messages that do
-/// not say what to do; `check` must find what `run` finds.
+/// Catches a combination of rigid strains that runs as another one, a start that cannot be followed, and messages
+/// that do not say what to do; `check` must find what `run` finds.
 #[test]
 fn what_cannot_run_is_refused_by_name() {
     let place = Place::new("refused");

@@ -59,8 +59,8 @@ fn ctrl_c_and_sigterm_keep_what_was_computed() {
     }
 }
 
-/// Catches figures that are still drawn after a second Ctrl-C, and data that such haste loses: the first figure is held up in a
-/// pipe until the second signal has come.
+/// Catches figures that are still drawn after a second Ctrl-C, and data that such haste loses: the first figure is
+/// held up in a pipe until the second signal has come.
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_skips_the_figures() {
@@ -133,8 +133,8 @@ fn an_interrupted_branch_is_written() {
     }
 }
 
-/// Catches two runs that mix their tables in one directory; a lock that outlives its process; and files of the run before
-/// that are lost, or cut, when the next one is killed.
+/// Catches two runs that mix their tables in one directory; a lock that outlives its process; and files of the run
+/// before that are lost, or cut, when the next one is killed.
 #[cfg(unix)]
 #[test]
 fn one_run_at_a_time_writes_into_a_directory() {
@@ -280,7 +280,8 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
     assert!(place.join("out/surface.svg").exists());
 }
 
-/// Catches figures over time that are told as missing where there is no time: a body at the end of its groove that moves outward.
+/// Catches figures over time that are told as missing where there is no time: a body at the end of its groove that
+/// moves outward.
 #[test]
 fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
     let place = Place::new("at_start");
@@ -381,7 +382,8 @@ fn resolved_scenes_run_the_same() {
     }
 }
 
-/// Catches a resolved scene that is refused, or is another scene, for any kind of scene that is bundled or that `snaprod new` writes.
+/// Catches a resolved scene that is refused, or is another scene, for any kind of scene that is bundled or that
+/// `snaprod new` writes.
 #[test]
 fn resolved_scenes_are_scenes() {
     for folder in ["scenes", "src/cli/templates"] {

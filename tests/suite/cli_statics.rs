@@ -50,8 +50,8 @@ fn near<const N: usize>(a: [f64; N], b: [f64; N], tolerance: f64) {
     }
 }
 
-/// Catches printed numbers that do not belong to one equilibrium: loads, balance of moments, the section law, the energy and the
-/// centreline are each checked against the others.
+/// Catches printed numbers that do not belong to one equilibrium: loads, balance of moments, the section law, the
+/// energy and the centreline are each checked against the others.
 #[test]
 fn an_equilibrium_balances() {
     let place = Place::new("equilibrium");
@@ -136,8 +136,8 @@ fn an_equilibrium_balances() {
     close(&found["energy"], stored, 1e-8);
 }
 
-/// Catches a wrong sign or frame against an independent number (a cantilever under a transverse force, and a rod bent to most of a
-/// circle), text that prints other numbers than JSON, and files nobody asked for.
+/// Catches a wrong sign or frame against an independent number (a cantilever under a transverse force, and a rod bent
+/// to most of a circle), text that prints other numbers than JSON, and files nobody asked for.
 #[test]
 fn cantilevers_agree_with_independent_numbers() {
     let place = Place::new("cantilever");
@@ -194,8 +194,8 @@ fn rounding_is_not_printed_as_a_value() {
 const COLUMNS: &str = "branch,parameter,arclength,x,y,z,qw,qx,qy,qz,base_fx,base_fy,base_fz,base_mx,base_my,base_mz,\
                        tip_fx,tip_fy,tip_fz,tip_mx,tip_my,tip_mz,energy,index,residual,label";
 
-/// Catches folds that are missed or misplaced against an independent continuation code, rows that are no equilibria, files that
-/// disagree, and a branch that ends early without saying so.
+/// Catches folds that are missed or misplaced against an independent continuation code, rows that are no equilibria,
+/// files that disagree, and a branch that ends early without saying so.
 #[test]
 fn a_branch_has_its_folds() {
     let place = Place::new("branch");
@@ -271,8 +271,8 @@ fn a_branch_has_its_folds() {
     assert!(text.stdout.contains(stop), "{}", text.stdout);
 }
 
-/// Catches a fold curve that leaves the folds, loses its cusps or stops at them: every row is a fold of the closed form of the planar
-/// elastica, and the cusps are those of the reference, known to 25 digits.
+/// Catches a fold curve that leaves the folds, loses its cusps or stops at them: every row is a fold of the closed
+/// form of the planar elastica, and the cusps are those of the reference, known to 25 digits.
 #[test]
 fn fold_curves_are_those_of_the_elastica() {
     let place = Place::new("fold-curve");
@@ -353,8 +353,8 @@ fn fold_curves_are_those_of_the_elastica() {
     assert!(figure.contains("CP1") && figure.contains("end.position.z"));
 }
 
-/// Catches branches that are not left at their branch points, or the wrong ones: Euler's loads, and the post-buckled cantilever of the
-/// tables on both sides.
+/// Catches branches that are not left at their branch points, or the wrong ones: Euler's loads, and the post-buckled
+/// cantilever of the tables on both sides.
 #[test]
 fn switching_follows_buckled_columns() {
     let place = Place::new("switch");
@@ -458,7 +458,8 @@ fn deflation_finds_the_other_side() {
     }
 }
 
-/// Catches bad input that is accepted, ends in a panic or leaves files, or a message without the field, what is allowed and what to do.
+/// Catches bad input that is accepted, ends in a panic or leaves files, or a message without the field, what is
+/// allowed and what to do.
 #[test]
 fn bad_statics_are_refused() {
     let place = Place::new("bad-statics");
@@ -623,8 +624,8 @@ fn odd_statics_are_solved() {
     assert_eq!(free["energy"], 0.0);
 }
 
-/// Catches a lost branch that the exit code or the first line of the output leaves out: of a round column no branch can be
-/// singled out.
+/// Catches a lost branch that the exit code or the first line of the output leaves out: of a round column no branch
+/// can be singled out.
 #[test]
 fn a_lost_branch_is_an_exit_code_and_the_first_line() {
     let place = Place::new("lost-branch");

@@ -1,4 +1,5 @@
-//! Rods that touch themselves or each other: found where brute force over dense sections has them, and the run stops there.
+//! Rods that touch themselves or each other: found where brute force over dense sections has them, and the run stops
+//! there.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -118,7 +119,8 @@ fn assert_touching(contact: &Contact, found: (f64, [f64; 2]), d: f64) {
     assert!(contact.gap.abs() < 1e-12);
 }
 
-/// Would catch a contact that is found late, at another pair, or on neighbours along the rod; one that comes when none is asked for.
+/// Would catch a contact that is found late, at another pair, or on neighbours along the rod; one that comes when
+/// none is asked for.
 #[test]
 fn a_rod_stops_where_its_end_touches_it() {
     let here = Isometry3::identity();
@@ -143,7 +145,8 @@ fn a_rod_stops_where_its_end_touches_it() {
     assert_eq!(none, Outcome::EndOfTime);
 }
 
-/// Two rods whose middles meet. Would catch a base that is left out, a pair that is not looked at, arclengths of the wrong rod.
+/// Two rods whose middles meet. Would catch a base that is left out, a pair that is not looked at, arclengths of the
+/// wrong rod.
 #[test]
 fn two_rods_stop_where_they_touch_each_other() {
     let d = 0.05;
@@ -178,8 +181,8 @@ fn two_rods_stop_where_they_touch_each_other() {
     assert!(opened < 1e-9, "the ledger opens by {opened:e}");
 }
 
-/// Would catch a thickness that is not taken from the section or not scaled, an end that is not told with names and units, and a start in contact
-/// that runs.
+/// Would catch a thickness that is not taken from the section or not scaled, an end that is not told with names and
+/// units, and a start in contact that runs.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_stop_at_contact_and_say_where() {
@@ -269,8 +272,8 @@ fn scenes_stop_at_contact_and_say_where() {
     assert!(s.contains(&0.0) && s.iter().any(|s| *s > 1.5), "{s:?}");
 }
 
-/// Would catch ends that touch though one thing holds them: two rods from places of the ground, or of one body, that are nearer than they are thick, and part from there
-/// (theory 3.7).
+/// Would catch ends that touch though one thing holds them: two rods from places of the ground, or of one body, that
+/// are nearer than they are thick, and part from there (theory 3.7).
 #[cfg(feature = "scene")]
 #[test]
 fn ends_that_one_thing_holds_are_as_near_as_they_are_held() {
@@ -311,8 +314,8 @@ fn ends_that_one_thing_holds_are_as_near_as_they_are_held() {
     }
 }
 
-/// Would catch ends that are taken for neighbours because other ends of their rods share the ground: two cantilevers whose tips meet, and a ring whose end
-/// comes to its own base.
+/// Would catch ends that are taken for neighbours because other ends of their rods share the ground: two cantilevers
+/// whose tips meet, and a ring whose end comes to its own base.
 #[cfg(feature = "scene")]
 #[test]
 fn ends_that_nothing_holds_together_touch() {

@@ -389,8 +389,9 @@ fn every_fold_lands_lower_and_stable() {
     }
 }
 
-/// Catches a departure too far from the fold, and a fall followed so coarsely, that another basin is chosen: against the flow whose shapes are shown, ten times
-/// as careful, from nearer the fold and in shorter steps, along the first fold curve up to lam = 14.
+/// Catches a departure too far from the fold, and a fall followed so coarsely, that another basin is chosen: against
+/// the flow whose shapes are shown, ten times as careful, from nearer the fold and in shorter steps, along the first
+/// fold curve up to lam = 14.
 #[test]
 fn landings_are_those_of_a_more_careful_flow() {
     for k in 0..20 {

@@ -123,8 +123,9 @@ fn came(
     came
 }
 
-/// Catches slopes, samples inside long steps, folds and bounces that are not those of steps with one slope after the other, a load in time or a term of a moving
-/// clamp that is left out, and a fast path that is not taken where registers are wide: its steps are less than half as many.
+/// Catches slopes, samples inside long steps, folds and bounces that are not those of steps with one slope after the
+/// other, a load in time or a term of a moving clamp that is left out, and a fast path that is not taken where
+/// registers are wide: its steps are less than half as many.
 #[test]
 fn eight_at_once_are_one_by_one() {
     let wide = Registers::in_use().is_some();

@@ -189,7 +189,8 @@ fn apart(one: &[Track], other: &[Track]) -> f64 {
     most
 }
 
-/// A number that follows from others, and how far their relative changes are to be for its slope: small beside the distance from a fold.
+/// A number that follows from others, and how far their relative changes are to be for its slope: small beside the
+/// distance from a fold.
 struct Question {
     name: &'static str,
     at: Vec<f64>,
@@ -307,8 +308,9 @@ fn questions() -> Vec<Question> {
     ]
 }
 
-/// Catches a length, time or force of fixed size where there must be one of the scene's own units: masses and stiffnesses over 40 decades are powers of two
-/// here, by which nothing is rounded, so that the motion is the same to the last bit.
+/// Catches a length, time or force of fixed size where there must be one of the scene's own units: masses and
+/// stiffnesses over 40 decades are powers of two here, by which nothing is rounded, so that the motion is the same to
+/// the last bit.
 #[test]
 fn masses_and_stiffnesses_over_forty_decades_are_units() {
     let home = Units([0; 3]);
@@ -331,7 +333,8 @@ fn masses_and_stiffnesses_over_forty_decades_are_units() {
     }
 }
 
-/// Catches steps that stall or run away at the finest tolerance that is read, and one that does not make the motion better than a coarser one.
+/// Catches steps that stall or run away at the finest tolerance that is read, and one that does not make the motion
+/// better than a coarser one.
 #[test]
 fn the_finest_tolerances_are_kept() {
     let home = Units([0; 3]);
@@ -355,8 +358,9 @@ fn the_finest_tolerances_are_kept() {
     }
 }
 
-/// Catches starts next to the ends of the chart, and loads of a million there, that panic, give numbers that are none, or are refused without words: the end on an
-/// axis, on the clamp, as far away as a double can tell, and rods taut or straight to the last bit.
+/// Catches starts next to the ends of the chart, and loads of a million there, that panic, give numbers that are
+/// none, or are refused without words: the end on an axis, on the clamp, as far away as a double can tell, and rods
+/// taut or straight to the last bit.
 #[test]
 fn starts_at_the_ends_of_the_chart_end_in_a_stated_outcome() {
     let places = [
@@ -399,8 +403,8 @@ fn starts_at_the_ends_of_the_chart_end_in_a_stated_outcome() {
     }
 }
 
-/// Catches digits that are lost on the way: numbers that differ in their last bits give answers that differ by what the answer's own condition allows, and the
-/// few bits of a computation of many steps.
+/// Catches digits that are lost on the way: numbers that differ in their last bits give answers that differ by what
+/// the answer's own condition allows, and the few bits of a computation of many steps.
 #[test]
 fn the_last_bit_moves_results_by_their_condition() {
     for question in questions() {

@@ -43,8 +43,8 @@ fn sheets_are_drawn_as_committed() {
     }
 }
 
-/// How many lines of two figures differ by more than 0.3 pixels in a coordinate (figures are drawn ten times enlarged) or in
-/// anything else: functions of another machine's library are an ulp apart.
+/// How many lines of two figures differ by more than 0.3 pixels in a coordinate (figures are drawn ten times
+/// enlarged) or in anything else: functions of another machine's library are an ulp apart.
 fn differences(a: &str, b: &str) -> usize {
     let alike = |a: &str, b: &str| {
         let ((text, numbers), (other, values)) = (parts(a), parts(b));
@@ -91,8 +91,9 @@ impl Hooks for Draws {
     }
 }
 
-/// Catches figures that are drawn from samples (of a mass that is thrown back ten times between two of them), that leave the motion, or go back in
-/// time; runs that nobody draws but that pay for it; and times just after a step that are taken to lie in none.
+/// Catches figures that are drawn from samples (of a mass that is thrown back ten times between two of them), that
+/// leave the motion, or go back in time; runs that nobody draws but that pay for it; and times just after a step that
+/// are taken to lie in none.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn motions_are_drawn_closer_than_their_samples() {
@@ -145,8 +146,8 @@ fn motions_are_drawn_closer_than_their_samples() {
     }
 }
 
-/// Catches figures of all kinds of runs without words for those who hear them, with words that are no XML, with numbers that are none, and a small motion that is
-/// a dot in a large disc.
+/// Catches figures of all kinds of runs without words for those who hear them, with words that are no XML, with
+/// numbers that are none, and a small motion that is a dot in a large disc.
 #[test]
 fn figures_have_words_and_small_motions_a_panel() {
     let place = Place::new("words");
@@ -189,7 +190,8 @@ fn figures_have_words_and_small_motions_a_panel() {
     }
 }
 
-/// Catches a rod that is drawn in the frame of its clamp while its mass is drawn in the world: of a clamp that is turned, and of one that turns.
+/// Catches a rod that is drawn in the frame of its clamp while its mass is drawn in the world: of a clamp that is
+/// turned, and of one that turns.
 #[test]
 fn the_rod_is_drawn_from_its_clamp_to_its_mass() {
     let path = format!("{}/scenes/catapult.toml", env!("CARGO_MANIFEST_DIR"));
@@ -228,7 +230,8 @@ fn words(place: &Place, file: &str) -> Vec<String> {
     words.map(|word| word.trim().to_owned()).collect()
 }
 
-/// Catches a passage of a rod with friction that is called a snap, a snap that is not, and a map of strains that ends before the motion.
+/// Catches a passage of a rod with friction that is called a snap, a snap that is not, and a map of strains that ends
+/// before the motion.
 #[test]
 fn figures_tell_snaps_from_passages() {
     let place = Place::new("passages");

@@ -31,7 +31,8 @@ fn start() -> Equilibrium {
     Equilibrium::from_lambda_kappa(1.4, -0.9232).unwrap()
 }
 
-/// Ledgers at the start and the end of a planar motion that begins with `v` as seen from the clamp, place and velocity of its end in the world.
+/// Ledgers at the start and the end of a planar motion that begins with `v` as seen from the clamp, place and
+/// velocity of its end in the world.
 fn followed(
     at: &Equilibrium,
     support: &Support<2>,
@@ -67,7 +68,8 @@ fn open([first, last]: &[Ledger; 2]) -> f64 {
     last.total() - first.total()
 }
 
-/// Catches a power of the clamp, or a force on the end, that is not that of its acceleration: the ledger closes under the weight of rod and body.
+/// Catches a power of the clamp, or a force on the end, that is not that of its acceleration: the ledger closes under
+/// the weight of rod and body.
 #[test]
 fn clamps_that_move_do_the_work_of_what_the_rod_gains() {
     let g = Vector2::new(0.3, -1.0);
@@ -98,14 +100,15 @@ fn lifted(v: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(v.x, v.y, 0.0)
 }
 
-/// Catches a centrifugal, a Coriolis or an Euler force of the rod that is not there, or wrong: the rod in space between a support that moves in the
-/// same way and a point mass has its inertia from its sections in the world.
+/// Catches a centrifugal, a Coriolis or an Euler force of the rod that is not there, or wrong: the rod in space
+/// between a support that moves in the same way and a point mass has its inertia from its sections in the world.
 #[test]
 fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
     agrees_with_space(&start(), Vector2::new(0.2, 0.3), 0.3);
 }
 
-/// The same through a hard bounce, after which the mass is slow: catches an inertia of the taut rod that is not that of its sections.
+/// The same through a hard bounce, after which the mass is slow: catches an inertia of the taut rod that is not that
+/// of its sections.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn the_plane_is_the_assembly_through_a_hard_bounce() {
@@ -214,8 +217,9 @@ fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample
     [first, run.sample_now()]
 }
 
-/// Catches inertia that is that of what is seen from the clamp: seen from it or from the world, the motion is the same, and so are the energies. Under
-/// a load along the rod, where the clamp does not turn, its potential is counted from the clamp, and so is what the clamp does against it.
+/// Catches inertia that is that of what is seen from the clamp: seen from it or from the world, the motion is the
+/// same, and so are the energies. Under a load along the rod, where the clamp does not turn, its potential is counted
+/// from the clamp, and so is what the clamp does against it.
 #[test]
 fn a_clamp_in_space_is_a_support() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));

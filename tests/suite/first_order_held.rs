@@ -1,4 +1,5 @@
-//! The mass of rods in space to first order on what moves, in grooves, and with section laws that are not linear (theory 3.9).
+//! The mass of rods in space to first order on what moves, in grooves, and with section laws that are not linear
+//! (theory 3.9).
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -94,8 +95,8 @@ fn open([first, last]: &[AssemblySample; 2]) -> (f64, f64) {
     (change, last.ledger.work)
 }
 
-/// Catches inertia that does not know how its support is accelerated, or a support that does not bear it: the ledger closes, with the work of a
-/// support that shakes and turns.
+/// Catches inertia that does not know how its support is accelerated, or a support that does not bear it: the ledger
+/// closes, with the work of a support that shakes and turns.
 #[test]
 fn supports_that_move_do_the_work_of_what_the_rods_gain() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));

@@ -25,8 +25,9 @@ fn between(rod: Rod, [a, b]: [Isometry3<f64>; 2]) -> Link {
     Link::pinned(rod, Attachment::body(0, a), Attachment::body(1, b))
 }
 
-/// Catches an inertia that is not that of the joints alone: a straight bar, however it turns and stretches, has the velocities of its ends and what is
-/// linear between them, so that it adds m/6 [2 1; 1 2] to the masses of its ends, and no force.
+/// Catches an inertia that is not that of the joints alone: a straight bar, however it turns and stretches, has the
+/// velocities of its ends and what is linear between them, so that it adds m/6 [2 1; 1 2] to the masses of its ends,
+/// and no force.
 #[test]
 fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
     let (masses, mass, stretch, axial) = ([1.3, 0.4], 0.3, 0.05, 300.0);
@@ -107,8 +108,9 @@ fn buckled() -> (Assembly, Configuration) {
     (assembly, now)
 }
 
-/// Catches a chart of a round rod that turns in its own curve while its spin is told about the chord alone, and implicit steps that forget the spin: energy and
-/// momenta stay, by both kinds of steps, and both lead to the same place.
+/// Catches a chart of a round rod that turns in its own curve while its spin is told about the chord alone, and
+/// implicit steps that forget the spin: energy and momenta stay, by both kinds of steps, and both lead to the same
+/// place.
 #[test]
 fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     let ends = [(Method::Explicit, 1e-10), (Method::Implicit, 1e-7)].map(|(method, bound)| {
@@ -138,8 +140,8 @@ fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     assert!(a.1.turn.angle_to(&b.1.turn) < 1e-6 && (a.1.rate - b.1.rate).abs() < 1e-6);
 }
 
-/// Catches a fold that is seen too late, or energy of the rod that is lost unseen where its mass is given up before a fold, and where it is taken up again
-/// from the landing on: the ledger is closed at every event.
+/// Catches a fold that is seen too late, or energy of the rod that is lost unseen where its mass is given up before a
+/// fold, and where it is taken up again from the landing on: the ledger is closed at every event.
 #[test]
 fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     let (link, chart) = bent_against_its_rest_shape();
@@ -179,8 +181,9 @@ fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     assert!((coarser / unfelt - 1.0).abs() < 1e-4, "{coarser} {unfelt}");
 }
 
-/// Catches inertia that a spin still holds in small motions: a point on a crooked rod to the ground vibrates along the chord, and its frequency falls by what
-/// the sections have at one chord beside another, less what a spin about it takes.
+/// Catches inertia that a spin still holds in small motions: a point on a crooked rod to the ground vibrates along
+/// the chord, and its frequency falls by what the sections have at one chord beside another, less what a spin about
+/// it takes.
 #[test]
 fn small_motions_leave_the_spin_to_itself() {
     let (mass, body) = (0.01, 1.3);
@@ -245,8 +248,9 @@ fn small_motions_leave_the_spin_to_itself() {
     );
 }
 
-/// Catches a start with a spin that no blow has given: bodies that are set in motion by blows move the rod between them with the least energy that their
-/// velocities allow, about its chord as well (Kelvin), so that any other rate has more, by the same on both sides.
+/// Catches a start with a spin that no blow has given: bodies that are set in motion by blows move the rod between
+/// them with the least energy that their velocities allow, about its chord as well (Kelvin), so that any other rate
+/// has more, by the same on both sides.
 #[test]
 fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
     let law = Linear::diagonal([1.0, 1.6], 0.8).unwrap();

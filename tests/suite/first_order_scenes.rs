@@ -1,4 +1,5 @@
-//! The mass of elastic rods in space to first order, in scenes: when it is followed, what is said of it, how well it is right.
+//! The mass of elastic rods in space to first order, in scenes: when it is followed, what is said of it, how well it
+//! is right.
 
 use crate::support::{number_at, worst};
 use nalgebra::Vector3;
@@ -124,9 +125,10 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     assert!(damped.mass_notes().is_empty());
 }
 
-/// Catches a rod that is held straight and let go whose mass is left out, or counted wrongly, while it is straight: against the rod with all of its mass
-/// the end is off by the square of the mass, where it is off by the first power without. The places of the full rod at t = 0.4 are those of
-/// `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance = 1e-7; with 8 nodes and 1e-9 they are the same to 1e-8.
+/// Catches a rod that is held straight and let go whose mass is left out, or counted wrongly, while it is straight:
+/// against the rod with all of its mass the end is off by the square of the mass, where it is off by the first power
+/// without. The places of the full rod at t = 0.4 are those of `snaprod run` of this scene with rod.inertia = "full",
+/// rod.nodes = 4 and run.tolerance = 1e-7; with 8 nodes and 1e-9 they are the same to 1e-8.
 #[test]
 fn a_rod_that_is_held_straight_and_let_go_is_followed_to_first_order() {
     let text = r#"
@@ -166,9 +168,9 @@ tolerance = 1e-9
     assert!(told.contains("is followed to first order"), "{told}");
 }
 
-/// Catches the mass of a rod whose energy, weight or clamp is forgotten while it begins at the straight one and passes it, on a clamp that turns to and fro too; one that
-/// makes it shake there, in more steps than the run has; and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it,
-/// the last one 12.5.
+/// Catches the mass of a rod whose energy, weight or clamp is forgotten while it begins at the straight one and
+/// passes it, on a clamp that turns to and fro too; one that makes it shake there, in more steps than the run has;
+/// and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it, the last one 12.5.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn straight_starts_keep_the_energy_of_the_rod() {
@@ -268,8 +270,9 @@ fn rods_of_assemblies_are_followed_too() {
     }
 }
 
-/// The claim of the correction, in space: against the rod with all of its mass the place of the body is off by the order 2 of that mass,
-/// without it by the order 1 (theory 3.9). A rod under its weight would start elsewhere: a dead load bends it.
+/// The claim of the correction, in space: against the rod with all of its mass the place of the body is off by the
+/// order 2 of that mass, without it by the order 1 (theory 3.9). A rod under its weight would start elsewhere: a dead
+/// load bends it.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn first_order_in_space_is_off_by_the_square_of_the_mass() {
@@ -311,9 +314,10 @@ fn first_order_in_space_is_off_by_the_square_of_the_mass() {
     assert!(large[0] < 0.05 * large[1], "{large:?}");
 }
 
-/// Catches a mass that is lost, or that shakes, where the end of the rod passes the straight one: against the rod with all of its mass, driven across to and
-/// fro, the end is off by the square of the mass. The places of the full rod at t = 2 are those of `snaprod run` of this scene with rod.inertia = "full",
-/// rod.nodes = 4 and run.tolerance = 1e-7. Without its mass the end is off by 8.3e-3 and 2.5e-3.
+/// Catches a mass that is lost, or that shakes, where the end of the rod passes the straight one: against the rod
+/// with all of its mass, driven across to and fro, the end is off by the square of the mass. The places of the full
+/// rod at t = 2 are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance =
+/// 1e-7. Without its mass the end is off by 8.3e-3 and 2.5e-3.
 #[test]
 fn a_rod_passes_the_straight_one_with_its_mass() {
     let text = r#"
@@ -351,8 +355,8 @@ tolerance = 1e-9
     assert!(errors[0] < 1.5e-5 && errors[1] < 4e-6, "{errors:?}");
 }
 
-/// Catches a rod whose mass is left out of small swings about the straight rod, which never leave its neighbourhood: the beam's shape swings with the end,
-/// (1 + 33/140 m) y'' = -3 y, up to the square of the deflection.
+/// Catches a rod whose mass is left out of small swings about the straight rod, which never leave its neighbourhood:
+/// the beam's shape swings with the end, (1 + 33/140 m) y'' = -3 y, up to the square of the deflection.
 #[test]
 fn small_swings_about_the_straight_rod_have_its_mass() {
     let text = r#"
@@ -411,8 +415,8 @@ velocity = [0.1, 0.02, 0.03]
 duration = 0.25
 "#;
 
-/// Catches forces of the equilibrium alone, without those of the inertia and the weight of the rod that the motion feels: mass times acceleration, by
-/// differences of velocities, is the force of rod, groove and gravity.
+/// Catches forces of the equilibrium alone, without those of the inertia and the weight of the rod that the motion
+/// feels: mass times acceleration, by differences of velocities, is the force of rod, groove and gravity.
 #[test]
 fn forces_are_those_that_the_body_feels() {
     let weight = "loads.gravity=[0.3,-0.6]";
@@ -445,8 +449,8 @@ fn forces_are_those_that_the_body_feels() {
     }
 }
 
-/// Catches a mass that is given up before a fold, or taken up after it, where a step happens to end: the motion then depended on its steps, by 3e-3 at a
-/// tolerance of 1e-6 and by 5e-5 at 1e-10. (In space: `first_order_pins`.)
+/// Catches a mass that is given up before a fold, or taken up after it, where a step happens to end: the motion then
+/// depended on its steps, by 3e-3 at a tolerance of 1e-6 and by 5e-5 at 1e-10. (In space: `first_order_pins`.)
 #[test]
 fn the_moment_at_which_mass_is_given_up_is_that_of_no_step() {
     let snap = include_str!("../../scenes/snap.toml");
@@ -468,8 +472,10 @@ fn the_moment_at_which_mass_is_given_up_is_that_of_no_step() {
     }
 }
 
-/// A mass that is shaken past the straight rod, swings about and snaps. Catches a mass that is given up where the rod nears no fold, for a normal form that far from
-/// folds takes one to be near: in the plane it was without its mass for 0.207, and snapped by 4e-4 too early, which left its end off by 1.8e-3. The rod in space knows of folds by its base wrench.
+/// A mass that is shaken past the straight rod, swings about and snaps. Catches a mass that is given up where the rod
+/// nears no fold, for a normal form that far from folds takes one to be near: in the plane it was without its mass
+/// for 0.207, and snapped by 4e-4 too early, which left its end off by 1.8e-3. The rod in space knows of folds by its
+/// base wrench.
 #[test]
 fn mass_is_given_up_before_snaps_only() {
     let loads = |across: &str, dead: &str| {
@@ -496,8 +502,10 @@ fn mass_is_given_up_before_snaps_only() {
     assert!((plane - space).abs() < 2e-4, "{plane} {space}");
 }
 
-/// Catches a mass that is given up or taken back where a step happens to end, or not at all where that is asked for less than a step; a passage by the straight rod that begins or
-/// ends so, or not where it was found to, by rounding; and a loss of digits where a rod goes over from push to pull, which made a hundred times as many steps of it. Ends were up to 0.08 apart.
+/// Catches a mass that is given up or taken back where a step happens to end, or not at all where that is asked for
+/// less than a step; a passage by the straight rod that begins or ends so, or not where it was found to, by rounding;
+/// and a loss of digits where a rod goes over from push to pull, which made a hundred times as many steps of it. Ends
+/// were up to 0.08 apart.
 #[test]
 fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     let clamp = "[clamp]\nposition = [0.2, -0.3]\nangle = 0.4\nmotion = { translate = { direction = [1.0, 0.5], amplitude = 0.1, frequency = 0.8, phase = 0.3 }, \
@@ -534,8 +542,9 @@ fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     }
 }
 
-/// Two rods in space that are pressed in and pulled out, and snap nowhere. Catches a mass that is given up, or taken back, where a step happens to end, or not at all where that lasts for less than one
-/// (an end was off by 2e-4); and one that is taken back with energy that comes from nowhere (0.28, where the body began with 0.25).
+/// Two rods in space that are pressed in and pulled out, and snap nowhere. Catches a mass that is given up, or taken
+/// back, where a step happens to end, or not at all where that lasts for less than one (an end was off by 2e-4); and
+/// one that is taken back with energy that comes from nowhere (0.28, where the body began with 0.25).
 #[test]
 #[ignore = "second tier: 37 s"]
 fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {

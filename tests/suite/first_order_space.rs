@@ -55,8 +55,8 @@ pub fn block(mass: f64, offset: [f64; 3]) -> Carrier {
     Carrier::rigid(body.with_centre(offset.into()).unwrap())
 }
 
-/// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic Hermite
-/// polynomials, of stretch and torsion that of linear ones.
+/// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic
+/// Hermite polynomials, of stretch and torsion that of linear ones.
 #[test]
 fn a_straight_rod_has_the_hermite_matrix() {
     let (length, mass, polar) = (1.7, 0.6, 0.02);
@@ -155,7 +155,8 @@ fn a_bent_planar_rod_weighs_what_the_elastica_does() {
 /// Where the mass at the end of the planar rod ends, and when its rod was not felt.
 fn planar(at: &Equilibrium, eps: f64, gravity: [f64; 2], v: [f64; 2], t: f64) -> [f64; 2] {
     let gravity = Vector2::from(gravity);
-    // Gravity acts on the body alone: the rod of the plane bears its weight in another way, which differs in its second order.
+    // Gravity acts on the body alone: the rod of the plane bears its weight in another way, which differs in its
+    // second order.
     let rod = elastica::LightRod {
         mass: eps,
         gravity: Vector2::zeros(),
@@ -266,9 +267,9 @@ pub fn momentum(assembly: &Assembly, now: &Configuration) -> Vector6<f64> {
     })
 }
 
-/// Catches a bias that is not the derivative of the mass matrix, or that forgets how base, end, levers or the load turn: energy stays, the
-/// momentum grows by what the load gives, and without one the angular momentum stays, too. Between two ball joints: catches a spin about the chord that is not
-/// free, or that does not act on the bodies.
+/// Catches a bias that is not the derivative of the mass matrix, or that forgets how base, end, levers or the load
+/// turn: energy stays, the momentum grows by what the load gives, and without one the angular momentum stays, too.
+/// Between two ball joints: catches a spin about the chord that is not free, or that does not act on the bodies.
 #[test]
 fn a_free_pair_keeps_energy_and_momenta() {
     let load = Vector3::new(0.3, -0.2, 0.5);
@@ -300,7 +301,8 @@ fn a_free_pair_keeps_energy_and_momenta() {
     }
 }
 
-/// Catches a kinetic energy that is not that of the motion: sections followed in time, their velocities and spins by differences.
+/// Catches a kinetic energy that is not that of the motion: sections followed in time, their velocities and spins by
+/// differences.
 #[test]
 fn kinetic_energy_is_that_of_the_sections_in_time() {
     const H: f64 = 2e-3;

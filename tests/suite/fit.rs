@@ -45,8 +45,9 @@ fn fit(scene: &str, data: &str, free: &[&str], given: &[&str], noise: &[(&str, f
     fit.best(found, 3, &mut Silent).unwrap()
 }
 
-/// Frequencies at five masses with errors that are written out: omega = x g with x = sqrt(EI) is linear in x, so that the best x and its standard
-/// error are those of a regression through the origin. Catches a wrong weight, Jacobian, variance or degree of freedom.
+/// Frequencies at five masses with errors that are written out: omega = x g with x = sqrt(EI) is linear in x, so that
+/// the best x and its standard error are those of a regression through the origin. Catches a wrong weight, Jacobian,
+/// variance or degree of freedom.
 #[test]
 fn frequencies_give_the_stiffness_of_the_regression() {
     let errors = [0.011, -0.007, 0.004, -0.012, 0.009];
@@ -130,8 +131,9 @@ fn what_the_data_do_not_tell_is_said() {
     );
 }
 
-/// Positions tell EI/m alone. Catches a rank that is decided by the rounding of numbers where differences see less, for which errors of 42511 in ranges
-/// of length 2 were told; remarks that do not name the fields, or name others; and a field that is told that is called untold.
+/// Positions tell EI/m alone. Catches a rank that is decided by the rounding of numbers where differences see less,
+/// for which errors of 42511 in ranges of length 2 were told; remarks that do not name the fields, or name others;
+/// and a field that is told that is called untold.
 #[test]
 fn fields_that_a_motion_does_not_tell_apart_are_named() {
     let film = |bending: f64, loads: &str| {
@@ -219,8 +221,8 @@ fn fields_that_a_motion_does_not_tell_apart_are_named() {
     );
 }
 
-/// Catches a remark that asks for noise that was given, where the fields are as many as the numbers but not told apart, and an interval that is half told:
-/// in JSON an infinite end is null.
+/// Catches a remark that asks for noise that was given, where the fields are as many as the numbers but not told
+/// apart, and an interval that is half told: in JSON an infinite end is null.
 #[test]
 fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     let (data, omega) = (
@@ -261,7 +263,8 @@ fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     );
 }
 
-/// A trajectory without noise gives back what made it, where cells are missing and rows stand in any order: catches columns or rows that are mixed up.
+/// A trajectory without noise gives back what made it, where cells are missing and rows stand in any order: catches
+/// columns or rows that are mixed up.
 #[test]
 fn a_trajectory_gives_back_what_made_it() {
     let noise = [("x", 1e-3), ("vy", 1e-3)];
@@ -285,7 +288,8 @@ fn a_trajectory_gives_back_what_made_it() {
     for (one, truth) in found.parameters.iter().zip([1.7, 0.2]) {
         assert!((one.value / truth - 1.0).abs() < 1e-6, "{one:?}");
     }
-    // A drag that its range keeps too large is held at the end of it: the stiffness and its error are those with this drag.
+    // A drag that its range keeps too large is held at the end of it: the stiffness and its error are those with this
+    // drag.
     let walled = fit(SCENE, &data, &[free[0], "loads.drag=0.3:0.5"], &[], &noise);
     let alone = fit(
         &SCENE.replace("drag = 0.2", "drag = 0.3"),
@@ -324,7 +328,8 @@ fn measured(scene: &str, vary: &str, columns: &[&str]) -> String {
     names + "\n" + &rows.lines().map(row).collect::<String>()
 }
 
-/// Catches an empty cell that is asked of the model: where the mass does not snap there is no time of it, for the fit as for the measurement.
+/// Catches an empty cell that is asked of the model: where the mass does not snap there is no time of it, for the fit
+/// as for the measurement.
 #[test]
 fn what_was_not_measured_is_not_asked() {
     let snap = include_str!("../../scenes/snap.toml");
@@ -344,7 +349,8 @@ fn what_was_not_measured_is_not_asked() {
     assert!((mass.value - 1.0).abs() < 1e-6, "{mass:?}");
 }
 
-/// Catches a field that rounding moves to an end of its range: a force in the plane of 2 and 3 says nothing of bending out of it.
+/// Catches a field that rounding moves to an end of its range: a force in the plane of 2 and 3 says nothing of
+/// bending out of it.
 #[test]
 fn a_field_on_which_nothing_depends_is_told() {
     let beam = r#"
@@ -377,10 +383,12 @@ force = [0.0, -0.5, 0.0]
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
 
-/// Catches a model without a number that is compared as if it were one: the differences were NaN, and the field was said to tell nothing.
+/// Catches a model without a number that is compared as if it were one: the differences were NaN, and the field was
+/// said to tell nothing.
 #[test]
 fn a_model_without_a_number_is_refused_by_row_and_column() {
-    // Let go straight under its load the rod with friction is near no equilibrium at first; the row before has nothing to compare.
+    // Let go straight under its load the rod with friction is near no equilibrium at first; the row before has
+    // nothing to compare.
     let scene =
         SWING.replace("[body]", "damping = 0.5\n[body]") + "[loads]\ngravity = [0.0, -1.0]\n";
     let data = Data::parse("t,lam,y\n0.01,,\n0.02,,0.0\n0.05,2.1,\n0.1,2.2,0.1\n").unwrap();

@@ -1,4 +1,5 @@
-//! Folds that the rods of assemblies pass with friction and mass: against a single rod, the light assembly, and the statics of the rod.
+//! Folds that the rods of assemblies pass with friction and mass: against a single rod, the light assembly, and the
+//! statics of the rod.
 
 use crate::support::number_at;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
@@ -54,8 +55,8 @@ fn kicked(ends: &str) -> Scene {
     ))
 }
 
-/// Catches a link whose strains, ends or units are not those of its rod: one rod between the ground and a body passes its fold when the same rod of a scene
-/// without names does, counted from either end.
+/// Catches a link whose strains, ends or units are not those of its rod: one rod between the ground and a body passes
+/// its fold when the same rod of a scene without names does, counted from either end.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
@@ -107,8 +108,8 @@ fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     }
 }
 
-/// Two arches of different length and stiffness in a row, with a heavy body between them that turns on and tilts; the units are those of the
-/// first.
+/// Two arches of different length and stiffness in a row, with a heavy body between them that turns on and tilts; the
+/// units are those of the first.
 fn arches(of: &str) -> Scene {
     parsed(&format!(
         "[[rod]]\nname = \"right\"\nmodel = \"cosserat\"\nlength = 1.25\n{of}\
@@ -123,8 +124,9 @@ fn arches(of: &str) -> Scene {
     ))
 }
 
-/// Catches a fold of another rod, at another time or place: the body stands at that time where the rod, integrated from the wrench of the event, has its
-/// end, and there its end does not follow one motion of the wrench. The light rods snap then, but for the first power of mass and friction.
+/// Catches a fold of another rod, at another time or place: the body stands at that time where the rod, integrated
+/// from the wrench of the event, has its end, and there its end does not follow one motion of the wrench. The light
+/// rods snap then, but for the first power of mass and friction.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
@@ -146,7 +148,8 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
 
-/// The arch on the right is at its fold under the wrench of the event, and its end is where the body and the ground hold it; so is where it lands.
+/// The arch on the right is at its fold under the wrench of the event, and its end is where the body and the ground
+/// hold it; so is where it lands.
 fn held_by(scene: &Scene, fold: &Value) {
     let t = number_at(fold, "/t");
     let prepared = AssemblyPrepared::new(scene).unwrap();
@@ -179,7 +182,8 @@ fn held_by(scene: &Scene, fold: &Value) {
     }
 }
 
-/// Catches a light rod that is lost in silence, or told at every step: the rods of an arch that are pulled straight have none that can be followed.
+/// Catches a light rod that is lost in silence, or told at every step: the rods of an arch that are pulled straight
+/// have none that can be followed.
 #[test]
 fn a_light_rod_that_is_lost_is_told_once() {
     let path = format!("{}/scenes/heavy_arch.toml", env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,5 @@
-//! Folds of the light rod that rods with friction or mass pass in space: against the plane, and against light rods in space.
+//! Folds of the light rod that rods with friction or mass pass in space: against the plane, and against light rods in
+//! space.
 
 use crate::support::number_at;
 use serde_json::Value;
@@ -121,8 +122,8 @@ tolerance = 1e-8
     scene
 }
 
-/// Catches a fold at another time or place, another landing or another normal form than that of the plane, which is found in another chart, and
-/// energies that are not those at the fold but between those of two steps. A, B, M0, D0
+/// Catches a fold at another time or place, another landing or another normal form than that of the plane, which is
+/// found in another chart, and energies that are not those at the fold but between those of two steps. A, B, M0, D0
 /// belong to a length in the chart; the delays and eta D0 T_i/(eps M0) do not.
 #[test]
 #[ignore = "second tier: 3 s"]
@@ -158,8 +159,9 @@ fn a_planar_rod_passes_the_same_fold_in_space() {
     }
 }
 
-/// The fold that a rod with friction passes comes to the snap of the elastic rod as its friction goes to 0, at the same place and with the same landing:
-/// of a rod on a ball joint that leaves its plane, and of a welded one. Catches a fold that is missed, out of place, or on another sheet.
+/// The fold that a rod with friction passes comes to the snap of the elastic rod as its friction goes to 0, at the
+/// same place and with the same landing: of a rod on a ball joint that leaves its plane, and of a welded one. Catches
+/// a fold that is missed, out of place, or on another sheet.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn folds_in_space_come_to_the_snaps_of_light_rods() {
@@ -198,7 +200,8 @@ fn folds_in_space_come_to_the_snaps_of_light_rods() {
     }
 }
 
-/// As its mass goes to 0 a rod with all of it passes the fold when the one with friction alone does, by the order of the mass; energies add up to none.
+/// As its mass goes to 0 a rod with all of it passes the fold when the one with friction alone does, by the order of
+/// the mass; energies add up to none.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn folds_in_space_come_to_those_of_rods_without_mass() {
@@ -232,8 +235,9 @@ fn folds_in_space_come_to_those_of_rods_without_mass() {
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
 
-/// Catches a delay that is none: from the fold of the light rod to where the rod dissipates most it takes the time 2.338 T_v of theory 2.8, as the friction goes to 0
-/// with a polynomial in eta^(1/3). Fold, delay and layer come by different ways: the light rod beside, its normal form, the strains of the rod.
+/// Catches a delay that is none: from the fold of the light rod to where the rod dissipates most it takes the time
+/// 2.338 T_v of theory 2.8, as the friction goes to 0 with a polynomial in eta^(1/3). Fold, delay and layer come by
+/// different ways: the light rod beside, its normal form, the strains of the rod.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn rods_with_friction_leave_their_fold_when_the_normal_form_says() {

@@ -59,7 +59,8 @@ fn assert_end(found: &Value, want: &Isometry3<f64>, what: &str) {
     assert!(off <= 1e-7, "{what}: the end is turned {off:e} too far");
 }
 
-/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is not where its base carries it.
+/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is not where its
+/// base carries it.
 #[test]
 fn at_rest_a_free_rod_rides_and_bears_nothing() {
     let (with, without) = (
@@ -156,7 +157,8 @@ fn modes_and_branches_carry_free_rods_along() {
     assert!(off <= 1e-9, "the end of the antenna is {off:e} off");
 }
 
-/// Would catch a scene with free ends that is not written as it was read, and what would load such an end or leave its turn open.
+/// Would catch a scene with free ends that is not written as it was read, and what would load such an end or leave
+/// its turn open.
 #[test]
 fn scenes_with_free_ends_are_read_and_refused() {
     let good = scene(true, false, "");

@@ -1,5 +1,5 @@
-//! What must hold of the scene reader and of the kernels whatever they are given. `fuzz/` gives them what a fuzzer makes up, the suite the inputs that are
-//! kept in `fuzz/seeds/`.
+//! What must hold of the scene reader and of the kernels whatever they are given. `fuzz/` gives them what a fuzzer
+//! makes up, the suite the inputs that are kept in `fuzz/seeds/`.
 
 use nalgebra::{Vector2, Vector6};
 use snaprod::elastica::{
@@ -50,7 +50,8 @@ fn told(faults: &Faults, lines: usize) -> Held {
     Ok(())
 }
 
-/// The name of a kernel and its arguments, those that are missing being 0: all that it gives is finite, or it says what is wrong.
+/// The name of a kernel and its arguments, those that are missing being 0: all that it gives is finite, or it says
+/// what is wrong.
 pub fn kernel(line: &str) -> Held {
     let mut words = line.split_whitespace();
     let Some(name) = words.next() else {

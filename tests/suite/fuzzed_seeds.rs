@@ -33,8 +33,9 @@ fn kernels_answer_whatever_they_are_given() {
     });
 }
 
-/// Catches a field of another kind of scene that is read all the same, though it was reported: a block, which bars alone have, of a mass on a strip. Its own
-/// fields were reported, too, and where assertions are compiled the reader broke off.
+/// Catches a field of another kind of scene that is read all the same, though it was reported: a block, which bars
+/// alone have, of a mass on a strip. Its own fields were reported, too, and where assertions are compiled the reader
+/// broke off.
 #[test]
 fn a_field_of_another_kind_is_reported_once() {
     let text = r#"

@@ -4,8 +4,8 @@ use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, equilibrium};
 use snaprod::study::{Silent, Table, assembly, branch};
 
-/// A body on a straight rod along z, begun at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and `body` follow in their tables, `rest` at
-/// the end.
+/// A body on a straight rod along z, begun at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and `body`
+/// follow in their tables, `rest` at the end.
 fn scene(foot: f64, rod: &str, body: &str, rest: &str) -> Scene {
     let text = format!(
         "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\n\
@@ -88,8 +88,8 @@ fn moved(scene: &Scene) -> (AssemblyRunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches bodies that slide over the end of a groove and back within a step unseen, on light and on heavy rods: a body that swings up to the end is
-/// never beyond it, and is stopped where its swing would lead there.
+/// Catches bodies that slide over the end of a groove and back within a step unseen, on light and on heavy rods: a
+/// body that swings up to the end is never beyond it, and is stopped where its swing would lead there.
 #[test]
 fn no_body_turns_back_beyond_the_end() {
     let heavy = "mass = 0.02\ninertia = \"full\"\ndamping = { proportional = 1e-3 }\nsection_inertia = [1e-6, 1e-6, 2e-6]";
@@ -115,8 +115,8 @@ fn no_body_turns_back_beyond_the_end() {
     }
 }
 
-/// Catches the wrong one of two bodies that come to the ends of their grooves within one step, or a wrong moment: beside another body whose groove is
-/// little longer, one ends its run as it does alone.
+/// Catches the wrong one of two bodies that come to the ends of their grooves within one step, or a wrong moment:
+/// beside another body whose groove is little longer, one ends its run as it does alone.
 #[test]
 fn the_first_of_two_bodies_ends_the_run() {
     let part = |name: &str, x: f64, end: f64| {

@@ -1,4 +1,5 @@
-//! Bodies in grooves: against a run of another program, against the balance of momenta, and the energy along the groove.
+//! Bodies in grooves: against a run of another program, against the balance of momenta, and the energy along the
+//! groove.
 
 use crate::support::{json, number, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -41,7 +42,8 @@ fn course(
     }
 }
 
-/// Would catch a groove that is drawn aside of where a body goes, twice round, beyond its ends, or only as far as it goes.
+/// Would catch a groove that is drawn aside of where a body goes, twice round, beyond its ends, or only as far as it
+/// goes.
 #[test]
 fn a_groove_is_drawn_beside_the_way() {
     let line = Groove::line(Vector3::y(), Vector3::x() * 3.0).expect("a line");
@@ -76,8 +78,8 @@ fn a_groove_is_drawn_beside_the_way() {
     assert!(spline.beside(&[], 1.0).is_empty());
 }
 
-/// Would catch a wrong curve, sign or mass in the equation along the groove, or a force of the groove that is not what the other
-/// program has.
+/// Would catch a wrong curve, sign or mass in the equation along the groove, or a force of the groove that is not
+/// what the other program has.
 #[test]
 fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
     let data = json("space/support_groove_given.json");
@@ -209,9 +211,9 @@ fn wavy(closed: bool) -> Groove {
     Groove::spline(&points.collect::<Vec<_>>(), closed).expect("a groove")
 }
 
-/// Momentum and moment of momentum about the centre of mass, differenced in time, are what rods, loads and groove do; the groove
-/// pushes across itself. Would catch a force of the groove with a wrong lever or mass, a spin without its share, knots passed
-/// over by steps, a groove that does work.
+/// Momentum and moment of momentum about the centre of mass, differenced in time, are what rods, loads and groove do;
+/// the groove pushes across itself. Would catch a force of the groove with a wrong lever or mass, a spin without its
+/// share, knots passed over by steps, a groove that does work.
 #[test]
 fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
     let circle = Groove::circle(
@@ -273,8 +275,8 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
     }
 }
 
-/// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a groove whose
-/// curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
+/// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a
+/// groove whose curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
 #[test]
 fn statics_in_a_groove_is_that_of_the_energy() {
     let (assembly, now) = slider(wavy(true));
@@ -350,8 +352,8 @@ fn a_body_stops_at_the_end_of_its_groove() {
     assert!(last.time() > 0.0 && last.time() < 2.0);
 }
 
-/// Splines: through their points, four derivatives continuous, a circle to the order of the degree, ends where they should be.
-/// Would catch a wrong coefficient or a wrong row of their equations.
+/// Splines: through their points, four derivatives continuous, a circle to the order of the degree, ends where they
+/// should be. Would catch a wrong coefficient or a wrong row of their equations.
 #[test]
 fn splines_are_smooth_and_go_through_their_points() {
     let on = |a: f64| Vector3::new(a.cos(), a.sin(), 0.3 * (2.0 * a).cos());
@@ -401,9 +403,9 @@ fn splines_are_smooth_and_go_through_their_points() {
     assert!(Groove::line(Vector3::zeros(), Vector3::zeros()).is_err());
 }
 
-/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove in statics. Would
-/// catch a groove that is not scaled, not seen from its clamp, columns that are missing or in the wrong axes, a start beside the
-/// groove that is not refused.
+/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove in
+/// statics. Would catch a groove that is not scaled, not seen from its clamp, columns that are missing or in the
+/// wrong axes, a start beside the groove that is not refused.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_have_grooves_and_report_their_force() {

@@ -1,4 +1,5 @@
-//! Rods with mass between bodies and the ground: against single rods, closed forms of beams, laws of conservation, and light rods.
+//! Rods with mass between bodies and the ground: against single rods, closed forms of beams, laws of conservation,
+//! and light rods.
 
 use crate::support::assert_close;
 use nalgebra::{DVector, Isometry3, Matrix2, Matrix3, UnitQuaternion, Vector3, Vector4, Vector6};
@@ -151,8 +152,9 @@ pub(crate) fn momenta(assembly: &HeavyAssembly, y: &DVector<f64>) -> Vector6<f64
     sum
 }
 
-/// Catches any term that the constraint, the multipliers or the attachments lack or have too much: one rod from the ground to a body
-/// with an offset, in a motion in space, is the rod that has the body at its end, which uses neither.
+/// Catches any term that the constraint, the multipliers or the attachments lack or have too much: one rod from the
+/// ground to a body with an offset, in a motion in space, is the rod that has the body at its end, which uses
+/// neither.
 #[test]
 #[ignore = "second tier: 8 s"]
 fn one_rod_is_the_single_rod() {
@@ -299,8 +301,9 @@ fn on(body: usize) -> Attachment {
     Attachment::body(body, Isometry3::identity())
 }
 
-/// Catches multipliers of a closed loop, rods of another length, bases on bodies, free bases and ends on ball joints, and masses that are
-/// not seen or seen twice: frequencies of straight beams against their closed forms, with rotary inertia, in both planes.
+/// Catches multipliers of a closed loop, rods of another length, bases on bodies, free bases and ends on ball joints,
+/// and masses that are not seen or seen twice: frequencies of straight beams against their closed forms, with rotary
+/// inertia, in both planes.
 #[test]
 fn frequencies_are_those_of_beams() {
     let none = Vector3::zeros();
@@ -375,8 +378,8 @@ fn frequencies_are_those_of_beams() {
     }
 }
 
-/// Catches a base whose motion is not that of its body in some term: two bodies on a rod without ground, tumbling and bending, keep their
-/// momenta, and their energy with friction.
+/// Catches a base whose motion is not that of its body in some term: two bodies on a rod without ground, tumbling and
+/// bending, keep their momenta, and their energy with friction.
 #[test]
 fn a_free_pair_keeps_its_momenta() {
     let none = Vector3::zeros();
@@ -420,7 +423,8 @@ fn a_free_pair_keeps_its_momenta() {
     assert!(off.abs() < 1e-7, "energy off by {off:e}");
 }
 
-/// Catches a wrong inertia along a curved groove, and a groove that does work: a body that turns and slides on a circle, pushed by a rod.
+/// Catches a wrong inertia along a curved groove, and a groove that does work: a body that turns and slides on a
+/// circle, pushed by a rod.
 #[test]
 fn a_groove_does_no_work() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
@@ -464,8 +468,8 @@ fn ran(text: &str) -> AssemblyRunRecord {
     run(&prepared, start, &mut tables, &mut Silent).expect("a record")
 }
 
-/// Catches a wrong order in the mass: an arch of two rods with friction whose mass goes to zero moves as the light one, with an error
-/// that halves with the mass. The ledger closes on the way.
+/// Catches a wrong order in the mass: an arch of two rods with friction whose mass goes to zero moves as the light
+/// one, with an error that halves with the mass. The ledger closes on the way.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn light_rods_are_the_limit() {
@@ -551,8 +555,9 @@ fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
     format!("units = \"dimensionless\"\n{rods}{bodies}{more}")
 }
 
-/// Catches modes of an assembly in other units, of the wrong nodes, or with friction that is not theirs: two bodies on a rod that nothing
-/// holds, against the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2 s + omega^2 = 0.
+/// Catches modes of an assembly in other units, of the wrong nodes, or with friction that is not theirs: two bodies
+/// on a rod that nothing holds, against the closed forms of the beam; under friction proportional to the stiffness
+/// s^2 + eta omega^2 s + omega^2 = 0.
 #[test]
 fn modes_of_a_free_pair_are_those_of_a_beam() {
     let body =
@@ -601,7 +606,8 @@ fn modes_of_a_free_pair_are_those_of_a_beam() {
     assert!((end - Vector3::new(0.3, 0.1, 0.6)).amax() < 1e-12, "{end}");
 }
 
-/// Catches a floating scene that is refused or torn apart, and modes about a start that is none: bodies without ground fly as one.
+/// Catches a floating scene that is refused or torn apart, and modes about a start that is none: bodies without
+/// ground fly as one.
 #[test]
 fn nothing_needs_to_hold_the_bodies() {
     let body = |velocity: &str| {

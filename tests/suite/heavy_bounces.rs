@@ -13,8 +13,8 @@ fn prepared(set: &[String]) -> run::Prepared {
     run::Prepared::new(&Scene::parse_with(THROWN, &set).unwrap()).unwrap()
 }
 
-/// The most that the rod with all of its mass stores beyond the equilibrium at the place of its end, at these times: the energy of vibrations of the held
-/// rod, when it is all stored, and of its slow bending by its own mass.
+/// The most that the rod with all of its mass stores beyond the equilibrium at the place of its end, at these times:
+/// the energy of vibrations of the held rod, when it is all stored, and of its slow bending by its own mass.
 fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
     let full = prepared(&[
         "rod.inertia=\"full\"".to_owned(),
@@ -34,8 +34,9 @@ fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
     beyond.collect()
 }
 
-/// Catches a number that is not that of the rod's mass: below 1 a bounce leaves no vibrations, at 2 a thousandth of its energy, at 4 a hundredth, at 9 a
-/// third; never more than 4e-3 number^4/lambda (docs/mass.md), and before the bounce there are next to none.
+/// Catches a number that is not that of the rod's mass: below 1 a bounce leaves no vibrations, at 2 a thousandth of
+/// its energy, at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/mass.md), and before the
+/// bounce there are next to none.
 #[test]
 fn a_bounce_leaves_vibrations_as_its_number_says() {
     let light = prepared(&[]);
@@ -90,7 +91,8 @@ fn end(inertia: &str, t: f64) -> [f64; 2] {
     ["x", "y"].map(|name| table.reals(name)[0])
 }
 
-/// Catches a mass that is given up or wrong on the taut rod: after a hard bounce whose number is 3.7 the end is by a tenth as far off from that of the rod with all of its mass as without the mass.
+/// Catches a mass that is given up or wrong on the taut rod: after a hard bounce whose number is 3.7 the end is by a
+/// tenth as far off from that of the rod with all of its mass as without the mass.
 #[test]
 fn the_mass_to_first_order_counts_in_a_hard_bounce() {
     let [none, first, full] = ["none", "first-order", "full"].map(|inertia| end(inertia, 0.2));

@@ -1,4 +1,5 @@
-//! Rods with mass that close loops and that nothing holds on the ground: against the same on the ground, light rods, laws of conservation; and rods cut in two.
+//! Rods with mass that close loops and that nothing holds on the ground: against the same on the ground, light rods,
+//! laws of conservation; and rods cut in two.
 
 use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld};
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -19,7 +20,8 @@ use std::sync::Arc;
 /// Nodes of every rod.
 const NODES: usize = 12;
 
-/// Two bodies that two rods of different length and stiffness join, which bend each other. `first` is a body, or the ground in its place.
+/// Two bodies that two rods of different length and stiffness join, which bend each other. `first` is a body, or the
+/// ground in its place.
 fn loop_of_two(first: &str, bodies: &str, more: &str) -> Scene {
     let rod = |name: &str, own: &str, from: &str, to: &str| {
         format!(
@@ -65,9 +67,9 @@ fn begun(scene: &Scene) -> (HeavyAssembly, DVector<f64>) {
     start.at_nodes(heavy, &counts).unwrap()
 }
 
-/// Catches an equilibrium that is held where nothing holds it, or strained by a weight under which everything falls; a search that drifts away; and
-/// rates that do not close the loop. What floats has the shape that it has on the ground without weight, falls as one, and in motion keeps its
-/// momenta and its energy.
+/// Catches an equilibrium that is held where nothing holds it, or strained by a weight under which everything falls;
+/// a search that drifts away; and rates that do not close the loop. What floats has the shape that it has on the
+/// ground without weight, falls as one, and in motion keeps its momenta and its energy.
 #[test]
 fn a_loop_in_the_air_settles() {
     let still = body_a("mass = 0.8\ninertia = [0.05, 0.06, 0.05]");
@@ -115,8 +117,8 @@ fn a_loop_in_the_air_settles() {
     assert!(off.abs() < 1e-7, "energy off by {off:e}");
 }
 
-/// Catches directions that are held though nothing holds them, or a stiffness about another state: beside six motions as one the frequencies tend to those of
-/// the loop on the ground, as its other body gets heavy.
+/// Catches directions that are held though nothing holds them, or a stiffness about another state: beside six motions
+/// as one the frequencies tend to those of the loop on the ground, as its other body gets heavy.
 #[test]
 #[ignore = "second tier: 7 s"]
 fn a_loop_in_the_air_has_the_modes_of_one_on_the_ground() {
@@ -141,8 +143,8 @@ fn a_loop_in_the_air_has_the_modes_of_one_on_the_ground() {
     }
 }
 
-/// Catches a load that nothing holds and that is let through, and one that the assembly bears by itself and that is refused: it then turns into
-/// the line of the two forces.
+/// Catches a load that nothing holds and that is let through, and one that the assembly bears by itself and that is
+/// refused: it then turns into the line of the two forces.
 #[test]
 fn loads_in_the_air_balance_each_other() {
     let body = |force: &str| {
@@ -193,7 +195,8 @@ fn ring(start: &str) -> Scene {
     Scene::parse(&format!("{all}{start}[run]\nduration = 0.1\n")).unwrap()
 }
 
-/// Catches a loop of unloaded rods that fit together and is refused, and one that does not and is torn or bent without a word.
+/// Catches a loop of unloaded rods that fit together and is refused, and one that does not and is torn or bent
+/// without a word.
 #[test]
 fn unloaded_rods_close_a_loop_where_they_fit() {
     let states = ["[start]\nrest = \"straight\"\n", ""].map(|start| {
@@ -287,8 +290,8 @@ fn untilted(at: &Place) -> Place {
     place
 }
 
-/// Ends of motions with beads of a mass and of half of it against that without: the difference is of the first order in the mass, and what the line
-/// through both leaves is of the second.
+/// Ends of motions with beads of a mass and of half of it against that without: the difference is of the first order
+/// in the mass, and what the line through both leaves is of the second.
 fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     let [far, near] = ends.map(|end| end - whole);
     let ratio = far.norm() / near.norm();
@@ -305,8 +308,9 @@ fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     );
 }
 
-/// Catches wrenches that links hand over wrongly, and accelerations of a base that are not those of the end before it: a rod cut in two, with a bead
-/// between its halves whose mass goes to zero, moves as the whole rod, in space with a rigid body at its end, and in a plane with a point mass.
+/// Catches wrenches that links hand over wrongly, and accelerations of a base that are not those of the end before
+/// it: a rod cut in two, with a bead between its halves whose mass goes to zero, moves as the whole rod, in space
+/// with a rigid body at its end, and in a plane with a point mass.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_rod_cut_in_two_moves_as_one() {
@@ -383,9 +387,9 @@ fn a_rod_cut_in_two_moves_as_one() {
     tends(ends, Vector3::new(end.y, 0.0, end.x), "plane");
 }
 
-/// Catches a stiffness or a mass between links that is not that of the rod: about the equilibrium under its weight a small bead in the middle changes the
-/// frequencies of the whole rod by its kinetic energy there, d(omega^2) = -omega^2 mass v^2 for modes of mass 1, and its mass going to zero they are those
-/// of the whole rod.
+/// Catches a stiffness or a mass between links that is not that of the rod: about the equilibrium under its weight a
+/// small bead in the middle changes the frequencies of the whole rod by its kinetic energy there, d(omega^2) =
+/// -omega^2 mass v^2 for modes of mass 1, and its mass going to zero they are those of the whole rod.
 #[test]
 fn a_rod_cut_in_two_rings_as_one() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);

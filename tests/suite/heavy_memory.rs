@@ -1,5 +1,5 @@
-//! Rods with mass and Maxwell branches: against the closed form of a beam, the light rod with the same branches, a rod that is stiffer or
-//! rubs more, the same rod written otherwise, and the energy.
+//! Rods with mass and Maxwell branches: against the closed form of a beam, the light rod with the same branches, a
+//! rod that is stiffer or rubs more, the same rod written otherwise, and the energy.
 
 use crate::support::replaced;
 use snaprod::scene::Scene;
@@ -79,9 +79,10 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Small motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau s/(1 + tau s): for every
-/// k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the roots of eps s^2 + k^4 E(s) = 0. Catches a branch that small
-/// motions lack, a modulus or a time in other units, a creeping motion that is left out.
+/// Small motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau
+/// s/(1 + tau s): for every k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the roots of eps s^2 +
+/// k^4 E(s) = 0. Catches a branch that small motions lack, a modulus or a time in other units, a creeping motion that
+/// is left out.
 #[test]
 fn small_motions_are_those_of_a_beam_with_memory() {
     let straight = replaced(
@@ -102,7 +103,8 @@ fn small_motions_are_those_of_a_beam_with_memory() {
     for (from, to) in [(0.5, 2.0), (3.5, 4.5), (6.5, 7.5)] {
         let k = bisected(held, from, to);
         let stiffness = k.powi(4);
-        // eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4 (eta + tau + E tau) s + k^4 = 0, with what s of the program leaves of it.
+        // eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4 (eta + tau + E tau) s + k^4 = 0, with what s of the program
+        // leaves of it.
         let c = [
             stiffness,
             stiffness * (eta + tau + modulus * tau),
@@ -145,8 +147,9 @@ fn bisected(f: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
     0.5 * (from + to)
 }
 
-/// Energies of body and rod, springs among them, and what dashpots and friction lost stay in sum; in the plane, in space, and with the body in a groove,
-/// where the rod runs as an assembly. Catches a spring without energy, a loss that is not the dashpots', dashpots that do not follow.
+/// Energies of body and rod, springs among them, and what dashpots and friction lost stay in sum; in the plane, in
+/// space, and with the body in a groove, where the rod runs as an assembly. Catches a spring without energy, a loss
+/// that is not the dashpots', dashpots that do not follow.
 #[test]
 fn energy_is_kept_with_memory() {
     let grooved = replaced(
@@ -170,7 +173,8 @@ fn energy_is_kept_with_memory() {
     }
 }
 
-/// The planar rod in space, its softer axis across the plane, moves as it does in the plane. Catches branches of other strains.
+/// The planar rod in space, its softer axis across the plane, moves as it does in the plane. Catches branches of
+/// other strains.
 #[test]
 fn a_planar_motion_in_space_remembers_alike() {
     let (_, table) = ran(SPACE);
@@ -182,8 +186,8 @@ fn a_planar_motion_in_space_remembers_alike() {
     );
 }
 
-/// The rod of an assembly of one rod and one body moves, rings down and loses energy as the single rod. Catches a branch that an assembly
-/// leaves out, or takes for another rod's.
+/// The rod of an assembly of one rod and one body moves, rings down and loses energy as the single rod. Catches a
+/// branch that an assembly leaves out, or takes for another rod's.
 #[test]
 fn the_rod_of_an_assembly_remembers_alike() {
     let kicked = replaced(
@@ -266,9 +270,9 @@ fn column(rods: usize, own: &str) -> String {
     format!("{all}[run]\nduration = 0.1\n")
 }
 
-/// Two straight rods whose friction and memory are in proportion to their stiffness: for every vibration without these s^2 + omega^2 (1 + eta s + E tau
-/// s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another rod, and dashpots where nothing pulls, among whose equal
-/// rates no eigenvalue is found in time.
+/// Two straight rods whose friction and memory are in proportion to their stiffness: for every vibration without
+/// these s^2 + omega^2 (1 + eta s + E tau s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of
+/// another rod, and dashpots where nothing pulls, among whose equal rates no eigenvalue is found in time.
 #[test]
 fn rods_of_an_assembly_ring_down_with_their_memory() {
     let (eta, modulus, tau) = (0.02, 0.7, 0.15);
@@ -299,8 +303,9 @@ fn rods_of_an_assembly_ring_down_with_their_memory() {
     }
 }
 
-/// Three rods of six strains have more coordinates than are refined: the grid is held against a coarser one. Catches a change that is said to be
-/// infinite. Of two bodies twisting on them, alike or against each other, 2 k cot k - J omega^2/GJ = +-k/sin k.
+/// Three rods of six strains have more coordinates than are refined: the grid is held against a coarser one. Catches
+/// a change that is said to be infinite. Of two bodies twisting on them, alike or against each other, 2 k cot k - J
+/// omega^2/GJ = +-k/sin k.
 #[test]
 fn many_rods_are_held_against_a_coarser_grid() {
     let own =
@@ -325,8 +330,8 @@ fn many_rods_are_held_against_a_coarser_grid() {
     }
 }
 
-/// Without mass the rod with the same branches moves as the light one, up to the first power of the mass. Catches dashpots that begin
-/// elsewhere, or a resultant of a branch that is not the light rod's.
+/// Without mass the rod with the same branches moves as the light one, up to the first power of the mass. Catches
+/// dashpots that begin elsewhere, or a resultant of a branch that is not the light rod's.
 #[test]
 fn the_light_rod_with_memory_is_the_limit() {
     let light = PLANE.replace("mass = 0.2\ninertia = \"full\"\n", "");
@@ -345,8 +350,9 @@ fn the_light_rod_with_memory_is_the_limit() {
     }
 }
 
-/// Dashpots that follow at once are not felt, those that never follow are springs (1 + E) about the shape to which they are relaxed: with
-/// errors of the first power of tau and of 1/tau. Catches a time that is another's, a spring that forgets its rest.
+/// Dashpots that follow at once are not felt, those that never follow are springs (1 + E) about the shape to which
+/// they are relaxed: with errors of the first power of tau and of 1/tau. Catches a time that is another's, a spring
+/// that forgets its rest.
 #[test]
 fn fast_branches_rub_and_slow_ones_are_springs() {
     let both = "relaxation = [{ stiffness = 0.7, time = 0.15 }, { stiffness = 0.3, time = 1.5 }]\n";

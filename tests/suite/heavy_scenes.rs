@@ -9,7 +9,8 @@ fn parse(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Catches a bundled scene that does not say what it promises: Greenhill's load, and the buckled columns that are given.
+/// Catches a bundled scene that does not say what it promises: Greenhill's load, and the buckled columns that are
+/// given.
 #[test]
 fn the_heavy_column_buckles_at_greenhills_load() {
     let path = format!("{}/scenes/heavy_column.toml", env!("CARGO_MANIFEST_DIR"));
@@ -50,7 +51,8 @@ fn the_heavy_column_buckles_at_greenhills_load() {
     }
 }
 
-/// Catches a weight that is not mass times gravity, however the mass is given, or that forgets the distributed force or the factor.
+/// Catches a weight that is not mass times gravity, however the mass is given, or that forgets the distributed force
+/// or the factor.
 #[test]
 fn weights_are_those_of_mass_density_and_force() {
     let wire = r#"

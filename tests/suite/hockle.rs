@@ -1,4 +1,5 @@
-//! Twisted rods under a strong pull: through the loss of stability under their force to their fold, and down from there.
+//! Twisted rods under a strong pull: through the loss of stability under their force to their fold, and down from
+//! there.
 
 use crate::support::falls;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
@@ -85,8 +86,8 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
     (snaps, folds)
 }
 
-/// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t = 2.50), an equilibrium
-/// that is mistaken for another, a landing that is none, a first fold too early or too late.
+/// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t =
+/// 2.50), an equilibrium that is mistaken for another, a landing that is none, a first fold too early or too late.
 #[test]
 #[ignore = "second tier: 43 s"]
 fn a_twisted_rod_goes_through_its_folds() {
@@ -130,7 +131,8 @@ fn a_twisted_rod_goes_through_its_folds() {
     }
 }
 
-/// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is booked, and it is felt again after the landing, and not given up elsewhere.
+/// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is
+/// booked, and it is felt again after the landing, and not given up elsewhere.
 #[test]
 #[ignore = "second tier: 20 s"]
 fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
@@ -170,8 +172,8 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
     assert!(unfelt < 0.025, "{unfelt}");
 }
 
-/// The collocated layer and that along the base wrench, which is good here, lead to the same rest, and folds have the same normal form by either:
-/// A, B, M0, D0 depend on the length of the critical direction, the delays do not.
+/// The collocated layer and that along the base wrench, which is good here, lead to the same rest, and folds have the
+/// same normal form by either: A, B, M0, D0 depend on the length of the critical direction, the delays do not.
 #[test]
 #[ignore = "second tier: 18 s"]
 fn taut_rods_fall_as_slack_ones_do() {

@@ -105,8 +105,8 @@ fn bent_frequencies() {
     }
 }
 
-/// Catches any wrong term of the linearisation that Newton's iteration runs on, in the plane and in space with every strain, rotary
-/// inertia, an offset body and a turning clamp.
+/// Catches any wrong term of the linearisation that Newton's iteration runs on, in the plane and in space with every
+/// strain, rotary inertia, an offset body and a turning clamp.
 #[test]
 fn derivatives_are_those_of_the_balance() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
@@ -215,8 +215,9 @@ fn derivatives_are_those_of_the_balance() {
     }
 }
 
-/// Catches a wrong term in the elimination of Maxwell branches by which implicit steps solve: what it finds is what makes sigma y - y' and, of the
-/// balance, these right-hand sides, by differences. At rest, where the branches alone are unlike other rods.
+/// Catches a wrong term in the elimination of Maxwell branches by which implicit steps solve: what it finds is what
+/// makes sigma y - y' and, of the balance, these right-hand sides, by differences. At rest, where the branches alone
+/// are unlike other rods.
 #[test]
 fn implicit_steps_eliminate_the_branches() {
     let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
@@ -345,8 +346,8 @@ fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
         - y[integrals + 2]
 }
 
-/// Catches a wrong term of the kinematics in space that a planar motion does not excuse: the same motion in the plane, whose rotations
-/// are an integral, and in space, where they are not.
+/// Catches a wrong term of the kinematics in space that a planar motion does not excuse: the same motion in the
+/// plane, whose rotations are an integral, and in space, where they are not.
 #[test]
 fn a_planar_motion_in_space() {
     let turn = |v: Vector3<f64>| Vector3::new(0.0, -v.y, v.x);
@@ -389,8 +390,8 @@ fn a_planar_motion_in_space() {
     assert!(error < 1e-9, "{error:e}");
 }
 
-/// Catches velocities that are not those of the poses: without friction the energy of a rod in space is that of its nodes, few as they are
-/// for the waves that run along it, and only the steps change it.
+/// Catches velocities that are not those of the poses: without friction the energy of a rod in space is that of its
+/// nodes, few as they are for the waves that run along it, and only the steps change it.
 #[test]
 fn energy_is_kept_whatever_the_nodes_resolve() {
     let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
@@ -427,9 +428,9 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
 /// Of the round rod.
 const MASS: f64 = 0.05;
 
-/// Catches a gyroscopic term that is wrong or missing: a round rod with a round body under gravity along its clamp, in a motion in
-/// space. Turned about the clamp it is the same rod, so that the angular momentum about that axis, without that of the sections about
-/// their own, stays; and so does the energy.
+/// Catches a gyroscopic term that is wrong or missing: a round rod with a round body under gravity along its clamp,
+/// in a motion in space. Turned about the clamp it is the same rod, so that the angular momentum about that axis,
+/// without that of the sections about their own, stays; and so does the energy.
 #[test]
 fn a_round_rod_keeps_its_momentum() {
     let gravity = Vector3::new(0.0, 0.0, -1.5);

@@ -91,7 +91,8 @@ fn targets_on_folds_are_answered() {
     }
 }
 
-/// Catches a root dropped because Newton's method left its box: next to folds it does, and the count of roots then failed at these points.
+/// Catches a root dropped because Newton's method left its box: next to folds it does, and the count of roots then
+/// failed at these points.
 #[test]
 fn roots_next_to_folds_are_not_dropped() {
     for (x, y) in [

@@ -1,4 +1,5 @@
-//! The program killed at moments that nobody chose: every file is whole or not there, and what is begun again ends as if nothing had happened.
+//! The program killed at moments that nobody chose: every file is whole or not there, and what is begun again ends as
+//! if nothing had happened.
 
 use crate::program::Place;
 use crate::stress_scenes::Dice;
@@ -57,8 +58,8 @@ fn ended(place: &Place, words: &[&str], out: &str) -> Duration {
     start.elapsed()
 }
 
-/// Kills the process after some time of those that an undisturbed one takes: evenly over all of it or, every other time, from the moment on in
-/// which the first result appears or goes, for that is when the files take their names.
+/// Kills the process after some time of those that an undisturbed one takes: evenly over all of it or, every other
+/// time, from the moment on in which the first result appears or goes, for that is when the files take their names.
 fn killed(mut child: Child, dice: &mut Dice, taken: Duration, out: &Path) {
     if dice.chance(0.5) {
         std::thread::sleep(taken.mul_f64(dice.within(0.0, 1.1)));
@@ -157,7 +158,8 @@ fn refs(words: &[String]) -> Vec<&str> {
     words.iter().map(String::as_str).collect()
 }
 
-/// Kills a sweep again and again until nothing of it is missing; then another one from nothing, until there were so many kills.
+/// Kills a sweep again and again until nothing of it is missing; then another one from nothing, until there were so
+/// many kills.
 fn disturb_sweeps(place: &Place, dice: &mut Dice, kills: usize) {
     place.write("swept.toml", crate::sweeps::SCENE);
     let vary = ["start.velocity.0=-1:1:12", "body.mass=0.5:3:5"];
@@ -243,8 +245,8 @@ fn disturb(test: &str, kills: [usize; 3]) {
     disturb_sweeps(&place, dice, kills[2]);
 }
 
-/// Catches a result that is cut, one that is of another run than the file beside it, what a killed run leaves and the next one does not clear away, and
-/// a sweep that begins anew, or ends otherwise, after it was killed.
+/// Catches a result that is cut, one that is of another run than the file beside it, what a killed run leaves and the
+/// next one does not clear away, and a sweep that begins anew, or ends otherwise, after it was killed.
 #[test]
 fn a_killed_program_leaves_whole_files_or_none() {
     disturb("kills", [4, 3, 4]);

@@ -31,8 +31,8 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
     (outcome, first, motion.now().pose().translation.vector)
 }
 
-/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of the plane is z
-/// here, y is x.
+/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of
+/// the plane is z here, y is x.
 fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
     let mass = Body::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))
@@ -78,8 +78,9 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
     .expect("a run")
 }
 
-/// Rods that fold at one instant, or almost, as in a symmetric assembly: neither's clock can tell the other's chart there. Each must snap when it
-/// does so alone. Would catch steps that collapse between the folds, a rod that is passed over, one that turns back on the sheet it came from.
+/// Rods that fold at one instant, or almost, as in a symmetric assembly: neither's clock can tell the other's chart
+/// there. Each must snap when it does so alone. Would catch steps that collapse between the folds, a rod that is
+/// passed over, one that turns back on the sheet it came from.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn rods_that_fold_together_snap_as_each_alone() {
@@ -133,8 +134,8 @@ fn rods_that_fold_together_snap_as_each_alone() {
     }
 }
 
-/// A load whose kinks fall while the rod nears its fold. Would catch a step in slowed time that passes a kink unseen, and a kink
-/// that hides the fold behind it: the ledger opens, or the snap comes late.
+/// A load whose kinks fall while the rod nears its fold. Would catch a step in slowed time that passes a kink unseen,
+/// and a kink that hides the fold behind it: the ledger opens, or the snap comes late.
 #[test]
 fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -172,8 +173,8 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     assert!(off.norm() < 1e-9, "the mass is {off} off");
 }
 
-/// Short strong pulses before a fold, the last on a rod for which time is slowed. Would catch a step to the beginning, the top or the end of a pulse
-/// that sees what lies behind.
+/// Short strong pulses before a fold, the last on a rod for which time is slowed. Would catch a step to the
+/// beginning, the top or the end of a pulse that sees what lies behind.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn short_pulses_are_felt_in_space_as_in_the_plane() {
@@ -211,8 +212,9 @@ fn short_pulses_are_felt_in_space_as_in_the_plane() {
     }
 }
 
-/// A load of next to nothing that begins just behind the end of a step inside a pulse. Would catch a step that is taken to have ended where it begins before
-/// it has: what is left of the time is 5e-13, and in it 1e-5 or more of the impulse.
+/// A load of next to nothing that begins just behind the end of a step inside a pulse. Would catch a step that is
+/// taken to have ended where it begins before it has: what is left of the time is 5e-13, and in it 1e-5 or more of
+/// the impulse.
 #[test]
 fn steps_go_on_to_the_very_kink() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -250,8 +252,8 @@ fn steps_go_on_to_the_very_kink() {
     }
 }
 
-/// Would catch a stable equilibrium that the search in space misses, the fold itself among the landings, a branch that does not
-/// go on from its own landing, a rule that takes another than it says.
+/// Would catch a stable equilibrium that the search in space misses, the fold itself among the landings, a branch
+/// that does not go on from its own landing, a rule that takes another than it says.
 #[test]
 fn a_strip_lands_in_space_where_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(7.2, 0.8).expect("an equilibrium");
@@ -308,8 +310,8 @@ fn a_strip_lands_in_space_where_the_elastica_does() {
     assert!(none.is_err(), "no sheet has a name in space");
 }
 
-/// Catches shapes of a layer that are not those of the rod that falls: of a strip in space they are those of the elastica, which has another flow
-/// in other coordinates, where the energy is the same.
+/// Catches shapes of a layer that are not those of the rod that falls: of a strip in space they are those of the
+/// elastica, which has another flow in other coordinates, where the energy is the same.
 #[test]
 fn a_strip_falls_as_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -352,8 +354,8 @@ fn a_strip_falls_as_the_elastica_does() {
     assert!(seen > 20, "{seen} shapes compared");
 }
 
-/// Would catch a scene whose landing is read and not used, a tree of an assembly other than that of the same rod alone, and a viscous
-/// landing that is not among all.
+/// Would catch a scene whose landing is read and not used, a tree of an assembly other than that of the same rod
+/// alone, and a viscous landing that is not among all.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 3 s"]
@@ -424,8 +426,8 @@ fn scenes_in_space_branch_alone_and_in_an_assembly() {
     );
 }
 
-/// Catches an end that spins as fast as rounding at the fold of its rod makes it: a welded body keeps its angular velocity through a snap, and that of an end
-/// on a ball joint is not told at the fold, where it is infinite.
+/// Catches an end that spins as fast as rounding at the fold of its rod makes it: a welded body keeps its angular
+/// velocity through a snap, and that of an end on a ball joint is not told at the fold, where it is infinite.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 8 s"]
@@ -481,7 +483,8 @@ fn ends_spin_as_they_are_held_at_snaps() {
     assert_eq!(Some(unknown("wx") as u64), folds);
 }
 
-/// Catches a motion that is another one when it is looked at: what onlookers find of a taut rod is not where its next search begins.
+/// Catches a motion that is another one when it is looked at: what onlookers find of a taut rod is not where its next
+/// search begins.
 #[cfg(feature = "scene")]
 #[test]
 fn taut_rods_move_alike_whoever_looks() {

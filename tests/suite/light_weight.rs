@@ -1,4 +1,5 @@
-//! Light rods that bear a dead load along them, such as their weight, at rest and in motion; loads that are tables along the rod.
+//! Light rods that bear a dead load along them, such as their weight, at rest and in motion; loads that are tables
+//! along the rod.
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -121,9 +122,10 @@ fn ledger_is_closed(states: &[AssemblySample], within: f64) {
     }
 }
 
-/// One rod, begun at its end on the ground or at its end on the body: seen from the ground its load stands still, seen from the body it turns as that
-/// does. Catches any error in the load seen from a base that turns: in the end that it moves, in the couples and forces at both ends, in the tangents, in the
-/// potential, in loads counted from the other end; out of equilibrium and in motion.
+/// One rod, begun at its end on the ground or at its end on the body: seen from the ground its load stands still,
+/// seen from the body it turns as that does. Catches any error in the load seen from a base that turns: in the end
+/// that it moves, in the couples and forces at both ends, in the tangents, in the potential, in loads counted from
+/// the other end; out of equilibrium and in motion.
 #[test]
 fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     let both = [false, true].map(|at_body| one_body(at_body, Joint::Weld));
@@ -168,8 +170,9 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     assert_close(potential[0], potential[1], 1e-9, 1.0, "potential");
 }
 
-/// A loaded rod between two bodies, written from one to the other or back: both its ends belong to bodies, so that what its base does when it turns, at both
-/// ends, is in the stiffness (of a rod begun on the only body the couple at the other end is not). Catches any error there, such as a load that turns along.
+/// A loaded rod between two bodies, written from one to the other or back: both its ends belong to bodies, so that
+/// what its base does when it turns, at both ends, is in the stiffness (of a rod begun on the only body the couple at
+/// the other end is not). Catches any error there, such as a load that turns along.
 #[test]
 fn a_loaded_rod_between_two_bodies_is_its_reverse() {
     let site = place([0.1, 0.05, -0.1], [0.2, 0.3, -0.4]);
@@ -217,8 +220,9 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
     assert!(off < 1e-9, "stiffness: {off:e}");
 }
 
-/// The rod at rest under its load, body and all, is that of statics; a motion begun there stays there; small motions have the frequencies that the
-/// equilibria of statics under small forces and couples tell. Catches a load that acts on the rod in one place alone.
+/// The rod at rest under its load, body and all, is that of statics; a motion begun there stays there; small motions
+/// have the frequencies that the equilibria of statics under small forces and couples tell. Catches a load that acts
+/// on the rod in one place alone.
 #[test]
 fn rest_and_small_motions_are_those_of_statics() {
     let ground = place([0.2, -0.1, 0.3], [0.4, -0.7, 0.2]);
@@ -277,8 +281,8 @@ fn rest_and_small_motions_are_those_of_statics() {
     }
 }
 
-/// Two bodies far from everything, joined by a rod that bears a load: the load moves their momenta, all of it, about every axis. Catches a load that
-/// the rod loses on the way to its ends, in place or in motion.
+/// Two bodies far from everything, joined by a rod that bears a load: the load moves their momenta, all of it, about
+/// every axis. Catches a load that the rod loses on the way to its ends, in place or in motion.
 #[test]
 fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     let free = |inertia: [f64; 3]| {
@@ -372,8 +376,8 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     assert!((got - want).norm() < 1e-9, "moments: {got} {want}");
 }
 
-/// A point mass on a ball joint under the weight of its rod: the chart that knows no couple at its end. Catches the rows of m(1) in tangents and drive
-/// of a base that turns.
+/// A point mass on a ball joint under the weight of its rod: the chart that knows no couple at its end. Catches the
+/// rows of m(1) in tangents and drive of a base that turns.
 #[test]
 fn a_ball_joint_bears_no_couple_under_a_load() {
     let ground = place([0.0; 3], [0.4, -0.7, 0.2]);

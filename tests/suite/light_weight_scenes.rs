@@ -1,4 +1,5 @@
-//! Scenes of light rods under their weight, or another dead load along them: elastic and viscoelastic, in the plane and in space.
+//! Scenes of light rods under their weight, or another dead load along them: elastic and viscoelastic, in the plane
+//! and in space.
 
 use crate::support::assert_close;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -31,8 +32,9 @@ fn end(table: &Table, last: bool) -> Vector3<f64> {
 
 const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
 
-/// Catches a break of the load that the integration steps over, and a table that is not that of the scene: a rod under a load with a kink against scipy, split there
-/// (`tools/ref_load_table.py`), and tables that are polynomials, at rest and in motion.
+/// Catches a break of the load that the integration steps over, and a table that is not that of the scene: a rod
+/// under a load with a kink against scipy, split there (`tools/ref_load_table.py`), and tables that are polynomials,
+/// at rest and in motion.
 #[test]
 fn tables_along_the_rod_are_exact() {
     let law = Linear::diagonal([1.0, 2.0], 1.0).expect("a law");
@@ -136,8 +138,9 @@ fn in_space(more: &str, start: &str, run: &str, drag: f64) -> String {
     )
 }
 
-/// Catches a load that viscoelastic rods do not feel, or feel otherwise than elastic ones: all creep, or swing, to the equilibrium of statics, and what starts there
-/// stays; frequencies of the settled rod with little friction are those without.
+/// Catches a load that viscoelastic rods do not feel, or feel otherwise than elastic ones: all creep, or swing, to
+/// the equilibrium of statics, and what starts there stays; frequencies of the settled rod with little friction are
+/// those without.
 #[test]
 fn rods_with_friction_creep_to_the_weighted_equilibrium() {
     let settled = ran(&in_space(
@@ -223,8 +226,9 @@ fn thrown(eta: f64, more: &str, run: &str) -> String {
     )
 }
 
-/// Catches a load that the elastic rod of a plane feels in space alone, or with another sign or unit: its motion is the limit of that with friction, and that the limit
-/// of the rod with mass, whose inertia alone makes a difference of the order of its mass.
+/// Catches a load that the elastic rod of a plane feels in space alone, or with another sign or unit: its motion is
+/// the limit of that with friction, and that the limit of the rod with mass, whose inertia alone makes a difference
+/// of the order of its mass.
 #[test]
 fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
     let run = "duration = 0.8\nsamples = 3\ntolerance = 1e-10";
@@ -263,7 +267,8 @@ fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
     assert!((weight - given).norm() < 1e-12);
 }
 
-/// Catches a fold that the load moves and the landing that does not know it, or energy that the load gives or takes at a snap and the ledger does not.
+/// Catches a fold that the load moves and the landing that does not know it, or energy that the load gives or takes
+/// at a snap and the ledger does not.
 #[test]
 fn the_ledger_closes_through_a_snap_under_a_load() {
     let text = |load: f64| {
@@ -284,7 +289,8 @@ fn the_ledger_closes_through_a_snap_under_a_load() {
     }
 }
 
-/// Catches weight and load of the rods of an assembly that are not those of one rod, in whichever direction it is written, and rods that cannot bear any.
+/// Catches weight and load of the rods of an assembly that are not those of one rod, in whichever direction it is
+/// written, and rods that cannot bear any.
 #[test]
 fn rods_of_assemblies_bear_their_weight() {
     let one = ran(&in_space(

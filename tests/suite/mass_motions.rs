@@ -92,8 +92,8 @@ fn a_snap_with_mass() {
     assert!(record.energy_error().0 < 1e-9);
 }
 
-/// Catches modes that leave out the mass of the rod, or get it from elsewhere than material and shape; the closed forms of the beam, in
-/// SI units.
+/// Catches modes that leave out the mass of the rod, or get it from elsewhere than material and shape; the closed
+/// forms of the beam, in SI units.
 #[test]
 fn vibrations_of_a_scene() {
     let file = mass_data("frequencies");
@@ -188,8 +188,8 @@ fn what_is_not_covered_is_said() {
     assert!(faults.contains("section_inertia = [1e-6"), "{faults}");
 }
 
-/// Catches nodes that are too few and pass in silence, and tolerances that promise more than they hold: one motion at two resolutions
-/// and two tolerances; and a resolved scene that is not one again.
+/// Catches nodes that are too few and pass in silence, and tolerances that promise more than they hold: one motion at
+/// two resolutions and two tolerances; and a resolved scene that is not one again.
 #[test]
 fn resolutions_and_tolerances() {
     let file = mass_data("run_gravity");
@@ -225,8 +225,9 @@ fn resolutions_and_tolerances() {
     assert!(Scene::parse(&resolved).is_ok(), "{resolved}");
 }
 
-/// Catches nodes that are asked to hold waves which nothing feels, and are never enough: a rod without friction on an equilibrium whose force nothing holds sends
-/// waves of every length from its end. More nodes move the body by less than the tolerance.
+/// Catches nodes that are asked to hold waves which nothing feels, and are never enough: a rod without friction on an
+/// equilibrium whose force nothing holds sends waves of every length from its end. More nodes move the body by less
+/// than the tolerance.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_rod_without_friction_is_let_go() {

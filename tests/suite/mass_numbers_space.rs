@@ -1,4 +1,5 @@
-//! What the mass of rods in space changes: numbers of light rods, against the plane, closed forms and rods with all of their mass.
+//! What the mass of rods in space changes: numbers of light rods, against the plane, closed forms and rods with all
+//! of their mass.
 
 use crate::support::{near, number_at};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -56,8 +57,9 @@ fn laid(link: &Link, at: &Equilibrium, v: &Vector2<f64>) -> Configuration {
     }
 }
 
-/// Catches a wrong stiffness, mass or constraint of the held rod: straight rods have closed forms, x^4 with cos x cosh x = 1 where both
-/// ends are clamped and tan x = tanh x where one is pinned; friction in proportion to the stiffness takes half of that.
+/// Catches a wrong stiffness, mass or constraint of the held rod: straight rods have closed forms, x^4 with cos x
+/// cosh x = 1 where both ends are clamped and tan x = tanh x where one is pinned; friction in proportion to the
+/// stiffness takes half of that.
 #[test]
 fn straight_rods_have_the_vibrations_of_beams() {
     for (joint, root) in [
@@ -104,8 +106,8 @@ fn bent_rods_vibrate_as_in_the_plane() {
     }
 }
 
-/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 it is that of the plane. A, B, M0, D0 depend on
-/// the length of the critical direction; the delays and D0/M0 do not.
+/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 it is that of
+/// the plane. A, B, M0, D0 depend on the length of the critical direction; the delays and D0/M0 do not.
 #[test]
 fn folds_have_the_normal_form_of_the_plane() {
     let assembly = single(flat(), Joint::Ball);
@@ -167,8 +169,8 @@ duration = 0.1
 tolerance = 1e-9
 "#;
 
-/// Catches numbers of a run in space in other units or of another moment: the planar rod under next to no load along it runs in space, and has
-/// there what it has in closed form.
+/// Catches numbers of a run in space in other units or of another moment: the planar rod under next to no load along
+/// it runs in space, and has there what it has in closed form.
 #[test]
 fn a_run_in_space_tells_what_it_tells_in_the_plane() {
     let (plane, _) = ran(SNAP, &[]);
@@ -223,9 +225,9 @@ settled = true
 duration = 1.0
 "#;
 
-/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own about the same equilibrium. The
-/// lowest one differs by the shift, and the first beyond those of the body is that of the rod with its end held, both up to the order of the
-/// mass; so does its decay.
+/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own
+/// about the same equilibrium. The lowest one differs by the shift, and the first beyond those of the body is that of
+/// the rod with its end held, both up to the order of the mass; so does its decay.
 #[test]
 fn small_motions_in_space_tell_what_the_mass_changes() {
     let weld = [
@@ -256,7 +258,8 @@ fn small_motions_in_space_tell_what_the_mass_changes() {
     }
 }
 
-/// Two clamped rods of different length and mass with a body between them, of the same EI/L^2: it does not turn as it moves across.
+/// Two clamped rods of different length and mass with a body between them, of the same EI/L^2: it does not turn as it
+/// moves across.
 const BRIDGE: &str = r#"
 [[rod]]
 name = "left"
@@ -286,8 +289,9 @@ inertia = [0.02, 0.03, 0.02]
 duration = 0.01
 "#;
 
-/// Catches a rod that is left out, counted about another base or with another body: straight beams have 13/35 of their mass in a motion of one
-/// end across them, and the stiffness 12 EI/L^3; the held ones vibrate between two clamps.
+/// Catches a rod that is left out, counted about another base or with another body: straight beams have 13/35 of
+/// their mass in a motion of one end across them, and the stiffness 12 EI/L^3; the held ones vibrate between two
+/// clamps.
 #[test]
 fn rods_of_an_assembly_have_the_numbers_of_beams() {
     let clamped = 4.730_040_744_862_704_f64.powi(2);
@@ -312,7 +316,8 @@ fn rods_of_an_assembly_have_the_numbers_of_beams() {
     assert!(verdict.starts_with("massless rods"), "{verdict}");
 }
 
-/// Catches a frame or a unit that only one rod has: an assembly of one bent rod is the single one, and begun at its other end it is the same.
+/// Catches a frame or a unit that only one rod has: an assembly of one bent rod is the single one, and begun at its
+/// other end it is the same.
 #[test]
 fn an_assembly_of_one_rod_is_the_single_rod() {
     let rod = r#"
@@ -358,8 +363,9 @@ gravity = [0.0, 0.02, -0.03]
     }
 }
 
-/// Catches a wrong unit, wrench or end in branches: a straight column under a push P has vibrations, its end held in place, with
-/// a tanh b = b tan a, a^2 and -b^2 the roots of x^2 - P x = omega^2 m L^3/B; of an assembly the numbers are those of its equilibria.
+/// Catches a wrong unit, wrench or end in branches: a straight column under a push P has vibrations, its end held in
+/// place, with a tanh b = b tan a, a^2 and -b^2 the roots of x^2 - P x = omega^2 m L^3/B; of an assembly the numbers
+/// are those of its equilibria.
 #[test]
 fn branches_tell_what_the_mass_changes() {
     const COLUMN: &str = r#"

@@ -45,9 +45,9 @@ where
     found
 }
 
-/// The same of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and
-/// w1 = A_end V + R(inf) d + sum f_k h_k/rate_k, by the exponential of its matrix. `parts` are the components of the end
-/// that take part.
+/// The same of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 = A_end V +
+/// R(inf) d + sum f_k h_k/rate_k, by the exponential of its matrix. `parts` are the components of the end that take
+/// part.
 fn with_memory(
     kernel: &MemoryKernel,
     modes: &[Mode],
@@ -120,9 +120,9 @@ fn options(duration: f64) -> Options {
         .unwrap()
 }
 
-/// Catches a kernel that is not that of the nonlinear rod, and a factor or sign between the two: the planar elastica with a
-/// Maxwell branch, let go from a small deflection in which it has long been held. The wrench over the amplitude a goes to
-/// that of the kernel with a^2, and without its a^2 it agrees to 1e-9.
+/// Catches a kernel that is not that of the nonlinear rod, and a factor or sign between the two: the planar elastica
+/// with a Maxwell branch, let go from a small deflection in which it has long been held. The wrench over the
+/// amplitude a goes to that of the kernel with a^2, and without its a^2 it agrees to 1e-9.
 #[test]
 fn a_small_planar_motion_remembers_by_the_kernel() {
     let (viscosity, branch, time, mass, duration) = (1.5, 2.0, 0.4, 0.8, 3.0);

@@ -162,8 +162,9 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
 /// A unit that must be in the message, and the failure that is told.
 type Case<'a> = (&'a str, &'a dyn Fn(&Strip) -> String);
 
-/// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's: the same
-/// failures of the same strip, of steel, 0.3 m long, and in the units in which it is 1, to the digits that are printed.
+/// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's: the
+/// same failures of the same strip, of steel, 0.3 m long, and in the units in which it is 1, to the digits that are
+/// printed.
 #[test]
 #[ignore = "second tier: 17 s"]
 fn messages_are_in_the_units_of_the_scene() {

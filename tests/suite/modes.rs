@@ -53,9 +53,10 @@ fn are_among(found: &ModesRecord, exact: &[[f64; 2]], tolerance: f64) {
     }
 }
 
-/// Catches a single rod with mass that is judged by the symmetric part of its stiffness under a load that turns with its end, and eigenvalues of too
-/// few vibrations: Beck's column flutters from P = 20.05 EI/L^2 on. Exact are the s at which det = 0 for w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0,
-/// with w = w' = 0 at the clamp and w'' = w''' = 0 at the end (mpmath, 30 digits), where no body is.
+/// Catches a single rod with mass that is judged by the symmetric part of its stiffness under a load that turns with
+/// its end, and eigenvalues of too few vibrations: Beck's column flutters from P = 20.05 EI/L^2 on. Exact are the s
+/// at which det = 0 for w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0, with w = w' = 0 at the clamp and w'' = w''' =
+/// 0 at the end (mpmath, 30 digits), where no body is.
 #[test]
 fn becks_column_flutters() {
     let slow = [
@@ -85,8 +86,8 @@ fn becks_column_flutters() {
     }
 }
 
-/// Catches eigenvalues of too few vibrations: a mass of 0.3 with drag 1.5 at the end, where w'' = 0 and B w''' = (0.3 s^2 + 1.5 s) w, B k^4 + s^2 = 0
-/// (mpmath, 30 digits). Of 24 vibrations they were off by 4e-8.
+/// Catches eigenvalues of too few vibrations: a mass of 0.3 with drag 1.5 at the end, where w'' = 0 and B w''' = (0.3
+/// s^2 + 1.5 s) w, B k^4 + s^2 = 0 (mpmath, 30 digits). Of 24 vibrations they were off by 4e-8.
 #[test]
 fn drag_at_the_end_of_a_rod_with_mass() {
     let exact = [
@@ -101,8 +102,9 @@ fn drag_at_the_end_of_a_rod_with_mass() {
     }
 }
 
-/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency where the rod is rigid, and a growth that is
-/// taken for a frequency: closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the plane and in space.
+/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency where the rod is rigid, and a
+/// growth that is taken for a frequency: closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the
+/// plane and in space.
 #[test]
 fn a_mass_on_a_straight_rod() {
     let unit = 5.0 / (0.5 * 8.0);
@@ -153,8 +155,8 @@ fn a_mass_on_a_straight_rod() {
     );
 }
 
-/// Catches a wrong derivative of the elastica's force: the same rod in space, integrated, has the same frequencies in its plane, also next
-/// to the straight rod and far beyond Euler's load, and the mode out of it.
+/// Catches a wrong derivative of the elastica's force: the same rod in space, integrated, has the same frequencies in
+/// its plane, also next to the straight rod and far beyond Euler's load, and the mode out of it.
 #[test]
 fn bent_rods_in_the_plane_and_in_space() {
     for load in [
@@ -188,8 +190,9 @@ fn bent_rods_in_the_plane_and_in_space() {
     }
 }
 
-/// Catches digits that are lost where the rod is all but straight, and all but rigid along: the slightly bent rod has the frequency of the
-/// straight one across it, but for the square of the deflection and rounding over it, and no stable one is called unstable.
+/// Catches digits that are lost where the rod is all but straight, and all but rigid along: the slightly bent rod has
+/// the frequency of the straight one across it, but for the square of the deflection and rounding over it, and no
+/// stable one is called unstable.
 #[test]
 fn next_to_the_straight_rod() {
     for across in [1e-2, 1e-3, 1e-4, 1e-5, 1e-7] {
@@ -210,8 +213,8 @@ fn next_to_the_straight_rod() {
     }
 }
 
-/// Catches a frequency that is not that of the program's own motion: small oscillations along each mode about a bent equilibrium, over
-/// 40 periods, whose frequency differs by the square of the amplitude.
+/// Catches a frequency that is not that of the program's own motion: small oscillations along each mode about a bent
+/// equilibrium, over 40 periods, whose frequency differs by the square of the amplitude.
 #[test]
 fn small_oscillations_of_a_run() {
     let text = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[start]\nsettled = true\n\
@@ -256,8 +259,8 @@ fn small_oscillations_of_a_run() {
     }
 }
 
-/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an oscillator does, and a rotor
-/// parts whirls but keeps the product of all eigenvalues, det K/det M.
+/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an oscillator
+/// does, and a rotor parts whirls but keeps the product of all eigenvalues, det K/det M.
 #[test]
 fn drag_and_rotors() {
     let drag = 0.3;
@@ -289,8 +292,8 @@ fn drag_and_rotors() {
     }
 }
 
-/// Catches an equilibrium that is taken from a start which is none, one that is not taken from a start which is, and a frame that is not
-/// turned with its clamp.
+/// Catches an equilibrium that is taken from a start which is none, one that is not taken from a start which is, and
+/// a frame that is not turned with its clamp.
 #[test]
 fn which_equilibrium() {
     let load = "[loads]\ngravity = [0.0, -3.0]";

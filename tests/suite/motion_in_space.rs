@@ -1,5 +1,5 @@
-//! What bodies on elastic rods in space must do whatever the numbers: momenta that symmetry keeps, a body that nothing turns,
-//! motion run backwards, the order of the integration, the ledger of assemblies drawn at random.
+//! What bodies on elastic rods in space must do whatever the numbers: momenta that symmetry keeps, a body that
+//! nothing turns, motion run backwards, the order of the integration, the ledger of assemblies drawn at random.
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -24,8 +24,8 @@ fn rod(bending: [f64; 2], rest: Vector3<f64>) -> Rod {
     Rod::new(1.0, law).expect("a rod")
 }
 
-/// The motion of `assembly` from `start` to the time `end`: the states in the middle and at the end of every step, and how
-/// many snaps there were.
+/// The motion of `assembly` from `start` to the time `end`: the states in the middle and at the end of every step,
+/// and how many snaps there were.
 fn states(
     assembly: Assembly,
     start: &Configuration,
@@ -69,8 +69,8 @@ fn solid(inertia: [f64; 3]) -> RigidBody {
     RigidBody::new(1.0, Matrix3::from_diagonal(&inertia.into())).expect("a body")
 }
 
-/// Two bodies on one rod far from everything keep momentum and angular momentum. Would catch a wrench that is not equal and
-/// opposite at the two ends, a lever arm, a rotor that turns with the wrong frame.
+/// Two bodies on one rod far from everything keep momentum and angular momentum. Would catch a wrench that is not
+/// equal and opposite at the two ends, a lever arm, a rotor that turns with the wrong frame.
 #[test]
 fn bodies_that_hold_only_each_other_keep_their_momenta() {
     let bodies = [
@@ -134,9 +134,9 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
     );
 }
 
-/// A straight rod with equal bending and a body of revolution: turning the whole about the clamp's axis and back about the
-/// body's own changes nothing, so the angular momentum about the one less that about the other is kept, under gravity along
-/// the clamp too. Would catch a couple about a wrong axis or point.
+/// A straight rod with equal bending and a body of revolution: turning the whole about the clamp's axis and back
+/// about the body's own changes nothing, so the angular momentum about the one less that about the other is kept,
+/// under gravity along the clamp too. Would catch a couple about a wrong axis or point.
 #[test]
 fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
     let body = solid([0.3, 0.3, 0.1])
@@ -180,10 +180,10 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
     assert!(couple > 0.5, "the rod bore no couple: {couple}");
 }
 
-/// A body held by a ball joint at its centre of mass turns as if it were free, about its intermediate axis head over heels
-/// (Dzhanibekov). Its angular velocity is an elliptic function of time, with period T; after T/2 the components along the axes
-/// of least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37). Would catch gyroscopic
-/// terms that are wrong, and a ball joint that bears a couple.
+/// A body held by a ball joint at its centre of mass turns as if it were free, about its intermediate axis head over
+/// heels (Dzhanibekov). Its angular velocity is an elliptic function of time, with period T; after T/2 the components
+/// along the axes of least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37).
+/// Would catch gyroscopic terms that are wrong, and a ball joint that bears a couple.
 #[test]
 fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     let inertia = [0.1, 0.25, 0.32];
@@ -235,8 +235,8 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     }
 }
 
-/// A pendulum on a rod that cannot stretch swings so far that its rod nears folds, and time is slowed, again and again. Would
-/// catch states inside a step that are found under another clock than the step was taken.
+/// A pendulum on a rod that cannot stretch swings so far that its rod nears folds, and time is slowed, again and
+/// again. Would catch states inside a step that are found under another clock than the step was taken.
 #[test]
 fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
     let law = Linear::diagonal([1.0, 1.0], 0.77)

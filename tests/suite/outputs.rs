@@ -1,4 +1,5 @@
-//! docs/output.md: every column of every table and every number of summary.json and events.json is there, with its unit and meaning.
+//! docs/output.md: every column of every table and every number of summary.json and events.json is there, with its
+//! unit and meaning.
 
 use crate::program::Place;
 use serde_json::Value;
@@ -81,8 +82,8 @@ fn columns(names: &mut Names, section: &str, table: &Table) {
     }
 }
 
-/// The paths of an object's values: `list[]` for a list of objects, NAME for what the scene names; states, bounces and the two sides of a snap,
-/// of which there are several, have one name.
+/// The paths of an object's values: `list[]` for a list of objects, NAME for what the scene names; states, bounces
+/// and the two sides of a snap, of which there are several, have one name.
 fn paths(names: &mut BTreeSet<String>, path: &str, value: &Value) {
     match value {
         Value::Object(map) => {
@@ -185,7 +186,8 @@ fn written() -> Names {
     names
 }
 
-/// The names of the document's tables: under a heading of `###` the first cell of each row, of columns with the unit in the second.
+/// The names of the document's tables: under a heading of `###` the first cell of each row, of columns with the unit
+/// in the second.
 fn documented() -> Names {
     let path = format!("{}/docs/output.md", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -280,8 +282,9 @@ fn reals(file: &[u8]) -> BTreeMap<String, (String, Vec<f64>)> {
     arrays
 }
 
-/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass or whose directors are no frame, a snap without
-/// its two rows, and files of ParaView with other numbers, or left behind by a run that has more of them.
+/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass or whose directors are no
+/// frame, a snap without its two rows, and files of ParaView with other numbers, or left behind by a run that has
+/// more of them.
 #[test]
 fn arrays_and_grids_hold_the_motion() {
     let place = Place::new("outputs");

@@ -76,8 +76,9 @@ fn decoded(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Catches pictures that are not states of the motion: an end that is not on the mass, a rod of another length, a snap without its
-/// two sides, a layer that does not fall from one to the other, or words of the scene that end the page.
+/// Catches pictures that are not states of the motion: an end that is not on the mass, a rod of another length, a
+/// snap without its two sides, a layer that does not fall from one to the other, or words of the scene that end the
+/// page.
 #[test]
 fn a_page_holds_the_motion() {
     let place = Place::new("page");
@@ -141,8 +142,8 @@ fn a_page_holds_the_motion() {
         || (path[0][i] - x.0[i]).hypot(path[1][i] - y.0[i]) < 1e-4));
 }
 
-/// Catches pictures that another motion would give: states that looking has changed, ends of rods without their body, too many or too
-/// few of them, gaps in the trace, an energy that is lost on the way.
+/// Catches pictures that another motion would give: states that looking has changed, ends of rods without their body,
+/// too many or too few of them, gaps in the trace, an energy that is lost on the way.
 #[test]
 fn a_film_is_the_motion() {
     for name in ["snap", "viscous", "flywheel"] {
@@ -188,7 +189,8 @@ fn a_film_is_the_motion() {
     }
 }
 
-/// Catches shapes that are not those of the points: an end that is not where the parameter holds it, or a special point without a shape.
+/// Catches shapes that are not those of the points: an end that is not where the parameter holds it, or a special
+/// point without a shape.
 #[test]
 fn a_page_holds_the_branch() {
     let place = Place::new("branch-page");
@@ -318,7 +320,8 @@ report.pointed = chosen;
 done();
 "#;
 
-/// Where a browser is installed: what the page reports of itself there. None, with a word on the error stream, elsewhere.
+/// Where a browser is installed: what the page reports of itself there. None, with a word on the error stream,
+/// elsewhere.
 fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let paths = std::env::var_os("PATH")?;
@@ -435,8 +438,8 @@ ready.then(() => {
 });
 "#;
 
-/// Catches a page whose core is not that of the library any more (`tools/build_play.sh` renews it), or does not follow the pointer, snap, or
-/// stay within the length of the rod.
+/// Catches a page whose core is not that of the library any more (`tools/build_play.sh` renews it), or does not
+/// follow the pointer, snap, or stay within the length of the rod.
 #[test]
 fn a_browser_drags_the_rod() {
     let place = Place::new("browser-play");

@@ -1,4 +1,5 @@
-//! Scenes that both a cheap path and a more general one can run: what `snaprod plan` calls not computed must change nothing.
+//! Scenes that both a cheap path and a more general one can run: what `snaprod plan` calls not computed must change
+//! nothing.
 
 use nalgebra::Vector3;
 use snaprod::scene::Scene;

@@ -1,5 +1,5 @@
-//! Rods between two ball joints, springs along their chords: against Euler's elastica in closed form, differences, and a ledger; through folds
-//! against shooting along n = lambda r(1) by another program.
+//! Rods between two ball joints, springs along their chords: against Euler's elastica in closed form, differences,
+//! and a ledger; through folds against shooting along n = lambda r(1) by another program.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, Carrier, Configuration, Joint, Link, Place};
@@ -24,8 +24,8 @@ fn alone(rod: Rod) -> Link {
     Link::pinned(rod, place, Attachment::body(0, Isometry3::identity()))
 }
 
-/// Catches an index that counts the spin, or not the turning of the base: Euler's column between two hinges buckles about its weaker axis
-/// at pi^2 EI/L^2, then about the other.
+/// Catches an index that counts the spin, or not the turning of the base: Euler's column between two hinges buckles
+/// about its weaker axis at pi^2 EI/L^2, then about the other.
 #[test]
 fn a_column_between_hinges_buckles_where_euler_says() {
     let link = alone(straight([1.0, 1.5], 1e4));
@@ -40,8 +40,8 @@ fn a_column_between_hinges_buckles_where_euler_says() {
     }
 }
 
-/// Catches a wrong chord, couple or Jacobian of a rod that has buckled, and the spin of a round one in its own curve: Euler's elastica,
-/// P = 4 K^2, chord 2 E/K - 1 at k = sin(alpha/2), found again from beside it.
+/// Catches a wrong chord, couple or Jacobian of a rod that has buckled, and the spin of a round one in its own curve:
+/// Euler's elastica, P = 4 K^2, chord 2 E/K - 1 at k = sin(alpha/2), found again from beside it.
 #[test]
 fn a_buckled_round_rod_is_eulers_elastica() {
     let link = alone(straight([1.0, 1.0], 1e9));
@@ -108,8 +108,8 @@ fn tripod() -> Assembly {
     Assembly::new(vec![Carrier::point(mass)], links.collect()).expect("an assembly")
 }
 
-/// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in motion: stiffness by
-/// differences, the balance at rest, the ledger of a motion.
+/// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in
+/// motion: stiffness by differences, the balance at rest, the ledger of a motion.
 #[test]
 fn a_mass_on_three_hinged_rods() {
     let assembly = tripod();
@@ -192,9 +192,9 @@ fn a_mass_on_three_hinged_rods() {
     assert!(steps > 3);
 }
 
-/// An inextensible rod, and its force along the directors of its base where it is bent against its rest curvature with its ends 0.9 apart; then
-/// where it folds and the energies in both, by shooting along n = lambda r(1) (Runge-Kutta of order 8, Newton's method for the extremum of the
-/// chord, an independent program).
+/// An inextensible rod, and its force along the directors of its base where it is bent against its rest curvature
+/// with its ends 0.9 apart; then where it folds and the energies in both, by shooting along n = lambda r(1)
+/// (Runge-Kutta of order 8, Newton's method for the extremum of the chord, an independent program).
 struct Against {
     bending: [f64; 2],
     torsion: f64,
@@ -295,8 +295,8 @@ fn followed(
     }
 }
 
-/// A rod between ball joints cut in its middle: two rods on ball joints welded to a body. Its energy at rest, near a chart of the whole, and
-/// its index.
+/// A rod between ball joints cut in its middle: two rods on ball joints welded to a body. Its energy at rest, near a
+/// chart of the whole, and its index.
 fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize) {
     let half = rod.rod(0.5);
     let ground = |z: f64| Attachment::ground(Isometry3::translation(0.0, 0.0, z));
@@ -320,8 +320,8 @@ fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize
     (found.energy, found.index)
 }
 
-/// Catches a rod that is not followed through its fold, a fold at the wrong place or time, a landing that is none, and what the rules choose: a rod
-/// bent against its rest curvature is pulled straight by a mass.
+/// Catches a rod that is not followed through its fold, a fold at the wrong place or time, a landing that is none,
+/// and what the rules choose: a rod bent against its rest curvature is pulled straight by a mass.
 #[test]
 fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
     let rod = &HARD;
@@ -362,7 +362,8 @@ fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
     assert_eq!(outcome, Outcome::NoStableEquilibrium);
 }
 
-/// Catches a search that finds only where the layer leads: from its rest shape the rod bent against it is found, with the same chord.
+/// Catches a search that finds only where the layer leads: from its rest shape the rod bent against it is found, with
+/// the same chord.
 #[test]
 fn what_else_is_stable_with_the_same_chord() {
     let link = alone(HARD.rod(1.0));
@@ -376,9 +377,10 @@ fn what_else_is_stable_with_the_same_chord() {
     assert!((back[0] - chart).norm() < 1e-9 * chart.norm());
 }
 
-/// Catches a wrong scale of the null vectors, a stiffness of the couples that are no work, or a spin about the chord that has momentum: with its ends
-/// held d before the fold, and on the other branch there, the rod vibrates with squares of frequencies +-2 sqrt(A' B d)/M0, A' being A per
-/// speed of the end; with friction in proportion to its stiffness its decay is D0/(2 M0) at the fold. So it is of sections that are hard to turn.
+/// Catches a wrong scale of the null vectors, a stiffness of the couples that are no work, or a spin about the chord
+/// that has momentum: with its ends held d before the fold, and on the other branch there, the rod vibrates with
+/// squares of frequencies +-2 sqrt(A' B d)/M0, A' being A per speed of the end; with friction in proportion to its
+/// stiffness its decay is D0/(2 M0) at the fold. So it is of sections that are hard to turn.
 #[test]
 fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
     for turned in [Vector3::zeros(), Vector3::new(1e-2, 1.2e-2, 2.2e-2)] {
@@ -433,8 +435,8 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
     assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
 
-/// Catches one of two rods that is lost where both fold at one instant: a mass between two of them leaves their line across, by symmetry at
-/// y^2 = fold^2 - chord^2 with v^2 = v0^2 + 4 (W0 - W).
+/// Catches one of two rods that is lost where both fold at one instant: a mass between two of them leaves their line
+/// across, by symmetry at y^2 = fold^2 - chord^2 with v^2 = v0^2 + 4 (W0 - W).
 #[test]
 fn two_hinged_rods_snap_at_one_instant() {
     let rod = &SHALLOW;
@@ -471,8 +473,8 @@ fn two_hinged_rods_snap_at_one_instant() {
     }
 }
 
-/// Catches a run that never ends, or ends without a word, at Euler's load: nothing tells a straight column to which side it buckles, nor a round
-/// one which way round.
+/// Catches a run that never ends, or ends without a word, at Euler's load: nothing tells a straight column to which
+/// side it buckles, nor a round one which way round.
 #[test]
 fn a_straight_column_stops_at_eulers_load() {
     for (bending, word) in [([1.0, 1.5], "either side"), ([1.0, 1.0], "any way round")] {

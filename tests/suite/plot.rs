@@ -366,7 +366,8 @@ fn bad_numbers_never_panic() {
     }
 }
 
-/// Catches figures that leave their paper or have other letters than were asked for, and words that a narrow figure cuts off.
+/// Catches figures that leave their paper or have other letters than were asked for, and words that a narrow figure
+/// cuts off.
 #[test]
 #[ignore = "second tier: 16 s"]
 fn figures_have_the_size_of_their_paper() {
@@ -400,7 +401,8 @@ fn figures_have_the_size_of_their_paper() {
             let mut named = false;
             for text in texts {
                 let size = number(&text, "font-size");
-                // Numbers are smaller and titles larger than the names of axes, whose letters are those that were asked for.
+                // Numbers are smaller and titles larger than the names of axes, whose letters are those that were
+                // asked for.
                 named |= (size * shown / MILLIMETRES / font - 1.0).abs() < 0.01;
                 let said = text.text().unwrap_or_default().trim();
                 let (x, y) = (number(&text, "x"), number(&text, "y"));
@@ -443,8 +445,8 @@ fn figures_have_the_size_of_their_paper() {
     }
 }
 
-/// Catches a claim that the ledger closes where no error, or one that is no number, was given, a bound below the errors it is to bound, and panels with no
-/// room on the narrowest paper.
+/// Catches a claim that the ledger closes where no error, or one that is no number, was given, a bound below the
+/// errors it is to bound, and panels with no room on the narrowest paper.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn the_ledger_is_said_to_close_where_it_does() {
@@ -475,8 +477,8 @@ fn the_ledger_is_said_to_close_where_it_does() {
     }
 }
 
-/// Catches a constant that flattens the energies, one that is subtracted from one term and not from the total, or where it hides nothing, and a motion at rest
-/// whose rounding fills the figure.
+/// Catches a constant that flattens the energies, one that is subtracted from one term and not from the total, or
+/// where it hides nothing, and a motion at rest whose rounding fills the figure.
 #[test]
 fn constants_that_hide_the_motion_are_told_apart() {
     let drawn = |elastic: f64, potential: f64, change: f64| {

@@ -552,7 +552,8 @@ fn points_and_straight_rods_are_drawn() {
     }
 }
 
-/// Catches names of directors that cover each other and the rods, and a mode that only turns the ends and is not seen at all.
+/// Catches names of directors that cover each other and the rods, and a mode that only turns the ends and is not seen
+/// at all.
 #[test]
 fn directors_of_modes_stand_where_they_tell_something() {
     let triad = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -2,7 +2,8 @@
 
 use snaprod::plot::*;
 
-/// Catches a way in a coordinate plane that is a sliver in a box of space, a groove that is not named, and one that is where there is none.
+/// Catches a way in a coordinate plane that is a sliver in a box of space, a groove that is not named, and one that
+/// is where there is none.
 #[test]
 fn a_way_in_a_plane_is_drawn_in_it() {
     let time: Vec<f64> = (0..=40).map(|k| f64::from(k) / 40.0).collect();

@@ -1,7 +1,7 @@
 //! What README and docs print is what the program prints.
 //!
-//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output in their order; others
-//! may be left out. Every command is run here, and every line looked for.
+//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output in their
+//! order; others may be left out. Every command is run here, and every line looked for.
 
 use crate::program::{Answer, Place, parts};
 use std::fs;
@@ -39,8 +39,8 @@ fn last_digit(number: &str) -> f64 {
     10f64.powi(-(decimals as i32))
 }
 
-/// True if two numbers of a line say the same: an estimate of an error (1.6e-11) up to a factor of 30, a count of work up to a
-/// tenth, any other up to the last digit written, or ten times the uncertainty that follows it.
+/// True if two numbers of a line say the same: an estimate of an error (1.6e-11) up to a factor of 30, a count of
+/// work up to a tenth, any other up to the last digit written, or ten times the uncertainty that follows it.
 fn same(written: &str, printed: &str, counts: bool, uncertainty: Option<f64>) -> bool {
     let [a, b]: [f64; 2] = [written, printed].map(|n| n.parse().expect("a number"));
     if written.contains("e-") || printed.contains("e-") {

@@ -13,8 +13,8 @@ fn table() -> Table {
     )
 }
 
-/// Catches a streamed table that differs from the one kept in memory, a number that is not read back as itself, a missing
-/// value that is printed, a word that breaks its line.
+/// Catches a streamed table that differs from the one kept in memory, a number that is not read back as itself, a
+/// missing value that is printed, a word that breaks its line.
 #[test]
 fn a_table_streams_as_it_is_kept() {
     let rows: [[Cell; 3]; 4] = [

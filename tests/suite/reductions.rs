@@ -126,8 +126,8 @@ pub struct Whole {
     pub steps: u64,
 }
 
-/// Runs the whole rod to each of the times, with the Maxwell branches relaxed at `relaxed`, and asserts the balance of energy
-/// at every step.
+/// Runs the whole rod to each of the times, with the Maxwell branches relaxed at `relaxed`, and asserts the balance
+/// of energy at every step.
 pub fn whole<B, const M: usize, const D: usize>(
     section: &Viscoelastic,
     body: &B,
@@ -194,7 +194,8 @@ where
     times.iter().map(reach).collect()
 }
 
-/// The same with relaxed branches, for every strain and whatever the end carries; the strains must stay the same all along.
+/// The same with relaxed branches, for every strain and whatever the end carries; the strains must stay the same all
+/// along.
 pub fn run(
     section: &Viscoelastic,
     carried: &Carried,
@@ -216,8 +217,8 @@ pub fn run(
     found
 }
 
-/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for a point
-/// mass on a ball joint and for a welded body.
+/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for a
+/// point mass on a ball joint and for a welded body.
 #[test]
 fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
@@ -401,8 +402,8 @@ fn cubic([a, b, c]: [f64; 3]) -> [Complex<f64>; 3] {
     roots
 }
 
-/// Catches a branch that does not relax, or is not in the energies: a mass on the three-parameter solid, whose motion is
-/// a sum of exponentials with the roots of a cubic.
+/// Catches a branch that does not relax, or is not in the energies: a mass on the three-parameter solid, whose motion
+/// is a sum of exponentials with the roots of a cubic.
 #[test]
 fn a_maxwell_branch_adds_a_root() {
     let mut section = plain();
@@ -452,8 +453,8 @@ fn a_maxwell_branch_adds_a_root() {
     }
 }
 
-/// Catches a rod without stretch that is taken to stretch: an inextensible, unshearable rod twists, and the body's weight
-/// along it is borne by a reaction.
+/// Catches a rod without stretch that is taken to stretch: an inextensible, unshearable rod twists, and the body's
+/// weight along it is borne by a reaction.
 #[test]
 fn an_inextensible_rod_twists() {
     let law = Linear::diagonal([1.0, 1.3], 0.8).expect("a law");

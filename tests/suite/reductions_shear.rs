@@ -11,8 +11,8 @@ use snaprod::motion::reduction::{Carried, ReductionKind};
 use snaprod::section::Strain;
 use std::sync::Arc;
 
-/// Catches a shear beam that is refused: with rigid flexure and twist shear and stretch are oscillators of their own, even
-/// under an oblique load on a body with its centre beside the end.
+/// Catches a shear beam that is refused: with rigid flexure and twist shear and stretch are oscillators of their own,
+/// even under an oblique load on a body with its centre beside the end.
 #[test]
 fn with_rigid_flexure_any_shear_is_exact() {
     let mut section = plain();
@@ -40,8 +40,8 @@ fn with_rigid_flexure_any_shear_is_exact() {
     }
 }
 
-/// Catches a condition (6.19) that is not looked at: shear is exact when it dies out at a root of its oscillator and the
-/// load holds the stretch that keeps the force through the clamp, and not at another speed.
+/// Catches a condition (6.19) that is not looked at: shear is exact when it dies out at a root of its oscillator and
+/// the load holds the stretch that keeps the force through the clamp, and not at another speed.
 #[test]
 fn shear_that_dies_out_may_be_exact() {
     let mut viscosity = diagonal(VISCOSITY);
@@ -91,8 +91,8 @@ fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
     (x, y, lambda)
 }
 
-/// Catches (6.19) checked only where the forces are constant: a motion in shear and stretch whose load was made for it is
-/// exact; the same start under another load is refused at once, or bends the rod as it leaves.
+/// Catches (6.19) checked only where the forces are constant: a motion in shear and stretch whose load was made for
+/// it is exact; the same start under another load is refused at once, or bends the rod as it leaves.
 #[test]
 fn a_load_can_be_made_for_shear() {
     let section = plain();

@@ -76,8 +76,8 @@ fn jacobian(f: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> Matrix6<f64> {
     Matrix6::from_columns(&columns)
 }
 
-/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, a rotor's too, differentiated by differences along
-/// the motion itself, against the loads; also the sign with which the rod's wrench enters.
+/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, a rotor's too, differentiated
+/// by differences along the motion itself, against the loads; also the sign with which the rod's wrench enters.
 #[test]
 fn momenta_change_as_the_loads_say() {
     let (body, (t, pose, v, rod)) = (body(), state());
@@ -135,9 +135,9 @@ fn carried() -> (RigidBody, Support<3>) {
     (body, clamp)
 }
 
-/// Catches a wrong term of the motion seen from a moving clamp: the motion to second order in time, carried to the world by
-/// the clamp's pose alone, must have the momenta that the loads there say, and the energy that the rod, the loads and the
-/// clamp bring.
+/// Catches a wrong term of the motion seen from a moving clamp: the motion to second order in time, carried to the
+/// world by the clamp's pose alone, must have the momenta that the loads there say, and the energy that the rod, the
+/// loads and the clamp bring.
 #[test]
 fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     let (body, clamp) = carried();

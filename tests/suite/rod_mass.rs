@@ -33,7 +33,8 @@ fn points() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Catches a wrong field: N is twice the kinetic energy of places by differences, and what a full rod has in the reference data.
+/// Catches a wrong field: N is twice the kinetic energy of places by differences, and what a full rod has in the
+/// reference data.
 #[test]
 fn metric_is_the_kinetic_energy_of_the_rod() {
     let place = |p: f64, lam: f64, s: f64| {
@@ -74,7 +75,8 @@ fn metric_is_the_kinetic_energy_of_the_rod() {
     assert!((bent.metric().0[(1, 1)] / by - 33.0 / 140.0).abs() > 1e-3);
 }
 
-/// Catches a wrong second derivative of the field: the force on the end is that of Lagrange's equations, from differences of N.
+/// Catches a wrong second derivative of the field: the force on the end is that of Lagrange's equations, from
+/// differences of N.
 #[test]
 fn force_of_the_moving_rod_is_that_of_lagrange() {
     let v = Vector2::new(0.4, -0.7);
@@ -103,7 +105,8 @@ fn force_of_the_moving_rod_is_that_of_lagrange() {
     }
 }
 
-/// The three folds of the theory: A, B, M0, D0 to the digits printed there; the held rod is soft at the fold, and damped as D0/(2 M0).
+/// The three folds of the theory: A, B, M0, D0 to the digits printed there; the held rod is soft at the fold, and
+/// damped as D0/(2 M0).
 #[test]
 fn folds_have_the_numbers_of_their_normal_form() {
     let cases = [
@@ -167,7 +170,8 @@ fn folds_have_the_numbers_of_their_normal_form() {
     }
 }
 
-/// Catches an energy that is lost where the rod's mass is followed or given up: smooth motion under weight, and through a snap.
+/// Catches an energy that is lost where the rod's mass is followed or given up: smooth motion under weight, and
+/// through a snap.
 #[test]
 fn ledger_closes_with_the_mass_of_the_rod() {
     let cases = [

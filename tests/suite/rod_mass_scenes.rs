@@ -38,8 +38,9 @@ fn recorded(text: &str, set: &[&str]) -> (run::RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches numbers in other units or of another place, and a wrong verdict on whether a rod has come to rest before the next event: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3)
-/// (theory 2.8), the straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
+/// Catches numbers in other units or of another place, and a wrong verdict on whether a rod has come to rest before
+/// the next event: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3) (theory 2.8), the
+/// straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
 /// length, mass and stiffness all are the same.
 #[test]
 fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
@@ -92,7 +93,8 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         }
         assert!(found["end"].get("rod_kinetic").is_none());
     }
-    // With friction in proportion to the stiffness, eta K, a vibration K x = omega^2 M x dies down as exp(-eta omega^2 t/2); by five such decays the rod is quiet.
+    // With friction in proportion to the stiffness, eta K, a vibration K x = omega^2 M x dies down as exp(-eta
+    // omega^2 t/2); by five such decays the rod is quiet.
     for (eta, quiet) in [(5e-6, false), (1e-5, true)] {
         let damping = format!("rod.damping={{ proportional = {eta:e} }}");
         let record = record(SNAP, &[&damping]);
@@ -118,9 +120,9 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
     assert!(pulled["validity"]["rod_frequency"].is_null());
 }
 
-/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own about the same
-/// equilibrium. The lowest one differs by the shift, and the first beyond those of the body is that of the rod with its end held, both up
-/// to the order of the mass; so does its decay with friction.
+/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own
+/// about the same equilibrium. The lowest one differs by the shift, and the first beyond those of the body is that of
+/// the rod with its end held, both up to the order of the mass; so does its decay with friction.
 #[test]
 fn small_motions_tell_what_the_mass_changes() {
     let set = [
@@ -159,7 +161,8 @@ fn small_motions_tell_what_the_mass_changes() {
     assert!(full.mass.is_none());
 }
 
-/// Catches a start, a ledger or a column that forgets the mass of the rod, and a time without it that is not that in which the rod has no kinetic energy.
+/// Catches a start, a ledger or a column that forgets the mass of the rod, and a time without it that is not that in
+/// which the rod has no kinetic energy.
 #[test]
 fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     let (record, tables) = recorded(
@@ -214,9 +217,9 @@ fn first_order_is_refused_where_it_is_not_followed() {
     assert!(faults.contains("mass"), "{faults}");
 }
 
-/// The claim of the correction: against the rod with all of its mass the place of the end is off by the order 2 of that mass, without it
-/// by the order 1 (theory 2.9); on a clamp that shakes and turns as on one that stands, and of a rod that bears a load along it (theory 3.8), whose
-/// strains begin at the rates that it has under that.
+/// The claim of the correction: against the rod with all of its mass the place of the end is off by the order 2 of
+/// that mass, without it by the order 1 (theory 2.9); on a clamp that shakes and turns as on one that stands, and of
+/// a rod that bears a load along it (theory 3.8), whose strains begin at the rates that it has under that.
 #[test]
 #[ignore = "second tier: 27 s"]
 fn first_order_is_off_by_the_square_of_the_mass() {
@@ -284,8 +287,9 @@ fn first_order_is_off_by_the_square_of_the_mass() {
     }
 }
 
-/// A rod with friction or mass passes the fold of the light rod without a jump. Its end is off the elastic rod's by the order of friction and
-/// mass, and so are the fold's time and numbers; energies add up to none. Catches a fold that is missed, met on another sheet, or out of place.
+/// A rod with friction or mass passes the fold of the light rod without a jump. Its end is off the elastic rod's by
+/// the order of friction and mass, and so are the fold's time and numbers; energies add up to none. Catches a fold
+/// that is missed, met on another sheet, or out of place.
 #[test]
 fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     let folds = |set: &[&str]| {
@@ -337,7 +341,8 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     assert!(of("elastic") < 0.0 && of("dissipated") > 0.0, "{sum:?}");
 }
 
-/// Catches frequencies that are printed to nine digits although the rod is not resolved: one that a heavy weight pulls taut, with its boundary layer.
+/// Catches frequencies that are printed to nine digits although the rod is not resolved: one that a heavy weight
+/// pulls taut, with its boundary layer.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn modes_tell_that_a_rod_is_not_resolved() {

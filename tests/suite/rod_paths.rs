@@ -73,7 +73,8 @@ fn planar_ends() -> Vec<(&'static str, EndConditions)> {
     ]
 }
 
-/// Catches a wrong planar equation, a lost compliance, a frame or sign error of the plane, and clamps anywhere in space.
+/// Catches a wrong planar equation, a lost compliance, a frame or sign error of the plane, and clamps anywhere in
+/// space.
 #[test]
 fn the_plane_gives_what_space_gives() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.1, 0.6));
@@ -264,8 +265,8 @@ fn differences(family: &dyn Family, x: DVector<f64>) {
     }
 }
 
-/// Catches a wrong reversal of the rod, frame or sign: on the elastica's plane the manifold of the ball-jointed rod is the
-/// closed form, index included.
+/// Catches a wrong reversal of the rod, frame or sign: on the elastica's plane the manifold of the ball-jointed rod
+/// is the closed form, index included.
 #[test]
 fn the_ball_jointed_rod_holds_the_elastica() {
     let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0).unwrap()).unwrap();
@@ -385,8 +386,8 @@ fn overloaded_columns_are_found_buckled() {
     }
 }
 
-/// Catches searches that end on a coil although the rod can trail along the load, and searches without end: dead forces of
-/// all directions and sizes, whose energy is bounded below, so that a stable state exists.
+/// Catches searches that end on a coil although the rod can trail along the load, and searches without end: dead
+/// forces of all directions and sizes, whose energy is bounded below, so that a stable state exists.
 #[test]
 fn dead_forces_are_trailed() {
     let laws = [
@@ -440,8 +441,8 @@ fn followers_have_no_index_on_branches() {
     assert!(!make(1.0).unwrap().is_conservative());
 }
 
-/// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) = lam is known
-/// (theory 2.3).
+/// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) =
+/// lam is known (theory 2.3).
 #[test]
 fn heavy_pulls_are_solved() {
     let (sin, cos) = (PI / 3.0).sin_cos();
@@ -463,8 +464,8 @@ fn heavy_pulls_are_solved() {
     }
 }
 
-/// Catches an index that depends on a soft torsion, or is aliased where variations grow fast: as torsion becomes free the
-/// index of an isotropic rod whose end bears no couple does not change.
+/// Catches an index that depends on a soft torsion, or is aliased where variations grow fast: as torsion becomes free
+/// the index of an isotropic rod whose end bears no couple does not change.
 #[test]
 fn soft_torsion_does_not_change_the_index() {
     let index = |torsion: f64| {
@@ -478,8 +479,8 @@ fn soft_torsion_does_not_change_the_index() {
     }
 }
 
-/// Catches a stability change that is put in the wrong place, or missed, where the chart does not see the mode that loses its
-/// stability: out of the plane of the chart. In space it is a root of the determinant.
+/// Catches a stability change that is put in the wrong place, or missed, where the chart does not see the mode that
+/// loses its stability: out of the plane of the chart. In space it is a root of the determinant.
 #[test]
 fn charts_agree_where_the_rod_leaves_the_plane() {
     let held_at = |y: f64| {

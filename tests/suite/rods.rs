@@ -36,8 +36,8 @@ fn initial_value_problems_agree_with_taylor_series() {
     }
 }
 
-/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the end of
-/// the first, to rounding and without small steps at the jump.
+/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the
+/// end of the first, to rounding and without small steps at the jump.
 #[test]
 fn a_rod_with_a_jump_is_two_rods() {
     let jump = |a: f64, b: f64| Along::table(&[(0.0, a), (0.4, a), (0.4, b), (1.0, b)]);
@@ -80,8 +80,8 @@ fn a_rod_with_a_jump_is_two_rods() {
     }
 }
 
-/// Catches a method of lower order, and an error control that does not control: on uniform rods the error of pose and tangent falls like
-/// the sixteenth power of the number of steps.
+/// Catches a method of lower order, and an error control that does not control: on uniform rods the error of pose and
+/// tangent falls like the sixteenth power of the number of steps.
 #[test]
 fn the_error_falls_with_high_order() {
     let data = json("rod_ivp.json");
@@ -193,8 +193,8 @@ fn held_ends_are_solved() {
     }
 }
 
-/// Catches a conjugate point that is missed or counted twice, or a wrong correction for the end condition: the reference
-/// counts negative eigenvalues of a discretised second variation.
+/// Catches a conjugate point that is missed or counted twice, or a wrong correction for the end condition: the
+/// reference counts negative eigenvalues of a discretised second variation.
 #[test]
 fn indices_agree_with_discretised_second_variations() {
     let data = json("rod_index.json");
@@ -229,9 +229,9 @@ fn indices_agree_with_discretised_second_variations() {
     assert!(tested >= 20, "only {tested}");
 }
 
-/// Catches an index that forgets the lever of a force beside the end: a column that carries its load on a stiff mast of height h
-/// (hung below the end for h < 0) buckles where lambda tan lambda = 1/h, lambda^2 the load; and of the shapes under a load that is
-/// too heavy, or that pulls sideways on an arm, one is stable and balances it.
+/// Catches an index that forgets the lever of a force beside the end: a column that carries its load on a stiff mast
+/// of height h (hung below the end for h < 0) buckles where lambda tan lambda = 1/h, lambda^2 the load; and of the
+/// shapes under a load that is too heavy, or that pulls sideways on an arm, one is stable and balances it.
 #[test]
 fn a_load_on_a_mast_buckles_the_column_early() {
     let rod = Rod::new(1.0, Linear::diagonal([1.0, 2.0], 0.8).unwrap()).expect("a rod");
@@ -303,8 +303,9 @@ fn a_load_on_a_mast_buckles_the_column_early() {
     }
 }
 
-/// Catches starts of the search that are not mirrored with the problem: its images along d1, d2 and both had another stable state, of the energies 21.31 and 8.46. Laws, targets, couples and
-/// turns are mirrored; energy and the cost of the search are the same.
+/// Catches starts of the search that are not mirrored with the problem: its images along d1, d2 and both had another
+/// stable state, of the energies 21.31 and 8.46. Laws, targets, couples and turns are mirrored; energy and the cost
+/// of the search are the same.
 #[test]
 fn mirror_images_have_mirror_images_as_equilibria() {
     let (k, twist) = ([1.5156, -0.2055], 1.4127);

@@ -645,8 +645,8 @@ duration = 1.0
 tolerance = 1e-10
 "#;
 
-/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a section that
-/// bends the other way, and diameters taken for radii.
+/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a section
+/// that bends the other way, and diameters taken for radii.
 #[test]
 fn a_rod_of_a_material() {
     let parse = |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
@@ -767,8 +767,8 @@ fn faults_of_a_rod_of_a_material() {
     }
 }
 
-/// Catches loads in time and motions of the clamp that are not read, are lost in writing, or are let through though they
-/// cannot be.
+/// Catches loads in time and motions of the clamp that are not read, are lost in writing, or are let through though
+/// they cannot be.
 #[test]
 fn loads_and_clamps_in_time() {
     let force = |text: &str| STRIP.replace("[run]", &format!("force = {text}\n[run]"));
@@ -858,8 +858,8 @@ fn overrides() {
     }
 }
 
-/// Catches an element that is called by its name, or a component by its letter, and another one set or none; a name of no element whose refusal does
-/// not say what is there.
+/// Catches an element that is called by its name, or a component by its letter, and another one set or none; a name
+/// of no element whose refusal does not say what is there.
 #[test]
 fn overrides_name_elements() {
     let platform = include_str!("../../scenes/platform.toml");

@@ -1,5 +1,5 @@
-//! Scenes of several rods and bodies: read, built and scaled as data of other programs (tests/data/space) have them, and refused
-//! where they make no assembly.
+//! Scenes of several rods and bodies: read, built and scaled as data of other programs (tests/data/space) have them,
+//! and refused where they make no assembly.
 
 use crate::support::{json, list, number, quaternion, rows, vector3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -132,8 +132,8 @@ fn assert_pose(
     assert!(off <= tolerance, "{what}: turned {off:e} too far");
 }
 
-/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform on three
-/// rods, in plain and in odd units, and the bundled one.
+/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform on
+/// three rods, in plain and in odd units, and the bundled one.
 #[test]
 fn platforms_rest_as_another_program_has_it() {
     let data = json("space/network_statics_given.json");
@@ -181,8 +181,8 @@ fn platforms_rest_as_another_program_has_it() {
     );
 }
 
-/// Would catch a lost guess, a wrong ball joint, and a rod begun at its other end that is not the same rod: the deep arch as
-/// another program has it, its hinged half from the crown to the hinge and from the hinge to the crown.
+/// Would catch a lost guess, a wrong ball joint, and a rod begun at its other end that is not the same rod: the deep
+/// arch as another program has it, its hinged half from the crown to the hinge and from the hinge to the crown.
 #[test]
 fn the_arch_leans_as_another_program_has_it() {
     let data = json("space/network_statics_given.json");
@@ -243,8 +243,8 @@ fn the_arch_leans_as_another_program_has_it() {
     assert!((crown - last).norm() <= 1e-8 && (hinge - first).norm() <= 1e-8);
 }
 
-/// Would catch a wrong start, velocity, scale of time or column of the trajectory: a chain let go unloaded, and a body on two
-/// rods struck at its equilibrium.
+/// Would catch a wrong start, velocity, scale of time or column of the trajectory: a chain let go unloaded, and a
+/// body on two rods struck at its equilibrium.
 #[test]
 fn chains_and_loops_move_as_another_program_has_it() {
     let data = json("space/network_motion_given.json");
@@ -308,8 +308,8 @@ fn faults(text: &str) -> Vec<(usize, FaultKind, String)> {
 const ROD: &str =
     "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
 
-/// Would catch a fault that hides another, or is told at the wrong place: a misspelt body, a name given twice, a rod on a point
-/// mass without its ball joint, an inertia that no body has, friction, and a body that no rod reaches.
+/// Would catch a fault that hides another, or is told at the wrong place: a misspelt body, a name given twice, a rod
+/// on a point mass without its ball joint, an inertia that no body has, friction, and a body that no rod reaches.
 #[test]
 fn every_fault_of_an_assembly_is_found_at_once() {
     let text = format!(
@@ -336,7 +336,8 @@ fn every_fault_of_an_assembly_is_found_at_once() {
     assert!(message.contains("did you mean \"platform\"?"), "{message}");
 }
 
-/// Would catch an inertia that no body has in one kind of scene and not in the other, and a needle that is called a point mass alone.
+/// Would catch an inertia that no body has in one kind of scene and not in the other, and a needle that is called a
+/// point mass alone.
 #[test]
 fn an_inertia_is_that_of_a_body_whatever_carries_it() {
     let rest = "[start]\nrest = \"straight\"\n[run]\nduration = 1.0\n";
@@ -416,8 +417,8 @@ fn rods_must_make_an_assembly() {
     }
 }
 
-/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on a tilted clamp, and as
-/// an assembly.
+/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on a
+/// tilted clamp, and as an assembly.
 #[test]
 fn a_snap_tells_the_wrenches_of_its_rod() {
     let rod = "model = \"cosserat\"\nlength = 0.5\nsection = { bending = [1.2, 1.0], torsion = 0.7, shear = [600.0, 720.0], axial = 1400.0 }\n\
@@ -487,8 +488,8 @@ fn a_start_that_fails_is_told_by_names() {
     );
 }
 
-/// Would catch a parameter of an assembly that moves another number, a limit point or an index that is lost on the way into the records, a
-/// bound that does not bound: the deep arch pushed through, by the name of its body.
+/// Would catch a parameter of an assembly that moves another number, a limit point or an index that is lost on the
+/// way into the records, a bound that does not bound: the deep arch pushed through, by the name of its body.
 #[test]
 fn the_arch_is_pushed_through_from_a_scene() {
     let data = json("space/network_statics_given.json");
@@ -562,8 +563,8 @@ fn the_arch_is_pushed_through_from_a_scene() {
     assert!(told.contains("body.crown.force.z"), "{told}");
 }
 
-/// Would catch a rod between two ball joints that bears a couple or a force beside its chord: a weight on two of them, each of another length
-/// and rest shape, balanced as a truss is.
+/// Would catch a rod between two ball joints that bears a couple or a force beside its chord: a weight on two of
+/// them, each of another length and rest shape, balanced as a truss is.
 #[test]
 fn a_weight_hangs_on_two_hinged_rods() {
     let rod = |name: &str, foot: &str, curvature: f64| {
@@ -593,8 +594,8 @@ fn a_weight_hangs_on_two_hinged_rods() {
     assert!((sum - Vector3::new(0.3, 0.0, -1.0)).norm() < 1e-8, "{sum}");
 }
 
-/// A blow that drives rods past their folds and back: time is slowed and runs freely again. Would catch a state inside a step that is
-/// interpolated under another clock than that of the step.
+/// A blow that drives rods past their folds and back: time is slowed and runs freely again. Would catch a state
+/// inside a step that is interpolated under another clock than that of the step.
 #[test]
 fn a_hard_blow_keeps_the_ledger_at_every_sample() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/platform.toml");
@@ -615,8 +616,8 @@ fn a_hard_blow_keeps_the_ledger_at_every_sample() {
     }
 }
 
-/// Would catch a guess that leads nowhere and is passed over: an equilibrium tells that it was found from the unloaded rods, a motion and its
-/// frequencies are refused, and where no way leads anywhere the reason is told.
+/// Would catch a guess that leads nowhere and is passed over: an equilibrium tells that it was found from the
+/// unloaded rods, a motion and its frequencies are refused, and where no way leads anywhere the reason is told.
 #[test]
 fn a_guess_that_leads_nowhere_is_told() {
     let scene = |guess: &str, more: &str| {
@@ -649,8 +650,8 @@ fn a_guess_that_leads_nowhere_is_told() {
     }
 }
 
-/// Solids against sums over their matter, of one rod and of assemblies; what contradicts itself is refused by name. Catches a moment about the wrong axis, a
-/// radius for a diameter.
+/// Solids against sums over their matter, of one rod and of assemblies; what contradicts itself is refused by name.
+/// Catches a moment about the wrong axis, a radius for a diameter.
 #[test]
 fn bodies_may_be_solids() {
     type Inside = fn([f64; 3]) -> bool;
@@ -756,8 +757,9 @@ fn strip(chord: f64, force: f64, guess: &str) -> Scene {
     ))
 }
 
-/// Catches a search that ends at an unstable equilibrium, or wanders for minutes: a strip held in shape by two clamps is stable in an arch, at the place
-/// (x, z, turn) and with the energy that two elasticas joined at the body have, and no path from the unloaded rods ends there.
+/// Catches a search that ends at an unstable equilibrium, or wanders for minutes: a strip held in shape by two clamps
+/// is stable in an arch, at the place (x, z, turn) and with the energy that two elasticas joined at the body have,
+/// and no path from the unloaded rods ends there.
 #[test]
 fn a_strip_between_clamps_is_found_in_its_arch() {
     let found = equilibrium(&strip(1.0, 10.0, "")).expect("an arch");
@@ -780,8 +782,9 @@ fn a_strip_between_clamps_is_found_in_its_arch() {
     }
 }
 
-/// Catches a search that gives up at the first path that is too long: two rods that close a loop between clamps at a chord of 1.1 have a stable equilibrium, no higher
-/// than that to which a branch leads as the far clamp comes nearer from 1.5 (E = 9.5846).
+/// Catches a search that gives up at the first path that is too long: two rods that close a loop between clamps at a
+/// chord of 1.1 have a stable equilibrium, no higher than that to which a branch leads as the far clamp comes nearer
+/// from 1.5 (E = 9.5846).
 #[test]
 fn a_path_that_is_too_long_leaves_the_other_starts() {
     let found = equilibrium(&parsed(
@@ -796,7 +799,8 @@ fn a_path_that_is_too_long_leaves_the_other_starts() {
     assert!(found.energy < 9.5847, "{}", found.energy);
 }
 
-/// Catches an unstable equilibrium near a guess that is passed off as the last word, and a guess beyond the rods of which nothing is said.
+/// Catches an unstable equilibrium near a guess that is passed off as the last word, and a guess beyond the rods of
+/// which nothing is said.
 #[test]
 fn a_guess_tells_what_it_is_worth() {
     let guess = |x: f64, z: f64| {

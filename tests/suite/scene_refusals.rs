@@ -86,8 +86,9 @@ fn what_does_nothing_is_refused() {
     assert!(why.contains("of one rod"), "{why}");
 }
 
-/// Catches a plan or a summary that tells of the scene as it is written where another model runs: a strip whose weight lifts it out of the
-/// chart of the plane looks for no contact, and a free rod with mass is more than a picture.
+/// Catches a plan or a summary that tells of the scene as it is written where another model runs: a strip whose
+/// weight lifts it out of the chart of the plane looks for no contact, and a free rod with mass is more than a
+/// picture.
 #[test]
 fn plans_tell_what_runs() {
     let place = Place::new("lifted");
@@ -155,7 +156,8 @@ fn unresolved_waves_are_told() {
     );
 }
 
-/// Catches branches that write their strains into one file: each has its own, with its own times, and the run ends with all of them.
+/// Catches branches that write their strains into one file: each has its own, with its own times, and the run ends
+/// with all of them.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn branches_have_strains_of_their_own() {

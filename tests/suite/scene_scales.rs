@@ -129,8 +129,8 @@ proptest! {
     }
 }
 
-/// A clamp that is tilted and moved is a world turned and moved the other way. Catches a start, a velocity or a load that
-/// is led into the frame of the clamp the wrong way, and a clamp's own motion that is left out.
+/// A clamp that is tilted and moved is a world turned and moved the other way. Catches a start, a velocity or a load
+/// that is led into the frame of the clamp the wrong way, and a clamp's own motion that is left out.
 #[test]
 fn a_tilted_clamp_is_a_turned_world() {
     let text = |start: &str, clamp: &str, gravity: [f64; 2]| {

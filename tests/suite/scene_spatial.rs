@@ -469,8 +469,8 @@ method = 3
     assert_eq!(seen, expected);
 }
 
-/// L = 0.5 m, B = 2/(1/0.03 + 1/0.015) = 0.02 N m^2, m = 0.05 kg by hand, time = sqrt(m L^3/B) = sqrt(0.3125) s. Catches
-/// couples, forces, flexures and stretches scaled alike, and wrong powers of length or time.
+/// L = 0.5 m, B = 2/(1/0.03 + 1/0.015) = 0.02 N m^2, m = 0.05 kg by hand, time = sqrt(m L^3/B) = sqrt(0.3125) s.
+/// Catches couples, forces, flexures and stretches scaled alike, and wrong powers of length or time.
 #[test]
 fn si_scales() {
     let scene = parse(FULL);

@@ -70,8 +70,8 @@ fn agree(got: &[Vector3<f64>; 2], want: &[Vector3<f64>; 2], tolerance: f64) {
     }
 }
 
-/// Catches a start in space on a clamp that turns already at t = 0 (it was refused), or whose velocity, shape or place there
-/// is not that of the plane: any planar scene, in the plane and in space.
+/// Catches a start in space on a clamp that turns already at t = 0 (it was refused), or whose velocity, shape or
+/// place there is not that of the plane: any planar scene, in the plane and in space.
 #[test]
 fn a_clamp_that_turns_at_the_start_is_the_same_in_the_plane_and_in_space() {
     let turns = [
@@ -115,7 +115,8 @@ fn a_clamp_that_turns_at_the_start_is_the_same_in_the_plane_and_in_space() {
     }
 }
 
-/// A point mass as it is seen from a frame that turns at the constant rate Omega: r'' = f/m - Omega x (Omega x r) - 2 Omega x r'.
+/// A point mass as it is seen from a frame that turns at the constant rate Omega: r'' = f/m - Omega x (Omega x r) - 2
+/// Omega x r'.
 #[derive(Debug)]
 struct Whirled(Matrix3<f64>);
 
@@ -164,9 +165,9 @@ impl EndBody<3> for Whirled {
     }
 }
 
-/// Catches a rigid rotation with the clamp that is none: an arc bent out of the plane of the rotation, at rest in the frame of
-/// a clamp that turns about any axis, moves there as under centrifugal and Coriolis forces; and with_clamp is the velocity
-/// Omega x r of the end of the arc, given in the world.
+/// Catches a rigid rotation with the clamp that is none: an arc bent out of the plane of the rotation, at rest in the
+/// frame of a clamp that turns about any axis, moves there as under centrifugal and Coriolis forces; and with_clamp
+/// is the velocity Omega x r of the end of the arc, given in the world.
 #[test]
 fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
     let (axis, rate, kappa) = (vector![1.0, 2.0, -0.5].normalize(), 1.7, 1.4f64);
@@ -210,8 +211,8 @@ fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
     agree(&ended(&text(weld, &turning)), &with_clamp, 1e-11);
 }
 
-/// Catches a rod at rest on its clamp that cannot be started when the clamp moves at t = 0, in any model, or a refusal that does
-/// not say with which velocity it can.
+/// Catches a rod at rest on its clamp that cannot be started when the clamp moves at t = 0, in any model, or a
+/// refusal that does not say with which velocity it can.
 #[test]
 fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
     let elastic = PLANE.replace("damping = { proportional = 0.05 }\n", "");
@@ -250,8 +251,8 @@ fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
     }
 }
 
-/// Catches a planar rod that does not start along its tilted clamp, in any model: let go straight under its weight along the
-/// clamp's tangent it stays straight, and across it falls as one under the turned weight.
+/// Catches a planar rod that does not start along its tilted clamp, in any model: let go straight under its weight
+/// along the clamp's tangent it stays straight, and across it falls as one under the turned weight.
 #[test]
 fn a_straight_rod_lies_along_its_tilted_clamp() {
     let elastic = PLANE.replace("damping = { proportional = 0.05 }\n", "");
@@ -281,9 +282,10 @@ fn a_straight_rod_lies_along_its_tilted_clamp() {
     );
 }
 
-/// The planar end of a rod of length and stiffness 1 that carries the force (fx, fz) at the point (a, c) beside its end, along
-/// the directors d1, d3 there: theta'' = fz sin theta - fx cos theta from the end, where theta' is the couple of the force about it,
-/// back to the clamp, where theta = 0; by Runge and Kutta's classical method and the secant method.
+/// The planar end of a rod of length and stiffness 1 that carries the force (fx, fz) at the point (a, c) beside its
+/// end, along the directors d1, d3 there: theta'' = fz sin theta - fx cos theta from the end, where theta' is the
+/// couple of the force about it, back to the clamp, where theta = 0; by Runge and Kutta's classical method and the
+/// secant method.
 fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     let couple = |theta: f64| {
         let (sin, cos) = theta.sin_cos();
@@ -322,8 +324,8 @@ fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     (-x, -z, end)
 }
 
-/// Catches a weight that acts at the end instead of the centre of mass of a body welded beside it (that was refused): the loads
-/// balance on the body, which stays where it is, and the rod in its plane is the one found by shooting.
+/// Catches a weight that acts at the end instead of the centre of mass of a body welded beside it (that was refused):
+/// the loads balance on the body, which stays where it is, and the rod in its plane is the one found by shooting.
 #[test]
 fn a_body_beside_the_end_settles_under_its_weight() {
     let text = |offset: &str, loads: &str| {
@@ -375,8 +377,9 @@ fn a_body_beside_the_end_settles_under_its_weight() {
     assert!(r.y.abs() < 1e-11);
 }
 
-/// Catches a straight rod that a push beyond Euler's load leaves standing, in silence or for want of a word what to do; and an
-/// imperfection that buckles it to the other side, under loads that do not buckle it, or that is no bend of the angle it says.
+/// Catches a straight rod that a push beyond Euler's load leaves standing, in silence or for want of a word what to
+/// do; and an imperfection that buckles it to the other side, under loads that do not buckle it, or that is no bend
+/// of the angle it says.
 #[test]
 fn a_push_beyond_euler_asks_for_an_imperfection() {
     let text = |damping: &str, push: f64, start: &str| {
@@ -430,7 +433,8 @@ fn a_push_beyond_euler_asks_for_an_imperfection() {
     );
 }
 
-/// Catches a refusal of an end held at full reach, both ends clamped or the other free to turn, whose advice does not run.
+/// Catches a refusal of an end held at full reach, both ends clamped or the other free to turn, whose advice does not
+/// run.
 #[test]
 fn an_end_at_full_reach_runs_a_little_inside() {
     let text = |position: &str, end: &str| {

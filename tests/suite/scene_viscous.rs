@@ -356,8 +356,9 @@ fn end_of(text: &str) -> [f64; 2] {
     [at.x, at.y]
 }
 
-/// Catches a strip that does not run as it is printed in the issue, damped or not, straight by its rest or by its position,
-/// and a damped one that is elsewhere after a second; elastic and damped ones agree as long as damping has done little.
+/// Catches a strip that does not run as it is printed in the issue, damped or not, straight by its rest or by its
+/// position, and a damped one that is elsewhere after a second; elastic and damped ones agree as long as damping has
+/// done little.
 #[test]
 fn the_strip_let_go_runs() {
     let near = |got: [f64; 2], want: [f64; 2], bound: f64| {
@@ -373,9 +374,9 @@ fn the_strip_let_go_runs() {
     }
 }
 
-/// A force across a straight damped strip at rest, for a hundredth of a second. Catches a motion that goes over to explicit
-/// steps while the straight rod is at rest and cannot leave them, and samples of a nearly straight rod with a velocity that
-/// lacks the digits of the state's: the ledger was open by 1e-3.
+/// A force across a straight damped strip at rest, for a hundredth of a second. Catches a motion that goes over to
+/// explicit steps while the straight rod is at rest and cannot leave them, and samples of a nearly straight rod with
+/// a velocity that lacks the digits of the state's: the ledger was open by 1e-3.
 #[test]
 fn a_pulse_on_a_straight_strip() {
     use snaprod::motion::Event;

@@ -1,4 +1,5 @@
-//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against the ring-down of runs.
+//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against
+//! the ring-down of runs.
 
 use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Matrix3, Vector3};
@@ -58,8 +59,9 @@ fn space(section: &str, rod: &str, more: &str) -> String {
     )
 }
 
-/// Catches friction that is left out, scaled wrongly, or of the wrong section, and rates of the rod's own among those of the body: on the
-/// straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and stretch.
+/// Catches friction that is left out, scaled wrongly, or of the wrong section, and rates of the rod's own among those
+/// of the body: on the straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and
+/// stretch.
 #[test]
 fn proportional_friction_of_a_straight_rod() {
     for time in [1e-3, 0.3, 2.0, 50.0] {
@@ -87,8 +89,9 @@ fn proportional_friction_of_a_straight_rod() {
     }
 }
 
-/// Catches memory that is lost, and friction that is not that at rest: roots of s^2 + omega^2 (1 + tau s + sum k T s/(1 + T s)) = 0, and a
-/// Carreau law at its plateau. Two branches of a rod that is alike in all planes have rates that are many times the same, on which eigenvalue methods get stuck.
+/// Catches memory that is lost, and friction that is not that at rest: roots of s^2 + omega^2 (1 + tau s + sum k T
+/// s/(1 + T s)) = 0, and a Carreau law at its plateau. Two branches of a rod that is alike in all planes have rates
+/// that are many times the same, on which eigenvalue methods get stuck.
 #[test]
 fn memory_and_friction_at_rest() {
     let square = 3.0 * 5.0 / (0.5 * 8.0);
@@ -135,7 +138,8 @@ fn memory_and_friction_at_rest() {
     );
 }
 
-/// Catches a rod with friction that is told to have some, where it is let go straight under a load along it: the modes are about the equilibrium that it comes to.
+/// Catches a rod with friction that is told to have some, where it is let go straight under a load along it: the
+/// modes are about the equilibrium that it comes to.
 #[test]
 fn let_go_straight_under_a_load_along_it() {
     let about = |start: &str| {
@@ -155,7 +159,8 @@ fn let_go_straight_under_a_load_along_it() {
     );
 }
 
-/// The eigenvalue of the last part of a ring-down x, samples `step` apart: x_(j+1) = a x_j + b x_(j-1) + c by least squares.
+/// The eigenvalue of the last part of a ring-down x, samples `step` apart: x_(j+1) = a x_j + b x_(j-1) + c by least
+/// squares.
 fn rung_down(x: &[f64], step: f64) -> Eigenvalue {
     let (mut normal, mut right) = (Matrix3::<f64>::zeros(), Vector3::zeros());
     // From the middle, so that the normal equations keep their digits.
@@ -187,8 +192,9 @@ fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) 
     rung_down(&x[first..], duration / (samples - 1) as f64)
 }
 
-/// Catches a geometric stiffness that is left out or multiplied with the friction: a rod bent by the weight of its body rings down, in
-/// the plane and in space, and the frequency and decay of its last oscillations are those of the slowest eigenvalue.
+/// Catches a geometric stiffness that is left out or multiplied with the friction: a rod bent by the weight of its
+/// body rings down, in the plane and in space, and the frequency and decay of its last oscillations are those of the
+/// slowest eigenvalue.
 #[test]
 fn a_bent_rod_rings_down_at_its_eigenvalue() {
     let slowest = |text: &str| {
@@ -202,7 +208,8 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
         "[loads]\ngravity = [0.0, -4.0]\n",
     );
     let straight = slowest(&plane("damping = { proportional = 0.25 }", ""));
-    // So slow that what is quadratic in the motion stays below what is asked: at six times the speed it is 1.4e-5 of the decay.
+    // So slow that what is quadratic in the motion stays below what is asked: at six times the speed it is 1.4e-5 of
+    // the decay.
     let weight = "[start]\nsettled = true\nvelocity = [5e-5, 0.0, 2e-5]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
     let on_side = "[clamp]\nrotation = { axis = [0.2, 1.0, 0.0], angle = 1.3 }\n";
     let section = ", shear = [40.0, 60.0], axial = 300.0";

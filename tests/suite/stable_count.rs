@@ -1,12 +1,14 @@
-//! The number of stable equilibria at a point, against 2 less the winding number of the first fold curve about it (theory 2.4).
+//! The number of stable equilibria at a point, against 2 less the winding number of the first fold curve about it
+//! (theory 2.4).
 //!
-//! The curve is followed here for itself, from `fold_at` alone, and refined towards each point until no piece of it is longer than half its
-//! distance from the point; the search for all equilibria knows nothing of it.
+//! The curve is followed here for itself, from `fold_at` alone, and refined towards each point until no piece of it
+//! is longer than half its distance from the point; the search for all equilibria knows nothing of it.
 
 use snaprod::elastica::{StableRegion, equilibria_at, fold_at, fold_curve};
 use std::f64::consts::TAU;
 
-/// Beyond this distance from the clamp stable rods may bear more than lam = 60, where the search ends: up to about 4/(1 - |r|) (theory 2.4).
+/// Beyond this distance from the clamp stable rods may bear more than lam = 60, where the search ends: up to about
+/// 4/(1 - |r|) (theory 2.4).
 const FARTHEST: f64 = 0.92;
 
 type Point = [f64; 2];
@@ -71,7 +73,8 @@ fn angle(target: Point, a: Point, b: Point) -> f64 {
     (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
 }
 
-/// Half of the first fold curve, from the straight rod at p = 0 to p = 50, x = 0.96 on the way back to (1, 0), next to the axis.
+/// Half of the first fold curve, from the straight rod at p = 0 to p = 50, x = 0.96 on the way back to (1, 0), next
+/// to the axis.
 struct Curve(Vec<Piece>);
 
 impl Curve {
@@ -124,8 +127,8 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// Three points in eight anywhere in the disc, the others where a count goes wrong first: beside a fold, at distances down to 1e-9; around the
-/// cusps; beside the axis; along the border of what the search reaches.
+/// Three points in eight anywhere in the disc, the others where a count goes wrong first: beside a fold, at distances
+/// down to 1e-9; around the cusps; beside the axis; along the border of what the search reaches.
 fn points(n: usize) -> Vec<Point> {
     let cusps: Vec<Point> = fold_curve(1, 0.05, 8.0, 0.05)
         .unwrap()
@@ -195,8 +198,8 @@ fn check(n: usize) {
     }
 }
 
-/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound what is stable, and a wrong degree. All 10,000 points:
-/// [`ten_thousand_stable_counts`].
+/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound what is
+/// stable, and a wrong degree. All 10,000 points: [`ten_thousand_stable_counts`].
 #[test]
 #[ignore = "second tier: 4 s"]
 fn stable_equilibria_count_as_the_fold_curve_winds() {

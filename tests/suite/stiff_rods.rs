@@ -1,4 +1,5 @@
-//! Implicit steps of bodies on stiff rods in space: against linear theory, against explicit steps, and where none are to be taken.
+//! Implicit steps of bodies on stiff rods in space: against linear theory, against explicit steps, and where none are
+//! to be taken.
 
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -76,8 +77,8 @@ fn apart(a: &AssemblySample, b: &AssemblySample) -> f64 {
     worst(each)
 }
 
-/// Catches steps that are still bounded by the fast stretch, and a slow motion that suffers by longer ones: small swings are those of the
-/// slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
+/// Catches steps that are still bounded by the fast stretch, and a slow motion that suffers by longer ones: small
+/// swings are those of the slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
 #[test]
 fn a_small_swing_on_a_stiff_rod_takes_few_steps() {
     let (assembly, mut start) = hanging(1e8, 20.0);
@@ -108,7 +109,8 @@ fn a_small_swing_on_a_stiff_rod_takes_few_steps() {
     }
 }
 
-/// Catches a program that steps over what rings: let go from below its rest, the mass goes up and down as the mode of stretch does.
+/// Catches a program that steps over what rings: let go from below its rest, the mass goes up and down as the mode of
+/// stretch does.
 #[test]
 fn a_stretch_that_rings_is_followed() {
     let (assembly, mut start) = hanging(1e6, 20.0);
@@ -130,8 +132,8 @@ fn a_stretch_that_rings_is_followed() {
     }
 }
 
-/// Catches errors in what couples bodies, rods and turns, and in the chart of a taut rod: implicit steps, asked for where nothing is
-/// stiff, agree with explicit ones.
+/// Catches errors in what couples bodies, rods and turns, and in the chart of a taut rod: implicit steps, asked for
+/// where nothing is stiff, agree with explicit ones.
 #[test]
 fn implicit_steps_agree_with_explicit_ones() {
     let law = Linear::diagonal([1.0, 1.3], 0.8)

@@ -43,8 +43,8 @@ fn let_go(body: &Body<2>, across: f64, tolerance: f64, times: &[f64]) -> (Vec<Sa
 }
 
 /// (x, y, vx, vy) at t = 1 by an independent integration in the position itself, not in the chart: the rod's force by
-/// Newton's method on its differential equation at 24 Gauss nodes, from the first terms of the series at two early times
-/// that agree to 1e-8 (loads) and 2e-10 (velocities); `tools/ref_straight.py`.
+/// Newton's method on its differential equation at 24 Gauss nodes, from the first terms of the series at two early
+/// times that agree to 1e-8 (loads) and 2e-10 (velocities); `tools/ref_straight.py`.
 const INDEPENDENT: [([f64; 2], f64, [f64; 4]); 4] = [
     (
         [0.0, -1.0595],
@@ -143,8 +143,8 @@ fn the_length_of_the_opening_does_not_matter() {
     }
 }
 
-/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force 1.0595).
-/// Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
+/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force
+/// 1.0595). Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
 #[test]
 fn the_strip_let_go_swings_back() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
@@ -174,8 +174,8 @@ fn chart(p: f64, lam: f64) -> Vector2<f64> {
     vector![p, amplitude(p, lam).unwrap()]
 }
 
-/// Catches a run that goes on with an open ledger: of a rod with a tight loop, the chart at lambda = 60, p = -30 lost 2 % of
-/// the energy by t = 5e-4 and ended well.
+/// Catches a run that goes on with an open ledger: of a rod with a tight loop, the chart at lambda = 60, p = -30 lost
+/// 2 % of the energy by t = 5e-4 and ended well.
 #[test]
 fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
     let body = Body::new(1.0).unwrap();
@@ -201,8 +201,9 @@ fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
     assert!((fine.now().ledger.total() - total).abs() < 1e-10 * total);
 }
 
-/// y and its rate at t = 0.3, over kappa, of a mass that starts at rest next to the straight rod at (lambda, kappa), under a load along the
-/// rod; the limit of small kappa, averaged over the shaking at constant action: `tools/ref_shaking.py`.
+/// y and its rate at t = 0.3, over kappa, of a mass that starts at rest next to the straight rod at (lambda, kappa),
+/// under a load along the rod; the limit of small kappa, averaged over the shaking at constant action:
+/// `tools/ref_shaking.py`.
 const SHAKEN: [(f64, f64, [f64; 2]); 6] = [
     (0.7, 0.0, [0.269_907_318, -0.267_349_205]),
     (1.6, 0.0, [1.136_682_760, -1.114_941_719]),
@@ -231,9 +232,10 @@ fn ends(mut run: Run<'_, Elastica, 2>, most: u64, of: &str) -> Sample<2> {
     run.now()
 }
 
-/// Catches a start next to the straight rod that does not end: with a period of 0.5 kappa the mass shakes along the rod, up to 10^10 times here,
-/// each of which used to take 200 steps. From kappa = 1e-4 to 3e-11, on both sides, below Euler's load and beyond, free, pushed and
-/// pulled, each run takes some hundred turns, and what is left of the shaking at its end is the averaged motion.
+/// Catches a start next to the straight rod that does not end: with a period of 0.5 kappa the mass shakes along the
+/// rod, up to 10^10 times here, each of which used to take 200 steps. From kappa = 1e-4 to 3e-11, on both sides,
+/// below Euler's load and beyond, free, pushed and pulled, each run takes some hundred turns, and what is left of the
+/// shaking at its end is the averaged motion.
 #[test]
 fn every_start_next_to_the_straight_rod_runs() {
     for kappa in [1e-4, -1e-5, 1e-6, -1e-8, 3e-11] {
@@ -293,9 +295,9 @@ fn beam(pull: f64) -> (f64, f64) {
     (pull / (1.0 - t), c)
 }
 
-/// Catches a run that does not get away from the straight rod though nothing shakes: stability alone held its steps to a part of the distance,
-/// and with a load or a velocity of 1e-7 across it was given up. Pushed, free and pulled, at rest and thrown, it is the motion of a
-/// beam, through the straight rod and back, in some ten steps a period.
+/// Catches a run that does not get away from the straight rod though nothing shakes: stability alone held its steps
+/// to a part of the distance, and with a load or a velocity of 1e-7 across it was given up. Pushed, free and pulled,
+/// at rest and thrown, it is the motion of a beam, through the straight rod and back, in some ten steps a period.
 #[test]
 fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     let cases = [
@@ -328,8 +330,9 @@ fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     }
 }
 
-/// Catches a mass that is lost on its slow way through the upright straight rod: pushed a little beyond Euler's load it comes to a stop
-/// there, or just passes, shaking or not, and used to turn round along the rod until it ran out of steps.
+/// Catches a mass that is lost on its slow way through the upright straight rod: pushed a little beyond Euler's load
+/// it comes to a stop there, or just passes, shaking or not, and used to turn round along the rod until it ran out of
+/// steps.
 #[test]
 fn a_mass_falls_slowly_through_the_upright_rod() {
     let body = loaded([-2.6, 0.0]);
@@ -351,8 +354,8 @@ fn a_mass_falls_slowly_through_the_upright_rod() {
     }
 }
 
-/// Catches strides that lose the phase of the shaking, samples that lie beside the motion, or a turn that is left out: against the
-/// same motion turn by turn, which a load makes that breaks all the time.
+/// Catches strides that lose the phase of the shaking, samples that lie beside the motion, or a turn that is left
+/// out: against the same motion turn by turn, which a load makes that breaks all the time.
 #[test]
 fn strides_over_turns_are_the_motion_itself() {
     let (kappa, duration) = (2e-4, 0.05);
@@ -389,10 +392,10 @@ fn strides_over_turns_are_the_motion_itself() {
     }
 }
 
-/// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces along it 1500
-/// times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in this chart with the
-/// tolerance 1e-12. The bounces multiply rounding, by chance more or less: of three runs with tolerances next to each other the one in the
-/// middle is held to the tolerance, and all of them to three.
+/// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces
+/// along it 1500 times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that
+/// found in this chart with the tolerance 1e-12. The bounces multiply rounding, by chance more or less: of three runs
+/// with tolerances next to each other the one in the middle is held to the tolerance, and all of them to three.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn the_undamped_strip_runs_for_a_second() {
@@ -417,8 +420,8 @@ fn the_undamped_strip_runs_for_a_second() {
     assert!(errors[1] < 1e-10 && errors[2] < 3e-10, "{errors:?}");
 }
 
-/// Catches landings on the fold's own twin: next to the straight rod 1 - x has no digits in the pose, and a rod that started with
-/// kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time a little uphill.
+/// Catches landings on the fold's own twin: next to the straight rod 1 - x has no digits in the pose, and a rod that
+/// started with kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time a little uphill.
 #[test]
 fn a_rod_next_to_the_straight_one_snaps_once() {
     let body = Body::new(1.0).unwrap();

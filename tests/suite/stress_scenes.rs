@@ -1,4 +1,5 @@
-//! Scenes drawn at random over all models, and what must hold whatever comes of one. `examples/stress.rs` runs as many as one likes, the suite a few.
+//! Scenes drawn at random over all models, and what must hold whatever comes of one. `examples/stress.rs` runs as
+//! many as one likes, the suite a few.
 
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
@@ -497,8 +498,9 @@ fn number(text: &str, key: &str) -> Option<f64> {
     rest.split([',', ']', '\n']).next()?.parse().ok()
 }
 
-/// The ledger of a run that says that all is well. Shapes are known to within the tolerance, in units of the rod, and an energy E to within its root
-/// times that of the rod's `unit`, B/L, which is more than a part of E where E is below 1e-10 B/L or so.
+/// The ledger of a run that says that all is well. Shapes are known to within the tolerance, in units of the rod, and
+/// an energy E to within its root times that of the rod's `unit`, B/L, which is more than a part of E where E is
+/// below 1e-10 B/L or so.
 fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let total = table.reals("total");
     let terms = [

@@ -10,7 +10,8 @@ fn scene(name: &str) -> Scene {
     Scene::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// Each special point of the references lies within the bound of the one found next to it, and the bound is no idle one.
+/// Each special point of the references lies within the bound of the one found next to it, and the bound is no idle
+/// one.
 fn hold(record: &BranchRecord, tolerance: f64, references: &[(f64, f64)]) {
     for (exact, uncertain) in references {
         let away = |at: &&SpecialPoint| (at.parameter - exact).abs();
@@ -26,9 +27,10 @@ fn hold(record: &BranchRecord, tolerance: f64, references: &[(f64, f64)]) {
     }
 }
 
-/// Catches a `+-` that leaves out the error of the integration along the rod. Of the lateral scene, where the rod leaves its plane,
-/// by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14), and the elastica's fold in
-/// closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the turning frame, 40 digits.
+/// Catches a `+-` that leaves out the error of the integration along the rod. Of the lateral scene, where the rod
+/// leaves its plane, by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14), and the
+/// elastica's fold in closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the turning
+/// frame, 40 digits.
 #[test]
 fn precision_of_special_points_is_a_bound() {
     let lateral = [(-0.39006674326927, 1e-13), (-0.612021928121196, 1e-15)];
@@ -216,8 +218,8 @@ fn lost_branches_are_told() {
     );
 }
 
-/// Catches a `+-` of a special point on a fold curve that leaves out the error of the integration along the rod: the two cusps of
-/// the elastica, to 25 digits (tests/data/folds.csv).
+/// Catches a `+-` of a special point on a fold curve that leaves out the error of the integration along the rod: the
+/// two cusps of the elastica, to 25 digits (tests/data/folds.csv).
 #[test]
 fn precision_of_cusps_is_a_bound() {
     let cusps = [
@@ -274,7 +276,8 @@ impl Hooks for Impatient {
     }
 }
 
-/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record as if it were whole.
+/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record as if
+/// it were whole.
 #[test]
 fn an_interrupted_branch_keeps_its_points() {
     let scene = scene("twist");
@@ -292,8 +295,8 @@ fn an_interrupted_branch_keeps_its_points() {
     assert!(labels.iter().all(|label| !label.starts_with('#')));
 }
 
-/// Catches a guess that is dropped because it lies in the other plane of symmetry, or in none: a column loaded beyond the Euler
-/// loads of both planes is found buckled in the plane of the guess, not straight.
+/// Catches a guess that is dropped because it lies in the other plane of symmetry, or in none: a column loaded beyond
+/// the Euler loads of both planes is found buckled in the plane of the guess, not straight.
 #[test]
 fn the_plane_follows_the_guess() {
     let text = |wrench: &str, path: &str| {
@@ -325,8 +328,8 @@ fn the_plane_follows_the_guess() {
     );
 }
 
-/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for; deflation beside it keeps its words. Catches a branch
-/// that ends where the base wrench does.
+/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for; deflation beside it
+/// keeps its words. Catches a branch that ends where the base wrench does.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn a_branch_that_becomes_taut_is_solved_from_both_ends() {

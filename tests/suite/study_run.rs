@@ -35,8 +35,8 @@ fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
 }
 
 /// Catches a bounce that is missed or told twice, and a loss that is not that of a rod with friction: the whole
-/// Kelvin-Voigt rod at two small viscosities, whose loss in the bounce goes with eta to the one that is printed (leading
-/// order; the factor C of theory 2.8 is up to 1.2).
+/// Kelvin-Voigt rod at two small viscosities, whose loss in the bounce goes with eta to the one that is printed
+/// (leading order; the factor C of theory 2.8 is up to 1.2).
 #[test]
 fn friction_takes_from_a_bounce_what_is_printed() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
@@ -108,8 +108,8 @@ fn recorded(text: &str, fields: Fields) -> (RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches a strain field that grows with the samples unasked, or is not at even times from start to end; a trajectory that
-/// is thinned with it; a field that was asked for and is not whole.
+/// Catches a strain field that grows with the samples unasked, or is not at even times from start to end; a
+/// trajectory that is thinned with it; a field that was asked for and is not whole.
 #[test]
 fn the_strain_field_stays_small_unless_asked_for() {
     let (record, tables) = recorded(VISCOUS, Fields::Some);
@@ -148,8 +148,8 @@ fn a_section_is_written_at_whole_periods() {
     assert!(Scene::parse(&both).is_ok());
 }
 
-/// Catches a ledger that is judged by the size of its energies alone: errors of one tolerance in velocities are errors of
-/// sqrt(E) tolerances in small energies; and NaN that counts as closed.
+/// Catches a ledger that is judged by the size of its energies alone: errors of one tolerance in velocities are
+/// errors of sqrt(E) tolerances in small energies; and NaN that counts as closed.
 #[test]
 fn a_ledger_is_judged_by_its_largest_term() {
     let ledger = |kinetic: f64, elastic: f64| Ledger {

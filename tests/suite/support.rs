@@ -134,8 +134,8 @@ pub fn rod(row: &Value) -> Rod {
     rod.expect("a rod")
 }
 
-/// The shapes through which the rod fell in the snap that `run` has just made: they begin at its fold and end at its landing, lose energy all the way,
-/// and have their ends where these are held.
+/// The shapes through which the rod fell in the snap that `run` has just made: they begin at its fold and end at its
+/// landing, lose energy all the way, and have their ends where these are held.
 pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     const SECTIONS: usize = 201;
     let shapes = run.fall(snap).expect("a layer");

@@ -65,7 +65,8 @@ fn a_row_is_the_run_of_its_scene() {
     }
 }
 
-/// Catches points at random that follow from the threads' order, leave their range, or are not spread over it; a seed without effect.
+/// Catches points at random that follow from the threads' order, leave their range, or are not spread over it; a seed
+/// without effect.
 #[test]
 fn points_at_random_follow_from_seed_and_number() {
     let all = |seed| -> Vec<f64> {
@@ -141,7 +142,8 @@ fn what_is_varied_is_read_or_refused() {
     }
 }
 
-/// Catches work that is lost or done twice when a sweep goes on, a table that depends on the threads, and another sweep's rows in it.
+/// Catches work that is lost or done twice when a sweep goes on, a table that depends on the threads, and another
+/// sweep's rows in it.
 #[test]
 fn a_sweep_goes_on_where_it_was_ended() {
     let place = Place::new("sweep");
@@ -213,7 +215,8 @@ fn a_sweep_goes_on_where_it_was_ended() {
     assert!(refused.refusal().contains("1..=1024"), "{refused:?}");
 }
 
-/// Catches a map whose columns must be asked for once more, and columns of one name: what is varied and what is asked for twice has one.
+/// Catches a map whose columns must be asked for once more, and columns of one name: what is varied and what is asked
+/// for twice has one.
 #[test]
 fn a_column_stands_in_the_table_once() {
     let place = Place::new("columns");
@@ -281,8 +284,8 @@ fn a_column_stands_in_the_table_once() {
     run("wrong --map end.mode").json(0);
 }
 
-/// Catches files of others that are removed, rows of a sweep with other values between the same ends, a chunk that is lost for a damage that it could be made
-/// anew after, and a damage that is told as another sweep.
+/// Catches files of others that are removed, rows of a sweep with other values between the same ends, a chunk that is
+/// lost for a damage that it could be made anew after, and a damage that is told as another sweep.
 #[test]
 fn a_directory_holds_the_rows_of_its_sweep_alone() {
     let place = Place::new("owned");
@@ -363,7 +366,8 @@ fn fields_that_count_take_whole_numbers() {
     assert!((0..3).all(|point| sweep.scene(point).is_ok()));
 }
 
-/// Catches random numbers of fields that count which no scene takes, or of which some come never or twice as often as others.
+/// Catches random numbers of fields that count which no scene takes, or of which some come never or twice as often as
+/// others.
 #[test]
 fn fields_that_count_are_drawn_whole() {
     let often = |vary: &str| {
@@ -392,7 +396,8 @@ fn fields_that_count_are_drawn_whole() {
     assert!((400..600).contains(&below), "{low:?}");
 }
 
-/// Catches a map, or curves over one field, whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
+/// Catches a map, or curves over one field, whose axes are paths, or have no units: those of SI, those of the rod
+/// where length, stiffness and mass stay 1, none where one of these varies.
 #[test]
 fn a_map_has_names_and_units() {
     let place = Place::new("map_names");
@@ -437,7 +442,8 @@ fn a_map_has_names_and_units() {
     }
 }
 
-/// Catches peaks of another run, or of its two ends alone, and a row that has none because the scene asks for few samples.
+/// Catches peaks of another run, or of its two ends alone, and a row that has none because the scene asks for few
+/// samples.
 #[test]
 fn peaks_are_those_of_the_trajectory() {
     let scene = SCENE.replace("0.3]", "2.5]").replace("0.2\n", "2.0\n");
@@ -475,7 +481,8 @@ fn peaks_are_those_of_the_trajectory() {
     }
 }
 
-/// Catches states of assemblies and bars, and numbers of summaries and events, without their units, and components that only numbers name.
+/// Catches states of assemblies and bars, and numbers of summaries and events, without their units, and components
+/// that only numbers name.
 #[test]
 fn columns_of_every_kind_have_units() {
     let units = |scene: &str, vary: &str, columns: &[(&str, &str)]| {

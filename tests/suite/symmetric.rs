@@ -161,8 +161,9 @@ fn swing_on<'a, M: Multivalued<2>>(
     .expect("a run")
 }
 
-/// The point of the method: what the explicit steps lose grows with time, what these lose does not. Would catch any step that
-/// leaves a defect of one sign, and a choice of steps that looks back. Steps by collocation, as long as their error allows, lose more than these, too.
+/// The point of the method: what the explicit steps lose grows with time, what these lose does not. Would catch any
+/// step that leaves a defect of one sign, and a choice of steps that looks back. Steps by collocation, as long as
+/// their error allows, lose more than these, too.
 #[test]
 fn the_energy_in_the_plane_does_not_drift() {
     let body = Body::<2>::new(1.0)
@@ -297,9 +298,9 @@ fn ended<'a>(motion: &mut dyn Motion<'a>) {
     assert_eq!(outcome, Some(Outcome::EndOfTime));
 }
 
-/// Would catch a part of a run that knows forward from backward: velocities that are turned round after a whole run lead back to the start
-/// turned round, in the plane and in space, of one body and of two. (The two runs fit their steps each for itself and end by a shortened one, so
-/// that they agree to the tolerance, not to rounding.)
+/// Would catch a part of a run that knows forward from backward: velocities that are turned round after a whole run
+/// lead back to the start turned round, in the plane and in space, of one body and of two. (The two runs fit their
+/// steps each for itself and end by a shortened one, so that they agree to the tolerance, not to rounding.)
 #[test]
 fn whole_runs_turned_round_lead_back() {
     let body = Body::<2>::new(1.0)
@@ -383,8 +384,8 @@ fn the_energy_in_space_stays_and_the_motion_is_the_same() {
     }
 }
 
-/// A strip that is hard to bend out of its plane snaps in space where the elastica does, by steps that pass through the fold; implicit
-/// ones leave the fold to explicit ones.
+/// A strip that is hard to bend out of its plane snaps in space where the elastica does, by steps that pass through
+/// the fold; implicit ones leave the fold to explicit ones.
 #[test]
 fn a_snap_in_space_is_that_of_the_plane() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");

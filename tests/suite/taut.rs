@@ -38,8 +38,8 @@ fn small(what: &str, off: f64, bound: f64) {
     assert!(off <= bound, "{what}: {off:.1e} > {bound:.0e}");
 }
 
-/// Against the base wrench, which is good below lam = 12: any law, bent and looped rods, their stiffness, index and shape. Catches
-/// a wrong term of the variations, of the second variation, of the elimination.
+/// Against the base wrench, which is good below lam = 12: any law, bent and looped rods, their stiffness, index and
+/// shape. Catches a wrong term of the variations, of the second variation, of the elimination.
 #[test]
 fn taut_rods_are_those_of_the_base_wrench() {
     let mut seed = 12345_u64;
@@ -210,8 +210,8 @@ fn taut_rods_of_other_programs() {
     }
 }
 
-/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l, over cosh l,
-/// k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
+/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l, over
+/// cosh l, k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
 #[test]
 fn a_straight_rod_under_tension_is_a_beam_column() {
     for lam in [3.0, 10.0, 30.0, 100.0, 1e3, 1e4_f64] {
@@ -312,8 +312,8 @@ fn moved(
     (last, opened)
 }
 
-/// A mass in the middle of a tight wire, struck across: a cycle of the harmonic oscillator of string and beam, whose force grows
-/// with the cube of the way. Catches a chart that drifts, a force that is not that of the place.
+/// A mass in the middle of a tight wire, struck across: a cycle of the harmonic oscillator of string and beam, whose
+/// force grows with the cube of the way. Catches a chart that drifts, a force that is not that of the place.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_mass_on_a_tight_wire_swings() {
@@ -334,8 +334,8 @@ fn a_mass_on_a_tight_wire_swings() {
     }
 }
 
-/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches, whose charts these halves leave and
-/// enter on the way.
+/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches, whose charts these
+/// halves leave and enter on the way.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_wire_moves_as_another_program_has_it() {
@@ -378,8 +378,9 @@ fn a_wire_moves_as_another_program_has_it() {
     }
 }
 
-/// Statics of one rod, inextensible, in the limit of the string (exact up to exp(-lam)): n at an angle g from the clamp,
-/// r = (1 - (4/lam) sin^2(g/4), -(2/lam) sin(g/2)) along and across it. From the force, from the place, and the shape in between.
+/// Statics of one rod, inextensible, in the limit of the string (exact up to exp(-lam)): n at an angle g from the
+/// clamp, r = (1 - (4/lam) sin^2(g/4), -(2/lam) sin(g/2)) along and across it. From the force, from the place, and
+/// the shape in between.
 #[test]
 fn equilibria_of_taut_rods() {
     let rod = |b: f64| Rod::new(2.0, Linear::diagonal([b, b], 0.7 * b).unwrap()).unwrap();
@@ -424,7 +425,8 @@ fn equilibria_of_taut_rods() {
     }
 }
 
-/// The steel wire of the scene: string and bending, B' = B v3, l = lam sqrt(v3) of a half, k = T/(L v3 (1 - tanh l/l)) each.
+/// The steel wire of the scene: string and bending, B' = B v3, l = lam sqrt(v3) of a half, k = T/(L v3 (1 - tanh
+/// l/l)) each.
 #[cfg(feature = "scene")]
 #[test]
 fn the_wire_of_the_scenes_swings_as_string_and_beam() {
@@ -464,9 +466,10 @@ fn the_wire_of_the_scenes_swings_as_string_and_beam() {
     );
 }
 
-/// Catches unstable rods where stable ones are, and none where an unstable one is: a force far back along the clamp turns a rod about its
-/// stiffer axis, up to about 120 degrees; beyond, the rod leaves that plane. The integrals of a rod under a dead force, m . n = 0 and
-/// m . B^-1 m/2 + n . d3 = |n|, hold at the clamp, and what turns out of the plane stores less than what stays in it.
+/// Catches unstable rods where stable ones are, and none where an unstable one is: a force far back along the clamp
+/// turns a rod about its stiffer axis, up to about 120 degrees; beyond, the rod leaves that plane. The integrals of a
+/// rod under a dead force, m . n = 0 and m . B^-1 m/2 + n . d3 = |n|, hold at the clamp, and what turns out of the
+/// plane stores less than what stays in it.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn forces_far_back_turn_rods_out_of_their_plane() {
@@ -507,8 +510,9 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
     }
 }
 
-/// Catches a rod that is lost between two evaluations of a motion whose pull falls fast, where the guess leads to the other side: a rod turned by more than pi from its clamp into the pull
-/// is led on that way from one with two thirds of the force, whose couple is far from its own.
+/// Catches a rod that is lost between two evaluations of a motion whose pull falls fast, where the guess leads to the
+/// other side: a rod turned by more than pi from its clamp into the pull is led on that way from one with two thirds
+/// of the force, whose couple is far from its own.
 #[test]
 fn the_equilibrium_that_is_meant_is_led_to() {
     let rod = Rod::new(1.0, Linear::diagonal([1.2, 1.0], 0.8).unwrap()).unwrap();

@@ -1,4 +1,5 @@
-//! Taut rods that bear a load along them (theory 3.6, 3.8): against the base wrench where that has its digits, and by work and energy where it has none.
+//! Taut rods that bear a load along them (theory 3.6, 3.8): against the base wrench where that has its digits, and by
+//! work and energy where it has none.
 
 use crate::first_order_taut::{FREE, light, random, rates};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -13,7 +14,8 @@ use snaprod::section::Linear;
 /// Energy, and the wrenches on both bodies one after the other.
 type Told = (f64, Vec<f64>);
 
-/// A rod between two bodies under a load along it, their places, and its chart: pulled by lam^2 in its middle, its end turned aside.
+/// A rod between two bodies under a load along it, their places, and its chart: pulled by lam^2 in its middle, its
+/// end turned aside.
 struct Case {
     link: Link,
     bodies: [Isometry3<f64>; 2],
@@ -77,15 +79,17 @@ impl Case {
         let mut link = self.link.clone();
         link.seen_as(seen);
         link.beside_spring(spring);
-        // Of bodies like balls the mass does not depend on how they are turned: the stiffness is that of the wrenches alone, at rest or not.
+        // Of bodies like balls the mass does not depend on how they are turned: the stiffness is that of the wrenches
+        // alone, at rest or not.
         let ball = |mass: f64| Carrier::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
         let bodies = vec![ball(1.0), ball(2.0)];
         Assembly::new(bodies, vec![link]).unwrap()
     }
 }
 
-/// Catches a load that is missing, or seen from a base that did not turn, in the rod from both ends, its variations, their second derivative, its potential or its index: places,
-/// wrenches, energy, stiffness, index, accelerations with and without the mass of the rod are those that the base wrench has, with a spring beside the end too.
+/// Catches a load that is missing, or seen from a base that did not turn, in the rod from both ends, its variations,
+/// their second derivative, its potential or its index: places, wrenches, energy, stiffness, index, accelerations
+/// with and without the mass of the rod are those that the base wrench has, with a spring beside the end too.
 #[test]
 fn loaded_rods_are_taut_as_their_base_wrench_says() {
     let mut random = random();
@@ -215,8 +219,9 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
     }
 }
 
-/// Catches what the base wrench cannot tell of loads beyond sqrt(n L^2/B) of ten: the wrenches on both ends are minus the derivatives of stored energy and potential as either
-/// end moves or turns, and the stiffness is that of the wrenches, by differences.
+/// Catches what the base wrench cannot tell of loads beyond sqrt(n L^2/B) of ten: the wrenches on both ends are minus
+/// the derivatives of stored energy and potential as either end moves or turns, and the stiffness is that of the
+/// wrenches, by differences.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn loaded_taut_rods_give_back_their_work() {

@@ -42,8 +42,9 @@ fn off(row: &[f64; 9], side: f64, found: &Added) -> f64 {
     )
 }
 
-/// Catches digits that cancel, a wrong term of the field or of its second derivatives, and a mirror image that is none: mass and force against differences of the
-/// pendulum in 80 digits, of rods almost straight, bent, and with half a loop at the clamp, lam = 20.5 to 1000. Where theta functions still serve they are another way to the same.
+/// Catches digits that cancel, a wrong term of the field or of its second derivatives, and a mirror image that is
+/// none: mass and force against differences of the pendulum in 80 digits, of rods almost straight, bent, and with
+/// half a loop at the clamp, lam = 20.5 to 1000. Where theta functions still serve they are another way to the same.
 #[test]
 fn mass_and_force_of_a_taut_rod_keep_their_digits() {
     let still = Vector2::zeros();
@@ -66,7 +67,8 @@ fn mass_and_force_of_a_taut_rod_keep_their_digits() {
     }
 }
 
-/// Catches too few nodes for what is asked, or nodes in the wrong place, from bends at the clamp to loops that leave it.
+/// Catches too few nodes for what is asked, or nodes in the wrong place, from bends at the clamp to loops that leave
+/// it.
 #[test]
 fn integrals_along_a_taut_rod_are_as_good_as_asked() {
     let (v, still) = (Vector2::new(0.7, -0.3), Vector2::zeros());
@@ -103,8 +105,9 @@ fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
     (felt, rod.energies(frame, [&q, &v], 1e-12).unwrap())
 }
 
-/// Catches a weight, a power of the clamp or an energy that one of both ways has wrong: all that is felt goes on smoothly where the one takes over from the other, at
-/// lam = 20 and where a bend is at the clamp enough, on a clamp that stands and on one that shakes and turns.
+/// Catches a weight, a power of the clamp or an energy that one of both ways has wrong: all that is felt goes on
+/// smoothly where the one takes over from the other, at lam = 20 and where a bend is at the clamp enough, on a clamp
+/// that stands and on one that shakes and turns.
 #[test]
 fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
     let support = Support::<2>::new(Vector2::new(0.2, -0.1), 0.6).unwrap();
@@ -142,7 +145,8 @@ fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
     }
 }
 
-/// Steps of a motion that is thrown at the end of its rod, and how taut that becomes; a rod of mass `eps` is felt all the time.
+/// Steps of a motion that is thrown at the end of its rod, and how taut that becomes; a rod of mass `eps` is felt all
+/// the time.
 fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usize, f64) {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
     let mut body = Body::new(1.0).unwrap();
@@ -177,8 +181,8 @@ fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usiz
     (steps, pull)
 }
 
-/// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at lam = 29 to 1600 a bounce with the mass of the
-/// rod takes about as many as without, one slope after the other.
+/// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at
+/// lam = 29 to 1600 a bounce with the mass of the rod takes about as many as without, one slope after the other.
 #[test]
 fn hard_bounces_keep_the_mass_of_the_rod() {
     for speed in [1.0, 2.0, 4.0, 8.0] {
@@ -192,8 +196,8 @@ fn hard_bounces_keep_the_mass_of_the_rod() {
     }
 }
 
-/// Catches a taut rod that is followed where it is as good as straight, or a loop that has left the clamp beyond lam = 30, and one that is lost between; not followed, it is
-/// found again further inside.
+/// Catches a taut rod that is followed where it is as good as straight, or a loop that has left the clamp beyond lam
+/// = 30, and one that is lost between; not followed, it is found again further inside.
 #[test]
 fn taut_rods_are_followed_where_they_are_bent_at_the_clamp() {
     let rod = LightRod {

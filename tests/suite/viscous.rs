@@ -263,8 +263,8 @@ fn jacobian_in_the_form(hold: Hold) {
     }
 }
 
-/// Catches wrong memory: a snap that comes long after loading, by Maxwell branches, against an independent code, and how
-/// its delay depends on the load.
+/// Catches wrong memory: a snap that comes long after loading, by Maxwell branches, against an independent code, and
+/// how its delay depends on the load.
 #[test]
 fn snaps_are_delayed_by_relaxation() {
     let reference = data("viscous_prony");

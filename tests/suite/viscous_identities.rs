@@ -83,8 +83,8 @@ fn field<const M: usize>(grid: &Grid, active: &[usize; M], number: usize) -> Vec
 
 const HALF_WIDTHS: [f64; 2] = [0.1, 0.25];
 
-/// Every kind of law that the strains allow, with two Maxwell branches, full matrices and a rest that is not straight; one without memory, which is a
-/// constant one.
+/// Every kind of law that the strains allow, with two Maxwell branches, full matrices and a rest that is not
+/// straight; one without memory, which is a constant one.
 fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
     let base = Linear::full(full([1.0, 1.4, 0.8, 30.0, 40.0, 60.0], 3))
         .and_then(|law| law.rigid(rigid)?.with_rest([0.2, -0.3], 0.4))
@@ -232,7 +232,8 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     rough_is_whole(&what, &mut system, y);
 }
 
-/// Under no end wrench nothing turns with the rod, and a rough Jacobian is all of it: products and solutions of every form agree.
+/// Under no end wrench nothing turns with the rod, and a rough Jacobian is all of it: products and solutions of every
+/// form agree.
 fn rough_is_whole<K, B, const M: usize, const D: usize>(
     what: &str,
     system: &mut ViscousSystem<'_, K, B, M, D>,
@@ -270,8 +271,8 @@ fn rough_is_whole<K, B, const M: usize, const D: usize>(
     }
 }
 
-/// By place, the slopes of several states at once are those of each: nine of them, more than fit in a register, one with `scaled` curvatures,
-/// which the nodes may not resolve: then shapes are found one by one.
+/// By place, the slopes of several states at once are those of each: nine of them, more than fit in a register, one
+/// with `scaled` curvatures, which the nodes may not resolve: then shapes are found one by one.
 fn stages_are_states<K, B, const M: usize, const D: usize>(
     what: &str,
     system: &mut ViscousSystem<'_, K, B, M, D>,
@@ -365,8 +366,8 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     }
 }
 
-/// Catches a wrong sign, block or transpose anywhere between strains, memory, velocity and wrench, for every law, strain
-/// set and end.
+/// Catches a wrong sign, block or transpose anywhere between strains, memory, velocity and wrench, for every law,
+/// strain set and end.
 #[test]
 fn jacobians() {
     let (welded, point) = (welded(), point());

@@ -284,8 +284,9 @@ fn carreau_goes_from_plateau_to_power() {
     }
 }
 
-/// At the rate that a flexure is given for, about the weakest axis of the section there, friction is 2^((p - 1)/2) of its plateau, and this overstress
-/// brings that rate about. Catches the axis of another place, or the stronger one, also where the axes turn along the rod and are far from alike.
+/// At the rate that a flexure is given for, about the weakest axis of the section there, friction is 2^((p - 1)/2) of
+/// its plateau, and this overstress brings that rate about. Catches the axis of another place, or the stronger one,
+/// also where the axes turn along the rod and are far from alike.
 #[test]
 fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
     let (p, flexure) = (0.4, 0.3);
@@ -313,8 +314,8 @@ fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
     }
 }
 
-/// Catches a friction that does not keep the section from total compression (7.14), also under bending: (Omega c + 1) d_t
-/// = g.H^-1 w with g and c from the cone by hand; and depths that are not between delta and 2 delta.
+/// Catches a friction that does not keep the section from total compression (7.14), also under bending: (Omega c + 1)
+/// d_t = g.H^-1 w with g and c from the cone by hand; and depths that are not between delta and 2 delta.
 #[test]
 fn friction_slows_the_approach_to_total_compression() {
     let law = FrictionBarrier::new(full(), HALF_WIDTHS, STRENGTH).unwrap();

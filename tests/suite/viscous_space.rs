@@ -164,8 +164,8 @@ fn constant_strains_make_a_helix() {
     }
 }
 
-/// Strains that vary, and an arc, against another integration: spectral convergence at the nodes, the end twice as fast,
-/// and a defect that does not hide the errors of the nodes.
+/// Strains that vary, and an arc, against another integration: spectral convergence at the nodes, the end twice as
+/// fast, and a defect that does not hide the errors of the nodes.
 #[test]
 fn the_curve_converges_spectrally() {
     let fields: [fn(f64) -> Vector6<f64>; 2] = [
