@@ -30,7 +30,7 @@ use std::sync::Arc;
 /// Runs a prepared kernel; returns the number of repetitions.
 type Work = Box<dyn FnMut() -> u64>;
 
-/// Name of a kernel, and its preparation, which is not counted.
+/// Kernel name, and preparation, which is not counted.
 type Kernel = (&'static str, fn() -> Work);
 
 const KERNELS: [Kernel; 9] = [

@@ -1,4 +1,4 @@
-//! All equilibria of a rod whose end is held at a point: their number and stability.
+//! All equilibria of a rod with a given end position: number and stability.
 //!
 //! `cargo run --release --example all_equilibria`
 

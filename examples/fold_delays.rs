@@ -193,8 +193,8 @@ fn passage(fold: &Crossed) -> Result<Passage, Failure> {
     Ok(Passage::new(q[0], q[1], &v)?)
 }
 
-/// Follows a motion until `found` says so, a function of the state that is below 0 first and after the fold turns
-/// positive; the time from the fold to there.
+/// Time from the fold until `found` becomes positive, a function of the state that is negative before. Follows the
+/// motion up to that point.
 fn follow(
     motion: &mut dyn Motion<'_>,
     found: &mut dyn FnMut(&dyn State, &Crossed) -> f64,

@@ -60,7 +60,7 @@ fn run(eps: f64, inertia: &str) -> Result<(Vec<[f64; 2]>, f64), Failure> {
     Ok((places, clock.milliseconds() / f64::from(repeats)))
 }
 
-/// Processor time of this process, if the system reports it; wall time on other systems.
+/// Processor time of the process, if the system reports one; wall time on other systems.
 struct Clock {
     wall: Instant,
     core: Option<f64>,

@@ -105,7 +105,7 @@ struct Elastic {
     velocities: Vec<Vector2<f64>>,
 }
 
-/// Increasing times of comparison: before each snap, soon after it, after it.
+/// Increasing times of comparison: before each snap, soon after, and later.
 fn times(snaps: &[Snap]) -> Vec<f64> {
     (0..snaps.len())
         .flat_map(|k| [BEFORE[k], snaps[k].t + SOON, AFTER[k]])

@@ -193,7 +193,7 @@ fn measured(problem: &Problem, setting: problems::Setting) -> Point {
     }
 }
 
-/// One line on a curve: its reference, its order, the time for given errors.
+/// Line of text on a curve: reference, order, and time for given errors.
 fn summary(curve: &Curve, problem: &Problem) -> String {
     let order = curve
         .order(problem.floor)

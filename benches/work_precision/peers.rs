@@ -16,7 +16,7 @@ pub struct Point {
     pub ms: f64,
 }
 
-/// A peer program and the problems for which it has a solver.
+/// A peer program and the problems that have a solver in the program.
 pub struct Peer {
     pub name: &'static str,
     source: &'static str,

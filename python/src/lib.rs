@@ -20,7 +20,7 @@ use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
 use snaprod::study::{self, Table, dispatch};
 
-/// A scene from Python: its text, its overrides, and its name, which is None for a dict.
+/// A scene from Python: text, overrides, and name (None for a dict).
 pub(crate) type Given = (String, Vec<String>, Option<String>);
 
 /// Positions of rods: names, numbers of sections at each time, all coordinates.
