@@ -289,7 +289,7 @@ const done = () => {
 
 /// Script: steps, turns and plays a page of a motion.
 const PLAY: &str = r#"
-// Distance of the end of the single rod from the single body; with several rods the scene decides.
+// The end of the one rod on the one body; of several the scene says what is where.
 const off = (i) => {
   if (rods.length + bodies.length > 2) return 0;
   const rod = rods[0], body = bodies[0], end = section(rod, i, rod.sections - 1);
