@@ -1,4 +1,5 @@
-//! What every cheap path gains over the general one, on the scenes that the tests compare: `cargo bench --bench cheap_paths`.
+//! Time ratios of cheap computation paths to the general one, on the scenes that the tests compare:
+//! `cargo bench --bench cheap_paths`.
 
 #[path = "../tests/suite/pairs.rs"]
 mod pairs;
@@ -14,7 +15,7 @@ fn main() {
     println!("|---|---|---|---|---|---|---|");
     for pair in pairs() {
         let mut best = [f64::INFINITY; 2];
-        // In turns, so that a busy machine is busy for both.
+        // The two scenes alternate, to spread other load of the machine over both.
         for _ in 0..RUNS {
             for (best, scene) in best.iter_mut().zip([&pair.cheap, &pair.general]) {
                 let begun = Instant::now();

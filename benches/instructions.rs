@@ -1,8 +1,9 @@
-//! Instructions per kernel under callgrind, held against a snapshot: `cargo bench --bench instructions` fails where a kernel takes 5 % more than benches/instructions.json
-//! says; `-- renew` writes what it takes now.
+//! Instructions per kernel under callgrind, compared with a snapshot: `cargo bench --bench instructions` fails if a
+//! kernel takes 5 % more than benches/instructions.json; `-- renew` rewrites the file.
 //!
-//! Counts do not depend on what else the machine does, but on the compiler, on its checks and on the registers that the processor has: the file has counts by all of these,
-//! and only those of the same are compared. Valgrind shows programs no registers of 512 bits, so that what these gain is not seen here.
+//! Counts do not depend on the load of the machine. They depend on the compiler, its checks and the registers of
+//! the processor: the file has counts by all three, and only equal combinations are compared. Valgrind does not
+//! show 512-bit registers, so gains from them are not measured.
 
 use nalgebra::{DVector, Vector1, Vector2, Vector6};
 use serde_json::{Map, Value, json};
@@ -26,10 +27,10 @@ use std::hint::black_box;
 use std::process::{Command, ExitCode};
 use std::sync::Arc;
 
-/// What a kernel does, as many times as it returns.
+/// Runs a prepared kernel; returns the number of repetitions.
 type Work = Box<dyn FnMut() -> u64>;
 
-/// Its name, and how it is made ready, outside of what is counted.
+/// Kernel name, and preparation, which is not counted.
 type Kernel = (&'static str, fn() -> Work);
 
 const KERNELS: [Kernel; 9] = [
@@ -46,7 +47,7 @@ const KERNELS: [Kernel; 9] = [
     ("viscoelastic right-hand side, 24 nodes", viscous),
     ("finite volumes, a cell and a step", volumes),
 ];
-/// By how much more a kernel may take.
+/// Largest accepted relative growth of a count.
 const LOSS: f64 = 0.05;
 
 fn main() -> ExitCode {
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Runs a kernel once to warm up and once to be counted; says how often it did its work, and with what registers.
+/// Runs a kernel once to warm up and once to be counted; prints the number of repetitions and the registers used.
 fn count(index: &str) -> ExitCode {
     let index: usize = index.parse().expect("the number of a kernel");
     let mut work = KERNELS[index].1();
@@ -72,7 +73,7 @@ fn counted(work: &mut Work) -> u64 {
     black_box(work())
 }
 
-/// Counts all kernels, and compares them with the snapshot or renews it.
+/// Counts all kernels; compares with the snapshot or renews the file.
 fn held(renew: bool) -> ExitCode {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/instructions.json");
     let text = std::fs::read_to_string(path).expect("benches/instructions.json");
@@ -126,13 +127,13 @@ fn held(renew: bool) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-/// What a program prints, if it runs to a good end.
+/// Standard output of a program that succeeds; `None` after a failure.
 fn printed(command: &mut Command) -> Option<String> {
     let output = command.output().ok().filter(|o| o.status.success())?;
     Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
 }
 
-/// Instructions of a kernel each time it does its work, to a tenth, and the registers that it sees.
+/// Instructions per repetition of a kernel, to a tenth, and the registers available.
 fn under_callgrind(kernel: usize) -> (f64, String) {
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])

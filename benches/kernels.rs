@@ -1,7 +1,7 @@
-//! Kernels: `cargo bench --bench kernels`.
+//! Timings of kernels: `cargo bench --bench kernels`.
 //!
-//! The bars are those of a compiled peer (C++, Boost's Carlson functions): 0.65-0.8 us for a right-hand
-//! side with its share of the integrator.
+//! The aims come from a compiled peer (C++, Boost's Carlson functions): 0.65-0.8 us for a right-hand side with its
+//! share of the integrator.
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector2;
@@ -16,7 +16,7 @@ fn main() {
     divan::main();
 }
 
-/// Chart points along a line of which every call is another one, as in a motion.
+/// Chart points along a line; each call takes another one, as in a motion.
 const LINE: usize = 1000;
 
 /// Position, force, energy and first derivatives at one chart point; aim: 200 ns.

@@ -1,9 +1,11 @@
-//! Error against work of bodies on elastic rods in space: `cargo bench --bench long_runs` (`-- stiff` prints the table of stiff rods alone,
-//! `-- chains` that of chains of rods); and a hundred thousand periods, in ten minutes `-- plane` and in some hours `-- space` (`-- space 100`:
-//! a hundred; `-- space 100 auto 1e-8`, `-- space 100 parting`: one row).
+//! Error against work of bodies on elastic rods in space: `cargo bench --bench long_runs`.
 //!
-//! One uniform linear rod with a welded body, kicked: a motion without folds. Its exact end is that of a run at the tolerance
-//! 1e-13. A period is that of the slowest mode about the equilibrium.
+//! `-- stiff` prints only the table of stiff rods, `-- chains` only that of chains of rods. Motions over a hundred
+//! thousand periods: `-- plane` takes ten minutes, `-- space` some hours (`-- space 100`: a hundred periods;
+//! `-- space 100 auto 1e-8`, `-- space 100 parting`: one row).
+//!
+//! One uniform linear rod with a welded body, kicked: a motion without folds. The reference end is that of a run at
+//! the tolerance 1e-13. A period is that of the slowest mode about the equilibrium.
 
 use nalgebra::{DVector, Isometry3, Matrix3, SVector, Vector2, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
@@ -92,8 +94,9 @@ fn work_precision() {
     }
 }
 
-/// A mass of 1 hung by a ball joint under a pull of 20 B/L^2 on a straight rod of bending stiffness 1, which swings with the speed 0.01 at its
-/// lowest; and rings if it starts `stretched` by so much more. One unit of time is 0.8 periods of the swing.
+/// A pendulum: mass 1 on a ball joint, pull 20 B/L^2, a straight rod of bending stiffness 1. The speed at its
+/// lowest point is 0.01. An initial extra stretch `stretched` excites axial vibrations. One unit of time is 0.8
+/// periods of the swing.
 fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
     let pull = 20.0;
     let law = Linear::diagonal([1.0, 1.3], 0.8)
@@ -169,7 +172,7 @@ fn stiff_rods() {
     }
 }
 
-/// Chains of as many rods as bodies, hung from the ground: what a right-hand side costs for each of them.
+/// Cost of a right-hand side per rod, in chains of equally many rods and bodies hung from the ground.
 fn chains() {
     println!("| rods | right-hand sides | us a right-hand side | the same for each rod |");
     println!("| --- | --- | --- | --- |");
@@ -214,22 +217,22 @@ fn name(method: Method) -> &'static str {
     }
 }
 
-/// What is seen of a motion at some time.
+/// Observation of a motion at one time.
 struct Seen<const N: usize> {
-    /// Coordinates and velocities: all that it takes to go on.
+    /// Coordinates and velocities, from which the motion can be continued.
     at: [SVector<f64, N>; 2],
     pose: DVector<f64>,
     energy: f64,
 }
 
-/// A motion without folds that can be begun anywhere.
+/// A motion without folds that can start from any state.
 trait Swing<const N: usize> {
-    /// About that of the motion, in its units of time.
+    /// Approximate period, in the time units of the motion.
     fn period(&self) -> f64;
 
     fn start(&self) -> [SVector<f64, N>; 2];
 
-    /// The motion from a state as seen at these times, and how many steps and right-hand sides it took.
+    /// Observations at `times` of the motion from a state, with the numbers of steps and right-hand sides.
     fn seen(
         &self,
         from: &[SVector<f64, N>; 2],
@@ -238,7 +241,7 @@ trait Swing<const N: usize> {
         method: Method,
     ) -> (Vec<Seen<N>>, [u64; 2]);
 
-    /// Where the motion from a state is after so long.
+    /// State after a duration, from a given state.
     fn end(
         &self,
         from: &[SVector<f64, N>; 2],
@@ -258,7 +261,7 @@ fn long(duration: f64, tolerance: f64, method: Method) -> Options {
     }
 }
 
-/// Calls `look` at each of these times of a motion of which `advance` makes a step.
+/// Steps a motion with `advance` and calls `look` at the given times.
 fn follow<R>(
     run: &mut R,
     times: &[f64],
@@ -353,7 +356,8 @@ struct InPlane {
 }
 
 impl InPlane {
-    /// Under a dead load (-8, -2), which throws the body to and fro; or under one that holds the rod taut, with a velocity.
+    /// Under a dead load (-8, -2), which throws the body to and fro; or under one that holds the rod taut, with a
+    /// velocity.
     fn new(thrown: bool) -> Self {
         let start = match thrown {
             true => Equilibrium::from_lambda_kappa(1.9, 0.35),
@@ -409,7 +413,7 @@ fn row(numbers: impl IntoIterator<Item = f64>) -> String {
     cells.collect()
 }
 
-/// 0 and the times of 1, 10, 100 .. periods.
+/// Times 0 and 1, 10, 100, ... periods.
 fn decades(periods: f64, period: f64) -> Vec<f64> {
     let decades = (0..).map(|k| 10f64.powi(k));
     let decades = decades.take_while(|n| *n <= periods);
@@ -418,8 +422,8 @@ fn decades(periods: f64, period: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Energy gained, how far off the start the motion is that is turned round and runs back (from no more than `turned` periods), and the mean rate at
-/// which neighbours part, after so many periods.
+/// Energy error, reversal error and mean rate of separation of neighbours after 1, 10, 100, ... periods. The
+/// reversal error is the distance from the start after running back, from at most `turned` periods.
 fn long_runs<const N: usize>(
     motion: &str,
     swing: &impl Swing<N>,
@@ -459,7 +463,8 @@ fn part<const N: usize>(motion: &str, swing: &impl Swing<N>, periods: f64) {
     );
 }
 
-/// The rate, per period, at which a neighbour's logarithmic distance grew on the average of the first 1, 10, 100 .. periods, brought near again after each of them.
+/// Mean growth rate per period of the logarithmic distance of a neighbour over the first 1, 10, 100, ... periods;
+/// the neighbour is moved close again after each period.
 fn parting<const N: usize>(swing: &impl Swing<N>, periods: f64) -> Vec<f64> {
     const NEAR: f64 = 1e-8;
     let mut here = swing.start();
@@ -495,7 +500,8 @@ fn in_plane(periods: f64) {
     }
 }
 
-/// No way back from more than a tenth of it, nor neighbours for longer: a period takes a hundred times as long as in the plane. `row`: only this one.
+/// Long runs in space. Reversal and neighbours cover at most a tenth of the periods: a period costs a hundred times
+/// that in the plane. `row` selects one row.
 fn in_space(periods: f64, row: Option<&[String]>) {
     let mut kinds = Vec::new();
     for method in [Method::Auto, Method::Symmetric, Method::Explicit] {

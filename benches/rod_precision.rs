@@ -15,7 +15,7 @@ use support::{base_wrench, json, list, rod, rows, vector3};
 
 /// Rows of rod_ivp.json: diagonal, transversely isotropic, curved, coupled, unshearable and inextensible.
 const CASES: [usize; 5] = [0, 4, 8, 9, 13];
-/// Bar: an accuracy of 1e-10 in 10 us.
+/// Aim: an accuracy of 1e-10 in 10 us.
 const ACCURACY: f64 = 1e-10;
 
 struct Case {
@@ -64,7 +64,7 @@ impl Case {
         ]
     }
 
-    /// Microseconds per end with tangent: the best of many rounds, short ones, which other programs may miss.
+    /// Microseconds per end with tangent: the best of many short rounds, between which other programs may run.
     fn time(&self, tolerance: f64) -> f64 {
         let count = 20;
         let rounds = (0..200).map(|_| {

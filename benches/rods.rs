@@ -53,7 +53,8 @@ fn held_at(y: f64) -> Result<Problem> {
     Problem::new(rod, EndConditions::ball(Vector3::new(y, 0.0, 0.6)), 1e-11)
 }
 
-/// 200 points of its branch, with index and special points; aim: 100 ms, and AUTO's 55-156 us a point (planar, no index).
+/// 200 points of the branch, with index and special points; aim: 100 ms, and AUTO's 55-156 us a point (planar, no
+/// index).
 fn branch<C: Chart + Copy + Sync>(bencher: Bencher, chart: C) {
     let start = held_at(0.3).and_then(|p| p.solve(None)).unwrap();
     let options = Options {
@@ -74,19 +75,20 @@ fn branch<C: Chart + Copy + Sync>(bencher: Bencher, chart: C) {
     });
 }
 
-/// By the base wrench: six unknowns, any end.
+/// Chart by the base wrench: six unknowns, any end.
 #[divan::bench(sample_count = 10)]
 fn branch_by_base_wrench(bencher: Bencher) {
     branch(bencher, Spatial);
 }
 
-/// By the force on an end that bears no couple: three unknowns, in space; what the command takes here if branches are switched.
+/// Chart by the force on an end without couple: three unknowns, in space. The command takes this chart if branches
+/// are switched.
 #[divan::bench(sample_count = 10)]
 fn branch_by_end_force(bencher: Bencher) {
     branch(bencher, FreeEnd);
 }
 
-/// In the plane: three unknowns, the index still that in space.
+/// Planar chart: three unknowns; the index is that in space.
 #[divan::bench(sample_count = 10)]
 fn branch_in_plane(bencher: Bencher) {
     let path = held_at(0.3).unwrap().with_path(Path::Planar);
@@ -96,7 +98,7 @@ fn branch_in_plane(bencher: Bencher) {
     }
 }
 
-/// In closed form: two unknowns, the index still that in space.
+/// Closed-form chart: two unknowns; the index is that in space.
 #[divan::bench(sample_count = 10)]
 fn branch_in_closed_form(bencher: Bencher) {
     match held_at(0.3).unwrap().charted(None).unwrap().0 {

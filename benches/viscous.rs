@@ -1,8 +1,8 @@
 //! Viscoelastic runs, error against time and nodes: `cargo bench --bench viscous`.
 //!
-//! The planar reference (theory Sec. 5; its digits from an independent code) for tolerances and nodes, each with the
-//! methods that the program and the user can choose; the cost of a right-hand side; a Kelvin-Voigt cantilever in space over
-//! 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
+//! Four tables: the planar reference (theory Sec. 5; its digits from an independent code) by tolerance and nodes,
+//! with every method that the program and the user can choose; the cost of a right-hand side; a Kelvin-Voigt
+//! cantilever in space over 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
@@ -22,7 +22,7 @@ use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// Best of so many.
+/// Repetitions of a timing, of which the best counts.
 const REPEATS: usize = 5;
 
 fn bending(eta: f64) -> Material<1> {
@@ -208,7 +208,8 @@ fn rigid() -> RigidBody {
         .unwrap()
 }
 
-/// 100 oscillations of a welded body on a Kelvin-Voigt cantilever: the slowest mode has a period of about 2 pi sqrt(1/3).
+/// 100 oscillations of a welded body on a Kelvin-Voigt cantilever; the slowest mode has a period of about 2 pi
+/// sqrt(1/3).
 fn cantilever() {
     println!("\nspatial cantilever, 16 nodes, tolerance 1e-8, 100 oscillations: seconds");
     let body = rigid();
@@ -222,7 +223,7 @@ fn cantilever() {
             relaxed: None,
             velocity: Vector6::new(0.1, -0.2, 0.3, 0.6, 0.3, 0.0),
         };
-        // An inextensible straight rod does not follow just any velocity: it is bent a little.
+        // An inextensible straight rod admits no axial end velocity, so the start is slightly bent.
         let start = ViscousStart {
             strain: &|s| Vector3::new(0.2, 0.1 - 0.1 * s, 0.1),
             ..start
@@ -281,7 +282,7 @@ fn vanishing() {
 }
 
 fn main() {
-    // All of them, or those that are named.
+    // The tables named on the command line, or all.
     let named: Vec<String> = std::env::args()
         .skip(1)
         .filter(|a| !a.starts_with('-'))

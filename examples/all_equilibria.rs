@@ -1,4 +1,4 @@
-//! Every equilibrium of a rod whose end is held at a point: how many there are, which are stable.
+//! All equilibria of a rod with a given end position: number and stability.
 //!
 //! `cargo run --release --example all_equilibria`
 
@@ -22,7 +22,7 @@ fn main() -> snaprod::Result<()> {
     let ratio = closed[2].equilibrium.energy / closed[0].equilibrium.energy;
     assert!((ratio - 4.0).abs() < 1e-9);
 
-    // On the first fold two equilibria are one; a step inwards there are both, a step outwards neither.
+    // On the first fold two equilibria merge; a step inwards there are both, a step outwards neither.
     let fold = fold_at(1, 0.4)?.equilibrium;
     let moved = |step: f64| equilibria_at(fold.x * (1.0 + step), fold.y * (1.0 + step), 7.0);
     let counts = [moved(-1e-6)?.len(), moved(0.0)?.len(), moved(1e-6)?.len()];

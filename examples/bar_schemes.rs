@@ -1,7 +1,10 @@
-//! The schemes of the thesis beside finite volumes: a bar under a sine load, 60 cells, after the wave has broken. Draws the
-//! stress along the bar to the SVG file named, if any, each scheme in a panel of its own with that of finer cells over it.
+//! Stress in a bar under a sine load after the wave has broken: the schemes of the thesis and finite volumes, 60
+//! cells.
 //!
-//!     cargo run --release --example bar_schemes -- figures/bar_schemes.svg
+//! Draws the stress along the bar to the SVG file named, if any: each scheme in a panel of its own, under the
+//! solution with finer cells.
+//!
+//! cargo run --release --example bar_schemes -- figures/bar_schemes.svg
 
 use snaprod::bar::{Bar, End, Material, Scheme, Snapshot, Stress, motion};
 use snaprod::body::History;
@@ -65,7 +68,7 @@ fn drawn(name: &str, state: &Snapshot, colour: usize) -> Series {
     }
 }
 
-/// Mean gap of the stress to that of finer cells about every point.
+/// Mean absolute difference of the stress from that of finer cells, over all points.
 fn gap(state: &Snapshot, fine: &Snapshot) -> f64 {
     let (n, h) = (fine.x.len(), LENGTH / 60.0);
     let place = |x: f64| ((x / LENGTH * n as f64).round() as usize).min(n);

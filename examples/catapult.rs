@@ -26,7 +26,8 @@ fn main() -> snaprod::Result<()> {
             Problem::new(rod, weight, 1e-12)
         };
 
-        // Upright the column is buckled; then the clamp turns away from the side it leans to, as far as a fold.
+        // The upright column is buckled; then the clamp turns away from the side to which the column leans, up to a
+        // fold.
         let buckled = column(0.0)?.solve(None)?;
         assert_eq!(buckled.index, 0);
         let away = -buckled.end.position.x.signum();

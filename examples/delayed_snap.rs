@@ -1,10 +1,10 @@
-//! A snap that comes long after its load (pseudo-bistability), and how long after.
+//! Delayed snap (pseudo-bistability) of a viscoelastic rod, and its delay.
 //!
-//! A rod of glassy stiffness 1 + 0.5 + 0.8, long-time stiffness 1, has been held buckled downwards for so long that its
-//! Maxwell branches are relaxed in that shape. At t = 0 the dead load on its mass becomes (-4, f). Relaxed, the rod bears
-//! f up to 1.6628 there, and frozen up to 4.4490; between the two it waits, creeps, and snaps. The delay grows as
-//! 1/sqrt(f - 1.6628), with a factor that equilibria alone tell: creep passes a fold slowly. Without branches the mass
-//! swings, and gives way already beyond f = 1.5534, past a saddle: its delay grows by a logarithm only.
+//! A rod of glassy stiffness 1 + 0.5 + 0.8 and long-time stiffness 1 has been held buckled downwards until its
+//! Maxwell branches relaxed. At t = 0 the dead load on its mass becomes (-4, f). The relaxed rod bears f up to
+//! 1.6628, the frozen rod up to 4.4490. For f between the two the rod waits, creeps, and snaps. The delay grows as
+//! 1/sqrt(f - 1.6628), with a factor that follows from equilibria alone: creep passes a fold slowly. Without
+//! branches the mass swings and snaps already for f > 1.5534, past a saddle: that delay grows only logarithmically.
 //!
 //! `cargo run --release --example delayed_snap`; with a directory as argument it writes its figure there:
 //! `cargo run --release --example delayed_snap -- figures`
@@ -30,7 +30,7 @@ const BRANCHES: [(f64, f64); 2] = [(0.5, 0.3), (0.8, 3.0)];
 /// The loads that the rod can bear at rest, relaxed and frozen (tests/data/viscous_prony.json).
 const RELAXED: f64 = 1.662_769_634_192_433_8;
 const FROZEN: f64 = 4.449_017_350_900_633;
-/// f, and when y = 0 is crossed with the branches and without, by an independent code.
+/// Load f, and times of crossing y = 0 with and without the branches, by an independent code.
 const REFERENCE: [(f64, f64, f64); 5] = [
     (2.0, 26.007_432_371_038_09, 3.571_807_518_095_325_4),
     (2.25, 15.544_379_161_886_578, 3.096_035_113_420_978_5),
@@ -81,7 +81,7 @@ fn main() -> Result<(), Failure> {
     println!("limit of delay x sqrt: {limit:.6}");
     assert!((limit / fold.factor - 1.0).abs() < 1e-3);
 
-    // Without branches the rod gives way sooner, as the mass swings beyond its place of rest: past a saddle, not a fold.
+    // Without branches the rod snaps sooner, since the mass overshoots its equilibrium: past a saddle, not a fold.
     let (mut low, mut high) = (1.0, RELAXED);
     while high - low > 1e-13 {
         let f = 0.5 * (low + high);
@@ -123,7 +123,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The first time at which the mass crosses y = 0; None if it comes to rest before.
+/// The first time at which the mass crosses y = 0; `None` if the mass comes to rest before.
 fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Option<f64>, Failure> {
     let load = Vector2::new(-4.0, f);
     let mut law = Viscoelastic::new(
@@ -150,7 +150,7 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
         };
         let now = run.now();
         if now.pose.y < 0.0 {
-            // At rest, and the forces on the mass balance.
+            // At rest, with balanced forces on the mass.
             if now.velocity.norm() < 1e-6 && (load - now.flow.wrench).norm() < 1e-6 {
                 return Ok(None);
             }
@@ -167,11 +167,12 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
     Ok(None)
 }
 
-/// Where the equilibria of the relaxed rod under (-4, f) end, and how fast they are passed there.
+/// Fold of the relaxed equilibria under (-4, f), with the speed of the passage.
 ///
-/// Passing the fold of the equilibria is slow: the branches follow and act as viscosities E time, inertia is nothing. With
-/// the height y of the mass along the equilibria, whose load is f*(y), viscosity times int (d theta'/dy)^2 ds dy/dt =
-/// f - f*(y), where f* = load - bend (y - y0)^2/2: the time is pi viscosity int (d theta'/dy)^2 ds sqrt(2/bend)/sqrt(f - load).
+/// The passage is slow: the branches act as viscosities E time, and inertia is negligible. Let y be the height of
+/// the mass along the equilibria, whose load is f*(y). Then viscosity times int (d theta'/dy)^2 ds dy/dt = f -
+/// f*(y), where f* = load - bend (y - y0)^2/2. Hence the time is pi viscosity int (d theta'/dy)^2 ds
+/// sqrt(2/bend)/sqrt(f - load).
 struct Bottleneck {
     load: f64,
     /// delay x sqrt(f - load), in the limit.
@@ -198,7 +199,7 @@ impl Bottleneck {
             let rod = Equilibrium::from_lambda_kappa(b, kappa)?;
             Ok((-b * b * rod.alpha.sin(), rod))
         };
-        // The largest load, from its slope along kappa.
+        // The largest load, by its slope along kappa.
         let h = 1e-3;
         let slope = |kappa: f64| -> Result<f64, Failure> {
             let f = |i: f64| Ok::<_, Failure>(held(kappa + i * h)?.0);

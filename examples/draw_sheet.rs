@@ -1,6 +1,6 @@
-//! Samples the sheet S_0^+, checks it against two closed forms, and draws it to the SVG file named, if any.
+//! The sheet S_0^+: samples, a check against two closed forms, and a drawing to the SVG file named, if any.
 //!
-//!     cargo run --release --example draw_sheet -- sheet.svg
+//! cargo run --release --example draw_sheet -- sheet.svg
 
 use snaprod::elastica::{fold_at, sheet_grid};
 use snaprod::manifold::{Sheet, Sign};
@@ -14,8 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let grid = sheet_grid(sheet, 40, 56)?;
 
-    // Its last column is the seam w = pi, where the clamp is at an inflection: lam = 2K, and in axes
-    // turned by alpha = 2 asin k the end lies at (2E/K - 1, 0) (AMV (3.17)).
+    // The last column is the seam w = pi, with an inflection at the clamp. There lam = 2K, and in axes turned by
+    // alpha = 2 asin k the end lies at (2E/K - 1, 0) (AMV (3.17)).
     for q in grid
         .points
         .chunks(grid.columns)
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let along = 2.0 * complete_e(kc)? / complete_k(kc)? - 1.0;
         assert!((q.x.hypot(q.y) - along.abs()).abs() < 1e-12);
     }
-    // The first fold of the rod that is all but straight, beyond the end of S_0 at lam = pi.
+    // The first fold of the nearly straight rod, beyond the end of S_0 at lam = pi.
     let fold = fold_at(1, 1e-8)?.equilibrium;
     assert!((fold.lambda - 6.017_591_002_824_488).abs() < 1e-12);
 

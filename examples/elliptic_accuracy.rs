@@ -66,7 +66,7 @@ rows time the call that returns the whole structure.
 | function | region | points | median | 99 % | max | ns | ellip max | ellip ns |
 |---|---|---|---|---|---|---|---|---|";
 
-/// The value of `ellip` for the row's function, if it has that.
+/// The value of the row's function by `ellip`, if available.
 fn peer(row: &Row) -> Option<f64> {
     let [a, b, c] = row.input;
     let m = |kc: f64| 1.0 - kc * kc;

@@ -1,8 +1,9 @@
-//! How late a rod with friction, or with mass, leaves a fold (theory 2.8), and the limits that the normal form of the fold tells.
+//! Delay of a rod with friction or mass at a fold (theory 2.8), and its limits by the normal form of the fold.
 //!
-//! Three snaps. Friction alone: half of the released energy is lost at 2.338107 T_v after the fold as the viscosity goes to 0, which is
-//! extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i as the rod's mass goes to 0, which is
-//! extrapolated in eps^(1/5). Last, friction alone in an assembly: of two arches with a heavy body between them, which turns on, one passes its fold.
+//! Three snaps. Friction alone: half of the released energy is lost at 2.338107 T_v after the fold as the viscosity
+//! goes to 0, extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i
+//! as the rod's mass goes to 0, extrapolated in eps^(1/5). Friction alone in an assembly: two arches with a turning
+//! heavy body between them, one of which passes its fold.
 //!
 //! `cargo run --release --example fold_delays`, forty seconds.
 
@@ -30,7 +31,7 @@ const VISCOUS: f64 = 2.338_107_410;
 const ZERO: f64 = 0.715_359;
 const VISCOSITIES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 const MASSES: [f64; 4] = [1e-3, 1e-4, 1e-5, 1e-6];
-/// Places along the rod at which shapes are compared; an even number of intervals.
+/// Points along the rod at which shapes are compared; an even number of intervals.
 const PLACES: usize = 200;
 
 fn main() -> Result<(), Failure> {
@@ -64,7 +65,7 @@ fn main() -> Result<(), Failure> {
                 format!("rod.mass={eps:e}"),
                 format!("rod.damping={{ proportional = {:e} }}", 0.02 * eps),
                 format!("rod.nodes={nodes}"),
-                // The vibrations that the start excites are not seen, and damped.
+                // Start vibrations are below this tolerance, and damped.
                 "run.tolerance=1e-6".into(),
             ];
             let t = zero(&scene, &set, eps)?;
@@ -87,8 +88,8 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Two arches of different length and stiffness in a row, with a heavy body between them that turns and tilts: rods of an assembly with friction have all
-/// of their mass, here next to none.
+/// Two arches of different length and stiffness in a row. A heavy body between them turns and tilts. In an assembly
+/// rods with friction have all of their mass, here almost none.
 fn arches(eta: f64) -> String {
     let turn = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
     let mass = 1e-4 * eta;
@@ -115,7 +116,8 @@ fn arches(eta: f64) -> String {
     )
 }
 
-/// When friction has taken half of what the snap of an arch releases, after its fold, in units of T_v: both from what a run tells of the fold.
+/// Time from the fold of an arch until friction has dissipated half of the energy released, in units of T_v. Both
+/// quantities come from the run's report of the fold.
 fn half_release_of_arch(eta: f64) -> Result<f64, Failure> {
     let scene = Scene::parse(&arches(eta))?;
     let prepared = AssemblyPrepared::new(&scene)?;
@@ -191,8 +193,8 @@ fn passage(fold: &LightSnap) -> Result<FoldNormalForm, Failure> {
     Ok(FoldNormalForm::new(q[0], q[1], &v)?)
 }
 
-/// Follows a motion until `found` says so, a function of the state that is below 0 first and after the fold turns positive; the time from the
-/// fold to there.
+/// Time from the fold until `found` becomes positive, a function of the state that is negative before. Follows the
+/// motion up to that point.
 fn follow(
     motion: &mut dyn Motion<'_>,
     found: &mut dyn FnMut(&dyn State, &LightSnap) -> f64,
@@ -226,7 +228,7 @@ fn follow(
     Err("no fold was passed".into())
 }
 
-/// When friction has taken half of what the snap releases, after the fold, in units of T_v.
+/// Time from the fold until friction has dissipated half of the energy released, in units of T_v.
 fn half_release(scene: &Scene, eta: f64) -> Result<f64, Failure> {
     let prepared = Prepared::new(scene)?;
     let mut motion = prepared.motion()?;
@@ -236,7 +238,8 @@ fn half_release(scene: &Scene, eta: f64) -> Result<f64, Failure> {
     Ok(late / passage(&fold)?.viscous(eta))
 }
 
-/// When the amplitude of the critical shape is 0, after the fold, in units of T_i. The rod is light until 10 T_i before.
+/// Time from the fold to the zero of the amplitude of the critical shape, in units of T_i. The rod is light until
+/// 10 T_i before the fold.
 fn zero(
     scene: &dyn Fn(&[String]) -> Result<Scene, Failure>,
     set: &[String],
@@ -268,21 +271,21 @@ fn zero(
     let (fold, late) = follow(&mut *motion, &mut |state, fold| {
         let [there, critical] = shapes.get_or_insert_with(|| critical(fold));
         let now = axis(&|s| state.strains_at(s).iter().map(|e| e[0]).collect());
-        // Vibrations of the held rod are orthogonal to each other in the mass.
+        // Vibrations of the held rod are orthogonal with respect to mass.
         let terms = now.iter().zip(there).zip(critical);
         terms.map(|((r, r0), z)| (r - *r0).dot(z)).sum()
     })?;
     Ok(late / passage(&fold)?.inertial(eps))
 }
 
-/// Places along a rod of such a curvature, by Simpson's rule.
+/// Points of the axis for a given curvature, by Simpson's rule.
 fn axis(curvature: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<Vector2<f64>> {
     let h = 1.0 / PLACES as f64;
     let places: Vec<f64> = (0..=2 * PLACES).map(|k| 0.5 * h * k as f64).collect();
     let curvature = curvature(&places);
     let mut angle = vec![0.0];
     for k in 0..2 * PLACES {
-        // The middle of every second interval by the parabola through three values.
+        // The midpoint of every second interval, by the parabola through three values.
         let k0 = k - k % 2;
         let [a, b, c] = [curvature[k0], curvature[k0 + 1], curvature[k0 + 2]];
         let part = match k % 2 {
@@ -300,8 +303,8 @@ fn axis(curvature: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<Vector2<f64>> {
     r
 }
 
-/// The shape at the fold, and how it changes along the critical direction towards the landing.
-fn critical(fold: &LightSnap) -> [Vec<Vector2<f64>>; 2] {
+/// The shape at the fold, and its derivative along the critical direction towards the landing.
+fn critical(fold: &Crossed) -> [Vec<Vector2<f64>>; 2] {
     let q = &fold.snap.from.q;
     let fold = Equilibrium::new(q[0], q[1]).expect("the fold is in the chart");
     let rod = RodInertia::new(q[0], q[1]).expect("the fold is not taut");

@@ -8,8 +8,8 @@ use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options};
 
 fn main() -> snaprod::Result<()> {
-    // Round section: bending stiffness 1, torsional stiffness 0.7, length 1. What is critical is the couple,
-    // whatever the torsional stiffness.
+    // Round section: bending stiffness 1, torsional stiffness 0.7, length 1. The critical couple does not depend on
+    // the torsional stiffness.
     let torsion = 0.7;
     let table = [
         (-20.0, 5.771_135_703_3),
@@ -40,7 +40,7 @@ fn main() -> snaprod::Result<()> {
         };
         let trace = Continuation::new(&family, x, 0.1, options)?.trace();
 
-        // Two modes lose their stability at once: the helix may buckle any way round.
+        // Two modes lose stability together: the helix may buckle in any direction.
         let first = &trace.specials[0];
         assert_eq!(first.index, (Some(0), Some(2)));
         let at = family.state(&first.point.x, first.point.p)?;

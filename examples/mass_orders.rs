@@ -1,7 +1,8 @@
-//! A light rod, one whose mass counts to first order, and one with all of its mass: how far apart they are, and what each costs.
+//! Light rods, first-order mass and full mass compared: error and cost.
 //!
-//! A bent rod swings smoothly under a dead load (`docs/mass.md`). Without its mass the end is off by the order 1 of eps, the mass of the rod over
-//! that of the body; with the correction by the order 2.
+//! A bent rod swings smoothly under a dead load (`docs/mass.md`). Let eps be the mass of the rod over that of the
+//! body. Without the rod's mass the error of the end is of order 1 in eps; with the first-order correction it is of
+//! order 2.
 //!
 //! `cargo run --release --example mass_orders`; with a directory as argument it writes its figures there:
 //! `cargo run --release --example mass_orders -- figures`; without one the two heaviest rods are enough
@@ -37,7 +38,7 @@ const SAMPLES: usize = 50;
 const DURATION: f64 = 0.5;
 const KINDS: [&str; 3] = ["none", "first-order", "full"];
 
-/// Places of the end at even times, and the processor's milliseconds.
+/// Positions of the end at equidistant times, and processor time in milliseconds.
 fn run(eps: f64, inertia: &str) -> Result<(Vec<[f64; 2]>, f64), Failure> {
     let mut set = vec![
         format!("rod.mass={eps}"),
@@ -48,7 +49,7 @@ fn run(eps: f64, inertia: &str) -> Result<(Vec<[f64; 2]>, f64), Failure> {
     }
     let set: Vec<&str> = set.iter().map(String::as_str).collect();
     let prepared = Prepared::new(&Scene::parse_with(SCENE, &set)?)?;
-    // The system counts in ticks, so that short runs are repeated.
+    // The system counts time in ticks, so short runs are repeated.
     let repeats = if inertia == "full" { 1 } else { 300 };
     let motions = (0..repeats).map(|_| prepared.motion());
     let motions = motions.collect::<Result<Vec<_>, _>>()?;
@@ -59,7 +60,7 @@ fn run(eps: f64, inertia: &str) -> Result<(Vec<[f64; 2]>, f64), Failure> {
     Ok((places, clock.milliseconds() / f64::from(repeats)))
 }
 
-/// The time that this process has had on its core, where the system tells; time by the wall elsewhere.
+/// Processor time of the process, if the system reports one; wall time on other systems.
 struct Clock {
     wall: Instant,
     core: Option<f64>,
@@ -116,7 +117,7 @@ fn apart(a: &[[f64; 2]], b: &[[f64; 2]]) -> f64 {
 
 fn main() -> Result<(), Failure> {
     let (mut errors, mut costs) = ([Vec::new(), Vec::new()], [const { Vec::new() }; 3]);
-    // The lightest rods take longest: without a figure to draw the first order is enough.
+    // The lightest rods take longest; without a figure the first order suffices.
     let directory = std::env::args().nth(1);
     let masses = &MASSES[..if directory.is_some() { MASSES.len() } else { 2 }];
     for &eps in masses {

@@ -1,4 +1,5 @@
-//! What the end of a viscoelastic rod remembers, in closed form: shear beside flexure, a Maxwell branch, and nothing.
+//! Memory kernel of the end of a viscoelastic rod, in closed form: shear with flexure, a Maxwell branch, and no
+//! memory.
 //!
 //! `cargo run --release --example memory`
 
@@ -23,7 +24,7 @@ fn main() -> snaprod::Result<()> {
     let rod = Viscoelastic::new(Arc::new(elastic), Arc::new(KelvinVoigt::new(viscosity)))?;
     assert!(!commuting(&rod, length)?.holds);
     let kernel = MemoryKernel::new(&rod, length)?;
-    // One exponential in each plane, of a rate between the two.
+    // One exponential in each plane, with a rate between the two.
     let (x_b, x_s) = (bending / flexural, shear / shearing);
     let (g_b, g_s) = (length.powi(3) / 12.0 / flexural, length / shearing);
     let rate = (x_s * g_b + x_b * g_s) / (g_b + g_s);
@@ -32,7 +33,7 @@ fn main() -> snaprod::Result<()> {
     for mode in kernel.modes() {
         assert_near(mode.rate, rate, "  rate of the memory");
     }
-    // The dashpot is that of the viscosities alone, the spring that of the stiffnesses.
+    // The dashpot follows from the viscosities alone, the spring from the stiffnesses.
     let spring = (length.powi(3) / 12.0 / bending + length / shear).recip();
     assert_near(
         kernel.instantaneous()[(3, 3)],
@@ -40,7 +41,7 @@ fn main() -> snaprod::Result<()> {
         "  dashpot",
     );
     assert_near(kernel.relaxed()[(3, 3)], spring, "  spring");
-    // The wrench after a step of the displacement r1: R(0) = dashpot^2 (x_b g_b + x_s g_s), and then it falls.
+    // The wrench after a step of the displacement r1 starts from R(0) = dashpot^2 (x_b g_b + x_s g_s), and relaxes.
     let glassy = (x_b * g_b + x_s * g_s) / (g_b + g_s).powi(2);
     assert_near(kernel.glassy()[(3, 3)], glassy, "  R(0)");
     let t = 0.02;
@@ -62,7 +63,7 @@ fn main() -> snaprod::Result<()> {
     let after = 3.0 * (1.0 + 1.5 * (-0.25_f64 * 2.0).exp());
     assert_near(kernel.wrench_after_step(2.0)[(4, 4)], after, "  R(2)");
 
-    // Without it the elastica answers small motions as a spring beside a dashpot.
+    // Without a branch the elastica responds to small motions as a spring beside a dashpot.
     let kernel = MemoryKernel::carrying(&plain, 1.0, lateral)?;
     println!("and without:");
     assert!(kernel.commuting().holds && kernel.modes().is_empty());

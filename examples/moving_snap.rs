@@ -1,8 +1,9 @@
-//! README's picture that moves: the reference snap as an animated SVG, which any page shows as an image.
+//! README's animated picture: the reference snap as an animated SVG, which any page shows as an image.
 //!
-//! The rod follows its mass to the fold, falls through the shapes of its viscous layer, in which time stands still, and flies on. Every shape is one that the
-//! library computed at that very time; none lies between two. `cargo run --release --example moving_snap -- figures` writes `snap_moving.svg` there; without a
-//! directory it only checks.
+//! The rod follows its mass to the fold, falls through the shapes of its viscous layer, in which time stands still,
+//! and flies on. Every frame is a shape computed at its time; none is interpolated.
+//! `cargo run --release --example moving_snap -- figures` writes `snap_moving.svg` there; without a directory it
+//! only checks.
 
 use snaprod::elastica::fold_curve;
 use snaprod::motion::{Event, Outcome};
@@ -13,13 +14,13 @@ use std::fmt::Write;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// What is shown of the scene, in its time.
+/// Duration shown, in the scene's time.
 const DURATION: f64 = 0.8;
 const PICTURES: usize = 90;
-/// How long a picture stays, and the last one and the two sides of the snap, in seconds.
+/// Display times in seconds: of a frame, of the last frame, and of the two sides of the snap.
 const BRIEF: f64 = 0.05;
 const LONG: f64 = 0.6;
-/// Pixels for a length of the rod, and the clamp.
+/// Pixels per length of the rod, and the position of the clamp.
 const SCALE: f64 = 330.0;
 const CLAMP: [f64; 2] = [48.0, 60.0];
 const SIZE: [f64; 2] = [420.0, 420.0];
@@ -50,8 +51,8 @@ fn main() -> Result<(), Failure> {
     for still in stills {
         let end = still.rods[0].last().ok_or("no rod")?;
         let off = (end.translation.vector - still.now.bodies[0].0.translation.vector).norm();
-        // Shapes of the layer are as fine as the choice of the landing needs.
-        let bound = if still.place == PictureRole::Layer {
+        // Shapes of the layer are as accurate as the choice of the landing requires.
+        let bound = if still.place == Place::Layer {
             1e-3
         } else {
             1e-9
@@ -69,7 +70,7 @@ fn main() -> Result<(), Failure> {
             .count()
             > 8
     );
-    // Steps are longer than pictures are apart: those must be taken within steps, too.
+    // Steps are longer than the interval of frames, so frames must also be taken within steps.
     assert!(stills.len() > PICTURES, "{} pictures", stills.len());
     let svg = animated(stills)?;
     assert!(svg.len() < 150_000, "{} bytes", svg.len());
@@ -79,12 +80,12 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A place in pixels, to a tenth.
+/// A point in pixels, to a tenth.
 fn pixel(x: f64, y: f64) -> String {
     format!("{:.1},{:.1}", CLAMP[0] + SCALE * x, CLAMP[1] - SCALE * y)
 }
 
-/// The pictures one after the other, and again.
+/// The frames in sequence, repeated.
 fn animated(stills: &[Still]) -> Result<String, Failure> {
     let seconds = |k: usize| match stills[k].place {
         _ if k + 1 == stills.len() => 2.0 * LONG,
@@ -142,7 +143,7 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
     let fold = half
         .iter()
         .map(|at| pixel(at.equilibrium.x, at.equilibrium.y));
-    // The straight rod, without a loop and with one that vanishes, is where the curve begins and ends.
+    // The curve begins and ends at the straight rod, without a loop and with a vanishing loop.
     let straight = || std::iter::once(pixel(1.0, 0.0));
     let fold: Vec<String> = straight().chain(fold).chain(straight()).collect();
     writeln!(
@@ -165,7 +166,7 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
         CLAMP[0] - 2.0,
         CLAMP[1] - 24.0
     )?;
-    // The radius of the circle is the scale of the picture.
+    // The radius of the circle is the scale of the figure.
     for (x, y, colour, name) in [
         (190, 293, "#C8102E", "fold"),
         (302, 316, "#777777", "full reach, ℓ"),

@@ -1,8 +1,9 @@
-//! A strip with a mass at its end is let go and filmed: which bending stiffness and which damping has it?
+//! Ring-down fit: bending stiffness and damping of a strip with a mass at its end, from films of its release.
 //!
-//! The films are made here: the motion of known values at 50 pictures a second with normal errors of 0.3 mm along x and 0.5 mm along y, some pictures
-//! unusable. Each is fitted without knowledge of its noise. Of such a fit three things can be asked: whether it finds the values, whether its standard
-//! errors are the scatter of what it finds, and whether its intervals hold the truth as often as they say.
+//! The films are synthetic: the motion of known values at 50 pictures a second with normal errors of 0.3 mm along x
+//! and 0.5 mm along y, some pictures unusable. Each film is fitted without knowledge of its noise. Three properties
+//! are checked: the fit finds the values, its standard errors are the scatter of the estimates, and its intervals
+//! contain the true values as often as stated.
 //!
 //! `cargo run --release --example ring_down`; half a minute.
 
@@ -14,7 +15,7 @@ use std::fmt::Write;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Length in metres, mass in kilograms; the values that are searched are wrong.
+/// Length in metres, mass in kilograms; the parameters to be fitted have wrong values.
 const SCENE: &str = r#"
 [rod]
 model = "elastica"
@@ -91,13 +92,14 @@ fn main() -> Result<(), Failure> {
         scatter[0].sqrt(),
         scatter[1].sqrt()
     );
-    // 8 or more of 10 happens in 99 of 100 sets of films; an rms of 5 lies between 0.3 and 2 as often.
+    // With correct intervals 8 or more of 10 hold in 99 of 100 sets of films; an rms of 5 lies between 0.3 and 2 as
+    // often.
     assert!(held >= 8);
     assert!(scatter.iter().all(|square| (0.1..4.0).contains(square)));
     Ok(())
 }
 
-/// Chance without a crate: splitmix64.
+/// Pseudo-random numbers without a crate: splitmix64.
 struct Chance(u64);
 
 impl Chance {
@@ -109,7 +111,7 @@ impl Chance {
         ((x ^ (x >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Of mean 0 and variance 1, by Box and Muller.
+    /// A normal number of mean 0 and variance 1, by Box and Muller.
     fn normal(&mut self) -> f64 {
         let (a, b) = (1.0 - self.uniform(), self.uniform());
         (-2.0 * a.ln()).sqrt() * (TAU * b).cos()

@@ -9,7 +9,8 @@ use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
-/// Turns the clamp of an arch of length 1, whose ends are 1 - s apart, to the fold. Returns the angle a and the thrust there.
+/// Turns the clamp of an arch of length 1, with ends 1 - s apart, to the fold. Returns the angle a and the thrust
+/// at the fold.
 fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
     let turned = |a: f64| {
         let clamp = UnitQuaternion::from_scaled_axis(Vector3::y() * a);
@@ -19,7 +20,8 @@ fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
         let flat = EndConditions::pose(Vector3::z() * (1.0 - s), UnitQuaternion::identity());
         Problem::new(rod, flat, 1e-12)
     };
-    // At a = 0 the arch is a buckled column, bent away from the turn to come: theta = -2 sqrt(s) sin(2 pi z) to first order.
+    // At a = 0 the arch is a buckled column, bent away from the turn to come: theta = -2 sqrt(s) sin(2 pi z) to first
+    // order.
     let guess = Vector6::new(0.0, -4.0 * PI * s.sqrt(), 0.0, 0.0, 0.0, -4.0 * PI * PI);
     let arch = turned(0.0)?.solve(Some(&guess))?;
     assert_eq!(arch.index, 0);

@@ -1,4 +1,4 @@
-//! A mass pushes its rod over a fold: the snap, its energy, and the bounces that follow.
+//! A mass that pushes its rod over a fold: the snap, its energy, and the bounces after it.
 //!
 //! `cargo run --release --example snap`
 

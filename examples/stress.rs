@@ -1,10 +1,14 @@
-//! Scenes drawn at random, as many as one likes, on all cores: each must end in a stated outcome.
+//! Random scenes, in any number, on all cores: each must end in a stated outcome.
 //!
-//!     cargo run --release --example stress -- FROM TO [LOG [SECONDS]]
+//! cargo run --release --example stress -- FROM TO [LOG [SECONDS]]
 //!
-//! Seeds FROM to TO - 1; what came of each is a line of LOG (default stress.log), and seeds that stand there are left out, so that a run can be ended and
-//! taken up. A scene is interrupted after so many SECONDS (default 3), which is an outcome like others: many scenes a little way, or fewer of them far. Panics, numbers that are none, energy out of nowhere and scenes that do not end within two minutes are told with their seeds, and `stress SEED` prints
-//! the scene of a seed. Without arguments twenty scenes, and no log.
+//! Runs the seeds FROM to TO - 1. The outcome of each seed is a line of LOG (default stress.log); seeds already in
+//! LOG are left out, so a run can be interrupted and resumed. A scene is interrupted after SECONDS (default 3),
+//! which is a valid outcome: this allows many scenes over a short time, or fewer of them further.
+//!
+//! Panics, NaN and infinite numbers, spurious energy, and scenes that do not end within two minutes are reported
+//! with their seeds; `stress SEED` prints the scene of a seed. Without arguments twenty scenes are run, and no log
+//! is written.
 
 #[path = "../tests/suite/stress_scenes.rs"]
 mod stress_scenes;
@@ -18,7 +22,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 use stress_scenes::{judged, scene};
 
-/// How long a scene may work before it is interrupted, in seconds, and before it is given up as endless.
+/// Time limits of a scene in seconds: until its interruption, and until it is reported as endless.
 const PATIENCE: f64 = 3.0;
 const ENDLESS: Duration = Duration::from_secs(120);
 

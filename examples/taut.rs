@@ -1,8 +1,9 @@
-//! Error and cost of taut rods against sqrt(F L^2/B), the base wrench beside: a table of docs/rods.md.
+//! Error and cost of taut rods against sqrt(F L^2/B), compared with the base wrench: a table of docs/rods.md.
 //!
-//! A uniform inextensible rod in a plane, pulled at 0.3 rad from its clamp, its end turned by 0.5. Errors of the place of the end,
-//! against the closed form of the string limit from 30 on (exact up to exp(-lam)), below against the finest mesh. Costs are times of an
-//! evaluation with all derivatives over that by the base wrench at lam = 10; taut rods begin from the rod under a pull one per cent less.
+//! A uniform inextensible rod in a plane is pulled at 0.3 rad from its clamp, its end turned by 0.5. Errors are
+//! those of the end position: from sqrt(F L^2/B) = 30 on against the closed form of the string limit (exact up to
+//! exp(-lam)), below against the finest mesh. Costs are times of an evaluation with all derivatives, relative to
+//! the base wrench at lam = 10. Taut rods start from the rod under a pull one per cent less.
 
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 use snaprod::Result;
@@ -66,7 +67,7 @@ fn main() -> Result<()> {
         for tolerance in [1e-13, 1e-9] {
             let found: Taut = rod.taut(&guess, &tip, None, tolerance)?;
             row.push(error(&found.end.position));
-            // Exact up to exp(-lam), the closed form has every digit here.
+            // Exact up to exp(-lam): the closed form has full accuracy here.
             let off = (found.end.position - place).norm();
             assert!(
                 lam != 1e3 || tolerance > 1e-13 || off < 1e-12,

@@ -1,10 +1,11 @@
-//! The limit of small viscosity: viscous runs through the three snaps of scenes/three_snaps.toml against the elastic run
-//! with viscous landings (AMV Sec. 8).
+//! Limit of small viscosity: viscous runs through the three snaps of scenes/three_snaps.toml, compared with the
+//! elastic run with viscous landings (AMV Sec. 8).
 //!
-//! On the sheets the error is of order eta, once drag has made the body forget the snaps before. A fold is passed slowly:
-//! the snap comes late by a time of order eta^(2/3), and of that order is, right after it, the error of the position
-//! and of the energy lost. In this scene the mass bounces off the circle of the straight rod 0.02 after each snap. There
-//! friction takes a further part, of order eta with a large factor: the loss through both is off by a eta - b eta^(2/3).
+//! On the sheets the error is of order eta, once drag has removed the memory of earlier snaps. A fold is passed
+//! slowly: the snap is late by a time of order eta^(2/3), and right after the snap the errors of position and lost
+//! energy have the same order. In this scene the mass bounces off the circle of the straight rod 0.02 after each
+//! snap. The bounce dissipates a further part, of order eta with a large factor: the total loss is off by a eta - b
+//! eta^(2/3).
 //!
 //! `cargo run --release --example vanishing_viscosity`; with a directory as argument it writes its figures there:
 //! `cargo run --release --example vanishing_viscosity -- figures`
@@ -29,25 +30,25 @@ type Sample = ViscousSample<Plane, 1, 2>;
 
 const DEAD: f64 = -3.7;
 const DRAG: f64 = 8.0;
-/// The force that swings the mass, and its angular frequency.
+/// Amplitude and angular frequency of the force on the mass.
 const SWING: f64 = 55.7;
 const TURNING: f64 = 2.0 * PI * 0.119;
 const DURATION: f64 = 15.5;
 /// Times before and after each snap (5.430, 9.631, 13.833), on the sheets.
 const BEFORE: [f64; 3] = [5.3, 9.5, 13.7];
 const AFTER: [f64; 3] = [7.5, 11.7, 15.5];
-/// How long after a snap it is looked at before the bounce.
+/// Delay after a snap at which states are compared, before the bounce.
 const SOON: f64 = 0.005;
 const ETA: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
-/// From here on snaps are over before the bounce.
+/// Up to this viscosity snaps are over before the bounce.
 const SMALL: f64 = 1.1e-4;
-/// The runs whose first layer is drawn, and its part of stretched time.
+/// Viscosities whose first layer is drawn, and the interval of stretched time shown.
 const DRAWN: [f64; 3] = [1e-4, 1e-5, 1e-6];
 const STRETCH: [f64; 2] = [-9.0, 6.0];
 
 fn main() -> Result<(), Failure> {
     let elastic = Elastic::run()?;
-    // Two at a time: the runs know nothing of each other.
+    // Two at a time: the runs are independent.
     let half = |first: usize| {
         ETA.iter()
             .skip(first)
@@ -96,7 +97,7 @@ fn rest() -> snaprod::Result<Equilibrium> {
     Equilibrium::from_lambda_kappa(1.923538, 0.7583543)
 }
 
-/// What is kept of the elastic run.
+/// Data of the elastic run.
 struct Elastic {
     snaps: Vec<Snap>,
     /// Positions at the times of [`times`].
@@ -104,7 +105,7 @@ struct Elastic {
     velocities: Vec<Vector2<f64>>,
 }
 
-/// The times at which states are compared, rising: before each snap, soon after it, after it.
+/// Increasing times of comparison: before each snap, soon after, and later.
 fn times(snaps: &[Snap]) -> Vec<f64> {
     (0..snaps.len())
         .flat_map(|k| [BEFORE[k], snaps[k].t + SOON, AFTER[k]])
@@ -149,10 +150,10 @@ impl Elastic {
     }
 }
 
-/// What is kept of a viscous run.
+/// Data of a viscous run.
 struct Viscous {
     eta: f64,
-    /// Positions at the times of [`times`], and energies lost in the rod by then.
+    /// Positions at the times of [`times`], and energies dissipated in the rod up to these times.
     positions: Vec<Vector2<f64>>,
     velocities: Vec<Vector2<f64>>,
     lost_by: Vec<f64>,
@@ -216,7 +217,7 @@ impl Viscous {
                 found.velocities.push(sample.velocity);
                 found.lost_by.push(sample.friction);
             }
-            // Where the first layer may be.
+            // Interval that contains the first layer.
             if DRAWN.contains(&eta) && (snap - 0.01..snap + 0.1).contains(&to) {
                 found.first.push(Moment::of(run.now()));
             }
@@ -225,12 +226,13 @@ impl Viscous {
         Ok(found)
     }
 
-    /// The first layer in stretched time from its largest rate of dissipation, and energies from its beginning.
+    /// The first layer in stretched time, counted from its largest rate of dissipation; energies are counted from
+    /// its beginning.
     fn stretched(&self) -> Result<(Vec<f64>, Vec<&Moment>), Failure> {
         let largest = (1..self.first.len() - 1)
             .max_by(|i, j| self.first[*i].power.total_cmp(&self.first[*j].power));
         let k = largest.ok_or("no layer")?;
-        // The top of the parabola through three moments.
+        // Vertex of the parabola through three moments.
         let [a, b, c] =
             [k - 1, k, k + 1].map(|i| (self.first[i].t - self.first[k].t, self.first[i].power));
         let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
@@ -275,7 +277,7 @@ impl Moment {
 /// Errors of one kind against the viscosity.
 struct Errors {
     name: String,
-    /// The order that is expected, and how far neighbours in eta may be off.
+    /// Expected order, and the accepted deviation between neighbours in eta.
     order: (f64, f64),
     /// (eta, error).
     points: Vec<(f64, f64)>,
@@ -328,7 +330,7 @@ fn series(elastic: &Elastic, runs: &[Viscous]) -> Vec<Errors> {
     all
 }
 
-/// Prints the errors and their orders, and asserts them.
+/// Prints the errors with their orders, and asserts the orders.
 fn report(elastic: &Elastic, runs: &[Viscous], series: &[Errors]) {
     for (k, snap) in elastic.snaps.iter().enumerate() {
         println!(
@@ -356,7 +358,7 @@ fn report(elastic: &Elastic, runs: &[Viscous], series: &[Errors]) {
             before = Some((eta, error));
         }
     }
-    // Through the snap and the bounce, until the body has come to rest on the sheet: two of the runs give a and b.
+    // Through the snap and the bounce, until the body rests on the sheet: two of the runs give a and b.
     println!(
         "loss through snap and bounce, relative to what the snap releases, less 1; and a eta - b eta^(2/3):"
     );
@@ -386,7 +388,7 @@ fn report(elastic: &Elastic, runs: &[Viscous], series: &[Errors]) {
     }
 }
 
-/// The largest errors of the three snaps, which all but coincide.
+/// The largest errors of the three snaps, whose curves nearly coincide.
 fn convergence(series: &[Errors]) -> Lines {
     let names = [
         "position on the sheet, before a snap (ℓ)",
@@ -441,7 +443,7 @@ fn layer(elastic: &Elastic, runs: &[Viscous]) -> Result<LayerFigure, Failure> {
         let (stretched, moments) = run.stretched()?;
         let lost = |m: &&Moment| m.lost - moments[0].lost;
         let all = moments.last().map_or(0.0, lost);
-        // Shapes of the smallest viscosity, as parts of the energy are lost.
+        // Shapes at the smallest viscosity, at given parts of the energy loss.
         figure.shapes = [
             0.01, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97,
         ]

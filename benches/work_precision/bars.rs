@@ -19,7 +19,7 @@ fn pushed() -> Bar {
     Bar::new(law, 1.0, 1.0, ends).expect("a bar")
 }
 
-/// That bar by a scheme; a history of the user's own has no place in a scene.
+/// A bar of the library with the given scheme; scenes admit no user-defined load history.
 fn bar<M: bar::Motion + 'static>(
     key: &'static str,
     title: &'static str,

@@ -1,4 +1,4 @@
-//! How well the ledger closes in long runs, and what the mass of a planar rod costs per right-hand side.
+//! Energy errors of long runs, and the cost per right-hand side of a planar rod's mass.
 
 use nalgebra::Vector2;
 use snaprod::body::{Body, TimeLoad};
@@ -8,14 +8,14 @@ use std::f64::consts::SQRT_2;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// How the ledger closes over 1000 time units.
+/// Energy errors over 1000 time units.
 pub fn ledgers() {
     for (name, body) in ledger_scenes() {
         println!("{}", ledger(name, &body));
     }
 }
 
-/// What the mass of a planar rod costs to first order.
+/// Cost of following the mass of a planar rod to first order.
 pub fn masses() {
     for tolerance in [1e-6, 1e-8, 1e-10, 1e-12] {
         for start in ROD_MASS {
@@ -24,7 +24,7 @@ pub fn masses() {
     }
 }
 
-/// Loads under which the ledger is watched for 1000 time units.
+/// Loads of the runs over 1000 time units whose energy error is measured.
 fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
     let free = || Body::new(1.0).unwrap();
     let shaken = TimeLoad::sine(Vector2::new(0.0, 8.0), 2.0, 0.0).unwrap();
@@ -41,7 +41,7 @@ fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
     ]
 }
 
-/// One line on how the ledger closes from the start of the snap run, at tolerance 1e-12.
+/// One line on the energy error from the start of the snap run, at tolerance 1e-12.
 fn ledger(name: &str, body: &Body<2>) -> String {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
     let options = Options::new(1000.0).unwrap().with_tolerance(1e-12).unwrap();

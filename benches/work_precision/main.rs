@@ -1,8 +1,12 @@
-//! Error against work of every model, beside what others would use: `cargo bench --bench work_precision`, or a part of it: `-- models`, `-- motions` (those
-//! of the elastic planar rod alone), `-- ledger`, `-- mass`.
+//! Error against work of every model and of the alternatives that others would use:
+//! `cargo bench --bench work_precision`.
 //!
-//! `models` prints the table of docs/benchmarks.md and draws figures/work_precision_plane.svg, _motions.svg and _statics.svg. Each problem is run at a row of tolerances (cells, nodes) and its end compared with
-//! that of an independent computation, where there is one. The peers are the scripts of tools/peers; those that cannot run here are named and left out.
+//! Parts are chosen by `-- models`, `-- motions` (the elastic planar rod alone), `-- ledger`, `-- mass`.
+//!
+//! `models` prints the table of docs/benchmarks.md and draws figures/work_precision_plane.svg, _motions.svg and
+//! _statics.svg. Each problem is run at a row of tolerances (cells, nodes) and its end compared with an independent
+//! computation, if one exists. The peers are the scripts of tools/peers; peers that cannot run on this machine are
+//! named and left out.
 
 #[allow(dead_code)]
 #[path = "../../tests/suite/support.rs"]
@@ -73,7 +77,7 @@ fn models() {
 /// The points of a model on a problem, or of a peer.
 struct Curve {
     title: String,
-    /// Which of the problems it is of.
+    /// Index of the problem.
     problem: usize,
     peer: bool,
     points: Vec<Point>,
@@ -95,7 +99,8 @@ impl Curve {
         )
     }
 
-    /// The order p of error ~ work^-p, by a straight line through the logarithms of what the reference resolves.
+    /// The order p of error ~ work^-p: slope of a straight line through the logarithms of errors above the
+    /// reference's own.
     fn order(&self, floor: f64) -> Option<f64> {
         let told = |p: &&Point| (10.0 * floor..1e-2).contains(&p.error);
         let points = self.points.iter().filter(told);
@@ -108,7 +113,7 @@ impl Curve {
         (n >= 3.0).then_some(-slope)
     }
 
-    /// Milliseconds of the cheapest of its runs with at most this error.
+    /// Milliseconds of the cheapest run with at most this error.
     fn cheapest(&self, error: f64) -> Option<f64> {
         let good = self.points.iter().filter(|p| p.error <= error);
         good.map(|p| p.ms).min_by(f64::total_cmp)
@@ -138,7 +143,7 @@ fn compare(problems: &[Problem]) -> Vec<Curve> {
             Err(why) => skipped.push(format!("{} skipped: {why}", peer.name)),
         }
     }
-    // Peers stand below the model that they are compared with.
+    // Peers stand below the model of the same problem.
     curves.sort_by_key(|curve| curve.problem);
     let head = [
         "tolerance, cells or nodes",
@@ -170,7 +175,7 @@ fn print_head(columns: &[&str]) {
     println!("| --- |{}", " --- |".repeat(columns.len()));
 }
 
-/// The best time of several runs: what else the machine does only adds.
+/// The best time of several runs: other load of the machine can only add.
 fn measured(problem: &Problem, setting: problems::Setting) -> Point {
     const ENOUGH: Duration = Duration::from_millis(300);
     let begun = Instant::now();
@@ -188,7 +193,7 @@ fn measured(problem: &Problem, setting: problems::Setting) -> Point {
     }
 }
 
-/// One line on a curve: its reference, its order, what errors cost.
+/// Line of text on a curve: reference, order, and time for given errors.
 fn summary(curve: &Curve, problem: &Problem) -> String {
     let order = curve
         .order(problem.floor)
@@ -201,12 +206,12 @@ fn summary(curve: &Curve, problem: &Problem) -> String {
     )
 }
 
-/// Three digits.
+/// A number with three digits.
 fn digits(x: f64) -> String {
     format!("{x:.*}", (2 - x.log10().floor() as i32).max(0) as usize)
 }
 
-/// Errors, by this name, against time, peers dashed.
+/// Figure `name` of errors against time; peers dashed.
 fn figure<'a>(curves: impl Iterator<Item = &'a Curve>, error: &str) -> Lines {
     let series = curves.map(|curve| Series {
         name: curve.title.clone(),
@@ -229,7 +234,7 @@ fn figure<'a>(curves: impl Iterator<Item = &'a Curve>, error: &str) -> Lines {
     }
 }
 
-/// Largest resident set so far, in MB, where the system tells.
+/// Largest resident set so far, in MB, if the system reports the value.
 fn peak_memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM"))?;

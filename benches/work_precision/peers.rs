@@ -1,13 +1,14 @@
-//! What people would use in the place of a model: programs of tools/peers, run on the same problems.
+//! Peer programs: alternatives that people would use in place of a model (tools/peers), run on the same problems.
 //!
-//! A peer is told the reference, `KEY=number,number,...` for each problem that there is, and prints lines `KEY method setting error right-hand-sides milliseconds`; 0 right-hand sides are ones not counted. In the name of a method
-//! ~ stands for a blank.
+//! A peer receives the references as `KEY=number,number,...`, one for each problem. It prints lines
+//! `KEY method setting error right-hand-sides milliseconds`; 0 right-hand sides means not counted. In the name of a
+//! method ~ stands for a blank.
 
 use crate::problems::Problem;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// An error and what it took.
+/// An error and the work of the run.
 pub struct Point {
     pub setting: String,
     pub error: f64,
@@ -15,7 +16,7 @@ pub struct Point {
     pub ms: f64,
 }
 
-/// A program and the problems that it takes.
+/// A peer program and the problems that have a solver in the program.
 pub struct Peer {
     pub name: &'static str,
     source: &'static str,
@@ -45,11 +46,11 @@ pub const ALL: [Peer; 4] = [
     },
 ];
 
-/// Curves by title, with the problem that each is of.
+/// Curves: title, index of the problem, points.
 type Found = Vec<(String, usize, Vec<Point>)>;
 
 impl Peer {
-    /// Its points on those of the problems that it takes, or why there are none.
+    /// Runs the peer on its problems; an error gives the reason why no points exist.
     pub fn run(&self, problems: &[Problem]) -> Result<Found, String> {
         let given = problems
             .iter()
@@ -96,7 +97,7 @@ impl Peer {
         Ok(found)
     }
 
-    /// How it is started: a script by the interpreter named in PYTHON, or else python3; C++ is compiled first.
+    /// The start command: a script by the interpreter named in PYTHON, or python3; C++ is compiled first.
     fn command(&self) -> Result<Command, String> {
         let source = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("../tools/peers")
@@ -120,7 +121,7 @@ impl Peer {
     }
 }
 
-/// The line of a program's complaints that says most: the last, of a compiler the first.
+/// The most informative line of an error output: the last, or the first of a compiler.
 fn last_line(text: &[u8]) -> String {
     let text = String::from_utf8_lossy(text);
     let fatal = text.lines().find(|line| line.contains("fatal error"));

@@ -1,4 +1,4 @@
-//! What is computed: every model on a motion, or a rest, of which the end is known from elsewhere.
+//! Benchmark problems: for every model a motion or an equilibrium whose end is known from an independent source.
 
 use crate::support::{json, list, number, rows, vector3};
 use crate::{bars, statics};
@@ -9,32 +9,32 @@ use snaprod::study::assembly::AssemblyPrepared;
 use snaprod::study::run::Prepared;
 use std::time::Instant;
 
-/// How a run ended, and what it took.
+/// Final state and work of a run.
 pub struct Ran {
-    /// Places and velocities (of what rests: place and directors) at the end.
+    /// Positions and velocities at the end; for equilibria, position and directors.
     pub end: Vec<Vector3<f64>>,
     /// Right-hand sides, where they are counted.
     pub work: Option<u64>,
-    /// Milliseconds from the first step to the last; what is found before, as the start, is left out.
+    /// Milliseconds from the first step to the last, without the preparation, such as the search for the start.
     pub ms: f64,
 }
 
-/// A problem, its models' setting from coarse to fine, and where its reference is from.
+/// A problem, the settings of its models from coarse to fine, and the source of its reference.
 pub struct Problem {
-    /// By which peers name it.
+    /// Name in the protocol of the peers.
     pub key: &'static str,
-    /// As tables and figures name it.
+    /// Name in tables and figures.
     pub title: &'static str,
     pub settings: Vec<Setting>,
-    /// The same as [`Ran::end`].
+    /// Reference values, laid out as [`Ran::end`].
     pub reference: Vec<Vector3<f64>>,
     pub source: &'static str,
-    /// To how much the reference is known: errors below say nothing.
+    /// Uncertainty of the reference: smaller errors are meaningless.
     pub floor: f64,
     pub compute: Box<dyn Fn(f64) -> Ran>,
 }
 
-/// What is made finer: a tolerance, or a number of cells or nodes.
+/// Resolution parameter: a tolerance, or a number of cells or nodes.
 #[derive(Clone, Copy)]
 pub enum Setting {
     Tolerance(f64),
@@ -51,7 +51,7 @@ impl std::fmt::Display for Setting {
 }
 
 impl Problem {
-    /// One run.
+    /// Runs the problem at a setting.
     pub fn run(&self, setting: Setting) -> Ran {
         (self.compute)(match setting {
             Setting::Tolerance(tolerance) => tolerance,
@@ -59,12 +59,12 @@ impl Problem {
         })
     }
 
-    /// The largest distance of a place or a velocity from the reference.
+    /// The largest distance of a position or a velocity from the reference.
     pub fn error(&self, ran: &Ran) -> f64 {
         assert_eq!(ran.end.len(), self.reference.len(), "{}", self.key);
         let pairs = ran.end.iter().zip(&self.reference);
         pairs.map(|(a, b)| (a - b).norm()).fold(0.0, |worst, off| {
-            // A NaN stays one.
+            // NaN is kept.
             if off <= worst { worst } else { off }
         })
     }
@@ -83,8 +83,7 @@ pub fn counts(counts: &[usize]) -> Vec<Setting> {
     counts.iter().map(|count| Setting::Count(*count)).collect()
 }
 
-/// All of them.
-/// By the figures in which they stand.
+/// All problems, grouped by figure.
 pub fn all() -> [(&'static str, Vec<Problem>); 3] {
     let others = vec![
         own("first-order", "plane, W with rod mass to first order", {
@@ -198,7 +197,7 @@ fn own(key: &'static str, title: &'static str, scene: String) -> Problem {
     }
 }
 
-/// Runs a scene of motion, of one rod or of several, to its end.
+/// Runs a scene of motion, of one rod or of several, to the end time.
 fn moved(text: &str, tolerance: f64) -> Ran {
     let scene = Scene::parse_with(text, &[&format!("run.tolerance={tolerance:e}")])
         .unwrap_or_else(|faults| panic!("{faults}\n{text}"));
@@ -215,7 +214,7 @@ fn moved(text: &str, tolerance: f64) -> Ran {
     }
 }
 
-/// Takes a motion to its end, `duration` in the units of its scene, in which rods have the length 1.
+/// Takes a motion to its end. `duration` is in the scene's units; rods have the length 1.
 fn followed<'a>(mut motion: Box<dyn Motion<'a> + 'a>, duration: f64) -> Ran {
     let unit = duration / motion.duration();
     let clock = Instant::now();
@@ -271,8 +270,9 @@ fn full() -> Problem {
     }
 }
 
-/// All of the rod's mass without friction, let go from the straight rod: what PyElastica can do. The waves that letting go sends
-/// along the rod are never resolved, and shake the velocities; the place of the end converges.
+/// All of the rod's mass without friction, released from the straight rod: a problem within the reach of
+/// PyElastica. The release excites waves along the rod that no grid resolves, and the velocities are noisy; the
+/// position of the end converges.
 fn let_go() -> Problem {
     let place = |nodes: f64, tolerance: f64| {
         let mut ran = moved(
@@ -291,7 +291,7 @@ fn let_go() -> Problem {
         settings: counts(&[4, 5, 6, 7]),
         reference: place(8.0, 1e-5).end,
         source: OWN,
-        // What 10 and 12 nodes change.
+        // Change from 10 to 12 nodes.
         floor: 5e-10,
         compute: Box::new(move |nodes| place(nodes, 1e-3)),
     }
@@ -344,7 +344,7 @@ fn space() -> Problem {
     )
 }
 
-/// Places and velocities of all bodies of a state.
+/// Positions and velocities of all bodies of a state.
 fn bodies(state: &serde_json::Value) -> Vec<Vector3<f64>> {
     let bodies = rows(state, "bodies", 1).iter();
     let both = bodies.flat_map(|body| ["position", "velocity"].map(|key| vector3(body, key)));

@@ -9,13 +9,14 @@ use snaprod::study::{Silent, branch};
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Places in a row, directors after them.
+/// Positions in a row, then directors.
 fn pose(position: Vector3<f64>, directors: &Matrix3<f64>) -> Vec<Vector3<f64>> {
     let columns = directors.column_iter().map(Into::into);
     std::iter::once(position).chain(columns).collect()
 }
 
-/// The end of a rod with its tangent from its base wrench; `rod_precision` has more rods, and the errors of their tangents.
+/// The end of a rod with its tangent from its base wrench; `rod_precision` has more rods, and the errors of their
+/// tangents.
 pub fn end() -> Problem {
     const MANY: usize = 200;
     let data = json("rod_ivp.json");
@@ -85,7 +86,7 @@ pub fn rest() -> Problem {
     }
 }
 
-/// A planar rod whose end, free to turn, is moved across to a fold and back.
+/// A planar rod with a pinned end, which is moved across to a fold and back.
 const FOLD: &str = r#"
 [rod]
 model = "cosserat"
@@ -101,7 +102,7 @@ to = -0.8
 back = true
 "#;
 
-/// Where the branch folds, by integration along the rod: in closed form, which the program takes unless told, the fold is exact.
+/// The fold of the branch, by integration along the rod: in closed form, the program's default, the fold is exact.
 pub fn fold() -> Problem {
     // A row of tests/data/fold_curve.csv, mirrored: its x is the z of the scene.
     const ACROSS: f64 = -0.622_187_663_977_434_9;

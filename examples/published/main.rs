@@ -1,4 +1,4 @@
-//! The published numbers of rods: ours, the ones computed by independent scripts, the ones in print.
+//! Published numbers of rods: the library's values, those of independent scripts, those in print.
 //!
 //! `cargo run --release --example published` prints the table of docs/rods.md.
 

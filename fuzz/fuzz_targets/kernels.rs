@@ -1,4 +1,4 @@
-//! The kernels on what the fuzzer makes up, one call a line.
+//! Kernels on fuzzed input, one call a line.
 #![no_main]
 
 #[path = "../../tests/suite/fuzzed.rs"]

@@ -1,4 +1,4 @@
-//! The scene reader on what the fuzzer makes up.
+//! The scene reader on fuzzed input.
 #![no_main]
 
 #[path = "../../tests/suite/fuzzed.rs"]

@@ -33,7 +33,7 @@ pub fn value<'py>(py: Python<'py>, json: &Value) -> PyResult<Bound<'py, PyAny>> 
     }
 }
 
-/// A table: its name, and of each column name, unit, meaning and values.
+/// A table as its name and, for each column, name, unit, meaning and values.
 pub fn table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
     out.set_item("name", &table.name)?;
@@ -45,7 +45,7 @@ pub fn table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>
     Ok(out)
 }
 
-/// An array; whole numbers of which some are missing are reals with NaN, words a list.
+/// A column as an array. Integers with gaps become reals with NaN, words a list.
 fn values<'py>(py: Python<'py>, column: &Column) -> PyResult<Bound<'py, PyAny>> {
     match &column.values {
         Values::Reals(list) => PyArray1::from_slice(py, list).into_bound_py_any(py),
@@ -73,7 +73,7 @@ fn raised(
     made.map_or_else(|e| e, PyErr::from_value)
 }
 
-/// Every fault of a scene as one exception; a dict has no lines.
+/// All faults of a scene as one exception; a dict has no line numbers.
 pub fn fault(py: Python<'_>, faults: &Faults, name: Option<&str>) -> PyErr {
     let faults = faults.into_iter().map(|fault| match name {
         None => fault.without_lines(),
@@ -93,7 +93,7 @@ pub fn fault(py: Python<'_>, faults: &Faults, name: Option<&str>) -> PyErr {
     })
 }
 
-/// An error of the library: bad values are ValueError, files OSError, what cannot be computed ComputationError.
+/// An error of the library: bad values are ValueError, files OSError, failed computations ComputationError.
 pub fn refused(error: &snaprod::Error) -> PyErr {
     Python::attach(|py| {
         let text = error.to_string();
@@ -107,18 +107,20 @@ pub fn refused(error: &snaprod::Error) -> PyErr {
     })
 }
 
-/// How deep sequences and dicts may be nested: as deep as the TOML reader goes. The limit is what a list that holds itself meets.
+/// Deepest nesting of sequences and dicts, equal to that of the TOML reader. A list that contains itself ends at
+/// this limit.
 const DEEPEST: usize = 80;
 
-/// A value as TOML; numbers so that the same double is read back. `field` is what messages call it.
+/// A value as TOML; numbers are read back as the same double. Messages call the value `field`.
 ///
 /// # Errors
-/// What is no value of a scene; a value that is nested deeper than [`DEEPEST`].
+///
+/// A value that scenes do not have, or one nested deeper than [`DEEPEST`].
 pub fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     written(field, value, DEEPEST)
 }
 
-/// A value that may hold others, so many levels below it.
+/// A value as TOML that may contain at most `levels` nested levels.
 fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<String> {
     if let Ok(flag) = value.cast::<PyBool>() {
         return Ok(flag.is_true().to_string());
@@ -146,7 +148,8 @@ fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Str
         }
         return Ok(format!("{{ {} }}", fields.join(", ")));
     }
-    // Scalars of NumPy are those of Python by tolist(), arrays lists; what is longer than a double stays what it is, and the nearest double is taken.
+    // NumPy scalars become Python's by tolist(), arrays lists. Scalars longer than a double are unchanged by
+    // tolist(); the nearest double is taken.
     if let Ok(plain) = value.call_method0("tolist") {
         if !plain.get_type().is(value.get_type()) {
             return inner(&plain);
@@ -192,7 +195,7 @@ fn number(x: f64) -> String {
     }
 }
 
-/// JSON's escapes are TOML's.
+/// A string in quotes: the escapes of JSON are those of TOML.
 fn quoted(text: &str) -> String {
     Value::from(text).to_string()
 }

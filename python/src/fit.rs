@@ -68,7 +68,7 @@ fn searched(
             scope.spawn(move || {
                 loop {
                     let k = next.fetch_add(1, Ordering::Relaxed);
-                    // What is sent is received: the receiver waits for all senders.
+                    // The receiver waits for all senders, so sending succeeds.
                     if k >= starts || end.send((k, search(k))).is_err() {
                         break;
                     }
@@ -81,7 +81,7 @@ fn searched(
             match ends.recv_timeout(EVERY) {
                 Ok((k, Ok(one))) => found.push((k, one)),
                 Ok((_, Err(e))) => {
-                    // The first: what it stops tells that it was interrupted.
+                    // The first error is kept: searches stopped because of it report an interrupt.
                     failed.get_or_insert(e);
                 }
                 Err(RecvTimeoutError::Timeout) => {}

@@ -6,10 +6,10 @@ use snaprod::study::Hooks;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// How often Python is asked.
+/// Interval between calls of Python.
 pub const EVERY: Duration = Duration::from_millis(50);
 
-/// Asks Python for signals, and tells it of the progress.
+/// Checks Python for signals, and reports progress.
 pub struct Watch {
     /// Called with the fraction done and the time or parameter reached.
     progress: Option<Py<PyAny>>,
@@ -30,7 +30,7 @@ impl Watch {
         }
     }
 
-    /// Asks and tells.
+    /// Checks for signals and reports progress.
     fn ask(&mut self) {
         self.asked = Instant::now();
         let asked = Python::attach(|py| {
@@ -45,7 +45,8 @@ impl Watch {
         }
     }
 
-    /// What Python raised on the way, such as KeyboardInterrupt. Work that is shorter than EVERY has not asked before.
+    /// An exception raised by Python during the work, such as KeyboardInterrupt. Work shorter than EVERY has not
+    /// checked before.
     pub fn finish(mut self) -> PyResult<()> {
         if self.raised.is_none() {
             self.ask();
@@ -67,14 +68,15 @@ impl Hooks for Watch {
     }
 }
 
-/// Does work that asks nobody on a thread of its own, so that Ctrl-C is heard; what is interrupted is worked out and forgotten.
+/// Runs work without hooks on a thread of its own, so that Ctrl-C is noticed; interrupted work continues, and its
+/// result is discarded.
 pub fn aside<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> snaprod::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (done, mut result) = channel();
     std::thread::spawn(move || {
-        // Nobody waits any more after an interrupt.
+        // After an interrupt no receiver is left.
         let _ = done.send(work());
     });
     loop {

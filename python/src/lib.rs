@@ -1,7 +1,8 @@
-//! The module `snaprod._core`: studies as functions that take text and numbers, and return plain Python values with NumPy arrays.
+//! The module `snaprod._core`: studies as functions that take text and numbers, and return plain Python values with
+//! NumPy arrays.
 //!
-//! What users see, with its types and its documentation, is Python, in `python/snaprod`. Here nothing is computed: every function calls
-//! one of `snaprod::study`.
+//! The public interface, with types and documentation, is Python code in `python/snaprod`. Nothing is computed in
+//! this crate: every function calls one of `snaprod::study`.
 
 mod convert;
 mod fit;
@@ -19,10 +20,10 @@ use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
 use snaprod::study::{self, Table, dispatch};
 
-/// A scene as Python hands it over: its text, what is set in it, and what it is called; None if it was a dict.
+/// A scene from Python: text, overrides, and name (None for a dict).
 pub(crate) type Given = (String, Vec<String>, Option<String>);
 
-/// Positions of rods: their names, how many sections each has at each time, all numbers.
+/// Positions of rods: names, numbers of sections at each time, all coordinates.
 type Positions<'py> = (Vec<String>, Vec<Vec<usize>>, Bound<'py, PyArray1<f64>>);
 
 fn read(py: Python<'_>, (text, set, name): &Given) -> PyResult<Scene> {
@@ -30,13 +31,13 @@ fn read(py: Python<'_>, (text, set, name): &Given) -> PyResult<Scene> {
     Scene::parse_with(text, &set).map_err(|faults| fault(py, &faults, name.as_deref()))
 }
 
-/// A value of Python as TOML: of a dict an inline table. Messages name the field.
+/// A value of Python as TOML, a dict as an inline table. Messages name the field.
 #[pyfunction]
 fn toml(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     convert::toml(field, value)
 }
 
-/// The path of a field, if it is one: start.velocity[1] or start.velocity.1.
+/// The path of a field, if valid: start.velocity[1] or start.velocity.1.
 #[pyfunction]
 fn path(path: &str) -> PyResult<String> {
     if path.trim().is_empty() || path.contains(['=', '\n']) {
@@ -47,7 +48,7 @@ fn path(path: &str) -> PyResult<String> {
     Ok(path.trim().to_owned())
 }
 
-/// Reads and sets up a scene: the scene with its defaults, and what the mass of a planar rod changes.
+/// Reads and sets up a scene: the scene with its defaults, and the effects of a planar rod's mass.
 #[pyfunction]
 fn check<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     let scene = read(py, &given)?;
@@ -89,7 +90,7 @@ fn run<'py>(
     Ok(out)
 }
 
-/// Positions of sections of each rod at these times, one after the other.
+/// Positions of the sections of each rod at the given times, in sequence.
 #[pyfunction]
 fn shapes<'py>(
     py: Python<'py>,
@@ -160,7 +161,8 @@ fn modes<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     pieces(py, &[table], &summary)
 }
 
-/// Small motions of the end of a viscoelastic rod: at `points` times, between these or those that fit the rod.
+/// Small motions of the end of a viscoelastic rod at `points` times, over the given range or one chosen for the
+/// rod.
 #[pyfunction]
 fn memory<'py>(
     py: Python<'py>,
@@ -181,7 +183,7 @@ fn memory<'py>(
     pieces(py, &[table], &summary)
 }
 
-/// An equilibrium of the elastica by the labels that are given, with its sections at these arclengths.
+/// An equilibrium of the elastica by the given labels, with its sections at the given arclengths.
 #[pyfunction]
 #[pyo3(signature = (at, lam, kappa, p, sheet))]
 fn elastica<'py>(
@@ -192,7 +194,7 @@ fn elastica<'py>(
     p: Option<f64>,
     sheet: Option<(u32, bool, f64, f64)>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    // A thread takes longer than an elastica of few sections and folds.
+    // For an elastica of few sections and folds, starting a thread takes longer than the work.
     let mode = sheet.map_or(0, |(mode, ..)| mode);
     let is_short = at.len() <= 1000 && lam <= 1000.0 && mode <= 1000;
     let work = move || {
@@ -218,7 +220,7 @@ fn elastica<'py>(
     pieces(py, &[shape], &summary)
 }
 
-/// All equilibria with the end at each of these points: one table, with the number of the point in the first column.
+/// All equilibria with the end at each given point: one table, with the number of the point in the first column.
 #[pyfunction]
 fn equilibria<'py>(
     py: Python<'py>,
@@ -238,13 +240,13 @@ fn equilibria<'py>(
     Ok((counts, table(py, &found)?))
 }
 
-/// How many equilibria there are at each point, and all of them in one table.
+/// Number of equilibria at each point, and a table of all of them.
 fn all_equilibria(
     points: &[[f64; 2]],
     lambda_max: f64,
     hooks: &mut dyn study::Hooks,
 ) -> snaprod::Result<(Vec<usize>, Table)> {
-    // (1, 0) has none, and gives the columns.
+    // The point (1, 0) has no equilibrium, but gives the columns.
     let mut all = study::equilibria([1.0, 0.0], lambda_max)?.table()?;
     let mut counts = Vec::with_capacity(points.len());
     for (i, at) in points.iter().enumerate() {
@@ -257,7 +259,7 @@ fn all_equilibria(
                     all.push(&cells)?;
                 }
             }
-            // A point that the rod does not reach has none; the others of an array have theirs.
+            // An unreachable point has no equilibrium; the other points of the array keep theirs.
             Err(e) if e.is_unreachable() => {}
             Err(e) => return Err(e),
         }
@@ -294,7 +296,8 @@ pub(crate) fn pieces<'py>(
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    // The first array looks up NumPy's functions, which panics where Ctrl-C is pending: here none can be, and later they are known.
+    // The first array looks up NumPy's functions, which panics if Ctrl-C is pending. None can be pending here, and
+    // the functions are known later.
     module.py().check_signals()?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// Names of columns, columns, and the file.
 type Rows<'py> = (Vec<String>, Vec<Vec<String>>, Bound<'py, PyBytes>);
 
-/// A sweep in its directory. Any number of threads may make chunks of it at once.
+/// A sweep in its directory. Several threads may make chunks of the sweep at once.
 #[pyclass(frozen)]
 pub struct Sweep {
     directory: Directory,
@@ -22,7 +22,7 @@ pub struct Sweep {
 
 #[pymethods]
 impl Sweep {
-    /// `vary`: what `snaprod sweep --vary` takes; `random`: number of points and seed.
+    /// `vary`: the argument of `snaprod sweep --vary`; `random`: number of points and seed.
     #[new]
     fn new(
         py: Python<'_>,
@@ -51,19 +51,19 @@ impl Sweep {
         })
     }
 
-    /// How many points it has.
+    /// Number of points.
     #[getter]
     fn points(&self) -> usize {
         self.directory.sweep().points()
     }
 
-    /// How many points were made by this object so far.
+    /// Number of points made by this object.
     #[getter]
     fn done(&self) -> usize {
         self.done.load(Ordering::Relaxed)
     }
 
-    /// The fields that vary, and what is told.
+    /// The varied fields, and the recorded quantities.
     #[getter]
     fn names(&self) -> (Vec<String>, Vec<String>) {
         let sweep = self.directory.sweep();
@@ -71,12 +71,12 @@ impl Sweep {
         (varied.collect(), sweep.quantities().to_vec())
     }
 
-    /// The unit and the meaning of a column, where they are known.
+    /// The unit and the meaning of a column, if known.
     fn described(&self, column: &str) -> Option<[String; 2]> {
         self.directory.sweep().described(column)
     }
 
-    /// How many values each field takes on a grid; how many points there are at random.
+    /// Number of values of each field on a grid; number of points of a random sweep.
     #[getter]
     fn shape(&self) -> Vec<usize> {
         let sweep = self.directory.sweep();
@@ -86,23 +86,23 @@ impl Sweep {
         }
     }
 
-    /// How many points this chunk has.
+    /// Number of points of a chunk.
     fn points_of(&self, chunk: usize) -> usize {
         self.directory.points_of(chunk)
     }
 
-    /// The chunks that are not made yet.
+    /// The missing chunks.
     fn missing(&self) -> Vec<usize> {
         self.directory.made().missing
     }
 
-    /// Makes a chunk; false if it was stopped.
+    /// Makes a chunk; false if stopped.
     fn make(&self, py: Python<'_>, chunk: usize) -> PyResult<bool> {
         let made = py.detach(|| self.directory.make(chunk, &mut Worker(self)));
         made.map_err(|e| refused(&e))
     }
 
-    /// Ends chunks that are being made.
+    /// Stops the chunks in progress.
     fn stop(&self) {
         self.stopped.store(true, Ordering::Relaxed);
     }

@@ -1,9 +1,9 @@
-//! The architecture: a module uses only what stands to its left.
+//! Layering of the modules: a module uses only modules to its left.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Left to right; those in one group do not use each other.
+/// Modules from left to right; modules of one group do not use each other.
 const ORDER: [&[&str]; 14] = [
     &["error"],
     &["math"],
@@ -36,7 +36,7 @@ fn sources(directory: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Catches `use crate::` (or a path) from a module to one on its right, such as a figure that computes.
+/// Catches `use crate::` (or a path) of a module further right, such as a figure that computes.
 #[test]
 fn no_arrow_points_back() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -58,7 +58,7 @@ fn no_arrow_points_back() {
             .next()
             .and_then(|c| c.to_str())
             .expect("a name");
-        // lib.rs re-exports; main.rs and cli stand to the right of everything.
+        // lib.rs re-exports; main.rs and cli stand rightmost.
         let Some(here) = rank(first.trim_end_matches(".rs")) else {
             continue;
         };
@@ -77,7 +77,7 @@ fn no_arrow_points_back() {
     assert!(faults.is_empty(), "{faults:#?}");
 }
 
-/// Figures are a crate of their own, which could use all of the core: they know only its errors.
+/// Figures are a separate crate, which could use all of the core: of the core only its errors are allowed.
 #[test]
 fn figures_compute_nothing() {
     let mut files = Vec::new();

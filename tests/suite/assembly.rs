@@ -1,5 +1,5 @@
-//! Bodies on elastic rods in space against runs of other programs in 80-bit arithmetic (tests/data/space; each file tells its
-//! recipe), and against what must hold whatever the numbers: the ledger, the gap between charts and poses.
+//! Bodies on elastic rods in space: comparison with other programs in 80-bit arithmetic (tests/data/space; each
+//! file names its recipe), and invariants: the ledger, and the gap between charts and poses.
 
 use crate::support::{json, list, number, quaternion, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -105,8 +105,8 @@ fn clamp() -> Attachment {
     Attachment::ground(Isometry3::identity())
 }
 
-/// A run to its end: the states at the given times, the snaps and bounces, the largest change of the ledger's total and the largest gap
-/// between charts and poses.
+/// A complete run: states at the given times, snaps and bounces, the largest change of the ledger's total, the
+/// largest gap between charts and poses.
 struct Course {
     samples: Vec<AssemblySample>,
     snaps: Vec<Snap>,
@@ -155,7 +155,7 @@ fn times(states: &[Value]) -> Vec<f64> {
     states.iter().map(|state| number(state, "t")).collect()
 }
 
-/// Poses (or places) and charts against a list of states, all to `tolerance`.
+/// Compares poses (or positions) and charts with a list of states, to `tolerance`.
 fn check(course: &Course, states: &[Value], units: &[Vector6<f64>], tolerance: f64, what: &str) {
     for (sample, state) in course.samples.iter().zip(states) {
         let t = number(state, "t");
@@ -188,8 +188,8 @@ fn check(course: &Course, states: &[Value], units: &[Vector6<f64>], tolerance: f
     }
 }
 
-/// Would catch a wrong sign or arm anywhere in the motion of a welded body: stiffness in all six strains, offset, rotor,
-/// gravity, a rest shape that varies.
+/// Would catch a wrong sign or arm anywhere in the motion of a welded body: stiffness in all six strains, offset,
+/// rotor, gravity, a rest shape that varies.
 #[test]
 fn welded_bodies_move_as_another_program_has_it() {
     let data = json("space/motion_weld_given.json");
@@ -266,7 +266,8 @@ fn masses_on_ball_joints_move_as_another_program_has_it() {
     }
 }
 
-/// Would catch a fold that is passed over or found late, a fall to the wrong side of it, energy that goes amiss in the snap.
+/// Would catch a fold that is passed over or found late, a fall to the wrong side of it, energy that goes amiss in
+/// the snap.
 #[test]
 fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
     let data = json("space/snap_space_given.json");
@@ -325,8 +326,8 @@ fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
     }
 }
 
-/// Several rods and bodies: a chain and a loop. Would catch a wrench on the wrong body, a lever arm or a base that does not
-/// take its rod along.
+/// Several rods and bodies: a chain and a loop. Would catch a wrench on the wrong body, a lever arm or a base that
+/// does not take its rod along.
 #[test]
 fn chains_and_loops_move_as_another_program_has_it() {
     let data = json("space/network_motion_given.json");
@@ -383,8 +384,8 @@ fn chains_and_loops_move_as_another_program_has_it() {
     }
 }
 
-/// A base that is shaken, and one that is turned to and fro about a skew axis through another point; would catch a wrong power
-/// of the support, or a velocity of the base that its rod does not see.
+/// A shaken base, and a base that turns to and fro about a skew axis through another point. Would catch a wrong
+/// power of the support, or a base velocity that the rod does not feel.
 #[test]
 fn supports_move_rods_as_another_program_has_it() {
     let data = json("space/support_groove_given.json");
@@ -468,8 +469,8 @@ fn supports_move_rods_as_another_program_has_it() {
     }
 }
 
-/// A planar start in space moves as the elastica does, through the snap, the swings after it and a bounce off full reach at lam = 47.
-/// Would catch a difference of two models that share no code between the scene and the integrator.
+/// A planar start in space moves as the elastica, through the snap, the swings after it and a bounce off full reach
+/// at lam = 47. Would catch a difference of two models that share no code between the scene and the integrator.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_planar_start_in_space_moves_as_the_elastica() {
@@ -552,7 +553,7 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
     assert!((sample.ledger().total() - last.ledger.total()).abs() < 1e-9);
 }
 
-/// Would catch a scene that starts elsewhere than it says, columns in another order, a snap that is not told.
+/// Would catch a wrong start of a scene, a wrong order of columns, a snap that is not reported.
 #[cfg(feature = "cli")]
 #[test]
 fn a_scene_without_damping_runs_as_an_elastic_rod() {

@@ -9,8 +9,8 @@ use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{self, BranchRecord, Silent};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// A deck on two parallel columns, clamped on the ground and welded to it, that can be neither stretched nor sheared; its force
-/// alone, -P along z, presses them. They sway along x, both alike, and the deck turns freely with them.
+/// A deck welded to two parallel columns that are clamped on the ground, inextensible and unshearable. A force -P
+/// along z on the deck is the only load. The columns sway along x together, and the deck turns with them.
 const PORTAL: &str = r#"
 [[rod]]
 name = "left"
@@ -33,7 +33,7 @@ inertia = [0.1, 0.1, 0.1]
 force = [0.0, 0.0, -1.0]
 "#;
 
-/// Half the span and the angle of the clamps of an arch of two straight halves.
+/// Half span of an arch of two straight halves, and the angle of the clamps.
 const SPAN: f64 = 0.8;
 const RISE: f64 = 0.9;
 
@@ -89,9 +89,9 @@ fn complete(k: f64) -> (f64, f64) {
     (whole, whole * (1.0 - sum))
 }
 
-/// Closed form: each column bears P/2, sways at P/2 = pi^2 B/(4 L^2), and is then the elastica: lam L = K(k), lam^2 = P/(2B), sway
-/// 2k/lam, height L (2E/K - 1). Catches a branch point of an assembly that is not seen, a switch that misses one side, and rows of
-/// another branch.
+/// Closed form: each column bears P/2, sways at P/2 = pi^2 B/(4 L^2), and is then the elastica: lam L = K(k), lam^2 =
+/// P/(2B), sway 2k/lam, height L (2E/K - 1). Catches a branch point of an assembly that is not seen, a switch that
+/// misses one side, and rows of another branch.
 #[test]
 fn a_deck_on_two_columns_sways_either_way() {
     let record = followed(
@@ -141,7 +141,7 @@ fn a_deck_on_two_columns_sways_either_way() {
     }
 }
 
-/// The folds of one half of the arch, whose end slides, a rod by itself, with its clamp `span` away.
+/// Folds of one half of the arch as a single rod with a sliding end, the clamp at distance `span`.
 fn folds_of_half(span: f64) -> Vec<f64> {
     let clamp = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2 - RISE);
     let rod = Rod::new(1.0, Linear::diagonal([6.0, 1.0], 4.0).unwrap())
@@ -174,8 +174,8 @@ fn folds_of_half(span: f64) -> Vec<f64> {
     folds.map(|at| at.point.p).collect()
 }
 
-/// Catches fold curves of assemblies off their folds: those of the arch as one support moves are those of its half with the support
-/// moved half as far.
+/// Catches fold curves of assemblies off their folds. Moving one support of the arch gives the folds of its half
+/// with the support moved half as far.
 #[test]
 fn fold_curves_of_an_arch_whose_support_moves() {
     let record = followed(
@@ -205,8 +205,9 @@ fn fold_curves_of_an_arch_whose_support_moves() {
     }
 }
 
-/// Catches a search that finds nothing, or the same again: under loads that both bear, the arch pushed through is found from the one
-/// that stands, and is that to which the branch leads through both limit points.
+/// Catches a deflated search that finds nothing, or a known equilibrium. From the upright arch the search must find
+/// the arch pushed through, under loads that both bear. The same equilibrium lies on the branch through both limit
+/// points.
 #[test]
 #[ignore = "second tier: 10 s"]
 fn deflation_finds_the_arch_pushed_through() {
@@ -235,7 +236,8 @@ fn deflation_finds_the_arch_pushed_through() {
     assert!(nearest < 1e-8, "{nearest:e} off");
 }
 
-/// Catches a backward branch in the wrong order or missing: the same points as of two branches, one each way.
+/// Catches a backward branch in the wrong order or missing: both directions together have the points of two
+/// branches, one each way.
 #[test]
 fn an_arch_is_followed_both_ways() {
     let how = |more: &str| format!("parameter = \"body.crown.force.z\"\nfrom = 5.0\n{more}");
@@ -272,7 +274,8 @@ fn shallow_truss() -> String {
     .concat()
 }
 
-/// Catches a branch that leaves its range behind a fold and is told to have no equilibrium at its aim: the same branch comes there when it is followed beyond.
+/// Catches a branch that leaves its range behind a fold, reported as without equilibrium at its target: followed
+/// beyond the range, the branch reaches the target.
 #[test]
 fn a_branch_that_leaves_its_range_tells_how_it_goes_on() {
     let how = "parameter = \"body.P.force.z\"\nto = -3.0";
@@ -292,7 +295,8 @@ fn a_branch_that_leaves_its_range_tells_how_it_goes_on() {
     assert_eq!(rows_at(&both, 0, -3.0).len(), 1);
 }
 
-/// Catches points that are to be raised in vain: the far clamp of a strip of length 1.1 is to be moved to 1.3, where the strip does not reach.
+/// Catches a useless advice to raise the number of points: the target of the far clamp, 1.3, is out of reach of a
+/// strip of length 1.1.
 #[test]
 fn a_place_beyond_the_rods_is_told() {
     let turn = "rotation = { axis = [0, 1, 0], angle = 1.5707963267948966 }";

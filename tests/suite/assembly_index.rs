@@ -1,4 +1,4 @@
-//! The index of assemblies against a second variation made another way: rods cut into short pieces of constant strain, the
+//! Index of assemblies, against an independent second variation: rods cut into short pieces of constant strain, the
 //! energy of all pieces and loads as a function of their strains, the ends on the ground held by multipliers.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -9,7 +9,7 @@ use snaprod::body::RigidBody;
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
 
-/// A rod that only bends and twists; its directors are those of the base along d3.
+/// A rod that only bends and twists; unloaded, its directors are parallel.
 #[derive(Clone)]
 struct Kirchhoff {
     stiffness: Vector3<f64>,
@@ -37,7 +37,7 @@ impl Kirchhoff {
             let off = u - self.rest;
             energy += 0.5 * h * off.component_mul(&off).dot(&self.stiffness);
             let half = UnitQuaternion::from_scaled_axis(u * (0.5 * h));
-            // An arc of constant curvature, its chord to second order: the error of the whole falls with h^2.
+            // An arc of constant curvature, its chord to second order: the error of the end is of order h^2.
             at.translation.vector += at.rotation * (half * Vector3::z() * h);
             at.rotation *= half * half;
         }
@@ -48,7 +48,7 @@ impl Kirchhoff {
 /// Rods one after the other from the ground over bodies back to the ground.
 struct Chain {
     rods: Vec<Kirchhoff>,
-    /// Where the next rod begins on each body.
+    /// Attachment of the next rod on each body.
     sites: Vec<Isometry3<f64>>,
     offset: Vector3<f64>,
     forces: Vec<Vector3<f64>>,
@@ -79,7 +79,8 @@ impl Chain {
         (energy, gap)
     }
 
-    /// Negative eigenvalues of the second variation under the constraint, and how far the eigenvalue nearest to 0 is from it.
+    /// Number of negative eigenvalues of the second variation under the constraint, and the distance of the
+    /// spectrum from 0.
     fn index(&self, strains: &[f64]) -> (usize, f64) {
         const STEP: f64 = 3e-4;
         let (count, held) = (strains.len(), self.energy(strains).1.len());
@@ -123,7 +124,7 @@ impl Chain {
                 second[(j, i)] = second[(i, j)];
             }
         }
-        // On the strains that leave the foot where it is; 1 on the others.
+        // Second variation on the strains that keep the foot in place; 1 on the complement.
         let across = factors.u.as_ref().expect("singular vectors");
         let across = across * across.transpose();
         let along = DMatrix::identity(count, count) - &across;
@@ -141,8 +142,8 @@ fn place(x: &[f64]) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(x[0], x[1], x[2]).into(), turn)
 }
 
-/// Would catch an index of the whole that forgets a rod's own, a lever of a load or of an attachment, or a ball joint's rotation.
-/// Wrenches are drawn, and the loads are what keeps the bodies in equilibrium under them: all degrees of instability occur.
+/// Would catch an index that omits a rod's own index, a lever of a load or an attachment, or a ball joint's
+/// rotation. Wrenches are random and the loads keep the bodies in equilibrium: all degrees of instability occur.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn indices_of_assemblies_agree_with_discretised_second_variations() {
@@ -182,7 +183,7 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
             (Isometry3::identity(), vec![], vec![], vec![]);
         let (mut forces, mut strains) = (vec![], vec![]);
         let pieces = 12;
-        // (m, n) in the world where the last rod ends.
+        // (m, n) in the world at the end of the last rod.
         let mut ended: Option<(Vector3<f64>, Vector3<f64>)> = None;
         for (k, rod) in rods.iter().enumerate() {
             let drawn = |i: usize| {
@@ -193,8 +194,8 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
                 )
             };
             let turn = at.rotation.inverse();
-            // What the force n of this rod asks of the body before it: -n0 + n + force = 0, -m0 + m + arms x forces = 0 about
-            // the reference point.
+            // Balance of the body before this rod, for the force n of the rod: -n0 + n + force = 0, -m0 + m + arms
+            // x forces = 0 about the reference point.
             let begun = |n: &Vector3<f64>| {
                 let (m, force) = match (ended, places.last()) {
                     (Some((m0, n0)), Some(body)) => {
@@ -212,7 +213,7 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
             };
             let mut n = drawn(3) * size;
             if k == bodies && ball {
-                // The force under which the last rod bears no couple at its end.
+                // Force n for which the last rod bears no couple at its end.
                 let couple = |n: &Vector3<f64>| {
                     rod.rod()
                         .end(&begun(n).0, 1e-13)

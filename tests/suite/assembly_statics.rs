@@ -82,7 +82,8 @@ fn rigid(b: &Value, gravity: &Value) -> RigidBody {
         .unwrap()
 }
 
-/// The network of a case with another load on its bodies; rods of these numbers are begun at their other ends.
+/// The network of a case with another load on its bodies; the rods with the numbers `reversed` start at their other
+/// ends.
 fn loaded(case: &Value, reversed: &[usize], load: Vector3<f64>) -> Assembly {
     let n = &case["network"];
     let bodies = list(&n["bodies"])
@@ -148,7 +149,7 @@ fn close(a: f64, b: f64, relative: f64) {
     );
 }
 
-/// Catches a wrong lever, turning of a wrench or mass block; independent: 80-bit Newton with eliminated charts.
+/// Catches a wrong lever, turning of a wrench or mass block; reference: 80-bit Newton with eliminated charts.
 #[test]
 fn networks_are_in_equilibrium_where_they_should_be() {
     let cases = data("network_statics");
@@ -210,7 +211,7 @@ fn networks_are_in_equilibrium_where_they_should_be() {
             let error = (got * sign - shape).norm();
             assert!(error < 1e-8, "mode {k}: {error:e}");
         }
-        // Displaced along a mode the rods' ends stay on the body but for the square of the amplitude.
+        // Along a mode the rods' ends stay on the body up to the square of the amplitude.
         let gap = |a: f64| {
             let moved = modes.displaced(&assembly, &scratch.now, 2, a).unwrap();
             let ends = assembly.shapes(0.0, &moved, 4, 1e-12).unwrap();
@@ -223,7 +224,8 @@ fn networks_are_in_equilibrium_where_they_should_be() {
     }
 }
 
-/// Catches a sign in the reversal of a rod: the same network begun at other ends has the same equilibrium and frequencies.
+/// Catches a sign in the reversal of a rod: the network with rods started at their other ends has the same
+/// equilibrium and frequencies.
 #[test]
 fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     let cases = data("network_statics");
@@ -241,7 +243,8 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     for (a, b) in a.frequencies.iter().zip(&b.frequencies) {
         close(*b, *a, 1e-10);
     }
-    // A law that varies along the rod, coupled and bent, with a break: its end brought back to its base is where it began.
+    // A law that varies along the rod, coupled and curved, with a break: the reversed rod leads from the end back
+    // to the base.
     let law = Varying::diagonal(
         [Along::polynomial(&[1.0, 0.5]).unwrap(), Along::from(1.3)],
         Along::table(&[(0.0, 0.8), (0.5, 0.9), (0.5, 1.4), (1.5, 0.7)]).unwrap(),
@@ -258,7 +261,7 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     let end = rod.end(&base, 1e-13).unwrap().section;
     let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
     let turned = end.pose().rotation * half;
-    // What the part beyond does to the part before, seen from the other side.
+    // Action of the part beyond on the part before, as seen from the other side.
     let start = turned.inverse();
     let (m, n) = (-(start * end.couple), -(start * end.force));
     let back = rod
@@ -277,7 +280,8 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     close(back.energy, end.energy, 1e-10);
 }
 
-/// Benchmark B14, closed form: the light rod is straight and inextensible, so that the assembly has a compliance and no stiffness.
+/// Benchmark B14, closed form: the light rod is straight and inextensible, so that the assembly has a compliance and
+/// no stiffness.
 #[test]
 fn frequencies_of_a_mass_on_a_loaded_straight_rod() {
     let loaded = |force: f64| {
@@ -319,7 +323,8 @@ fn frequencies_of_a_mass_on_a_loaded_straight_rod() {
     }
 }
 
-/// Benchmark B2: above Euler's load a bent start leads to the stable elastica, one of a family that turns about the load.
+/// Benchmark B2: above Euler's load a bent start leads to the stable elastica, one of a family that turns about the
+/// load.
 #[test]
 fn a_column_above_its_load_is_found_bent() {
     for (factor, x, y) in [
@@ -346,7 +351,8 @@ fn a_column_above_its_load_is_found_bent() {
     }
 }
 
-/// Euler's column, interrupted by bodies without extent: buckles at pi^2/4 (weak plane), then at 5 pi^2/4 (strong plane).
+/// Euler's column, interrupted by bodies without extent: buckles at pi^2/4 (weak plane), then at 5 pi^2/4 (strong
+/// plane).
 #[test]
 fn a_column_of_rods_and_bodies_buckles_at_eulers_load() {
     for pieces in [2, 5] {
@@ -406,8 +412,8 @@ fn buckle(pieces: usize) {
     }
 }
 
-/// Tight wires, closed form: beam-columns of bending B v3 and length v3/2 on both sides of the body. Those charted by the base wrench
-/// and those that are not, up to lam = 1e4.
+/// Tight wires, closed form: beam-columns of bending B v3 and length v3/2 on both sides of the body. Wires with and
+/// without base-wrench charts, up to lam = 1e4.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn frequencies_of_a_tight_wire() {
@@ -424,7 +430,7 @@ fn frequencies_of_a_tight_wire() {
         let (bending, length) = (v3, 0.5 * v3);
         // A clamped beam-column under tension: k_vv, k_vt, k_tt.
         let l = (tension / bending).sqrt() * length;
-        // All over cosh.
+        // All terms divided by cosh.
         let (tanh, one) = (l.tanh(), 2.0 * (-l).exp() / (1.0 + (-2.0 * l).exp()));
         let phi = 2.0 * one - 2.0 + l * tanh;
         let kvv = bending / length.powi(3) * l.powi(3) * tanh / phi;
@@ -465,7 +471,7 @@ fn frequencies_of_a_tight_wire() {
         let modes = welded.modes(&found.now, 1e-13).unwrap();
         let mut want = [across, across, turning, turning, twist, along];
         want.sort_by(f64::total_cmp);
-        // Squares are as good as rounding times the largest.
+        // Squares of frequencies have the rounding of the largest one.
         let rounded = |want: f64| tolerance + 1e-16 * (along / want).powi(2);
         for (got, want) in modes.frequencies.iter().zip(want) {
             close(*got, want, rounded(want));
@@ -483,8 +489,8 @@ fn frequencies_of_a_tight_wire() {
     }
 }
 
-/// A heavy body hung by a ball joint from a light rod, closed form: joint and centre of mass move together,
-/// (k - m w^2)(m g c - (J + m c^2) w^2) = (m c w^2)^2. Nothing holds the body against spinning: neutral, not unstable.
+/// A heavy body hung by a ball joint from a light rod, closed form: joint and centre of mass move together, (k - m
+/// w^2)(m g c - (J + m c^2) w^2) = (m c w^2)^2. Spin of the body is unconstrained: neutral, not unstable.
 #[test]
 fn a_body_hung_by_a_ball_joint() {
     let (gravity, arm, inertia) = (4.0, 0.3, 0.05);
@@ -517,8 +523,8 @@ fn a_body_hung_by_a_ball_joint() {
     }
 }
 
-/// A table on two straight inextensible legs that hold each other, closed form: it sways at w^2 = 24 B/(m L^3) and buckles
-/// sideways at 2 pi^2 B/L^2.
+/// A table on two straight inextensible legs, closed form: sway at w^2 = 24 B/(m L^3), sideways buckling at 2 pi^2
+/// B/L^2.
 #[test]
 fn a_table_on_two_inextensible_legs() {
     let table = |load: f64| {
@@ -557,8 +563,7 @@ fn a_table_on_two_inextensible_legs() {
     assert!(fallen.index == 0 && fallen.residual < 1e-9);
 }
 
-/// However many rods a cantilever is cut into, it bends as one. Catches a limit
-/// of the number of unknowns (240 here).
+/// A cantilever cut into any number of rods bends as one. Catches a limit of the number of unknowns (240 here).
 #[test]
 fn a_cantilever_of_many_pieces_bends_as_one() {
     let whole = |pieces: usize| {
@@ -588,7 +593,7 @@ fn a_cantilever_of_many_pieces_bends_as_one() {
     close(energy, same, 1e-9);
 }
 
-/// What cannot be solved is refused with what to do.
+/// Unsolvable assemblies are refused with advice.
 #[test]
 fn refusals() {
     let said = |assembly: &Assembly, words: &str| {
@@ -599,8 +604,8 @@ fn refusals() {
         let rod = straight(1.0, [1.0, 1.0], 0.7, Some(1e3));
         Link::new(rod, from, Attachment::body(to, at(0.0)), Joint::Weld)
     };
-    let bodies = |n: usize| vec![HeavyBody::rigid(ball([0.1; 3])); n];
-    // Nothing holds the bodies, and one of them is pushed.
+    let bodies = |n: usize| vec![Carrier::rigid(ball([0.1; 3])); n];
+    // No support, and a force on one of the bodies.
     let floating = vec![link(Attachment::body(0, at(0.0)), 1)];
     let pushed = ball([0.1; 3]).with_dead_force(Vector3::x() * 1e-3);
     let pair = vec![bodies(1)[0].clone(), HeavyBody::rigid(pushed.unwrap())];
@@ -608,7 +613,7 @@ fn refusals() {
         &Assembly::new(pair, floating).unwrap(),
         "no equilibrium was found",
     );
-    // Two straight inextensible rods that pull at each other: any tension would do.
+    // Two collinear straight inextensible rods: the tension between them is undetermined.
     let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI);
     let above = Isometry3::from_parts(Translation3::new(0.0, 0.0, 2.0), turn);
     let links = [at(0.0), above].map(|base| {
@@ -664,7 +669,8 @@ fn eigenvalues_with_drag_and_with_a_rotor() {
     assert_eq!(whirls, 4);
 }
 
-/// A deep arch pushed through by its body: the limit points and the loads are those of one half whose end slides, a rod by itself.
+/// A deep arch pushed through by its body: limit points and loads are those of one half with a sliding end, as a
+/// single rod.
 #[test]
 fn a_deep_arch_has_the_limit_points_of_its_half() {
     let (span, rise) = (0.8, 0.9_f64);
@@ -743,8 +749,9 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
     );
 }
 
-/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation: the branch in the load
-/// through both limit points, frequencies along it, and the index between them, where no rod is unstable by itself.
+/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation. The branch in
+/// the load passes both limit points; frequencies and index are compared. Between the limit points the arch is
+/// unstable although each rod is stable.
 #[test]
 fn a_deep_arch_is_followed_through_its_limit_points() {
     let cases = data("network_statics");
@@ -804,8 +811,9 @@ fn a_deep_arch_is_followed_through_its_limit_points() {
     }
 }
 
-/// Catches a search in vain over rods that are too short, and rods that reach called too short: three rods of lengths 1, 0.6, 0.8 in a chain over
-/// two bodies, with a detour of longer rods beside, reach as far as the rods and the bodies (0.5 and 0.3 between attachments) together.
+/// Catches a long search if the rods are too short, and rods that reach, but are called too short. Three rods of
+/// lengths 1, 0.6, 0.8 form a chain over two bodies with 0.5 and 0.3 between attachments; longer rods form a
+/// detour. The reach is the sum of the rods and bodies.
 #[test]
 fn rods_too_short_are_refused_at_once() {
     let at = |x: f64| Isometry3::translation(x, 0.0, 0.0);

@@ -1,4 +1,5 @@
-//! Bars with a heavy end against a converged element of another program, closed forms and finite volumes of another program.
+//! Bars with a heavy end: comparison with a converged element of another program, closed forms, and finite volumes
+//! of another program.
 
 use crate::support::{assert_close, json, number, rows};
 use serde_json::Value;
@@ -47,7 +48,7 @@ fn released(material: Material, stretch: f64) -> Bar {
     bar.expect("a bar").started(move |_| [stretch, 0.0])
 }
 
-/// Catches a wrong element, end mass or load, an energy that drifts, and a wrong correction of the reduced motion.
+/// Catches a wrong element, end mass or load, an energy drift, and a wrong correction of the reduced motion.
 #[test]
 fn smooth_motion_matches_a_converged_element() {
     let data = json("waves/heavy_mass_given.json");
@@ -125,7 +126,7 @@ fn reduced_motions_converge_with_their_orders() {
     );
 }
 
-/// Catches wrong frequencies, and an element that has others: the motion of a linear bar by its modes.
+/// Catches wrong frequencies, and an element with other frequencies: modal solution of a linear bar.
 #[test]
 fn linear_bars_vibrate_with_their_frequencies() {
     let data = json("waves/heavy_mass_given.json");
@@ -175,8 +176,9 @@ fn release(case: &Value, cells: usize) -> Vec<[f64; 3]> {
     found.collect()
 }
 
-/// Catches a wrong coupling of mass and bar, and a wrong loss in shocks: r within five of the stated uncertainties and the rounding
-/// of its digits. Where no shock is seen the error is of second order and is extrapolated away.
+/// Catches a wrong coupling of mass and bar, and a wrong loss in shocks. The position r must agree within five
+/// stated uncertainties and the rounding of its digits. Without shocks the error is of second order and is
+/// extrapolated away.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn releases_with_shocks_match_finite_volumes_of_another_program() {

@@ -1,5 +1,5 @@
-//! Laws of bars, Riemann problems and breaking against closed forms in 30 digits and hulls built by another program
-//! (tests/data/waves).
+//! Laws of bars, Riemann problems and breaking: comparison with closed forms in 30 digits and hulls built by
+//! another program (tests/data/waves).
 
 use crate::support::{assert_close, json, list, number, rows};
 use snaprod::bar::{Material, Stress, Wave, WaveKind};
@@ -43,7 +43,8 @@ fn laws_match_closed_forms() {
     }
 }
 
-/// Catches a derivative that does not belong to its function, of every kind of law, and laws that should be one.
+/// Catches a derivative that does not belong to its function, for every kind of law, and equivalent laws that
+/// disagree.
 #[test]
 fn laws_are_consistent() {
     let rows = (0..=20).map(|i| {
@@ -93,7 +94,7 @@ fn laws_are_consistent() {
     let (neo, mooney) = (Stress::NeoHookean(25.5), Stress::Mooney(25.5, 0.0));
     let [neo, mooney] = [neo, mooney].map(|law| Material::new(&law, 1.0).unwrap());
     assert_eq!(neo, mooney);
-    // The table against the law that it was made of.
+    // A table compared with the law from which the table was made.
     let law = Material::new(&laws[5], 1e-4).unwrap();
     assert_close(
         law.stress(1.4),
@@ -186,7 +187,7 @@ fn riemann_problems_match_their_hulls() {
         assert_close(got.stress, number(star, "sigma"), 1e-10, 0.0, &what);
         compare(&got.left, &row["left_going"], &what);
         compare(&got.right, &row["right_going"], &what);
-        // The same by the side of a wall, where the case is symmetrical.
+        // One side of the symmetrical problem, with a wall in the middle.
         if left[0] == right[0] && left[1] == -right[1] {
             let behind = law.behind(left[0], -left[1]).expect("a state");
             assert_close(behind, got.stretch, 1e-12, 0.0, "wall");
@@ -203,8 +204,8 @@ fn riemann_problems_match_their_hulls() {
     );
 }
 
-/// Catches a hull of a law with two inflections that misses a chord between two arcs, or an inadmissible part: the parts join,
-/// slow down, and dissipate; arcs bend the right way and no chord crosses the stress.
+/// Catches a hull of a law with two inflections that misses a chord between two arcs, or an inadmissible part: the
+/// parts join, slow down, and dissipate; arcs bend the right way and no chord crosses the stress.
 #[test]
 fn hulls_of_many_inflections_are_admissible() {
     // sigma' = 1 + 0.9 cos(6 lam): a wavy law as a table and as its parts.

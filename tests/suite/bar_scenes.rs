@@ -1,4 +1,4 @@
-//! Scenes of bars: read, refused, run, written again; the examples of the thesis through the program's records.
+//! Scenes of bars: reading, refusal, running, writing; the examples of the thesis through the program's records.
 
 use crate::support::{assert_close, json, number};
 use serde_json::Value;
@@ -19,8 +19,8 @@ fn ran(scene: &Scene) -> (BarRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches a summary without the numbers of the contract, or with others: the pulse and the sine of the thesis, with cells and
-/// loads changed from outside.
+/// Catches a summary without the contracted numbers, or with wrong ones: the pulse and the sine of the thesis, with
+/// cells and loads changed from outside.
 #[test]
 fn examples_tell_their_shocks() {
     let given = json("waves/rod_exact_given.json");
@@ -144,7 +144,7 @@ fn examples_tell_their_shocks() {
     );
 }
 
-/// Catches a scene that is not what it is printed as.
+/// Catches a printed scene that differs from the scene read.
 #[test]
 fn scenes_of_bars_are_written_again() {
     for name in ["pulse", "pulse_small", "sine", "heavy_bar"] {
@@ -175,7 +175,7 @@ fn scenes_of_bars_are_written_again() {
     }
 }
 
-/// Catches a bar that is refused without a reason, or not refused.
+/// Catches a faulty bar that is accepted, or refused without a reason.
 #[test]
 fn faults_of_bars_are_named() {
     let text =
@@ -256,7 +256,8 @@ fn faults_of_bars_are_named() {
     }
 }
 
-/// Catches a heavy end that is not that of the library: against the converged motion of the data, with another push.
+/// Catches a heavy end that is not that of the library: comparison with the converged motion of the data, under
+/// another push.
 #[test]
 fn heavy_bar_follows_its_next_order() {
     let (record, _) = ran(&bundled(
@@ -278,8 +279,9 @@ fn heavy_bar_follows_its_next_order() {
     );
 }
 
-/// A bar that is pressed as it starts, and whose load presses it more: the first shock is told where the base holds it, and not where the base is free,
-/// from which a wave comes first. Catches a bound of the envelope that knows the reflection of the load's own wave alone.
+/// Catches an envelope bound that knows only the reflection of the load's own wave. A bar is compressed at the
+/// start, and its load compresses it further. The first shock is predicted if the base holds the bar. With a free
+/// base another wave comes first, and no shock is predicted.
 #[test]
 fn breaking_is_told_before_any_other_wave_alone() {
     let told = |base: &str| {

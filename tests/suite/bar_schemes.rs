@@ -1,4 +1,5 @@
-//! The schemes of the thesis: as they were (tests/data/waves), how long their steps may be, and what the program says of them.
+//! Schemes of the thesis: agreement with the original data (tests/data/waves), stability limits, and the program's
+//! warnings.
 
 use crate::bar_laws::mooney;
 use crate::bar_waves::{AREA, LENGTH, bounds, loaded, pulse, sine, volumes};
@@ -6,7 +7,8 @@ use crate::support::{assert_close, json, number, rows};
 use snaprod::bar::{Bar, End, Motion, Scheme, Snapshot, growth, motion, stable_limit};
 use snaprod::body::History;
 
-/// Mean gap of the stresses of a scheme on 60 elements to those of finer finite volumes, averaged about its points.
+/// Mean difference of the stress of a scheme on 60 elements from that of finer finite volumes, averaged around each
+/// point.
 fn gap(state: &Snapshot, fine: &Snapshot) -> f64 {
     let n = fine.x.len();
     let h = LENGTH / 60.0;
@@ -39,7 +41,7 @@ fn schemes_of_the_thesis_fail_as_they_did() {
             };
             let mut lattice = motion(&bar, *scheme, 60, Some(number(row, "dt")), true).unwrap();
             for state in rows(row, "states", 4) {
-                // After the jump of the load the schemes differ in when they see it.
+                // After the jump of the load the schemes respond at different times.
                 if state["t"].is_null()
                     || (example == "pulse_2lb" && number(state, "t") > 0.002)
                     || number(state, "t") > 0.0031
@@ -90,7 +92,7 @@ fn schemes_of_the_thesis_fail_as_they_did() {
     assert!(consistent > 5.0 && lumped < 1.5, "{consistent} {lumped}");
 }
 
-/// Catches a stability limit that is not the sharp one, and bounds of the thesis that would not suffice.
+/// Catches a stability limit that is not sharp, and bounds of the thesis that are insufficient.
 #[test]
 fn stability_limits_are_those_of_the_schemes() {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
@@ -142,7 +144,7 @@ fn stability_limits_are_those_of_the_schemes() {
     }
 }
 
-/// Catches the unstable scheme let loose without a word, and a blow-up that goes unexplained.
+/// Catches the unstable scheme run without a warning, and an unexplained blow-up.
 #[test]
 fn printed_scheme_is_refused_and_explains_itself() {
     let refused = motion(&sine(), Scheme::StretchTaylor, 60, None, false)

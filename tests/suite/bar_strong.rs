@@ -1,4 +1,4 @@
-//! Strong and compound waves by finite volumes, light bodies, metal bars: against exact Riemann problems.
+//! Strong and compound waves by finite volumes, light bodies, metal bars: comparison with exact Riemann problems.
 
 use crate::support::assert_close;
 use snaprod::bar::breaking;
@@ -19,7 +19,7 @@ fn pulled(force: f64) -> End {
     End::Loaded(History::Constant(force))
 }
 
-/// Relative L1 error of the stretch at which a load holds the end of a bar, when the front has passed 0.9 of it.
+/// Relative L1 error of the stretch for a constant end load, when the front has passed 0.9 of the bar.
 fn error(law: &Material, ahead: f64, behind: f64, cells: usize) -> f64 {
     let waves = law.waves(ahead, behind);
     let t = 0.9 / waves[0].head;
@@ -50,8 +50,8 @@ fn error(law: &Material, ahead: f64, behind: f64, cells: usize) -> f64 {
     sum / (cells as f64 * (behind - ahead).abs())
 }
 
-/// Catches a scheme that keeps a jump where the hull of the stress asks for a fan and a shock: the error then stays at 2 %, however many
-/// cells there are. And one that overshoots the edge of a law.
+/// Catches a scheme that keeps a jump although the hull of the stress has a fan and a shock: the error then stays
+/// at 2 % for any number of cells. Catches also one that overshoots the edge of a law.
 #[test]
 fn compound_waves_converge_to_their_hulls() {
     for (coefficients, ahead, behind) in [
@@ -71,8 +71,8 @@ fn compound_waves_converge_to_their_hulls() {
     }
 }
 
-/// Catches steps that do not know of the waves at the ends, which may be faster than all others: blows on a wall and loads that press
-/// a bar together to a thirtieth of its length.
+/// Catches step sizes that ignore the waves at the ends, which may be the fastest: blows on a wall, and loads that
+/// compress a bar to a thirtieth of its length.
 #[test]
 fn blows_and_heavy_loads_go_on() {
     let neo = law(Stress::NeoHookean(1.0));
@@ -99,7 +99,7 @@ fn blows_and_heavy_loads_go_on() {
     }
 }
 
-/// Catches a body that the steps do not know of: one lighter than what waves pass in a step overtakes the bar that pulls it.
+/// Catches step sizes that ignore the end body: a very light body overtakes the bar that pulls it.
 #[test]
 fn light_bodies_tend_to_a_free_end() {
     for mass in [0.0048, 1e-9] {
@@ -117,8 +117,8 @@ fn light_bodies_tend_to_a_free_end() {
     }
 }
 
-/// Catches a tolerance in the units of the scene: a steel bar in metres was asked for digits below rounding and took for ever. The same
-/// bar in its own units moves the same.
+/// Catches a tolerance in the units of the scene: a steel bar in metres was held to digits below rounding and never
+/// ended. The bar in its own units must move equally.
 #[test]
 fn spectral_bars_do_not_know_their_units() {
     let moved = |modulus: f64, density: f64, area: f64| {
@@ -141,7 +141,8 @@ fn spectral_bars_do_not_know_their_units() {
     assert_close(steel, moved(1.0, 1.0, 1.0), 1e-11, 0.0, "steel");
 }
 
-/// Catches a first shock that is told only where the end is the faster state: beyond an inflection a compound wave holds one from the start.
+/// Catches a first shock that is reported only if the end is the faster state: beyond an inflection a compound wave
+/// contains a shock from the start.
 #[test]
 fn compound_waves_break_at_once() {
     let law = law(Stress::Polynomial(vec![1.0, 0.0, 9.0]));

@@ -1,5 +1,5 @@
-//! The three examples of the thesis: closed forms of simple waves and shocks, and finite volumes of another program
-//! (tests/data/waves).
+//! The three examples of the thesis: comparison with closed forms of simple waves and shocks, and with finite
+//! volumes of another program (tests/data/waves).
 
 use crate::bar_laws::mooney;
 use crate::support::{assert_close, json, list, number, rows};
@@ -43,7 +43,8 @@ fn only(found: Vec<Shock>) -> Shock {
     found[0]
 }
 
-/// Catches a wrong shock speed, ringing, a wrong reflection: the unloading shock of the pulse and the plateau at the wall.
+/// Catches a wrong shock speed, ringing, a wrong reflection: the unloading shock of the pulse and the plateau at the
+/// wall.
 #[test]
 pub fn pulse_unloads_by_its_shock() {
     let given = &json("waves/rod_exact_given.json")["step_load_on_rod_at_rest"][1];
@@ -75,7 +76,7 @@ pub fn pulse_unloads_by_its_shock() {
         assert!(low > -0.5 && high < 64.0, "{low} {high} at {t}");
     }
     let mut fine = self::volumes(&bar, 600, 0.0024);
-    // Speed of the end under the load, by the way it has gone.
+    // Speed of the end under the load, from its displacement.
     let way = fine.snapshot().ends[1].position - LENGTH;
     assert_close(
         way,
@@ -156,7 +157,7 @@ fn ledgers_close() {
                 "momentum",
             );
             for (x, stress) in state["sigma_at_X"].as_object().expect("stresses") {
-                // Not beside a front: the data stand on other cells.
+                // Fronts are left out: the data belong to other cells.
                 let at: f64 = x.parse().unwrap();
                 let now = volumes.snapshot();
                 let i = (at / volumes.width()) as usize;
@@ -334,14 +335,15 @@ fn sine_breaks_and_its_shocks_meet() {
         (found[0].position - 1.143).abs() < 0.01 && (found[1].position - 1.233).abs() < 0.01,
         "{found:?}"
     );
-    // They have just passed through each other.
+    // The two shocks have just crossed.
     assert!(found[0].speed < 0.0 && found[1].speed > 0.0, "{found:?}");
     let wall = fine.extremes()[0];
     assert_close(wall.min, -105.7, 1e-2, 0.0, "wall");
     assert_close(wall.max, 78.0, 1e-2, 0.0, "wall");
 }
 
-/// Catches finite volumes that choose a wave that the hull forbids: Riemann problems with compound waves and impacts on walls.
+/// Catches finite volumes that choose a wave forbidden by the hull: Riemann problems with compound waves, and
+/// impacts on walls.
 #[test]
 fn compound_waves_are_found_by_finite_volumes() {
     let law = Material::new(
@@ -371,7 +373,7 @@ fn compound_waves_are_found_by_finite_volumes() {
                 .map(|wave| wave.head)
                 .fold(0.0, f64::max);
         let now = volumes(&bar, 800, t).snapshot();
-        // Between the waves stands the star state; the strength of every wave shows in the mean.
+        // Between the waves the star state holds; the mean shows the strength of every wave.
         let inner = now
             .x
             .iter()

@@ -1,4 +1,5 @@
-//! Bounces of taut rods in space and in assemblies, against the planar rod and closed forms of the bent ends.
+//! Bounces of taut rods in space and in assemblies: comparison with the planar rod and closed forms of the bent
+//! ends.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
@@ -25,7 +26,8 @@ fn options(duration: f64) -> Options {
         .unwrap()
 }
 
-/// The bounces of a run, with what the body's end of the rod shows there: stored energy, force on the rod along the base's directors, and place.
+/// The bounces of a run, each with the state at the rod's end on the body: stored energy, force on the rod along
+/// the base's directors, position.
 fn bounces(
     assembly: Assembly,
     start: &Configuration,
@@ -49,8 +51,8 @@ fn bounces(
     found
 }
 
-/// A planar start in space, the rod stiffer out of its plane. Would catch a bounce of another definition than the plane's, missed, told twice, or in
-/// units of the wrong stiffness.
+/// A planar start in space, the rod stiffer out of its plane. Would catch a bounce whose definition differs from
+/// the plane's, a bounce missed or counted twice, and a wrong unit of stiffness.
 #[test]
 fn a_planar_bounce_is_the_same_in_space() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
@@ -103,8 +105,8 @@ fn a_planar_bounce_is_the_same_in_space() {
     close("leading order", plane.inertia(0.01, 1.0), leading, 0.2);
 }
 
-/// A rod between the ground and a body, pulled with sqrt(n) = 30 and welded to both, its base bent about d1 and its end about d2; the body moves off along the
-/// pull at `speed`, and bears so much of it by a dead force.
+/// A rod between the ground and a body, pulled with sqrt(n) = 30 and welded to both, its base bent about d1 and its
+/// end about d2. The body moves off along the pull at `speed`; a dead force bears the part `borne` of the pull.
 fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
     let n = Vector3::new(0.0, 1.2_f64.sin(), 1.2_f64.cos()) * 900.0;
     let middle = Rotation3::from_axis_angle(&Vector3::x_axis(), -1.2);
@@ -144,9 +146,9 @@ fn inertia() -> Matrix3<f64> {
     Matrix3::from_diagonal(&Vector3::new(0.5, 0.4, 0.6))
 }
 
-/// Both ends welded, bent in planes across each other with two stiffnesses: each end takes 4 sin^2(gam/4) sqrt(B/n) of the reach (theory 2.8), what is
-/// stored is n times that, and the body resists with its mass and inertia. Would catch a stiffness or an end that is left out, a lever that is, and a
-/// radial energy that is not the stored one.
+/// Both ends welded and bent in perpendicular planes with two stiffnesses. Each end shortens the reach by 4
+/// sin^2(gam/4) sqrt(B/n) (theory 2.8), the stored energy is n times that, and the body resists with its mass and
+/// inertia. Would catch a missing stiffness, end or lever, and a radial energy other than the stored one.
 #[test]
 fn a_bounce_of_a_rod_welded_at_both_ends() {
     let (assembly, now) = thrown(Linear::diagonal([2.0, 1.0], 0.8).unwrap(), 4.0, 0.0);
@@ -169,12 +171,14 @@ fn a_bounce_of_a_rod_welded_at_both_ends() {
     // sqrt(2 eps/d).
     let number = (2.0 * 1e-3 * n.norm() / (bounce.mass * elastic)).sqrt();
     close("number", bounce.inertia(1e-3, 1.0), number, 1e-3);
-    // What moved the ends apart is stored: (1 + (lever x n)^2) times the inertia turns it round from v = 4 (leading order in 1/lambda).
+    // The energy of separation is stored: (1 + (lever x n)^2) times the inertia reverses the motion from v = 4
+    // (leading order in 1/lambda).
     let before = 4.0 * (2_f64.sqrt() * 0.3_f64.sin().powi(2) + 0.2_f64.sin().powi(2)) * 30.0;
     close("energy", bounce.elastic, before + 8.0 / give, 0.05);
 }
 
-/// Would catch bounces that are none: of a body that shakes slowly along a taut rod that bears a load, and of a rod that stretches.
+/// Would catch false bounces: of a body that vibrates slowly along a taut rod under a load, and of an extensible
+/// rod.
 #[test]
 fn what_shakes_under_a_load_or_stretches_does_not_bounce() {
     let law = || Linear::diagonal([2.0, 1.0], 0.8).unwrap();
@@ -186,7 +190,8 @@ fn what_shakes_under_a_load_or_stretches_does_not_bounce() {
     }
 }
 
-/// Two bodies that fly apart from a rod between them: each gives way. Would catch the base's body being left out, or the order of ends.
+/// Two bodies that fly apart, joined by a rod: each recoils. Would catch a base body left out, or a wrong order of
+/// ends.
 #[test]
 fn two_bodies_bounce_with_their_reduced_mass() {
     let (single, mut now) = thrown(Linear::diagonal([2.0, 1.0], 0.8).unwrap(), 2.0, 0.0);
@@ -209,7 +214,7 @@ fn two_bodies_bounce_with_their_reduced_mass() {
     close("mass", all[0].0.mass, 0.75, 1e-6);
 }
 
-/// A scene of one rod in units of its own. Would catch a scale, a name or a mass that is lost between the run and what it writes.
+/// A scene of one rod in units of its own. Would catch a scale, name or mass lost between the run and its files.
 #[cfg(feature = "scene")]
 #[test]
 fn an_assembly_tells_its_bounces() {
@@ -259,7 +264,8 @@ fn an_assembly_tells_its_bounces() {
     );
     let number = |key: &str| told[key].as_f64().unwrap();
     let (tension, elastic) = (number("tension"), number("elastic"));
-    // The base alone is bent, in the plane of the softer stiffness, B = 1: all of the pull's work on the mass is there, n d = 4 S^2 sqrt(n).
+    // The base alone is bent, in the plane of the softer stiffness, B = 1. All of the pull's work on the mass is
+    // stored in the base: n d = 4 S^2 sqrt(n).
     let s2 = 0.25 * elastic / tension.sqrt();
     assert!((0.01..0.2).contains(&s2), "S^2 = {s2}");
     let inertia = passed["inertia_number"].as_f64().unwrap();

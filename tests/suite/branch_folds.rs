@@ -1,4 +1,5 @@
-//! How rods of known mass leave the folds of branches: against closed forms, small motions of rods with all of their mass, and folds nearby.
+//! Delay of rods of known mass at the folds of branches: comparison with closed forms, small motions of rods with
+//! full mass, and nearby folds.
 
 use crate::support::near;
 use nalgebra::Vector2;
@@ -11,7 +12,7 @@ use snaprod::elastica::{
 use snaprod::scene::Scene;
 use snaprod::study::{self, BranchRecord, Silent, branch, neglected_mass::FoldAtRest};
 
-/// A rod that is stiff out of the plane in which it is bent.
+/// A planar rod in space: stiff out of the plane of bending.
 const FLAT: &str = r#"
 [rod]
 model = "cosserat"
@@ -26,7 +27,8 @@ fn followed(text: &str, set: &[&str]) -> BranchRecord {
     branch(&Scene::parse_with(text, set).unwrap(), &mut Silent).unwrap()
 }
 
-/// Catches an index that is said to decide stability under loads without a potential, or one that is missing without a word.
+/// Catches an index said to decide stability although the loads have no potential, and an index missing without an
+/// explanation.
 #[test]
 fn loads_without_a_potential_are_told() {
     let text = |end: &str, parameter: &str| {
@@ -47,7 +49,7 @@ fn loads_without_a_potential_are_told() {
         conservative && index == Some(0) && !remarks.contains("no potential"),
         "{remarks}"
     );
-    // A couple that begins at 0.
+    // A couple that starts at 0.
     let (conservative, index, remarks) = told("couple = [0.0, 0.0, 1.0]", "end.couple.z");
     assert!(!conservative && index == Some(0), "{remarks}");
     assert!(remarks.contains("does not decide stability"), "{remarks}");
@@ -64,14 +66,14 @@ fn fold(record: &BranchRecord) -> (f64, FoldAtRest) {
     found.unwrap_or_else(|| panic!("no fold of {}", record.summary()))
 }
 
-/// The limit of what is known at the distances d, d/4, d/16, up to the third power of sqrt(d).
+/// Limit at the fold of values at the distances d, d/4, d/16, by extrapolation up to the third power of sqrt(d).
 fn at_the_fold(of: [f64; 3]) -> f64 {
     let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
     (4.0 * b - a) / 3.0
 }
 
-/// Catches a wrong drive, bend, mass, friction, null vector or unit: with its end held the planar rod has its normal form in closed form (theory 2.8),
-/// and delays do not depend on the length of the critical direction.
+/// Catches a wrong drive, bend, mass, friction, null vector or unit. With a held end the planar rod has its normal
+/// form in closed form (theory 2.8), and delays do not depend on the length of the critical direction.
 #[test]
 fn held_ends_have_the_normal_form_of_the_plane() {
     // The point of the first fold curve at x = 0.6.
@@ -116,7 +118,7 @@ points = 400
     near(fold.form.friction / fold.form.mass, ratio, 1e-7);
 }
 
-/// Pushed beyond its buckling, and across until it snaps over.
+/// A rod pushed beyond buckling, and then across until the snap.
 const LOADED: &str = r#"
 [end]
 force = [0.5, 0.0, -4.0]
@@ -126,9 +128,10 @@ to = -2.0
 back = true
 "#;
 
-/// Catches a critical direction, a work of the load or a mass that is not that of the free end. Next to the fold, where the load is short of it by d,
-/// omega^2 = 2 sqrt(A B d)/M0 of the rod with all of its mass, the body at its end having a millionth of it, and friction tau damps it at the rate
-/// tau D0/(2 M0), both up to the order of sqrt(d), which two loads rule out.
+/// Catches a wrong critical direction, work of the load or mass of a free end. Near the fold, at the load distance
+/// d, omega^2 = 2 sqrt(A B d)/M0 of the rod with full mass, with a body of a millionth of it at the end. Friction
+/// tau damps the vibration at the rate tau D0/(2 M0). Both hold up to the order of sqrt(d), which two loads
+/// eliminate.
 #[test]
 fn free_ends_vibrate_as_the_normal_form_says() {
     const TAU: f64 = 1e-3;
@@ -191,8 +194,9 @@ duration = 0.1
     near(at_the_fold(decays), TAU * friction / (2.0 * mass), 2e-5);
 }
 
-/// Catches a wrong work of the pose that is held, or of its turn: a rod welded at both ends, bent and twisted in space while its end is turned, has
-/// vibrations of the held rod whose omega^2 comes to 2 sqrt(A B d)/M0 at the distance d from the fold.
+/// Catches a wrong work of the held pose, or of its turn. A rod is welded at both ends, bent and twisted in space
+/// while its end is turned. At the distance d from the fold the vibrations of the held rod have omega^2 = 2 sqrt(A
+/// B d)/M0.
 #[test]
 fn welded_ends_vibrate_as_the_normal_form_says() {
     let text = r#"
@@ -224,8 +228,9 @@ back = true
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a work of a couple that is not that of the turn of the end, and numbers that depend on the chart: force and couple reach the same fold, with
-/// the same B, M0, D0, and along the curve of folds A_force dforce + A_couple dcouple = 0.
+/// Catches a work of a couple that is not that of the turn of the end, and chart-dependent numbers. Force and
+/// couple reach the same fold, with the same B, M0, D0, and along the curve of folds A_force dforce + A_couple
+/// dcouple = 0.
 #[test]
 fn couples_reach_the_fold_of_a_force() {
     let by_force = |couple: f64| {
@@ -250,7 +255,7 @@ fn couples_reach_the_fold_of_a_force() {
     near(couple.form.friction, force.form.friction, 1e-6);
 }
 
-/// Catches numbers without a mass, and a summary that has others.
+/// Catches delays of rods without a mass, and changes of other numbers in their summary.
 #[test]
 fn folds_without_a_mass_are_left_as_they_were() {
     let record = followed(&format!("{FLAT}{LOADED}"), &[]);

@@ -1,4 +1,5 @@
-//! How assemblies and taut rods leave the folds of their branches: against single rods, closed forms, small motions, and another chart.
+//! Delay of assemblies and taut rods at the folds of their branches: comparison with single rods, closed forms,
+//! small motions, and another chart.
 
 use crate::assembly_branches::arch;
 use crate::support::near;
@@ -24,7 +25,7 @@ fn folds(record: &BranchRecord) -> Vec<(f64, FoldAtRest)> {
         .collect()
 }
 
-/// The arch with rods of this mass, and a crown of that one.
+/// The arch with rods of mass `rods` and a body of mass `crown` between them.
 fn heavy_arch(rods: f64, crown: f64) -> String {
     arch()
         .replace(
@@ -40,14 +41,15 @@ fn heavy_arch(rods: f64, crown: f64) -> String {
         )
 }
 
-/// The limit of what is known at the distances d, d/4, d/16, up to the third power of sqrt(d).
+/// Limit at the fold of values at the distances d, d/4, d/16, by extrapolation up to the third power of sqrt(d).
 fn at_the_fold(of: [f64; 3]) -> f64 {
     let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
     (4.0 * b - a) / 3.0
 }
 
-/// Catches a wrong length of the critical direction of bodies and rods, a wrong mass or friction of rods that move at both ends: the arch under a crown
-/// without mass is twice its half, whose end slides in a groove under half the load.
+/// Catches a wrong length of the critical direction of bodies and rods, and a wrong mass or friction of rods that
+/// move at both ends. The arch with a massless crown is twice its half, whose end slides in a groove under half the
+/// load.
 #[test]
 fn an_arch_leaves_its_folds_as_its_half_does() {
     let whole = folds(&followed(&format!(
@@ -76,7 +78,7 @@ points = 400
     assert_eq!((whole.len(), half.len()), (2, 2));
     for ((load, whole), (half_load, half)) in whole.iter().zip(&half) {
         near(*load, 2.0 * half_load, 1e-8);
-        // At half the rate.
+        // Half the rate of the arch.
         near(
             whole.inertial_delay,
             half.inertial_delay * 2.0_f64.powf(0.2),
@@ -95,9 +97,10 @@ points = 400
     }
 }
 
-/// Catches bars between ball joints whose mass or friction is left out, a spin about their chord that has momentum, and a body's mass that is: four
-/// elastic bars, as a flat pyramid, have their fold in closed form, (tip height z, length L, half the span b)
-/// P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5, M0 = body + 4 (m/3 + j (b/L^2)^2), D0 = 4 EA (z/L)^2 for z moved by 1.
+/// Catches bars between ball joints whose mass or friction is left out, and a spin about their chord with momentum;
+/// also an omitted mass of the body. Four elastic bars, as a flat pyramid, have their fold in closed form. With tip
+/// height z, length L, half span b: P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5, M0 = body + 4 (m/3
+/// + j (b/L^2)^2), D0 = 4 EA (z/L)^2 for z moved by 1.
 #[test]
 fn a_pyramid_of_bars_has_its_closed_form() {
     let (b, stiffness, mass, rotary, tip) = (0.96_f64, 20.0, 0.3, 0.004, 0.5);
@@ -122,15 +125,16 @@ from = {{ position = [{x}, {y}, 0.0], joint = \"ball\" }}\nto = {{ body = \"tip\
     let bend = 6.0 * stiffness * b * b * z / length.powi(5);
     let inertia = tip + 4.0 * (mass / 3.0 + rotary * (b / (length * length)).powi(2));
     let friction = 4.0 * stiffness * (z / length).powi(2);
-    // A is the move of the tip.
+    // A is the displacement of the tip.
     let unit = fold.form.drive;
     near(fold.form.bend, bend * unit.powi(3), 1e-8);
     near(fold.form.mass, inertia * unit.powi(2), 1e-7);
     near(fold.form.friction, friction * unit.powi(2), 1e-7);
 }
 
-/// Catches a load that turns with its body and is taken for one with a potential: next to the fold an eigenvalue of the small motions of the bodies on
-/// light rods has -s^2 = 2 sqrt(A B d)/M0, where A, B and M0 belong to forces against another motion than the critical one.
+/// Catches a load that turns with its body, treated as a load with a potential. Near the fold an eigenvalue of the
+/// small motions of the bodies on light rods has -s^2 = 2 sqrt(A B d)/M0. A, B and M0 are projections on the left
+/// null vector, which differs from the critical motion.
 #[test]
 fn loads_that_turn_with_bodies_have_their_own_fold() {
     let text = heavy_arch(1e-9, 1.0).replace(
@@ -176,7 +180,8 @@ fn loads_that_turn_with_bodies_have_their_own_fold() {
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a fold in the chart of taut rods whose numbers are not those of the base wrench, which is good there: lam is between 6 and 12.
+/// Catches a fold in the chart of taut rods with other numbers than by the base wrench, which is accurate there:
+/// lam is between 6 and 12.
 #[test]
 fn taut_rods_fold_alike_in_both_charts() {
     let law = Linear::diagonal([1.1, 1.0], 0.75)
@@ -227,8 +232,8 @@ fn taut_rods_fold_alike_in_both_charts() {
     }
 }
 
-/// Catches a load that turns with the end and is refused, and one that is taken for another: about an axis across the plane of a strip that bears its
-/// weight, a couple that turns with the end is one that does not.
+/// Catches a refused load that turns with the end, and one treated as another load. A strip bears its weight in its
+/// plane: about an axis across the plane a follower couple equals a dead couple.
 #[test]
 fn couples_that_turn_with_the_end_fold_as_those_that_do_not() {
     let found = [false, true].map(|follower| {

@@ -1,9 +1,9 @@
-//! Straight rods in motion that come to their buckling loads: what the run does there, and that a little imperfection decides it.
+//! Straight rods in motion at their buckling loads: outcome of the run, and the effect of a small imperfection.
 
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
 
-/// A rod that is pushed along its axis, or wound up about it, by the body on its end.
+/// A rod that the body on its end pushes along its axis, or twists about it.
 const STRAIGHT: &str = r#"
 [rod]
 model = "cosserat"
@@ -16,7 +16,7 @@ inertia = [2.0, 2.1, 3.0]
 duration = 0.2
 "#;
 
-/// The outcome of a run of the scene with these fields set, its end in time, and what is said of that.
+/// The outcome of a run of the scene with the given fields, its end time, and the reason.
 fn ended(set: &[&str]) -> (&'static str, f64, String) {
     let scene = Scene::parse_with(STRAIGHT, set).unwrap_or_else(|faults| panic!("{faults}"));
     let prepared = run::Prepared::new(&scene).expect("a motion");
@@ -26,9 +26,10 @@ fn ended(set: &[&str]) -> (&'static str, f64, String) {
     (record.outcome(), record.last().last.t, told)
 }
 
-/// Catches a run that goes on along a straight rod which has become unstable, crawls towards where it does, or takes that for a fold: between clamps a strut
-/// buckles at P (1 - P/EA) = 4 pi^2, a rod that is wound up at tan x = x, x half the couple (Greenhill), in closed form in time. Round rods, nearly
-/// round ones and others, in steps that are explicit or symmetric.
+/// Catches a run that goes on along an unstable straight rod, slows down before the instability, or reports a fold.
+/// Between clamps a strut buckles at P (1 - P/EA) = 4 pi^2, a twisted rod at tan x = x, x half the couple
+/// (Greenhill), at times known in closed form. Round, nearly round and other sections, explicit and symmetric
+/// steps.
 #[test]
 fn straight_rods_stop_at_their_buckling_loads() {
     let thrust = 1000.0 * (1.0 - (1.0 - 0.008 * std::f64::consts::PI.powi(2)).sqrt());
@@ -56,7 +57,7 @@ fn straight_rods_stop_at_their_buckling_loads() {
             "{told}"
         );
     }
-    // Where the stiffer plane differs, the couple of the first branch point is another.
+    // A different stiffness in the stiffer plane changes the couple of the first branch point.
     for stiffer in ["1.001", "1.05", "1.3"] {
         let bending = format!("rod.section.bending=[1.0,{stiffer}]");
         let (outcome, t, told) = ended(&[wind[0], wind[1], &bending]);
@@ -68,7 +69,8 @@ fn straight_rods_stop_at_their_buckling_loads() {
     }
 }
 
-/// Catches a small imperfection that is taken for none: the rod then goes to its side, and the thrust stays near Euler's load.
+/// Catches a small imperfection that is ignored: the rod then buckles sideways, and the thrust stays near Euler's
+/// load.
 #[test]
 fn an_imperfection_leads_past_a_branch_point() {
     let set = ["start.velocity=[0,0,-1.2]", "body.offset=[1e-6,0,0]"];

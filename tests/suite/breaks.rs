@@ -1,4 +1,4 @@
-//! Runs that end, and loads and clamps that break, at moments that are hard to hit.
+//! Ends of runs, and breaks of loads and clamp motions, at critical moments.
 
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{self, AssemblyPrepared};
@@ -17,7 +17,7 @@ fn recorded(text: &str) -> RunRecord {
     record
 }
 
-/// A rod that is unloaded to its fold, which it reaches at t = [`FOLD`].
+/// A rod unloaded to its fold, which is reached at t = [`FOLD`].
 fn unloading(duration: f64, tolerance: f64, loads: &str) -> String {
     format!(
         "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n\
@@ -28,7 +28,8 @@ fn unloading(duration: f64, tolerance: f64, loads: &str) -> String {
 
 const FOLD: f64 = 0.025570197858357242;
 
-/// Catches a run that ends as stuck since its last moment, or a break of a load, lies just before a fold, where time all but stands, or at it.
+/// Catches a run that ends as stuck although only its end time, or a break of a load, lies at a fold or just before
+/// it, where time nearly stands still.
 #[test]
 fn ends_and_breaks_next_to_a_fold() {
     let before = [
@@ -52,7 +53,8 @@ fn ends_and_breaks_next_to_a_fold() {
     }
 }
 
-/// Catches a break that is not hit since a part of a step is not solved, where rounding in the forces is just above the tolerance.
+/// Catches a missed break: a part of a step failed to converge, because rounding in the forces is just above the
+/// tolerance.
 #[test]
 fn a_break_within_a_rough_step() {
     let text = |tolerance: f64| {
@@ -70,8 +72,8 @@ fn a_break_within_a_rough_step() {
     assert!((rough - fine).norm() < 1e-8, "{rough} {fine}");
 }
 
-/// Catches a rod that is said to be lost at a break of its clamp's motion, since it was last seen behind the break: where time is slowed for a rod
-/// that nears a fold, in an assembly, and the same rod alone.
+/// Catches a rod reported as lost at a break of its clamp's motion, because the last observation was behind the
+/// break. Time is slowed for a rod near a fold, in an assembly and alone.
 #[test]
 fn a_clamp_breaks_where_time_is_slowed() {
     let rod =
@@ -102,7 +104,7 @@ fn a_clamp_breaks_where_time_is_slowed() {
     assert!(apart.norm() < 1e-6, "{apart}");
 }
 
-/// Catches a straight start that is refused for the rounding of its velocity, seen from a clamp that is turned.
+/// Catches a straight start that is refused for the rounding of its velocity, in the frame of a turned clamp.
 #[test]
 fn a_straight_start_on_a_turned_clamp() {
     for angle in [0.0_f64, 0.7342008, 1.9, -2.3, 3.0] {
@@ -116,7 +118,7 @@ fn a_straight_start_on_a_turned_clamp() {
         let end = record.last().last.position();
         let along = c * end.x + s * end.y;
         let across = c * end.y - s * end.x;
-        // The slope of a cantilever: across it is a spring of 3 EI/L^3, stiffened by what the rod does not stretch.
+        // The slope of a cantilever: across it acts as a spring of 3 EI/L^3, stiffened by inextensibility.
         assert!(
             across > 0.05 && (along - 1.0 + 0.6 * across * across).abs() < 0.02 * across * across,
             "{along} {across}"
@@ -124,8 +126,8 @@ fn a_straight_start_on_a_turned_clamp() {
     }
 }
 
-/// Catches symmetric steps that stay short for good since one that was cut at a break was rejected, in the plane and in space: rows of a table that
-/// are near to each other made thousands of steps out of a hundred.
+/// Catches symmetric steps that stay short for good after a rejected step that had been cut at a break, in the
+/// plane and in space. Close rows of a table made thousands of steps out of a hundred.
 #[test]
 fn a_break_shortens_no_symmetric_steps_behind_it() {
     let plane = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n\

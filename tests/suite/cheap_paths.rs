@@ -1,13 +1,14 @@
-//! What a plan leaves out changes nothing: every cheap path against the general one on a scene that both can run.
+//! Equivalence of cheap computation paths with the general one, on scenes that both can run.
 
 use super::pairs::{end, pairs};
 use snaprod::scene::Scene;
 use snaprod::study::plan;
 
-/// Ends may be so far apart, in lengths: the bound of the runs' own error.
+/// Largest accepted distance of end positions, in lengths: the bound of the runs' own error.
 const WITHIN: f64 = 1e-9;
 
-/// Would catch a shortcut that is another model: a closed form off its integration, a plane that is not the space's.
+/// Would catch a cheap path that is another model: a closed form that differs from its integration, a planar model
+/// that differs from the spatial one.
 #[test]
 fn cheap_paths_are_the_general_ones() {
     for pair in pairs() {
@@ -18,10 +19,11 @@ fn cheap_paths_are_the_general_ones() {
     }
 }
 
-/// Would catch a plan that counts other numbers than the motion carries, and one that a scene has none of.
+/// Would catch a plan whose counts of numbers differ from those of the motion, or are missing for some scene.
 #[test]
 fn plans_of_all_scenes() {
-    // By hand: a chart, a velocity and three integrals; two rods, a point and three integrals; 300 cells; a wrench; two rods and a rigid body.
+    // By hand: a chart, a velocity and three integrals; two rods, a point and three integrals; 300 cells; a wrench;
+    // two rods and a rigid body.
     let sizes = [
         ("snap", 7),
         ("wire", 21),
@@ -49,8 +51,8 @@ fn plans_of_all_scenes() {
     }
 }
 
-/// Would catch a trial that is another run: of a short scene it is all of it, with the work of the run itself; of a long one the steps per time
-/// foretell the whole.
+/// Would catch a trial run that differs from the run. For a short scene the trial is the whole run, with its work;
+/// for a long one the steps per time predict the whole.
 #[test]
 fn trials_are_runs() {
     let pair = &pairs()[0];

@@ -1,4 +1,4 @@
-//! Clamps that are tilted or move, and loads in time, against other formulations of the same motions.
+//! Tilted and moving clamps, and loads in time: comparison with other formulations of the same motions.
 
 use crate::support::{assert_close, worst};
 use crate::viscous_identities::sampled;
@@ -39,7 +39,7 @@ fn table() -> History {
     History::smooth(&[[0.1, 0.0], [0.3, 0.2], [0.45, 0.15], [0.9, 0.3]]).unwrap()
 }
 
-/// The end of an elastic run, its snaps, and how far its ledger has opened relative to its largest term.
+/// The end of an elastic run, its snaps, and the energy error relative to the largest term of the ledger.
 fn elastic(
     body: &Body<2>,
     q: Pair,
@@ -77,7 +77,7 @@ fn curvature(s: f64) -> f64 {
     1.5 * (1.0 - s)
 }
 
-/// Position and velocity of a viscoelastic run at `times`, seen from the clamp, and how far its ledger has opened.
+/// Position and velocity of a viscoelastic run at `times`, relative to the clamp, and the energy error.
 fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair, Pair)>, f64) {
     let start = ViscousStart {
         strain: &|s| Vector1::new(curvature(s)),
@@ -96,9 +96,9 @@ fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair
     (states, opened)
 }
 
-/// Catches a wrong or missing term of the motion seen from the clamp (the terms of Euler, Coriolis, the centrifuge and the
-/// clamp's acceleration), and a start taken for another velocity: the motion in the world, m v' = R F + loads with
-/// q' = Dr^-1 (R^T (v - c' ) - angle' J r), integrated by Runge and Kutta's classical method.
+/// Catches a wrong or missing inertial term in the frame of the clamp (Euler, Coriolis, centrifugal, acceleration),
+/// and a wrong start velocity. Reference: the motion in the world, m v' = R F + loads with q' = Dr^-1 (R^T (v - c'
+/// ) - angle' J r), integrated by Runge and Kutta's classical method.
 #[test]
 fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     let (amplitude, w, tilt) = (0.7, 2.0, 0.4);
@@ -158,8 +158,9 @@ fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     );
 }
 
-/// Catches an acceleration of the clamp that is not the load -m c'' it is for the body, in elastic and in viscoelastic motion,
-/// explicit and implicit; and a ledger without the support's work. A clamp of constant velocity changes nothing.
+/// Catches an acceleration of the clamp that is not equivalent to the load -m c'' on the body, in elastic and
+/// viscoelastic motion, explicit and implicit; also a ledger without the support's work. A clamp of constant
+/// velocity changes nothing.
 #[test]
 fn a_shaken_clamp_is_a_load_in_time() {
     let direction = vector![0.6, 1.1];
@@ -218,8 +219,8 @@ fn a_tilted_clamp_is_a_clamp_under_turned_loads() {
     assert!((a[0].0 - b[0].0).norm() < 1e-12);
 }
 
-/// Catches frames that differ between plane and space: the planar rod on a clamp that turns and swings, as a rod in space
-/// whose z and x axes are the plane's x and y.
+/// Catches frames that differ between plane and space: the planar rod on a clamp that turns and swings, as a rod in
+/// space whose z and x axes are the plane's x and y.
 #[test]
 fn the_plane_on_a_turning_clamp_lies_inside_space() {
     let turning = || History::sine(0.7, 3.0, 0.2);
@@ -284,11 +285,12 @@ fn the_ledger_closes_over_snaps_on_a_rocking_clamp() {
     assert!(end.ledger.work.abs() > 1.0, "{:?}", end.ledger);
 }
 
-/// The angle, in degrees, at which the catapult's equilibrium ends under 1.5 times Euler's load (Armanini et al. 2017).
+/// The angle, in degrees, at which the catapult's equilibrium ends under 1.5 times Euler's load (Armanini et al.
+/// 2017).
 const CATAPULT: f64 = 13.53448;
 
-/// How much later than at [`CATAPULT`] a column under a dead load snaps back, in radians, on a clamp that turns at `rate` past
-/// upright.
+/// Delay of the snap-back of a column under a dead load on a clamp that turns at `rate` past upright: the angle in
+/// radians beyond [`CATAPULT`].
 fn late(rate: f64, drag: f64) -> f64 {
     let load = 1.5 * PI * PI / 4.0;
     // The column under a load along the clamp has w = pi/2 and lambda^2 = load.
@@ -304,7 +306,8 @@ fn late(rate: f64, drag: f64) -> f64 {
     }
     let start = vector![low, FRAC_PI_2];
     let lean = Elastica.point(&start).unwrap().pose.y;
-    // Turned towards the side it leans to it would only follow; upright, the world's x axis is the clamp's -y axis.
+    // A turn towards the leaning side would only rotate the column. In the upright position the world's x axis is
+    // the clamp's -y axis.
     let clamp = Support::<2>::new(Pair::zeros(), FRAC_PI_2)
         .and_then(|s| {
             s.with_turning(History::Rate {
@@ -318,7 +321,7 @@ fn late(rate: f64, drag: f64) -> f64 {
         .with_support(clamp.clone());
     let options = Options::new(0.6 / rate).unwrap();
     let mut run = Run::new(&Elastica, &body, start, Pair::zeros(), options).unwrap();
-    // It has snapped back when it leans to the other side of the vertical.
+    // Snap-back: the column leans to the other side of the vertical.
     while run.next().is_some() {
         let here = run.now();
         if clamp.at(here.phase.t).place(&here.pose).x * lean > 0.0 {
@@ -328,19 +331,20 @@ fn late(rate: f64, drag: f64) -> f64 {
     run.time() * rate - CATAPULT.to_radians()
 }
 
-/// Catches a clamp that turns at another rate than it says: the catapult, a column under a dead load on a clamp that turns
-/// past upright, snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448 degrees at 1.5 times
-/// Euler's load), the later the faster it is turned.
+/// Catches a clamp that turns at another rate than stated. A column under a dead load on a clamp turning past
+/// upright snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448 degrees at 1.5
+/// times Euler's load). The delay grows with the rate.
 #[test]
 fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
     let late = [0.016, 0.002].map(|rate: f64| late(rate, 3.0));
     assert!(late[1] > 0.0 && late[1] < 0.1, "{late:?}");
-    // Overdamped, the delay goes as the rate to the power 2/3: to a quarter.
+    // With overdamping the delay goes as the rate to the power 2/3: a rate of an eighth gives a quarter.
     assert!((3.0..5.5).contains(&(late[0] / late[1])), "{late:?}");
 }
 
-/// The same without drag: the mass leaves an equilibrium that ends at the tabulated angle, late as the rate to the power 4/5
-/// (the delay of a ramp through a fold). Catches energy that an elastic run loses or gains over thousands of oscillations.
+/// The undamped catapult. The mass leaves an equilibrium that ends at the tabulated angle, with a delay as the rate
+/// to the power 4/5 (a ramp through a fold). Catches energy gained or lost by an elastic run over thousands of
+/// oscillations.
 #[test]
 fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
     let late = [4e-3, 5e-4, 6.25e-5].map(|rate: f64| late(rate, 0.0));
@@ -351,7 +355,7 @@ fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
         power(0),
         power(1)
     );
-    // Aitken's limit of ever slower turning is the tabulated angle.
+    // Aitken's limit for vanishing rates is the tabulated angle.
     let [a, b, c] = late;
     let limit = c - (c - b).powi(2) / ((c - b) - (b - a));
     assert!(
@@ -360,8 +364,9 @@ fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
     );
 }
 
-/// Catches a pulse that lies between two steps (the docs used to admit it), in every kind of motion: it leaves the body with
-/// the pulse's impulse over its mass. The pulse is so short that nothing else moves meanwhile.
+/// Catches a pulse missed between two steps (the docs used to admit this), in every kind of motion: the velocity of
+/// the body changes by the pulse's impulse over its mass. The pulse is so short that other motion during it is
+/// negligible.
 #[test]
 fn a_short_pulse_is_not_passed_over() {
     let (at, width, mass) = (0.61, 1e-7, 1.3);
@@ -380,7 +385,8 @@ fn a_short_pulse_is_not_passed_over() {
     assert!((kick - impulse / mass).norm() < 1e-5, "{kick}");
     let much_later = elastic_end(&struck, 0.9) - elastic_end(&plain(), 0.9);
     assert!(much_later.norm() > 0.1, "{much_later}");
-    // Whatever the steps that come near: a third of these were stuck just before the pulse, of which they saw too much.
+    // For any preceding step size: a third of these runs were stuck just before the pulse, because their steps saw
+    // too much of it.
     let exact = elastic_end(&struck, 0.9);
     for k in 0..24 {
         let tolerance = 10f64.powf(-8.0 - f64::from(k) / 6.0);
@@ -396,8 +402,8 @@ fn a_short_pulse_is_not_passed_over() {
     }
 }
 
-/// Catches rates that are not the derivatives, kinks that are not breaks, and a smooth table that is another curve than the
-/// spline of degree 5 at rest at its ends: a polynomial of that degree that is at rest there must come back.
+/// Catches wrong rates of change, kinks that are not breaks, and a smooth table other than the spline of degree 5
+/// at rest at its ends: a polynomial of that degree at rest at its ends must be reproduced.
 #[test]
 fn histories_are_what_they_say() {
     let step = |t: f64| {

@@ -1,4 +1,4 @@
-//! The program as its users meet it: commands, output, files, exit codes.
+//! Interface of the program: commands, output, files, exit codes.
 
 use crate::program::{Place, Table, close, keys};
 use serde_json::Value;
@@ -23,7 +23,7 @@ fn scene(start: &str, loads: &str, run: &str) -> String {
     )
 }
 
-/// A start that comes to a fold with two stable equilibria of less energy.
+/// A start whose run reaches a fold with two stable equilibria of less energy.
 const TWO_LANDINGS: &str = "lambda = 7.2\nkappa = 0.8\nvelocity = [0.0, -0.5]";
 
 const SNAP: &str = "lambda = 6.3\nkappa = 0.6\nvelocity = [0.0, -0.5]";
@@ -171,7 +171,7 @@ fn bundled_scenes_are_sound() {
     for entry in fs::read_dir(SCENES).unwrap() {
         let path = entry.unwrap().path();
         let path = path.to_str().unwrap();
-        // What the mass of the rods changes may follow.
+        // Lines on the mass of the rods may follow.
         let answer = place.run(&["check", path]);
         let answer = answer.text();
         assert!(
@@ -189,18 +189,19 @@ fn bundled_scenes_are_sound() {
             asked.extend(["--set", "run.tolerance=1e-10"]);
         }
         if text.contains("strobe") {
-            // A chaotic motion is another one after any change of rounding; its beginning is not.
+            // Any change of rounding changes a chaotic motion, except its beginning.
             asked.extend(["--set", "run.duration=100.0"]);
         }
         let summary = place.run(&asked).json(0);
         assert_eq!(summary["outcome"], "end_of_time", "{path}");
-        // The energy that a bar has lost closes its ledger; its momentum does so by itself.
+        // The energy lost by a bar closes its ledger by definition, so the error of its momentum is the check.
         let ledger = match text.contains("\"bar\"") {
             true => "momentum_error",
             false => "energy_error",
         };
         let opened = &summary[ledger]["relative"];
-        // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, that is 1e-8 J, beside 0.04 J in all.
+        // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, the energy error is 1e-8 J,
+        // compared with 0.04 J in all.
         let bound = if path.ends_with("wire.toml") {
             1e-8
         } else {
@@ -270,7 +271,7 @@ fn a_bound_on_steps_keeps_what_there_is() {
     assert_eq!(place.json("out/summary.json")["outcome"], "step_limit");
     assert_eq!(place.json("out/events.json"), Value::Array(vec![]));
 
-    // Without --json the reason is on the error stream, also if asked to be quiet.
+    // Without --json the reason goes to the error stream, with --quiet too.
     for more in [None, Some("--quiet")] {
         let mut arguments = vec!["run", "scene.toml"];
         arguments.extend(more);
@@ -281,7 +282,7 @@ fn a_bound_on_steps_keeps_what_there_is() {
     }
 }
 
-/// Times in the reason are the scene's, not the library's.
+/// Times in the reason are in the scene's units, not the library's.
 #[test]
 fn a_reason_is_in_the_units_of_the_scene() {
     let place = Place::new("reason");
@@ -330,7 +331,8 @@ fn landings() {
 #[test]
 fn all_landings_make_a_tree() {
     let place = Place::new("tree");
-    // The first snap has two landings; until t = 0.5 there is no other. The trunk ends there and is no whole run.
+    // The first snap has two landings; until t = 0.5 no other snap follows. The trunk ends at the fork and is not a
+    // whole run.
     let run = "duration = 0.5\nsamples = 51\nlanding = \"all\"\nbranches = 2";
     let summary = place.scene(&scene(TWO_LANDINGS, "", run)).json(0);
     let branches = summary["branches"].as_array().unwrap();
@@ -360,7 +362,7 @@ fn all_landings_make_a_tree() {
     let reached: Vec<&Value> = events.iter().map(|event| &event["reached"]).collect();
     assert_eq!(reached, [&Value::from(true), &false.into()]);
 
-    // On the way to t = 3 both branch again, each to one landing: the whole runs are still two.
+    // Before t = 3 both branches fork again, each to one landing: there are still two whole runs.
     let whole = |branch: &&Value| branch["outcome"] != "branched";
     let longer = place.scene(&scene(TWO_LANDINGS, "", &run.replace("0.5", "3.0")));
     let longer = longer.json(0);
@@ -448,7 +450,7 @@ fn a_shared_start_is_named() {
     assert!(refusal.contains("energy 0.438661 J"), "{refusal}");
 }
 
-/// Stable equilibria under any load count among those of a position.
+/// Stable equilibria of a position under any load are listed.
 #[test]
 fn a_taut_start_is_found() {
     let place = Place::new("taut");
@@ -864,7 +866,7 @@ fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
 
-/// Catches a query that refuses a legal rod because one of its answers is out of range: a very taut one.
+/// Catches a query that refuses a valid rod because one of the answers, for a very taut rod, is out of range.
 #[test]
 fn very_taut_rods_are_described() {
     let out = Command::new(env!("CARGO_BIN_EXE_snaprod"))

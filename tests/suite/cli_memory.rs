@@ -1,4 +1,4 @@
-//! `snaprod memory` as its users meet it.
+//! Command line of `snaprod memory`.
 
 use crate::program::{Place, Table, close, keys};
 use crate::support::assert_close;
@@ -26,8 +26,8 @@ fn entry(object: &Value, matrix: &str, i: usize, j: usize) -> f64 {
     object[matrix][i][j].as_f64().unwrap()
 }
 
-/// Catches numbers that are not those of the rod, and a table, a figure or a JSON file that is not what was printed: the
-/// planar rod with a branch is a spring, a dashpot and a Maxwell element side by side.
+/// Catches wrong numbers, and a table, figure or JSON file that disagrees with the printed text: the planar rod
+/// with a branch is a spring, a dashpot and a Maxwell element in parallel.
 #[test]
 fn a_planar_rod_with_a_branch() {
     let place = Place::new("memory-planar");
@@ -68,7 +68,7 @@ fn a_planar_rod_with_a_branch() {
     let column = |name: &str| table.column(name);
     let t = column("t");
     assert_eq!(t.len(), 201);
-    // All that happens lies between the first and the last time.
+    // The relaxation lies between the first and the last time.
     assert!(t[0] <= 0.1 * (0.3 / 6.0) && t[200] >= 40.0);
     // J(p) = 1/(p (0.3 p + 3 + 12 p/(1 + 4 p))).
     let root = (24.3_f64 * 24.3 - 4.0 * 1.2 * 3.0).sqrt();
@@ -89,8 +89,8 @@ fn a_planar_rod_with_a_branch() {
     }
 }
 
-/// Catches a memory where there is none, a missing factor of length or stiffness, and columns of zeros: Kelvin-Voigt alone, also
-/// where the friction is not linear in the rates.
+/// Catches memory of a rod without any, a missing factor of length or stiffness, and columns of zeros: Kelvin-Voigt
+/// alone, with linear and nonlinear friction.
 #[test]
 fn a_planar_rod_without_a_branch_is_a_spring_and_a_dashpot() {
     let place = Place::new("memory-kelvin-voigt");
@@ -142,8 +142,8 @@ fn a_planar_rod_without_a_branch_is_a_spring_and_a_dashpot() {
     }
 }
 
-/// Catches planes, signs or units that are mixed up in space: flexure and shear of a welded rod in closed form, with one
-/// exponential in each plane and (m, n) joined by the half length; twist and stretch without memory.
+/// Catches interchanged planes, signs or units in space. Flexure and shear of a welded rod have a closed form: one
+/// exponential in each plane, (m, n) joined by the half length; twist and stretch have no memory.
 #[test]
 fn a_welded_rod_remembers_flexure_with_shear() {
     let place = Place::new("memory-weld");
@@ -213,7 +213,7 @@ fn a_welded_rod_remembers_flexure_with_shear() {
     }
 }
 
-/// Catches a verdict of memory where all strains retard alike, and couples where the end is free to turn.
+/// Catches a verdict of memory if all strains retard alike, and couples at an end free to turn.
 #[test]
 fn a_ball_under_proportional_friction_has_no_memory() {
     let place = Place::new("memory-ball");
@@ -233,7 +233,7 @@ fn a_ball_under_proportional_friction_has_no_memory() {
         close(&direction["spring"], spring, 1e-12);
         close(&direction["retardation_time"], 0.05, 1e-12);
     }
-    // A welded one carries couples too, joined to the displacements.
+    // A welded end carries couples too, coupled to the displacements.
     place.write("scene.toml", &spatial(friction, "", WELD));
     let answer = place.run(&["memory", "scene.toml"]);
     let spring = (0.125 / 12.0 / 1.5 + 0.5 / 50.0_f64).recip();
@@ -249,7 +249,7 @@ fn a_ball_under_proportional_friction_has_no_memory() {
     let words: Vec<&str> = equation.split_whitespace().collect();
     let at = words.iter().position(|word| *word == "r1").unwrap();
     assert_close(words[at - 1].parse().unwrap(), spring, 1e-5, 0.0, "n1 / r1");
-    // A branch that only twist feels is none of the ball's memory.
+    // A branch in twist alone does not enter the memory of a ball-jointed end.
     let branch = "relaxation = [{ stiffness = [0.0, 0.0, 0.2, 0.0, 0.0, 0.0], time = 1.0 }]";
     for (joint, memory) in [(BALL, false), (WELD, true)] {
         let friction = format!("{friction}\n{branch}");
@@ -262,7 +262,7 @@ fn a_ball_under_proportional_friction_has_no_memory() {
     assert_eq!(place.files("."), ["scene.toml"]);
 }
 
-/// Catches a scene or an option that has no kernel and gets one, and messages that do not say what to do.
+/// Catches a scene or option without a kernel that is accepted, and messages without advice.
 #[test]
 fn what_has_no_kernel_is_refused() {
     let place = Place::new("memory-refused");

@@ -11,7 +11,7 @@ fn bundled(name: &str) -> String {
     format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A scene of its tables' contents; `rod` ends in [rod.section].
+/// A scene from the contents of its tables; `rod` ends in [rod.section].
 pub fn scene(rod: &str, body: &str, start: &str, rest: &str, run: &str) -> String {
     format!(
         "[rod]\nmodel = \"cosserat\"\n{rod}\n[body]\n{body}\n[start]\n{start}\n{rest}\n[run]\n{run}\n"
@@ -50,8 +50,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     if largest > 0.0 { off / largest } else { off }
 }
 
-/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, a text that claims
-/// something else than the summary.
+/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, and a text
+/// that contradicts the summary.
 #[test]
 fn a_run_in_space_writes_its_files() {
     let place = Place::new("whirl");
@@ -215,8 +215,8 @@ fn a_turned_clamp_turns_everything() {
     }
 }
 
-/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of the
-/// wrong sign.
+/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of
+/// the wrong sign.
 #[test]
 fn an_equilibrium_stays_where_it_is() {
     let place = Place::new("stays");
@@ -264,8 +264,8 @@ fn an_equilibrium_stays_where_it_is() {
     assert!(summary["end"]["kinetic"].as_f64().unwrap() < 1e-14);
 }
 
-/// Catches bending about the wrong director and a ball joint that carries a couple: a rod in a plane of space moves as the
-/// planar one does.
+/// Catches bending about the wrong director and a ball joint that carries a couple: a rod in a plane of space moves
+/// as the planar one does.
 #[test]
 fn a_planar_motion_in_space() {
     let place = Place::new("planar");
@@ -301,8 +301,8 @@ fn a_planar_motion_in_space() {
     assert!(space.column("wy")[6].abs() > 1e-3);
 }
 
-/// Catches an equivalent spring, dashpot or period that are not those of the rod, and a whole rod that does not move as
-/// they do (closed form of the damped oscillator).
+/// Catches a wrong equivalent spring, dashpot or period, and a whole rod that moves differently (closed form of the
+/// damped oscillator).
 #[test]
 fn a_rod_that_is_a_spring_moves_like_one() {
     let place = Place::new("reduced");
@@ -342,8 +342,8 @@ fn a_rod_that_is_a_spring_moves_like_one() {
     ));
 }
 
-/// Catches a twist of the wrong sense, and a couple on the body that is not that of the rod: in SI units
-/// J angle'' = -(C/L) (angle + 0.02 angle'), angle(0) = 0.5 L.
+/// Catches a twist of the wrong sense, and a wrong couple on the body: in SI units J angle'' = -(C/L) (angle + 0.02
+/// angle'), angle(0) = 0.5 L.
 #[test]
 fn a_twisted_rod_is_a_torsion_pendulum() {
     let place = Place::new("twist");
@@ -393,8 +393,8 @@ fn a_twisted_rod_is_a_torsion_pendulum() {
     }
 }
 
-/// Catches a combination of rigid strains that runs as another one, a start that cannot be followed, and messages that do
-/// not say what to do; `check` must find what `run` finds.
+/// Catches an unsupported set of rigid strains that runs as another set, an inadmissible start, and messages
+/// without advice; `check` must find the faults that `run` finds.
 #[test]
 fn what_cannot_run_is_refused_by_name() {
     let place = Place::new("refused");

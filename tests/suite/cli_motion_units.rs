@@ -158,7 +158,8 @@ fn stretching(u: &Measures) -> String {
     )
 }
 
-/// Catches any number of a scene, or of its output, that is scaled by the wrong power of length, stiffness, mass or time.
+/// Catches any number of a scene, or of its output, that is scaled by the wrong power of length, stiffness, mass or
+/// time.
 #[test]
 fn units_only_scale_a_motion() {
     let one = Measures {

@@ -11,7 +11,7 @@ fn bundled(name: &str) -> String {
     format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A run into out/ that would take for ever, once it has begun its table.
+/// A practically endless run into out/, with the table begun.
 fn endless(place: &Place) -> Child {
     let forced = fs::read_to_string(bundled("forced")).unwrap();
     place.write(
@@ -38,7 +38,7 @@ fn send(signal: &str, child: &Child) {
     assert!(sent.unwrap().success());
 }
 
-/// Catches a run whose work is lost, or whose table is cut in a row, when it is asked to end.
+/// Catches a run whose work is lost, or whose table is cut within a row, after a request to end.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_and_sigterm_keep_what_was_computed() {
@@ -59,8 +59,8 @@ fn ctrl_c_and_sigterm_keep_what_was_computed() {
     }
 }
 
-/// Catches figures that are still drawn after a second Ctrl-C, and data that such haste loses: the first figure is held up in a
-/// pipe until the second signal has come.
+/// Catches figures drawn in spite of a second Ctrl-C, and data lost by it: a pipe holds up the first figure until
+/// the second signal has come.
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_skips_the_figures() {
@@ -80,7 +80,7 @@ fn a_second_ctrl_c_skips_the_figures() {
         std::thread::sleep(Duration::from_millis(5));
     }
     send("-INT", &child);
-    // Only where the signal came after the figure was begun does anybody write into the pipe.
+    // The program writes into the pipe only if the signal comes after the figure was begun.
     std::thread::spawn(move || fs::read(pipe));
     let summary = Answer::of(child.wait_with_output().unwrap()).json(1);
     assert_eq!(summary["outcome"], "interrupted");
@@ -100,7 +100,7 @@ fn catches_interrupts(child: &Child) -> bool {
     caught.is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0)
 }
 
-/// Catches a branch whose points are lost, or called complete, when it is asked to end.
+/// Catches a branch whose points are lost, or called complete, after a request to end.
 #[cfg(target_os = "linux")]
 #[test]
 fn an_interrupted_branch_is_written() {
@@ -133,8 +133,8 @@ fn an_interrupted_branch_is_written() {
     }
 }
 
-/// Catches two runs that mix their tables in one directory; a lock that outlives its process; and files of the run before
-/// that are lost, or cut, when the next one is killed.
+/// Catches two runs that mix their tables in one directory, a lock that outlives its process, and files of an
+/// earlier run that are lost or cut if the next run is killed.
 #[cfg(unix)]
 #[test]
 fn one_run_at_a_time_writes_into_a_directory() {
@@ -161,7 +161,7 @@ fn one_run_at_a_time_writes_into_a_directory() {
     assert_eq!(place.files("out"), expected);
 }
 
-/// Catches figures and tables of an earlier run beside those of this one, and files of others that go with them.
+/// Catches stale figures and tables of an earlier run, and the removal of foreign files.
 #[test]
 fn files_of_an_earlier_run_go() {
     let place = Place::new("stale");
@@ -189,11 +189,11 @@ fn files_of_an_earlier_run_go() {
     assert_eq!(place.files("out"), expected);
 }
 
-/// A command; the files that the command removes, each with the words for the option that makes the file again.
+/// A command; the files removed by it, each with the option that makes the file again.
 type Removal<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
 
-/// Catches a page, an archive or a figure of an earlier run that a command removes without a word. Catches also a word
-/// where nothing is lost, and a word in spite of `--quiet` or `--json`.
+/// Catches a page, archive or figure of an earlier run that a command removes silently. Catches also a message if
+/// nothing is lost, and a message in spite of `--quiet` or `--json`.
 #[test]
 fn files_that_go_are_named_with_what_makes_them_again() {
     let place = Place::new("named");
@@ -263,11 +263,11 @@ fn files_that_go_are_named_with_what_makes_them_again() {
     assert_eq!((quiet.stdout, quiet.stderr), (String::new(), String::new()));
 }
 
-/// Catches a finished run that ends with the code of bad input because a picture of it could not be made.
+/// Catches a finished run that ends with the code of bad input because one of its figures failed.
 #[test]
 fn a_figure_that_cannot_be_made_is_a_warning() {
     let place = Place::new("figure");
-    // Where the figure would be written aside there is a directory.
+    // A directory blocks the temporary name of the figure.
     fs::create_dir_all(place.join("out/energies.svg.part/in")).unwrap();
     let answer = place.run(&["run", &bundled("snap"), "--out", "out"]);
     assert_eq!(answer.code, 0, "{answer:?}");
@@ -280,7 +280,8 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
     assert!(place.join("out/surface.svg").exists());
 }
 
-/// Catches figures over time that are told as missing where there is no time: a body at the end of its groove that moves outward.
+/// Catches a warning of missing figures over time for a motion of zero duration: a body at the end of its groove
+/// that moves outward.
 #[test]
 fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
     let place = Place::new("at_start");
@@ -297,7 +298,7 @@ fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
     assert!(!answer.stderr.contains("is missing"), "{answer:?}");
 }
 
-/// Catches a scene to start from that does not run, and one that is written over somebody's own.
+/// Catches a starter scene that does not run, and one that overwrites an existing file.
 #[test]
 fn new_scenes_are_sound() {
     let place = Place::new("new");
@@ -342,7 +343,7 @@ fn new_scenes_are_sound() {
     assert!(manual.text().matches("\n.TH ").count() > 10, "{manual:?}");
 }
 
-/// Catches an override that some command leaves out, or a fault in one that is not said to be its own.
+/// Catches a command that ignores overrides, or a fault in an override that is not attributed to it.
 #[test]
 fn every_command_that_takes_a_scene_takes_overrides() {
     let place = Place::new("set");
@@ -363,7 +364,7 @@ fn every_command_that_takes_a_scene_takes_overrides() {
     assert_eq!(summary["end"]["t"], 0.01);
 }
 
-/// Catches a resolved scene that is not the one that was run, in the plane or in space.
+/// Catches a resolved scene that differs from the scene run, in the plane or in space.
 #[test]
 fn resolved_scenes_run_the_same() {
     let place = Place::new("resolved");
@@ -381,7 +382,8 @@ fn resolved_scenes_run_the_same() {
     }
 }
 
-/// Catches a resolved scene that is refused, or is another scene, for any kind of scene that is bundled or that `snaprod new` writes.
+/// Catches a resolved scene that is refused or differs, for every kind of scene that is bundled or that
+/// `snaprod new` writes.
 #[test]
 fn resolved_scenes_are_scenes() {
     for folder in ["scenes", "src/cli/templates"] {

@@ -1,4 +1,4 @@
-//! `snaprod equilibrium` and `snaprod branch` as their users meet them.
+//! Command line of `snaprod equilibrium` and `snaprod branch`.
 
 use crate::program::{Answer, Place, Table, close, keys};
 use crate::support::SAMPLE;
@@ -50,8 +50,8 @@ fn near<const N: usize>(a: [f64; N], b: [f64; N], tolerance: f64) {
     }
 }
 
-/// Catches printed numbers that do not belong to one equilibrium: loads, balance of moments, the section law, the energy and the
-/// centreline are each checked against the others.
+/// Catches inconsistent printed numbers: loads, balance of moments, section law, energy and centreline are checked
+/// against each other.
 #[test]
 fn an_equilibrium_balances() {
     let place = Place::new("equilibrium");
@@ -136,8 +136,8 @@ fn an_equilibrium_balances() {
     close(&found["energy"], stored, 1e-8);
 }
 
-/// Catches a wrong sign or frame against an independent number (a cantilever under a transverse force, and a rod bent to most of a
-/// circle), text that prints other numbers than JSON, and files nobody asked for.
+/// Catches a wrong sign or frame, against independent numbers (a cantilever under a transverse force, and a rod
+/// bent to most of a circle); text whose numbers differ from the JSON; unrequested files.
 #[test]
 fn cantilevers_agree_with_independent_numbers() {
     let place = Place::new("cantilever");
@@ -167,7 +167,7 @@ fn cantilevers_agree_with_independent_numbers() {
     assert_eq!(place.files("."), ["scene.toml"]);
 }
 
-/// Catches rounding that is printed as a force, and a small load that is taken for rounding.
+/// Catches rounding printed as a force, and a small load suppressed as rounding.
 #[test]
 fn rounding_is_not_printed_as_a_value() {
     let place = Place::new("rounding");
@@ -194,8 +194,8 @@ fn rounding_is_not_printed_as_a_value() {
 const COLUMNS: &str = "branch,parameter,arclength,x,y,z,qw,qx,qy,qz,base_fx,base_fy,base_fz,base_mx,base_my,base_mz,\
                        tip_fx,tip_fy,tip_fz,tip_mx,tip_my,tip_mz,energy,index,residual,label";
 
-/// Catches folds that are missed or misplaced against an independent continuation code, rows that are no equilibria, files that
-/// disagree, and a branch that ends early without saying so.
+/// Catches folds missed or misplaced, against an independent continuation code; rows off equilibrium, inconsistent
+/// files, and a branch that ends early without notice.
 #[test]
 fn a_branch_has_its_folds() {
     let place = Place::new("branch");
@@ -271,8 +271,8 @@ fn a_branch_has_its_folds() {
     assert!(text.stdout.contains(stop), "{}", text.stdout);
 }
 
-/// Catches a fold curve that leaves the folds, loses its cusps or stops at them: every row is a fold of the closed form of the planar
-/// elastica, and the cusps are those of the reference, known to 25 digits.
+/// Catches a fold curve that leaves the folds, misses its cusps or stops at them. Every row is a fold of the closed
+/// form of the planar elastica, and the cusps are those of the reference, known to 25 digits.
 #[test]
 fn fold_curves_are_those_of_the_elastica() {
     let place = Place::new("fold-curve");
@@ -319,12 +319,13 @@ fn fold_curves_are_those_of_the_elastica() {
     let mut checked = 0;
     for i in 0..p.len() {
         let lambda = fx[i].hypot(fz[i]).sqrt();
-        // Beyond, rods with a tight loop: wrench and angle of a row no longer say which to 1e-6.
+        // Beyond this load rods have a tight loop, and wrench and angle of a row no longer determine the rod to
+        // 1e-6.
         if lambda > 15.0 {
             continue;
         }
         checked += 1;
-        // kappa = sin((theta(1) - alpha)/2), of a sign that the place of the end tells.
+        // kappa = sin((theta(1) - alpha)/2); the position of the end gives the sign.
         let alpha = f64::atan2(-fx[i], -fz[i]);
         let kappa = (qy[i].atan2(qw[i]) - 0.5 * alpha).sin();
         let fold = [kappa, -kappa].into_iter().any(|kappa| {
@@ -340,7 +341,7 @@ fn fold_curves_are_those_of_the_elastica() {
         );
     }
     assert!(checked > 100, "only {checked} rows");
-    // Empty only where loops are so tight that the next fold cannot be told from this one.
+    // The index is empty only for loops so tight that the next fold cannot be distinguished.
     for (i, index) in table.texts("index").iter().enumerate() {
         let tight = fx[i].hypot(fz[i]) > 12.5 * 12.5;
         assert!(
@@ -353,8 +354,8 @@ fn fold_curves_are_those_of_the_elastica() {
     assert!(figure.contains("CP1") && figure.contains("end.position.z"));
 }
 
-/// Catches branches that are not left at their branch points, or the wrong ones: Euler's loads, and the post-buckled cantilever of the
-/// tables on both sides.
+/// Catches branches that are not switched at their branch points, or wrong ones: Euler's loads, and the
+/// post-buckled cantilever of the tables on both sides.
 #[test]
 fn switching_follows_buckled_columns() {
     let place = Place::new("switch");
@@ -392,7 +393,7 @@ fn switching_follows_buckled_columns() {
     }
 }
 
-/// Catches a search that finds nothing, finds the same branch again, or does not say what it looked at.
+/// Catches a deflated search that finds nothing, finds the known branch again, or does not report its effort.
 #[test]
 fn deflation_finds_the_other_side() {
     let place = Place::new("deflate");
@@ -458,7 +459,8 @@ fn deflation_finds_the_other_side() {
     }
 }
 
-/// Catches bad input that is accepted, ends in a panic or leaves files, or a message without the field, what is allowed and what to do.
+/// Catches bad input that is accepted, panics or leaves files, and a message without the field, the admissible
+/// values or advice.
 #[test]
 fn bad_statics_are_refused() {
     let place = Place::new("bad-statics");
@@ -601,7 +603,7 @@ fn bad_statics_are_refused() {
     assert_eq!(place.files("."), ["file", "scene.toml"]);
 }
 
-/// Catches a refusal of what is merely odd.
+/// Catches the refusal of a valid but unusual scene.
 #[test]
 fn odd_statics_are_solved() {
     let place = Place::new("odd-statics");
@@ -623,8 +625,8 @@ fn odd_statics_are_solved() {
     assert_eq!(free["energy"], 0.0);
 }
 
-/// Catches a lost branch that the exit code or the first line of the output leaves out: of a round column no branch can be
-/// singled out.
+/// Catches a lost branch missing from the exit code or from the first line of the output: a round column has no
+/// isolated branch.
 #[test]
 fn a_lost_branch_is_an_exit_code_and_the_first_line() {
     let place = Place::new("lost-branch");

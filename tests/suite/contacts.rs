@@ -1,4 +1,5 @@
-//! Rods that touch themselves or each other: found where brute force over dense sections has them, and the run stops there.
+//! Contact of rods with themselves or each other: comparison with brute force over dense sections; the run stops at
+//! contact.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -17,7 +18,7 @@ fn rod() -> Rod {
     Rod::new(1.0, law.expect("a law")).expect("a rod")
 }
 
-/// A mass on a ball joint at the end of a rod, held there in equilibrium and thrown.
+/// A mass on a ball joint at the end of a rod, thrown from equilibrium.
 fn thrown(
     links: &[(Isometry3<f64>, Vector3<f64>, Vector3<f64>)],
     d: f64,
@@ -52,7 +53,7 @@ fn thrown(
     )
 }
 
-/// The state in which a run of the length `end` stops, how, and the largest change of the ledger's total.
+/// Final state and outcome of a run of duration `end`, and the largest change of the ledger's total.
 fn stopped(
     (assembly, now): &(Assembly, Configuration),
     end: f64,
@@ -71,7 +72,7 @@ fn stopped(
     }
 }
 
-/// The nearest sections of two rods, those of one farther apart along it than half the girth.
+/// The nearest sections of two rods; of one rod, sections farther apart along it than half the girth.
 fn brute(
     sample: &AssemblySample,
     base: [Isometry3<f64>; 2],
@@ -100,7 +101,7 @@ fn brute(
 }
 
 fn assert_touching(contact: &Contact, found: (f64, [f64; 2]), d: f64) {
-    // Sections 1/500 apart are at most 2e-6 farther from each other than the nearest places.
+    // Sections 1/500 apart overestimate the smallest distance by at most 2e-6.
     let off = found.0 - d;
     assert!(
         (-1e-9..1e-5).contains(&off),
@@ -118,7 +119,8 @@ fn assert_touching(contact: &Contact, found: (f64, [f64; 2]), d: f64) {
     assert!(contact.gap.abs() < 1e-12);
 }
 
-/// Would catch a contact that is found late, at another pair, or on neighbours along the rod; one that comes when none is asked for.
+/// Would catch a contact found late, at another pair, or between neighbours along the rod, and a contact found
+/// without request.
 #[test]
 fn a_rod_stops_where_its_end_touches_it() {
     let here = Isometry3::identity();
@@ -143,7 +145,7 @@ fn a_rod_stops_where_its_end_touches_it() {
     assert_eq!(none, Outcome::EndOfTime);
 }
 
-/// Two rods whose middles meet. Would catch a base that is left out, a pair that is not looked at, arclengths of the wrong rod.
+/// Two rods that meet in their middles. Would catch an omitted base or pair, or arclengths of the wrong rod.
 #[test]
 fn two_rods_stop_where_they_touch_each_other() {
     let d = 0.05;
@@ -178,8 +180,8 @@ fn two_rods_stop_where_they_touch_each_other() {
     assert!(opened < 1e-9, "the ledger opens by {opened:e}");
 }
 
-/// Would catch a thickness that is not taken from the section or not scaled, an end that is not told with names and units, and a start in contact
-/// that runs.
+/// Would catch a thickness that is not taken from the section or not scaled, a report without names and units, and
+/// a run from a start in contact.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_stop_at_contact_and_say_where() {
@@ -217,7 +219,7 @@ fn scenes_stop_at_contact_and_say_where() {
     let free = ran(&scene("contact_diameter = 0.0\n"));
     assert_eq!(free.outcome(), "end_of_time");
     assert!(free.summary()["contact_diameter"].is_null());
-    // A cord that is thicker than its end is far from its clamp touches itself before it moves.
+    // A cord with a diameter above the distance of its ends touches itself at the start.
     let thick = parsed(&scene("contact_diameter = 0.45\n"));
     let refused = run::Prepared::new(&thick).and_then(|prepared| prepared.motion().map(drop));
     let said = refused.expect_err("a start in contact").to_string();
@@ -231,7 +233,7 @@ fn scenes_stop_at_contact_and_say_where() {
     };
     assert_eq!(strip.thickness(), 0.001);
 
-    // In an assembly the rod is begun at its other end.
+    // In the assembly the rod starts at its other end.
     let text = scene("")
         .replace(
             "[rod]",
@@ -245,7 +247,8 @@ fn scenes_stop_at_contact_and_say_where() {
             "joint = \"ball\"\n[start]\npose = { position = [0.3, 0.1, 0.3] }\n",
             "",
         );
-    // Held by nothing it is no equilibrium: a groove across the way it is thrown would hold it; a force does.
+    // Without a support the start is not an equilibrium. A groove would hold the body, but lies across its
+    // velocity; a force is used.
     let at = ran(&scene("contact_diameter = 0.0\n")).branches[0]
         .first
         .force;
@@ -265,12 +268,12 @@ fn scenes_stop_at_contact_and_say_where() {
     assert!(reason.contains("cord touches itself"), "{reason}");
     let event = record.events().pop().expect("an event");
     let s = [&event["s"][0], &event["s"][1]].map(|s| s.as_f64().expect("an arclength"));
-    // From the body: its end is at 0.
+    // The rod starts at the body: its end is at s = 0.
     assert!(s.contains(&0.0) && s.iter().any(|s| *s > 1.5), "{s:?}");
 }
 
-/// Would catch ends that touch though one thing holds them: two rods from places of the ground, or of one body, that are nearer than they are thick, and part from there
-/// (theory 3.7).
+/// Would catch contact between ends that share one attachment: two rods from nearby points of the ground or of one
+/// body, thicker than their distance, that diverge from there (theory 3.7).
 #[cfg(feature = "scene")]
 #[test]
 fn ends_that_one_thing_holds_are_as_near_as_they_are_held() {
@@ -311,8 +314,8 @@ fn ends_that_one_thing_holds_are_as_near_as_they_are_held() {
     }
 }
 
-/// Would catch ends that are taken for neighbours because other ends of their rods share the ground: two cantilevers whose tips meet, and a ring whose end
-/// comes to its own base.
+/// Would catch ends excluded as neighbours only because other ends of their rods share the ground: two cantilevers
+/// with meeting tips, and a ring whose end reaches its own base.
 #[cfg(feature = "scene")]
 #[test]
 fn ends_that_nothing_holds_together_touch() {

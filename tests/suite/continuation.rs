@@ -1,4 +1,4 @@
-//! The continuation tool on problems with closed forms. Work is counted in evaluations of F.
+//! Continuation on problems with closed forms. Work is counted in evaluations of F.
 
 use crate::support::assert_close;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix, dvector, matrix, vector};
@@ -18,12 +18,12 @@ struct Given<const N: usize, F, I> {
 
 type Parts<const N: usize> = (SVector<f64, N>, SMatrix<f64, N, N>, SVector<f64, N>);
 
-/// In the size of the problem.
+/// Vector of static size.
 fn sized<const N: usize>(x: &DVector<f64>) -> SVector<f64, N> {
     SVector::from_column_slice(x.as_slice())
 }
 
-/// As the solvers hold them.
+/// Vector of dynamic size, as used by the solvers.
 fn dynamic<const N: usize>(x: SVector<f64, N>) -> DVector<f64> {
     DVector::from_column_slice(x.as_slice())
 }
@@ -108,7 +108,7 @@ fn per_point(trace: &Trace) -> f64 {
     spent
 }
 
-/// Catches folds missed or misplaced, arclength that drifts, loops that run on.
+/// Catches folds missed or misplaced, arclength drift, loops that do not close.
 #[test]
 fn circle_has_two_folds_and_closes() {
     let family = given(circle);
@@ -345,8 +345,7 @@ fn symmetric(x: &SVector<f64, 2>, p: f64) -> Option<Parts<2>> {
     ))
 }
 
-/// Catches a double crossing that determinants cannot show, and a continuum of branches passed off as
-/// a few.
+/// Catches a double crossing invisible to determinants, and a continuum of branches reported as a few.
 #[test]
 fn double_crossing_is_seen_by_the_index() {
     let family = Given {
@@ -416,7 +415,7 @@ fn mixed(x: &SVector<f64, 6>, p: f64) -> Option<Parts<6>> {
         j[(k, 1)] = -(p * stiff).sin();
         s[k] = -(p * stiff).cos() * stiff * y[1];
     }
-    // Both sides mixed, so that no entry is special.
+    // Rows are mixed too, so that no entry is special.
     let back = mixer::<6>().transpose() * SMatrix::from_fn(|i, k| if i == k { 1.0 } else { 0.1 });
     let mut parts = (back * f, back * j * mix, back * s);
     for i in 0..6 {
@@ -476,7 +475,7 @@ fn mixed_unknowns_with_noise() {
     }
 }
 
-/// Catches a border that ends in an error, a swallowed point or an endless approach.
+/// Catches a border of the domain that ends in an error, a lost point or an endless approach.
 #[test]
 fn a_family_may_end() {
     // x = sqrt(1 - p), undefined from p = 0.7 on.
@@ -691,7 +690,7 @@ fn isolas_close() {
     }
 }
 
-/// Two folds within one step, with no index to help and with one: catches pairs that end signs hide.
+/// Two folds within one step, with and without index. Catches pairs hidden by equal end signs.
 #[test]
 fn two_folds_in_one_step_are_noticed() {
     // p = x^3 - e x: folds at x = +-sqrt(e / 3), 0.08 apart, against steps of 0.2.
@@ -737,7 +736,7 @@ impl Family2 for CuspForm {
     }
 }
 
-/// The same in three mixed unknowns, the others slaved with bends of their own.
+/// The cusp in three mixed unknowns, two of them slaved with curved graphs of their own.
 struct MixedCusp;
 
 impl Family2 for MixedCusp {
@@ -809,7 +808,8 @@ fn fold_curve_passes_its_cusp() {
     cusp_curve(&MixedCusp, start, |x| (mixer::<3>() * sized::<3>(x))[0]);
 }
 
-/// The imperfect pitchfork x^3 - p x - 1/10 = 0: catches the branch that no path from the first one reaches.
+/// The imperfect pitchfork x^3 - p x - 1/10 = 0: catches an omission of the branch that no path from the first one
+/// reaches.
 #[test]
 fn deflation_finds_the_disconnected_branch() {
     let family = given(|x: &SVector<f64, 1>, p: f64| {

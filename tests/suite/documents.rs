@@ -1,4 +1,4 @@
-//! The documents: what comments cite is there, and every data file says where it comes from.
+//! Consistency of the documents: cited sections exist, and every data file has a recipe.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ fn rust_files(directory: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The number that `text` begins with, such as 2.5.
+/// Number at the start of `text`, such as 2.5.
 fn section(text: &str) -> Option<String> {
     let number: String = text
         .chars()
@@ -32,7 +32,7 @@ fn section(text: &str) -> Option<String> {
     (!number.is_empty()).then_some(number)
 }
 
-/// Catches a comment that cites a section of the theory, or a benchmark, that readers cannot find.
+/// Catches a citation of a missing section of the theory, or of a missing benchmark.
 #[test]
 fn citations_lead_to_headings() {
     let mut headings = Vec::new();
@@ -92,7 +92,7 @@ fn data_and_tools_are_listed() {
         for entry in fs::read_dir(root().join(directory)).expect("a directory") {
             let entry = entry.expect("an entry");
             let name = entry.file_name().into_string().expect("a name");
-            // What Python leaves behind.
+            // Cache directory of Python.
             if name != "README.md" && name != "__pycache__" {
                 assert!(
                     list.contains(&format!("`{name}`")),
@@ -103,7 +103,7 @@ fn data_and_tools_are_listed() {
     }
 }
 
-/// Catches a map of the house that has not followed a move.
+/// Catches file names in the design document that are out of date.
 #[test]
 fn design_names_files_that_exist() {
     let design = read(&root().join("DESIGN.md"));

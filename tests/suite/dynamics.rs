@@ -9,9 +9,9 @@ use snaprod::motion::{Event, Options, Outcome, Run, Sample, Snap};
 
 type Pair = Vector2<f64>;
 
-/// What a run left behind.
+/// Record of a run.
 struct Track {
-    /// At the times asked for.
+    /// Samples at the requested times.
     samples: Vec<Sample<2>>,
     snaps: Vec<Snap>,
     end: Sample<2>,
@@ -86,7 +86,7 @@ fn track(
     out
 }
 
-/// Rows (t, x, y, vx, vy) of a reference motion of 30-digit care; fails on a missing or short file.
+/// Rows (t, x, y, vx, vy) of a reference motion computed with 30 digits; fails on a missing or short file.
 fn reference(name: &str) -> Vec<[f64; 5]> {
     let path = format!(
         "{}/tests/data/motion_{name}.json",
@@ -200,7 +200,7 @@ fn the_ledger_closes_over_a_long_run_with_snaps() {
     }
 }
 
-/// Catches an error control that does not control: the error must fall with the tolerance.
+/// Catches an ineffective error control: the error must fall with the tolerance.
 #[test]
 fn the_error_falls_with_the_tolerance() {
     let (q, v) = snapping();
@@ -213,8 +213,8 @@ fn the_error_falls_with_the_tolerance() {
     assert!(errors[3] < 1e-8, "{errors:?}");
 }
 
-/// Catches anything that tells left from right: a chart evaluated differently for p < 0, a signed
-/// threshold. The mirrored run must agree to the last bit.
+/// Catches asymmetry between left and right: a chart evaluated differently for p < 0, a signed threshold. The
+/// mirrored run must agree to the last bit.
 #[test]
 fn the_mirror_image_of_a_run_is_the_run_of_the_mirror_image() {
     let (q, v) = snapping();
@@ -234,7 +234,7 @@ fn the_mirror_image_of_a_run_is_the_run_of_the_mirror_image() {
     assert_eq!(a.ledger, b.ledger);
 }
 
-/// Catches a force that depends on the velocity, or time that runs differently either way.
+/// Catches a force that depends on the velocity, or asymmetry of time.
 #[test]
 fn a_motion_on_one_sheet_runs_back_to_its_start() {
     let body = free().with_dead_force(vector![-8.0, -2.0]).unwrap();
@@ -365,8 +365,8 @@ fn starts_on_folds_and_cusps_get_under_way() {
     }
 }
 
-/// Catches a viscous layer that "lands" on the fold it left or does not settle, by far the commonest
-/// trouble near the straight rod (all is small there) and for loops (the energy is flat).
+/// Catches a viscous layer that "lands" on its own fold or does not settle, mostly near the straight rod (all is
+/// small there) and for loops (the energy is flat).
 #[test]
 fn every_fold_lands_lower_and_stable() {
     for number in 1..=2 {
@@ -389,8 +389,9 @@ fn every_fold_lands_lower_and_stable() {
     }
 }
 
-/// Catches a departure too far from the fold, and a fall followed so coarsely, that another basin is chosen: against the flow whose shapes are shown, ten times
-/// as careful, from nearer the fold and in shorter steps, along the first fold curve up to lam = 14.
+/// Catches a departure too far from the fold, or a fall in steps too coarse, which ends in another basin.
+/// Reference: the flow whose shapes are shown, ten times as accurate, from nearer the fold and in shorter steps,
+/// along the first fold curve up to lam = 14.
 #[test]
 fn landings_are_those_of_a_more_careful_flow() {
     for k in 0..20 {

@@ -1,4 +1,5 @@
-//! Slopes at eight places at once against slopes one by one: motions, samples, events and ledgers are the same.
+//! Vectorised slopes, eight states at once, against slopes one by one: motions, samples, events and ledgers are the
+//! same.
 
 use crate::support::worst;
 use nalgebra::{Vector2, vector};
@@ -13,7 +14,7 @@ use snaprod::motion::{Event, Options, Outcome, Phase, Run, Sample};
 
 type Pair = Vector2<f64>;
 
-/// The elastica with one place at a time, as steps of DOP853 take it.
+/// The elastica with slopes of one state at a time, as DOP853 takes them.
 pub struct OneByOne;
 
 impl EquilibriumManifold<2> for OneByOne {
@@ -72,7 +73,7 @@ impl Multivalued<2> for OneByOne {
     }
 }
 
-/// What came of a run.
+/// Results of a run.
 struct Came {
     samples: Vec<Sample<2>>,
     snaps: Vec<f64>,
@@ -125,8 +126,9 @@ fn came(
     came
 }
 
-/// Catches slopes, samples inside long steps, folds and bounces that are not those of steps with one slope after the other, a load in time or a term of a moving
-/// clamp that is left out, and a fast path that is not taken where registers are wide: its steps are less than half as many.
+/// Catches vectorised slopes, samples inside long steps, folds and bounces that differ from those of sequential
+/// slopes; an omitted load in time or term of a moving clamp; and an unused fast path on wide registers: its steps
+/// are less than half as many.
 #[test]
 fn eight_at_once_are_one_by_one() {
     let wide = Registers::in_use().is_some();
@@ -181,7 +183,7 @@ fn eight_at_once_are_one_by_one() {
             one.steps
         );
         assert_eq!(eight.samples.len(), 97, "{name}");
-        // Looking on changes nothing.
+        // Observation changes nothing.
         assert_eq!(
             came(&Elastica, &body, start, duration, 0).end,
             eight.end,

@@ -1,4 +1,4 @@
-//! The closed form against shooting in 256-bit arithmetic (tools/ref_equilibria.py and others).
+//! Closed form of the elastica against shooting in 256-bit arithmetic (tools/ref_equilibria.py and others).
 
 use crate::support::{assert_close, json, number, rows};
 use nalgebra::Vector2;
@@ -200,8 +200,9 @@ fn slight_rods_keep_their_derivatives() {
     }
 }
 
-/// Catches cusps that are lost or doubled where a curve is steep (the loads of the twentieth change by 1.8 while p changes by 0.02), and points of one curve
-/// that lie on another: each half of a fold curve has two cusps, at which its image turns back in its tracks.
+/// Catches cusps lost or doubled on steep curves (the loads of the twentieth change by 1.8 while p changes by
+/// 0.02), and points assigned to another curve. Each half of a fold curve has two cusps, at which its image
+/// reverses its direction.
 #[test]
 fn every_fold_curve_has_two_cusps() {
     for number in [1, 2, 5, 10, 16, 17, 18, 20] {
@@ -420,8 +421,8 @@ proptest! {
     }
 }
 
-/// Catches a direction of the load that is found as a small difference of angles, which leaves nothing of a small deflection: against the beam under the load along it,
-/// y = F (1 - tanh b/b)/N under a pull N = b^2, F (tan b/b - 1)/|N| under a push.
+/// Catches a load direction found as a small difference of angles, which destroys a small deflection. Reference:
+/// the beam under the axial load, y = F (1 - tanh b/b)/N under a pull N = b^2, F (tan b/b - 1)/|N| under a push.
 #[test]
 fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
     for along in [-2.3, -1.0, -1e-3, 1e-3, 1.0, 30.0, 2500.0, 1e5] {
@@ -429,7 +430,7 @@ fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
             let b = f64::abs(along).sqrt();
             let series = [62.0 / 2835.0, 17.0 / 315.0, 2.0 / 15.0, 1.0 / 3.0];
             let beam = match b < 0.1 {
-                // Of b - tanh b and tan b - b rounding leaves little.
+                // Rounding cancels most of b - tanh b and tan b - b.
                 true => series.iter().fold(0.0, |sum, term| term - along * sum),
                 false if along > 0.0 => (1.0 - b.tanh() / b) / along,
                 false => (b.tan() / b - 1.0) / -along,
@@ -449,7 +450,8 @@ fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
     }
 }
 
-/// Catches an index that is counted no further than fold curves are numbered (4096): a rod that bends little, pushed, loses one more mode with each half turn of w.
+/// Catches an index counted only up to the number of fold curves (4096): a slightly bent rod under a push loses one
+/// more mode with each half turn of w.
 #[test]
 fn the_index_grows_with_the_mode() {
     for lambda in [100.0, 1000.0, 12_800.0, 12_950.0, 20_000.0] {
@@ -461,9 +463,9 @@ fn the_index_grows_with_the_mode() {
     assert!(Elastica.index(&Vector2::new(far.p, far.w)).is_err());
 }
 
-/// Catches a rod at rest that does not carry its load, that is not stable, or that leans to the wrong side: under loads from
-/// slight to enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; column
-/// beyond Euler's load at 1.5 times it, pushed over a little).
+/// Catches a rod at rest that does not balance its load, is unstable, or leans to the wrong side. Loads from slight
+/// to enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; a
+/// slightly pushed column at 1.5 times Euler's load).
 #[test]
 fn a_settled_rod_carries_its_load() {
     for size in [1e-8, 1e-3, 0.5, 3.0, 40.0, 2500.0, 1e5] {

@@ -1,4 +1,4 @@
-//! The elliptic kernel against mpmath, against identities, and against every bit pattern.
+//! Elliptic functions against mpmath, identities, and every bit pattern.
 
 use proptest::prelude::*;
 use snaprod::math::DomainError;

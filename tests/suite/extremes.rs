@@ -1,4 +1,5 @@
-//! Scenes at the ends of what numbers can say: units, tolerances, places, loads, and the last bit.
+//! Extreme scenes: units, tolerances, positions and loads at the ends of their ranges, and the effect of the last
+//! bit.
 
 use crate::stress_scenes::judged;
 use crate::support::worst;
@@ -13,7 +14,7 @@ use snaprod::study::run::Fields;
 use snaprod::study::{Silent, Table, dispatch};
 use std::time::Duration;
 
-/// What a scene counts in: length, stiffness and mass, each a power of two, and the time that follows.
+/// Units of a scene: length, stiffness and mass, each a power of two, and the resulting time.
 #[derive(Clone, Copy)]
 struct Units([i32; 3]);
 
@@ -44,7 +45,7 @@ const FORCE: [i32; 3] = [-4, 2, 0];
 const ENERGY: [i32; 3] = [-2, 2, 0];
 const INERTIA: [i32; 3] = [4, 0, 2];
 
-/// A motion of every kind, snaps and friction and mass among them, in these units.
+/// A motion of every kind, including snaps, friction and mass, in the given units.
 fn motions(u: Units, tolerance: &str) -> Vec<(&'static str, String)> {
     let [length, stiffness, mass] = [LENGTH, STIFFNESS, MASS].map(|unit| u.say(1.0, unit));
     let plane = format!(
@@ -156,7 +157,7 @@ const COLUMNS: [(&str, [i32; 3]); 12] = [
 /// A column of a trajectory without its unit.
 type Track = (String, Vec<f64>);
 
-/// The columns of a motion without their units, those of named bodies among them, and what came of it.
+/// The columns of a motion without their units, including those of named bodies, and the outcome.
 fn moved(text: &str, u: Units) -> (Vec<Track>, String) {
     let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
     let mut tables: Vec<Table> = Vec::new();
@@ -189,7 +190,8 @@ fn apart(one: &[Track], other: &[Track]) -> f64 {
     most
 }
 
-/// A number that follows from others, and how far their relative changes are to be for its slope: small beside the distance from a fold.
+/// A derived number, and the relative size of the input changes for its slope: small compared with the distance
+/// from a fold.
 struct Question {
     name: &'static str,
     at: Vec<f64>,
@@ -214,7 +216,8 @@ impl Question {
         }
     }
 
-    /// Relative change of the answer over that of the numbers: by differences, and by the last bits of them.
+    /// Condition number (relative change of the answer over that of the inputs): by differences, and by changes in
+    /// the last bits.
     fn condition(&self) -> (f64, f64) {
         let answer = (self.answer)(&self.at);
         let moved = |k: usize, by: f64| {
@@ -307,8 +310,8 @@ fn questions() -> Vec<Question> {
     ]
 }
 
-/// Catches a length, time or force of fixed size where there must be one of the scene's own units: masses and stiffnesses over 40 decades are powers of two
-/// here, by which nothing is rounded, so that the motion is the same to the last bit.
+/// Catches a length, time or force of fixed size instead of one in the scene's units. Masses and stiffnesses over
+/// 40 decades are powers of two, which cause no rounding, so the motion is the same to the last bit.
 #[test]
 fn masses_and_stiffnesses_over_forty_decades_are_units() {
     let home = Units([0; 3]);
@@ -331,7 +334,8 @@ fn masses_and_stiffnesses_over_forty_decades_are_units() {
     }
 }
 
-/// Catches steps that stall or run away at the finest tolerance that is read, and one that does not make the motion better than a coarser one.
+/// Catches steps that stall or explode in number at the finest admissible tolerance, and a finest tolerance without
+/// gain in accuracy.
 #[test]
 fn the_finest_tolerances_are_kept() {
     let home = Units([0; 3]);
@@ -355,8 +359,9 @@ fn the_finest_tolerances_are_kept() {
     }
 }
 
-/// Catches starts next to the ends of the chart, and loads of a million there, that panic, give numbers that are none, or are refused without words: the end on an
-/// axis, on the clamp, as far away as a double can tell, and rods taut or straight to the last bit.
+/// Catches starts at the ends of the chart, with loads of a million, that panic, give NaN or infinite numbers, or
+/// are refused without a message: the end on an axis, on the clamp, at the largest distance below full reach, and
+/// rods taut or straight to the last bit.
 #[test]
 fn starts_at_the_ends_of_the_chart_end_in_a_stated_outcome() {
     let places = [
@@ -399,8 +404,8 @@ fn starts_at_the_ends_of_the_chart_end_in_a_stated_outcome() {
     }
 }
 
-/// Catches digits that are lost on the way: numbers that differ in their last bits give answers that differ by what the answer's own condition allows, and the
-/// few bits of a computation of many steps.
+/// Catches loss of digits: inputs that differ in their last bits give answers that differ by the condition number,
+/// plus the few bits of a computation of many steps.
 #[test]
 fn the_last_bit_moves_results_by_their_condition() {
     for question in questions() {

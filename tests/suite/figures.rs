@@ -1,4 +1,4 @@
-//! The committed figures are those that the program draws.
+//! Committed figures agree with those that the program draws.
 
 use crate::program::{Place, parts};
 use snaprod::scene::Scene;
@@ -35,7 +35,7 @@ fn sheets_are_drawn_as_committed() {
             .join("figures")
             .join(name);
         let different = differences(&drawn, &std::fs::read_to_string(&committed).unwrap());
-        // Where a coordinate is rounded, another machine may keep a point more.
+        // At rounding limits of coordinates another machine may keep one more point.
         assert!(
             different * 500 <= drawn.lines().count(),
             "{name} has changed in {different} lines: look at it, then run `snaprod sheets --out figures`"
@@ -43,8 +43,8 @@ fn sheets_are_drawn_as_committed() {
     }
 }
 
-/// How many lines of two figures differ by more than 0.3 pixels in a coordinate (figures are drawn ten times enlarged) or in
-/// anything else: functions of another machine's library are an ulp apart.
+/// Number of lines of two figures that differ by more than 0.3 pixels in a coordinate (figures are drawn ten times
+/// enlarged) or in anything else: functions of another machine's library differ by an ulp.
 fn differences(a: &str, b: &str) -> usize {
     let alike = |a: &str, b: &str| {
         let ((text, numbers), (other, values)) = (parts(a), parts(b));
@@ -91,8 +91,9 @@ impl Hooks for Draws {
     }
 }
 
-/// Catches figures that are drawn from samples (of a mass that is thrown back ten times between two of them), that leave the motion, or go back in
-/// time; runs that nobody draws but that pay for it; and times just after a step that are taken to lie in none.
+/// Catches paths drawn from samples alone (the mass is thrown back ten times between two samples), paths that leave
+/// the motion or go back in time, costs for runs without figures, and times just after a step that no step
+/// contains.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn motions_are_drawn_closer_than_their_samples() {
@@ -126,7 +127,7 @@ fn motions_are_drawn_closer_than_their_samples() {
         }
     };
     true_to(&prepared, way, ["x", "y"], 1e-9);
-    // The same of rods with friction and with mass, whose strains are kept at the samples alone.
+    // Rods with friction and with mass keep their strains at the samples alone.
     for (scene, most) in [("creep", 0.2), ("heavy_snap", 0.1), ("whirl", 0.2)] {
         let path = format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
         let scene = Scene::read_with(path.as_ref(), &["run.samples=3"]).unwrap();
@@ -145,8 +146,8 @@ fn motions_are_drawn_closer_than_their_samples() {
     }
 }
 
-/// Catches figures of all kinds of runs without words for those who hear them, with words that are no XML, with numbers that are none, and a small motion that is
-/// a dot in a large disc.
+/// Catches figures, of all kinds of runs, without descriptions for screen readers, with descriptions that are
+/// invalid XML, or with NaN; and a small motion drawn as a dot in a large disc.
 #[test]
 fn figures_have_words_and_small_motions_a_panel() {
     let place = Place::new("words");
@@ -189,7 +190,8 @@ fn figures_have_words_and_small_motions_a_panel() {
     }
 }
 
-/// Catches a rod that is drawn in the frame of its clamp while its mass is drawn in the world: of a clamp that is turned, and of one that turns.
+/// Catches a rod drawn in the frame of its clamp with a mass drawn in the world frame, for a turned clamp and for a
+/// turning one.
 #[test]
 fn the_rod_is_drawn_from_its_clamp_to_its_mass() {
     let path = format!("{}/scenes/catapult.toml", env!("CARGO_MANIFEST_DIR"));
@@ -213,13 +215,13 @@ fn the_rod_is_drawn_from_its_clamp_to_its_mass() {
         let ahead = base * nalgebra::Point3::new(0.0, 0.0, 0.5);
         assert!(off(axis[0], [base.translation.x, base.translation.y]) < 1e-12);
         assert!(off(moment.placed([0.5, 0.0]), [ahead.x, ahead.y]) < 1e-12);
-        // It turns from where the scene has it.
+        // The clamp turns, starting from the angle in the scene.
         let angle = given + 0.004 * moment.t;
         assert!(off([ahead.x, ahead.y], [0.5 * angle.cos(), 0.5 * angle.sin()]) < 1e-12);
     }
 }
 
-/// What is written in a figure.
+/// Texts of a figure.
 fn words(place: &Place, file: &str) -> Vec<String> {
     let svg = place.read(file);
     let document = roxmltree::Document::parse(&svg).unwrap();
@@ -228,7 +230,8 @@ fn words(place: &Place, file: &str) -> Vec<String> {
     words.map(|word| word.trim().to_owned()).collect()
 }
 
-/// Catches a passage of a rod with friction that is called a snap, a snap that is not, and a map of strains that ends before the motion.
+/// Catches a fold passage of a rod with friction called a snap, a snap called a passage, and a map of strains that
+/// ends before the motion.
 #[test]
 fn figures_tell_snaps_from_passages() {
     let place = Place::new("passages");
@@ -258,7 +261,7 @@ fn figures_tell_snaps_from_passages() {
     );
 }
 
-/// Catches a diagram in which both arms of a pitchfork are one line.
+/// Catches a diagram in which both arms of a pitchfork coincide.
 #[test]
 fn branches_that_differ_are_seen_to_differ() {
     let place = Place::new("pitchfork");

@@ -1,4 +1,4 @@
-//! The mass of single rods to first order on clamps that move (theory 2.9, 3.9).
+//! First-order mass of single rods on moving clamps (theory 2.9, 3.9).
 
 use crate::support::laid;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
@@ -21,7 +21,7 @@ fn options(duration: f64) -> Options {
     options.with_tolerance(1e-11).unwrap()
 }
 
-/// A clamp that shakes aslant and turns to and fro, both from a velocity that is not zero.
+/// A clamp that shakes obliquely and turns to and fro, with initial velocities.
 fn shaken() -> Support<2> {
     let support = Support::<2>::new(Vector2::new(0.2, -0.1), 0.6).unwrap();
     let support = support.with_translation(Vector2::new(1.0, -0.5), History::sine(0.1, 5.0, 0.4));
@@ -33,7 +33,8 @@ fn start() -> Equilibrium {
     Equilibrium::from_lambda_kappa(1.4, -0.9232).unwrap()
 }
 
-/// Ledgers at the start and the end of a planar motion that begins with `v` as seen from the clamp, place and velocity of its end in the world.
+/// Ledgers at the start and the end of a planar motion with initial velocity `v` relative to the clamp; final
+/// position and velocity in the world.
 fn followed(
     at: &Equilibrium,
     support: &Support<2>,
@@ -69,7 +70,8 @@ fn open([first, last]: &[Ledger; 2]) -> f64 {
     last.total() - first.total()
 }
 
-/// Catches a power of the clamp, or a force on the end, that is not that of its acceleration: the ledger closes under the weight of rod and body.
+/// Catches a wrong power of the clamp, or a wrong force of its acceleration on the end: the ledger closes under the
+/// weight of rod and body.
 #[test]
 fn clamps_that_move_do_the_work_of_what_the_rod_gains() {
     let g = Vector2::new(0.3, -1.0);
@@ -80,7 +82,7 @@ fn clamps_that_move_do_the_work_of_what_the_rod_gains() {
     assert!(error.abs() < 1e-10, "{error:e}");
 }
 
-/// Catches velocities that are not taken from the clamp: on one that moves uniformly all is as on one that stands.
+/// Catches velocities not taken relative to the clamp: uniform motion of the clamp changes nothing.
 #[test]
 fn uniform_motion_of_the_clamp_is_not_felt() {
     let g = Vector2::new(0.3, -1.0);
@@ -100,14 +102,15 @@ fn lifted(v: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(v.x, v.y, 0.0)
 }
 
-/// Catches a centrifugal, a Coriolis or an Euler force of the rod that is not there, or wrong: the rod in space between a support that moves in the
-/// same way and a point mass has its inertia from its sections in the world.
+/// Catches a missing or wrong centrifugal, Coriolis or Euler force of the rod. Reference: the rod in space between
+/// a support of the same motion and a point mass, with its inertia by its sections in the world.
 #[test]
 fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
     agrees_with_space(&start(), Vector2::new(0.2, 0.3), 0.3);
 }
 
-/// The same through a hard bounce, after which the mass is slow: catches an inertia of the taut rod that is not that of its sections.
+/// Planar and spatial first-order mass agree through a hard bounce, after which the mass is slow. Catches an
+/// inertia of the taut rod other than that of its sections.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn the_plane_is_the_assembly_through_a_hard_bounce() {
@@ -116,7 +119,7 @@ fn the_plane_is_the_assembly_through_a_hard_bounce() {
     assert!(hardest > 40.0, "{hardest}");
 }
 
-/// Compares a planar motion from this start with that in space; returns the largest lam.
+/// Compares a planar motion from the given start with the motion in space; returns the largest lam.
 fn agrees_with_space(at: &Equilibrium, v: Vector2<f64>, duration: f64) -> f64 {
     let g = Vector2::new(0.3, -1.0);
     let (ledgers, [place, velocity]) = followed(at, &shaken(), [Vector2::zeros(), g], v, duration);
@@ -216,8 +219,9 @@ fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample
     [first, run.sample_now()]
 }
 
-/// Catches inertia that is that of what is seen from the clamp: seen from it or from the world, the motion is the same, and so are the energies. Under
-/// a load along the rod, where the clamp does not turn, its potential is counted from the clamp, and so is what the clamp does against it.
+/// Catches inertia by velocities relative to the clamp: in the frame of the clamp and in the world, motion and
+/// energies are the same. Under a load along the rod, on a clamp that does not turn, the potential is counted from
+/// the clamp, and so is the clamp's work.
 #[test]
 fn a_clamp_in_space_is_a_support() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));

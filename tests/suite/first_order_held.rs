@@ -1,4 +1,4 @@
-//! The mass of rods in space to first order on what moves, in grooves, and with section laws that are not linear (theory 3.9).
+//! First-order mass of rods in space on moving supports, in grooves, and with nonlinear section laws (theory 3.9).
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -17,7 +17,7 @@ fn linear() -> Linear {
     law.with_rest([0.4, -0.3], 0.5).unwrap()
 }
 
-/// A bent rod from an attachment, whose pose at the start is told, to a rigid body; under a dead load along it.
+/// A bent rod from an attachment of given initial pose to a rigid body, under a dead load along the rod.
 fn held(
     rod: &Rod,
     from: (Attachment, Isometry3<f64>),
@@ -88,14 +88,14 @@ fn followed(
     [first, last]
 }
 
-/// By how much the ledger is open, and the work.
+/// Error of the ledger, and the work.
 fn open([first, last]: &[AssemblySample; 2]) -> (f64, f64) {
     let change = last.ledger.total() - first.ledger.total();
     (change, last.ledger.work)
 }
 
-/// Catches inertia that does not know how its support is accelerated, or a support that does not bear it: the ledger closes, with the work of a
-/// support that shakes and turns.
+/// Catches inertia without the support's acceleration, and a support without the reaction: the ledger closes, with
+/// the work of a support that shakes and turns.
 #[test]
 fn supports_that_move_do_the_work_of_what_the_rods_gain() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));
@@ -116,7 +116,8 @@ fn supports_that_move_do_the_work_of_what_the_rods_gain() {
     assert!(error.abs() < 1e-10, "{error:e}");
 }
 
-/// Catches velocities that are not taken from the support: on one that moves uniformly all is as on the ground.
+/// Catches velocities not taken relative to the support: uniform motion of the support is equivalent to rest on the
+/// ground.
 #[test]
 fn uniform_motion_is_not_felt() {
     let v = Vector3::new(0.4, -0.3, 0.5);
@@ -139,7 +140,7 @@ fn uniform_motion_is_not_felt() {
     assert!(work.abs() > 0.05 && error.abs() < 1e-10, "{work} {error:e}");
 }
 
-/// Catches inertia that leads a body across its groove, or forgets that the groove bends.
+/// Catches inertia that moves a body across its groove, or ignores the groove's curvature.
 #[test]
 fn grooves_do_no_work() {
     let rod = Rod::new(1.2, linear()).unwrap();
@@ -157,7 +158,7 @@ fn grooves_do_no_work() {
     assert!((end - place).norm() > 0.03);
 }
 
-/// Catches a law that is taken for linear: its compliance changes as the rod moves, which the energy knows.
+/// Catches a nonlinear law treated as linear: the compliance changes during the motion, and enters the energy.
 #[test]
 fn laws_need_not_be_linear() {
     let law = Barrier::new(linear(), [0.3, 0.4], 2.0).unwrap();
@@ -166,7 +167,7 @@ fn laws_need_not_be_linear() {
     let found = followed(held(&rod, (Attachment::ground(here), here), TWIST), 0.6);
     let (error, _) = open(&found);
     assert!(error.abs() < 1e-10, "{error:e}");
-    // The law matters: the linear one leads elsewhere.
+    // The nonlinearity matters: the linear law leads to another end.
     let rod = Rod::new(1.2, linear()).unwrap();
     let other = followed(held(&rod, (Attachment::ground(here), here), TWIST), 0.6);
     let [a, b] = [&found[1], &other[1]].map(|sample| sample.bodies()[0].pose.translation.vector);

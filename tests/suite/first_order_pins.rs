@@ -1,4 +1,4 @@
-//! The mass to first order of rods between two ball joints, which spin about their chords (theory 3.9).
+//! First-order mass of rods between two ball joints, with spin about their chords (theory 3.9).
 
 use crate::first_order_space::{block, light, momentum, options};
 use crate::pins::{CHORD, bent_against_its_rest_shape};
@@ -25,8 +25,8 @@ fn between(rod: Rod, [a, b]: [Isometry3<f64>; 2]) -> Link {
     Link::pinned(rod, Attachment::body(0, a), Attachment::body(1, b))
 }
 
-/// Catches an inertia that is not that of the joints alone: a straight bar, however it turns and stretches, has the velocities of its ends and what is
-/// linear between them, so that it adds m/6 [2 1; 1 2] to the masses of its ends, and no force.
+/// Catches a wrong inertia of a straight bar. For any turn and stretch its velocity is linear between its ends, so
+/// the bar adds m/6 [2 1; 1 2] to the masses of its ends, and no force.
 #[test]
 fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
     let (masses, mass, stretch, axial) = ([1.3, 0.4], 0.3, 0.05, 300.0);
@@ -107,8 +107,9 @@ fn buckled() -> (Assembly, Configuration) {
     (assembly, now)
 }
 
-/// Catches a chart of a round rod that turns in its own curve while its spin is told about the chord alone, and implicit steps that forget the spin: energy and
-/// momenta stay, by both kinds of steps, and both lead to the same place.
+/// Catches a chart of a round rod that turns within the rod's curve although the spin is measured about the chord,
+/// and implicit steps without the spin: energy and momenta are constant with both kinds of steps, and both lead to
+/// the same end.
 #[test]
 fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     let ends = [(Method::Explicit, 1e-10), (Method::Implicit, 1e-7)].map(|(method, bound)| {
@@ -138,8 +139,8 @@ fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     assert!(a.1.turn.angle_to(&b.1.turn) < 1e-6 && (a.1.rate - b.1.rate).abs() < 1e-6);
 }
 
-/// Catches a fold that is seen too late, or energy of the rod that is lost unseen where its mass is given up before a fold, and where it is taken up again
-/// from the landing on: the ledger is closed at every event.
+/// Catches a fold found too late, and rod energy lost unrecorded where the mass is switched off before a fold, or
+/// on again after the landing: the ledger is closed at every event.
 #[test]
 fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     let (link, chart) = bent_against_its_rest_shape();
@@ -169,7 +170,7 @@ fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     }
     felt.dedup();
     assert_eq!((snaps, felt), (1, vec![true, false, true]));
-    // When that is must not depend on where steps end.
+    // The moment of switching must not depend on the ends of steps.
     let [unfelt, coarser] = [1e-10, 1e-7].map(|tolerance| {
         let options = options(0.06).with_tolerance(tolerance).unwrap();
         let mut run = AssemblyRun::new(assembly.clone(), &now, options).unwrap();
@@ -179,8 +180,9 @@ fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     assert!((coarser / unfelt - 1.0).abs() < 1e-4, "{coarser} {unfelt}");
 }
 
-/// Catches inertia that a spin still holds in small motions: a point on a crooked rod to the ground vibrates along the chord, and its frequency falls by what
-/// the sections have at one chord beside another, less what a spin about it takes.
+/// Catches rod inertia with a constrained spin in small motions. A point on a crooked rod to the ground vibrates
+/// along the chord. Its frequency falls by the kinetic energy of the sections per change of the chord, less the
+/// part removed by a spin about it.
 #[test]
 fn small_motions_leave_the_spin_to_itself() {
     let (mass, body) = (0.01, 1.3);
@@ -197,7 +199,7 @@ fn small_motions_leave_the_spin_to_itself() {
         .vector;
     let rule = Rule::new(16);
     let places: Vec<f64> = rule.nodes.iter().copied().chain([1.0]).collect();
-    // The sections with their chord along z, and so long.
+    // The sections with their chord along z, for a given extension.
     let at = |longer: f64| -> Vec<Vector3<f64>> {
         let held = Isometry3::from(unloaded * (1.0 + longer));
         let q = link.polished(&Vector6::zeros(), &held, 1e-13).unwrap();
@@ -245,8 +247,9 @@ fn small_motions_leave_the_spin_to_itself() {
     );
 }
 
-/// Catches a start with a spin that no blow has given: bodies that are set in motion by blows move the rod between them with the least energy that their
-/// velocities allow, about its chord as well (Kelvin), so that any other rate has more, by the same on both sides.
+/// Catches a start with a spurious spin. Bodies set in motion by blows move the rod between them with the least
+/// energy compatible with their velocities, about its chord too (Kelvin). Any other spin rate has more energy,
+/// equally on both sides.
 #[test]
 fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
     let law = Linear::diagonal([1.0, 1.6], 0.8).unwrap();

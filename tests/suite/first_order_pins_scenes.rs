@@ -1,4 +1,4 @@
-//! The mass to first order of rods between two ball joints, in scenes, against that of full rods (theory 3.9).
+//! First-order mass of rods between two ball joints, in scenes: comparison with full rods (theory 3.9).
 
 use nalgebra::Vector3;
 use snaprod::scene::{Inertia, Scene};
@@ -9,7 +9,7 @@ fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
 }
 
-/// Where the second body is at the end.
+/// Final position of the second body.
 fn end(text: &str) -> Vector3<f64> {
     let prepared = AssemblyPrepared::new(&parsed(text)).expect(text);
     let mut tables: Vec<Table> = Vec::new();
@@ -20,7 +20,8 @@ fn end(text: &str) -> Vector3<f64> {
     Vector3::new(last("b.x"), last("b.y"), last("b.z"))
 }
 
-/// A crooked rod, unloaded at the start, between two bodies that nothing holds and that are set in motion smoothly, from rest.
+/// A crooked rod, unloaded at the start, between two bodies that nothing holds and that are set in motion smoothly,
+/// from rest.
 fn pair(inertia: &str, eps: f64) -> String {
     let nodes = if inertia == "full" { "nodes = 8\n" } else { "" };
     let section: Vec<f64> = [1e-3, 2e-3, 3e-3].map(|j| j * eps).into();
@@ -34,8 +35,8 @@ fn pair(inertia: &str, eps: f64) -> String {
     )
 }
 
-/// Catches an equation of the spin, or of what it does to the bodies, that is not right to first order: against the full rod the bodies are off by the square
-/// of the rod's mass, and without it by the mass.
+/// Catches a spin equation, or a reaction of the spin on the bodies, that is wrong to first order. Compared with
+/// the full rod the bodies are off by the square of the rod's mass; without the correction, by its first power.
 #[test]
 #[ignore = "second tier: 23 s"]
 fn the_error_is_of_second_order_in_the_mass() {
@@ -49,8 +50,8 @@ fn the_error_is_of_second_order_in_the_mass() {
     assert!(order(1) > 1.7, "{errors:?}");
 }
 
-/// Catches a change of frequency that is not told, or is told in other units: each of three straight bars from the ground adds a third of its mass to a point,
-/// whichever way that moves.
+/// Catches a change of frequency that is not reported, or in wrong units: each of three straight bars from the
+/// ground adds a third of its mass to a point, for motion in any direction.
 #[test]
 fn bars_lower_the_frequency_by_a_third_of_their_mass() {
     let (length, mass, body) = (0.7, 0.02, 1.5);
@@ -69,7 +70,7 @@ fn bars_lower_the_frequency_by_a_third_of_their_mass() {
         "{rods}[[body]]\nname = \"b\"\nmass = {body}\nguess = {{ position = [0.0, 0.0, 0.0] }}\n[run]\nduration = 1.0\n"
     );
     let scene = parsed(&text);
-    // They are followed by default.
+    // Such rods are followed by default.
     let notes = scene.mass_notes();
     assert!(notes.len() == 3 && notes.iter().all(|note| note.inertia == Inertia::FirstOrder));
     let motions = study::modes(&scene).expect("modes").motions;

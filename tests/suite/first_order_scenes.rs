@@ -1,4 +1,4 @@
-//! The mass of elastic rods in space to first order, in scenes: when it is followed, what is said of it, how well it is right.
+//! First-order mass of elastic rods in space, in scenes: when it applies, its report, its accuracy.
 
 use crate::support::{number_at, worst};
 use nalgebra::Vector3;
@@ -75,14 +75,14 @@ fn summary(text: &str, set: &[&str]) -> Value {
     record.summary()
 }
 
-/// Catches a default that is silent, or that follows a mass where it cannot be followed.
+/// Catches a default applied silently, or applied to an unsupported mass.
 #[test]
 fn light_rods_are_followed_by_default_where_they_can_be() {
     let note = |set: &[&str]| {
         let scene = Scene::parse_with(SWING, set).unwrap();
         let notes = scene.mass_notes();
         let text = notes.first().and_then(|note| note.text());
-        // What is written of the scene makes the same scene again.
+        // The scene written out reads back as the same scene.
         let written = toml::to_string(&scene).unwrap();
         assert_eq!(
             Scene::parse(&written).unwrap().rod.inertia,
@@ -124,9 +124,10 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     assert!(damped.mass_notes().is_empty());
 }
 
-/// Catches a rod that is held straight and let go whose mass is left out, or counted wrongly, while it is straight: against the rod with all of its mass
-/// the end is off by the square of the mass, where it is off by the first power without. The places of the full rod at t = 0.4 are those of
-/// `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance = 1e-7; with 8 nodes and 1e-9 they are the same to 1e-8.
+/// Catches a missing or wrong mass of a rod released from the straight shape, while still straight. Compared with
+/// the full rod, the end is off by the square of the mass; without the correction by the first power. The positions
+/// of the full rod at t = 0.4 are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and
+/// run.tolerance = 1e-7; with 8 nodes and 1e-9 they are the same to 1e-8.
 #[test]
 fn a_rod_that_is_held_straight_and_let_go_is_followed_to_first_order() {
     let text = r#"
@@ -160,15 +161,15 @@ tolerance = 1e-9
         errors[0] < 8e-5 && (1.6..2.8).contains(&order),
         "{errors:?} {order}"
     );
-    // So it is by default, under its weight, too.
+    // First order is the default under the rod's weight, too.
     let scene = Scene::parse_with(text, &["rod.mass=0.05"]).unwrap();
     let told = scene.mass_notes()[0].text().unwrap();
     assert!(told.contains("is followed to first order"), "{told}");
 }
 
-/// Catches the mass of a rod whose energy, weight or clamp is forgotten while it begins at the straight one and passes it, on a clamp that turns to and fro too; one that
-/// makes it shake there, in more steps than the run has; and energy that the change of coordinates loses: each such run has some 0.05 to 0.3 of it,
-/// the last one 12.5.
+/// Catches the mass of a rod without its energy, weight or clamp motion, for rods that start straight or pass the
+/// straight shape, on a clamp that turns to and fro too. Catches vibrations there that exhaust the steps, and
+/// energy lost in the change of coordinates: each run has an energy of some 0.05 to 0.3, the last one 12.5.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn straight_starts_keep_the_energy_of_the_rod() {
@@ -234,7 +235,7 @@ tolerance = 1e-9
     }
 }
 
-/// Catches an assembly that forgets the mass of a rod, its weight, or its name.
+/// Catches an assembly that omits the mass, weight or name of a rod.
 #[test]
 fn rods_of_assemblies_are_followed_too() {
     let found = summary(CHAIN, &[]);
@@ -244,7 +245,7 @@ fn rods_of_assemblies_are_followed_too() {
     let notes = found["rod_masses"].as_array().unwrap();
     let eps: Vec<f64> = notes.iter().map(|note| number_at(note, "/eps")).collect();
     assert_eq!(eps, [0.04, 0.0625]);
-    // Only what moves differs: at the start the rods bear their weight in either case.
+    // The static state is equal: at the start the rods bear their weight in either case.
     let none = ["rod[0].inertia=\"none\"", "rod[1].inertia=\"none\""];
     let without = summary(CHAIN, &none);
     for path in ["/start/potential", "/start/elastic", "/start/kinetic"] {
@@ -268,8 +269,9 @@ fn rods_of_assemblies_are_followed_too() {
     }
 }
 
-/// The claim of the correction, in space: against the rod with all of its mass the place of the body is off by the order 2 of that mass,
-/// without it by the order 1 (theory 3.9). A rod under its weight would start elsewhere: a dead load bends it.
+/// Order of the correction in space: the position of the body differs from that of the full rod by the order 2 of
+/// the rod's mass, without the correction by the order 1 (theory 3.9). A rod under its weight would start from
+/// another shape, so a dead load bends it.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn first_order_in_space_is_off_by_the_square_of_the_mass() {
@@ -311,9 +313,10 @@ fn first_order_in_space_is_off_by_the_square_of_the_mass() {
     assert!(large[0] < 0.05 * large[1], "{large:?}");
 }
 
-/// Catches a mass that is lost, or that shakes, where the end of the rod passes the straight one: against the rod with all of its mass, driven across to and
-/// fro, the end is off by the square of the mass. The places of the full rod at t = 2 are those of `snaprod run` of this scene with rod.inertia = "full",
-/// rod.nodes = 4 and run.tolerance = 1e-7. Without its mass the end is off by 8.3e-3 and 2.5e-3.
+/// Catches a mass that is lost, or vibrations, where the rod's end passes the straight shape. Driven across to and
+/// fro, the end differs from that of the full rod by the square of the mass. The positions of the full rod at t = 2
+/// are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance = 1e-7.
+/// Without its mass the end is off by 8.3e-3 and 2.5e-3.
 #[test]
 fn a_rod_passes_the_straight_one_with_its_mass() {
     let text = r#"
@@ -351,8 +354,8 @@ tolerance = 1e-9
     assert!(errors[0] < 1.5e-5 && errors[1] < 4e-6, "{errors:?}");
 }
 
-/// Catches a rod whose mass is left out of small swings about the straight rod, which never leave its neighbourhood: the beam's shape swings with the end,
-/// (1 + 33/140 m) y'' = -3 y, up to the square of the deflection.
+/// Catches a rod whose mass is left out of small swings about the straight rod, which never leave its neighbourhood:
+/// the beam's shape swings with the end, (1 + 33/140 m) y'' = -3 y, up to the square of the deflection.
 #[test]
 fn small_swings_about_the_straight_rod_have_its_mass() {
     let text = r#"
@@ -411,8 +414,8 @@ velocity = [0.1, 0.02, 0.03]
 duration = 0.25
 "#;
 
-/// Catches forces of the equilibrium alone, without those of the inertia and the weight of the rod that the motion feels: mass times acceleration, by
-/// differences of velocities, is the force of rod, groove and gravity.
+/// Catches forces of the equilibrium alone, without the inertia and weight of the rod that the body feels. Mass
+/// times acceleration, by differences of velocities, is the force of rod, groove and gravity.
 #[test]
 fn forces_are_those_that_the_body_feels() {
     let weight = "loads.gravity=[0.3,-0.6]";
@@ -445,8 +448,8 @@ fn forces_are_those_that_the_body_feels() {
     }
 }
 
-/// Catches a mass that is given up before a fold, or taken up after it, where a step happens to end: the motion then depended on its steps, by 3e-3 at a
-/// tolerance of 1e-6 and by 5e-5 at 1e-10. (In space: `first_order_pins`.)
+/// Catches a mass switched off before a fold, or on after it, at the end of a step: the motion then depended on its
+/// steps, by 3e-3 at a tolerance of 1e-6 and by 5e-5 at 1e-10. (In space: `first_order_pins`.)
 #[test]
 fn the_moment_at_which_mass_is_given_up_is_that_of_no_step() {
     let snap = include_str!("../../scenes/snap.toml");
@@ -468,8 +471,9 @@ fn the_moment_at_which_mass_is_given_up_is_that_of_no_step() {
     }
 }
 
-/// A mass that is shaken past the straight rod, swings about and snaps. Catches a mass that is given up where the rod nears no fold, for a normal form that far from
-/// folds takes one to be near: in the plane it was without its mass for 0.207, and snapped by 4e-4 too early, which left its end off by 1.8e-3. The rod in space knows of folds by its base wrench.
+/// A mass is shaken past the straight rod, swings and snaps. Catches a mass switched off although no fold is near:
+/// far from folds the normal form may predict a near one. In the plane the rod was without its mass for 0.207 and
+/// snapped 4e-4 too early, an error of the end of 1.8e-3. In space the base wrench locates folds.
 #[test]
 fn mass_is_given_up_before_snaps_only() {
     let loads = |across: &str, dead: &str| {
@@ -496,8 +500,10 @@ fn mass_is_given_up_before_snaps_only() {
     assert!((plane - space).abs() < 2e-4, "{plane} {space}");
 }
 
-/// Catches a mass that is given up or taken back where a step happens to end, or not at all where that is asked for less than a step; a passage by the straight rod that begins or
-/// ends so, or not where it was found to, by rounding; and a loss of digits where a rod goes over from push to pull, which made a hundred times as many steps of it. Ends were up to 0.08 apart.
+/// Catches a mass switched off or on at the end of a step, or not at all if the interval is shorter than a step.
+/// Catches a passage by the straight rod that begins or ends so, or is misplaced by rounding. Catches a loss of
+/// digits at the transition from push to pull, which made a hundred times as many steps. Ends were up to 0.08
+/// apart.
 #[test]
 fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     let clamp = "[clamp]\nposition = [0.2, -0.3]\nangle = 0.4\nmotion = { translate = { direction = [1.0, 0.5], amplitude = 0.1, frequency = 0.8, phase = 0.3 }, \
@@ -534,8 +540,9 @@ fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     }
 }
 
-/// Two rods in space that are pressed in and pulled out, and snap nowhere. Catches a mass that is given up, or taken back, where a step happens to end, or not at all where that lasts for less than one
-/// (an end was off by 2e-4); and one that is taken back with energy that comes from nowhere (0.28, where the body began with 0.25).
+/// Two rods in space that are pressed in and pulled out, without snaps. Catches a mass switched off or on at the
+/// end of a step, or not at all if the interval is shorter than a step (an end was off by 2e-4). Catches energy
+/// created when the mass is switched on again (0.28, with an initial energy of 0.25).
 #[test]
 #[ignore = "second tier: 37 s"]
 fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {
@@ -561,7 +568,7 @@ fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {
         );
         let [a, b] = ["1e-7", "1e-8"].map(|tolerance| {
             let ran = summary(&scene, &[&format!("run.tolerance={tolerance}")]);
-            // A tenth of the body's kinetic energy may be.
+            // A tenth of the body's kinetic energy is tolerated.
             assert!(number_at(&ran, "/end/dissipated") > -0.02, "{ran:#}");
             ["/end/x", "/end/y", "/end/z", "/rod_unfelt"].map(|at| number_at(&ran, at))
         });

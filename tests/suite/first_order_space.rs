@@ -1,4 +1,4 @@
-//! The mass of rods in space to first order, between bodies (theory 3.9).
+//! First-order mass of rods in space, between bodies (theory 3.9).
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -48,15 +48,15 @@ fn form(assembly: &Assembly, now: &Configuration, a: &[Vector6<f64>], b: &[Vecto
     0.5 * (energy(1.0) - energy(-1.0))
 }
 
-/// A cube, or what has its centre of mass beside its reference point.
-pub fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
+/// A cube whose centre of mass may be off its reference point.
+pub fn block(mass: f64, offset: [f64; 3]) -> Carrier {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
     HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
 }
 
-/// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic Hermite
-/// polynomials, of stretch and torsion that of linear ones.
+/// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic
+/// Hermite polynomials, of stretch and torsion that of linear ones.
 #[test]
 fn a_straight_rod_has_the_hermite_matrix() {
     let (length, mass, polar) = (1.7, 0.6, 0.02);
@@ -135,7 +135,7 @@ fn across(v: [f64; 2]) -> Vector6<f64> {
     Vector6::new(0.0, 0.0, 0.0, v[1], 0.0, v[0])
 }
 
-/// Catches a wrong field of a bent rod: the mass at its end is that of the closed form.
+/// Catches a wrong velocity field of a bent rod: the mass at its end is that of the closed form.
 #[test]
 fn a_bent_planar_rod_weighs_what_the_elastica_does() {
     for (lambda, kappa) in [(1.4, -0.92), (4.0, 0.7), (5.9, 0.5)] {
@@ -154,10 +154,10 @@ fn a_bent_planar_rod_weighs_what_the_elastica_does() {
     }
 }
 
-/// Where the mass at the end of the planar rod ends, and when its rod was not felt.
+/// Final position of the mass on the planar rod, and the times without the rod's mass.
 fn planar(at: &Equilibrium, eps: f64, gravity: [f64; 2], v: [f64; 2], t: f64) -> [f64; 2] {
     let gravity = Vector2::from(gravity);
-    // Gravity acts on the body alone: the rod of the plane bears its weight in another way, which differs in its second order.
+    // Gravity acts on the body alone: the planar rod bears its weight in another way, with another second order.
     let rod = elastica::LightRod {
         mass: eps,
         gravity: Vector2::zeros(),
@@ -171,11 +171,12 @@ fn planar(at: &Equilibrium, eps: f64, gravity: [f64; 2], v: [f64; 2], t: f64) ->
     [end.x, end.y]
 }
 
-/// Catches a wrong bias: the plane has it in closed form. With a snap, a wrong place to give the mass up or to take it
-/// back: the normal form of the fold is another there (the field's derivatives, not the null vector of J).
+/// Catches a wrong bias, against the closed form in the plane. With a snap, catches a wrong moment of switching the
+/// mass off or on: the normal form of the fold is computed differently there (the field's derivatives, not the null
+/// vector of J).
 #[test]
 fn planar_motions_are_those_of_the_plane() {
-    // Without a snap, and with one; how near they must be: the mass is given up between steps, which are others.
+    // Without and with a snap; tolerances: the mass is switched off between steps, and the steps differ.
     let cases = [
         ((1.4, -0.9232), [0.3, -1.0], [0.0, 0.3], 0.05, 0.3, 1e-10),
         ((6.3, 0.6), [0.0, 0.0], [0.0, -0.5], 1e-4, 0.1, 1e-4),
@@ -268,9 +269,9 @@ pub fn momentum(assembly: &Assembly, now: &Configuration) -> Vector6<f64> {
     })
 }
 
-/// Catches a bias that is not the derivative of the mass matrix, or that forgets how base, end, levers or the load turn: energy stays, the
-/// momentum grows by what the load gives, and without one the angular momentum stays, too. Between two ball joints: catches a spin about the chord that is not
-/// free, or that does not act on the bodies.
+/// Catches a bias that is not the derivative of the mass matrix, or omits the turning of base, end, levers or load.
+/// Energy is constant, the momentum grows by the load, and without a load the angular momentum is constant, too.
+/// Between two ball joints: catches a spin about the chord that is not free, or does not act on the bodies.
 #[test]
 fn a_free_pair_keeps_energy_and_momenta() {
     let load = Vector3::new(0.3, -0.2, 0.5);
@@ -302,7 +303,7 @@ fn a_free_pair_keeps_energy_and_momenta() {
     }
 }
 
-/// Catches a kinetic energy that is not that of the motion: sections followed in time, their velocities and spins by differences.
+/// Catches a wrong kinetic energy: sections followed in time, with velocities and spins by differences.
 #[test]
 fn kinetic_energy_is_that_of_the_sections_in_time() {
     const H: f64 = 2e-3;
@@ -312,7 +313,7 @@ fn kinetic_energy_is_that_of_the_sections_in_time() {
     ] {
         let (assembly, now) = pair(load, joint);
         let mut run = AssemblyRun::new(assembly.clone(), &now, options(0.3)).unwrap();
-        // A step with room around its middle.
+        // A step with enough time around its middle.
         let middle = loop {
             match run.advance() {
                 Some(Event::Step { from, to }) if from > 0.1 && to - from > 7.0 * H => {

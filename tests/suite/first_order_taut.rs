@@ -1,4 +1,5 @@
-//! The mass of taut rods to first order (theory 3.6, 3.9): against the base wrench, closed forms and the integrals of the motion.
+//! First-order mass of taut rods (theory 3.6, 3.9): comparison with the base wrench, closed forms and the integrals
+//! of the motion.
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -43,7 +44,8 @@ fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
     HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
 }
 
-/// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without a couple there at a ball joint.
+/// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without end couple at a
+/// ball joint.
 fn pulled(link: &Link, lam: f64, random: &mut impl FnMut() -> f64) -> Vector6<f64> {
     let pull = Vector3::new(0.6 * random(), 0.6 * random(), 1.0).normalize();
     let axis = Vector3::z().cross(&pull);
@@ -59,9 +61,9 @@ fn pulled(link: &Link, lam: f64, random: &mut impl FnMut() -> f64) -> Vector6<f6
     found.base.component_div(&link.units())
 }
 
-/// Catches a wrong variation, a wrong term of the second derivative, a wrong place of a rate, a wrong unit: accelerations of two free bodies, and energy,
-/// centre and momenta of the rod between them, are the same whether its base wrench or its force and both ends tell how it moves. At a ball joint the
-/// base wrench loses exp(2 lam) times rounding.
+/// Catches a wrong variation, term of the second derivative, position of a rate or unit. Accelerations of two free
+/// bodies, and energy, centre and momenta of the rod between them, must agree between the chart by the base wrench
+/// and the chart by the force and both ends. At a ball joint the base wrench loses exp(2 lam) times rounding.
 #[test]
 fn taut_rods_weigh_what_their_base_wrench_says() {
     let mut random = random();
@@ -126,7 +128,7 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
                 "{trial}, {joint:?}, {lam}: {what} off by {off:.1e}"
             );
         };
-        // What the mass changes of the accelerations.
+        // Effect of the mass on the accelerations.
         let size = (&from_base.1 - &from_base.2).amax();
         close("accelerations", (&from_base.1 - &taut.1).amax() / size);
         close("energy", (from_base.0.kinetic / taut.0.kinetic - 1.0).abs());
@@ -149,8 +151,8 @@ pub(crate) fn rates(assembly: &Assembly, state: &DVector<f64>) -> DVector<f64> {
     slope.rows(0, assembly.chart_slots(0).start).into_owned()
 }
 
-/// The integral of y^2 along a straight beam under tension whose end, free to turn, is moved across by 1:
-/// y = (lam s - tanh lam + sinh(lam (1 - s))/cosh lam)/(lam - tanh lam).
+/// The integral of y^2 along a straight beam under tension whose pinned end is moved across by 1: y = (lam s - tanh
+/// lam + sinh(lam (1 - s))/cosh lam)/(lam - tanh lam).
 fn across(lam: f64) -> f64 {
     let (t, cosh) = (lam.tanh(), lam.cosh());
     let straight = lam * lam / 3.0 - lam * t + t * t;
@@ -159,8 +161,9 @@ fn across(lam: f64) -> f64 {
     (straight + layer + 2.0 * both) / (lam - t).powi(2)
 }
 
-/// Catches digits that are lost where the base wrench has none: on a straight tight wire the mass at the end is that of the beam's static shape, across it, in the
-/// limit a third; along it and around it a third.
+/// Catches loss of digits where the base wrench has none. On a straight tight wire the transverse mass at the end
+/// is that of the beam's static shape, in the limit a third of the rod's; the axial mass and the inertia about the
+/// axis are a third.
 #[test]
 fn a_tight_wire_weighs_a_third() {
     for lam in [30.0, 100.0, 300.0, 1000.0_f64] {
@@ -199,7 +202,8 @@ fn options(duration: f64) -> Options {
     options.with_tolerance(1e-10).unwrap()
 }
 
-/// A rod between the ground and a body, bent at both ends across each other and pulled with sqrt(n) = `lam`; the body moves off along the pull.
+/// A rod between the ground and a body, bent at both ends across each other and pulled with sqrt(n) = `lam`; the body
+/// moves off along the pull.
 fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configuration) {
     let n = Vector3::new(0.0, 1.2_f64.sin(), 1.2_f64.cos()) * (lam * lam);
     let middle = Rotation3::from_axis_angle(&Vector3::x_axis(), -1.2);
@@ -241,8 +245,9 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
     )
 }
 
-/// Catches energy that is lost or got where a rod becomes taut, is let go or throws its body back, and a mass that is given up there: from slack to taut,
-/// through a bounce at lam = 40 and back the mass is felt all the time, and the ledger stays closed with nothing booked as lost.
+/// Catches energy lost or gained where a rod becomes taut, is released or throws its body back, and a mass switched
+/// off there. From slack to taut, through a bounce at lam = 40 and back, the mass acts all the time, and the ledger
+/// stays closed without booked losses.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn the_mass_is_felt_from_slack_to_taut_and_back() {
@@ -267,7 +272,7 @@ fn the_mass_is_felt_from_slack_to_taut_and_back() {
     assert!(pulls.iter().any(|lam| *lam > 35.0) && pulls[pulls.len() - 1] < 5.0);
 }
 
-/// Two free bodies that swing about a taut rod of a law that stretches.
+/// Two free bodies that oscillate about a taut rod of an extensible law.
 fn pair() -> (Assembly, Configuration) {
     let law = sheared(Linear::diagonal([1.0, 1.3], 0.8).unwrap());
     let (single, mut now) = thrown(law, 14.0, 0.5, 0.2);
@@ -304,7 +309,8 @@ fn momentum(assembly: &Assembly, now: &Configuration) -> Vector6<f64> {
     })
 }
 
-/// Catches a bias that is not the derivative of the mass matrix, and a frame that turns with the base: energy and both momenta stay.
+/// Catches a bias that is not the derivative of the mass matrix, and a frame that turns with the base: energy and
+/// both momenta stay.
 #[test]
 fn a_free_pair_keeps_energy_and_momenta() {
     let (assembly, now) = pair();
@@ -348,8 +354,8 @@ duration = 0.08
 tolerance = 1e-9
 "#;
 
-    /// Catches a metric of a taut rod that is not that of its motion, in the frequencies of small motions: a rod with all of its mass lowers the lowest one by as much,
-    /// up to the order of the mass.
+    /// Catches a wrong mass matrix of a taut rod in the frequencies of small motions. A rod with full mass lowers
+    /// the lowest frequency equally, up to the order of the mass.
     #[test]
     #[ignore = "second tier: 3 s"]
     fn frequencies_of_a_taut_pendulum_are_those_of_the_full_rod() {
@@ -372,7 +378,7 @@ tolerance = 1e-9
         }
     }
 
-    /// Places of the body at even times.
+    /// Positions of the body at equidistant times.
     fn places(set: &[&str]) -> Vec<Vector3<f64>> {
         let scene = Scene::parse_with(PENDULUM, set).unwrap();
         let prepared = run::Prepared::new(&scene).unwrap();
@@ -388,7 +394,8 @@ tolerance = 1e-9
             .collect()
     }
 
-    /// The claim of the correction on a taut rod: against the rod with all of its mass the place of the body is off by the order 2 of that mass, without it by the order 1.
+    /// Order of the correction on a taut rod: the position of the body differs from that of the full rod by the
+    /// order 2 of the rod's mass, without the correction by the order 1.
     #[test]
     #[ignore = "second tier: 10 s"]
     fn first_order_of_a_taut_rod_is_off_by_the_square_of_the_mass() {

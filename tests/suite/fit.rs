@@ -1,9 +1,9 @@
-//! Fits: the values that closed forms give, what data cannot tell, and what is refused.
+//! Fits of scenes to data: agreement with closed forms, unidentifiable parameters, refusals.
 
 use nalgebra::DVector;
 use snaprod::study::{Data, Fit, FitRecord, Silent, Sweep, Vary};
 
-/// A cantilever with a heavy end: across it swings at omega^2 = 3 EI/(m L^3).
+/// A cantilever with a heavy end: the transverse frequency is omega^2 = 3 EI/(m L^3).
 const SWING: &str = r#"
 [rod]
 model = "elastica"
@@ -17,7 +17,7 @@ rest = "straight"
 duration = 1.0
 "#;
 
-/// A bent rod whose end is let go.
+/// A bent rod with its end released.
 const SCENE: &str = r#"
 [rod]
 model = "elastica"
@@ -45,8 +45,9 @@ fn fit(scene: &str, data: &str, free: &[&str], given: &[&str], noise: &[(&str, f
     fit.best(found, 3, &mut Silent).unwrap()
 }
 
-/// Frequencies at five masses with errors that are written out: omega = x g with x = sqrt(EI) is linear in x, so that the best x and its standard
-/// error are those of a regression through the origin. Catches a wrong weight, Jacobian, variance or degree of freedom.
+/// Frequencies at five masses with explicit errors: omega = x g with x = sqrt(EI) is linear in x, so that the best
+/// x and its standard error are those of a regression through the origin. Catches a wrong weight, Jacobian,
+/// variance or degree of freedom.
 #[test]
 fn frequencies_give_the_stiffness_of_the_regression() {
     let errors = [0.011, -0.007, 0.004, -0.012, 0.009];
@@ -87,7 +88,8 @@ fn frequencies_give_the_stiffness_of_the_regression() {
         }
         assert_eq!(found.freedom, 4);
     }
-    // With the noise known the error is that noise, whatever is left; the same measurement twice counts twice.
+    // With known noise the standard error follows from the noise, whatever the residual; a repeated measurement
+    // counts twice.
     let twice = data.clone() + data.split_once('\n').unwrap().1;
     let noise = [("modes.angular_frequencies.0", 0.02)];
     let free = ["rod.bending_stiffness=0.5:4"];
@@ -99,7 +101,7 @@ fn frequencies_give_the_stiffness_of_the_regression() {
     assert!((found.chi_squared.unwrap() / square - 1.0).abs() < 1e-6);
 }
 
-/// Catches false certainty: frequencies tell EI/m alone, and a range without the best value ends at its wall.
+/// Catches false certainty: frequencies determine EI/m alone, and a range without the best value ends at its bound.
 #[test]
 fn what_the_data_do_not_tell_is_said() {
     let data = "modes.angular_frequencies.0\n1.9\n1.91\n1.92\n";
@@ -130,8 +132,9 @@ fn what_the_data_do_not_tell_is_said() {
     );
 }
 
-/// Positions tell EI/m alone. Catches a rank that is decided by the rounding of numbers where differences see less, for which errors of 42511 in ranges
-/// of length 2 were told; remarks that do not name the fields, or name others; and a field that is told that is called untold.
+/// Positions determine EI/m alone. Catches a rank decided below the accuracy of the differences, which gave errors
+/// of 42511 in ranges of length 2. Catches remarks that name no fields or wrong ones, and a determined field called
+/// undetermined.
 #[test]
 fn fields_that_a_motion_does_not_tell_apart_are_named() {
     let film = |bending: f64, loads: &str| {
@@ -144,7 +147,7 @@ fn fields_that_a_motion_does_not_tell_apart_are_named() {
         let table = snaprod::study::dispatch::samples(&scene, &times, &mut Silent).unwrap();
         let mut data = "t,x,y\n".to_owned();
         for (k, t) in times.iter().enumerate() {
-            // Errors that follow no field.
+            // Errors independent of every field.
             let [a, b] = [13.0, 7.0].map(|by| 4e-4 * (by * (k * k) as f64).sin());
             let [x, y] = ["x", "y"].map(|name| table.reals(name)[k]);
             data += &format!("{t:e},{:e},{:e}\n", x + a, y + b);
@@ -197,7 +200,7 @@ fn fields_that_a_motion_does_not_tell_apart_are_named() {
             found.remarks
         );
     }
-    // The tolerance of the run changes its numbers, but is nothing that they tell.
+    // The tolerance changes the numbers of the run, but cannot be fitted to data.
     let found = fit(
         &scene,
         &data,
@@ -219,8 +222,8 @@ fn fields_that_a_motion_does_not_tell_apart_are_named() {
     );
 }
 
-/// Catches a remark that asks for noise that was given, where the fields are as many as the numbers but not told apart, and an interval that is half told:
-/// in JSON an infinite end is null.
+/// Catches a remark that asks for noise although the noise was given, with as many fields as numbers but an
+/// undetermined combination; also a half-printed interval: in JSON an infinite end is null.
 #[test]
 fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     let (data, omega) = (
@@ -261,7 +264,8 @@ fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     );
 }
 
-/// A trajectory without noise gives back what made it, where cells are missing and rows stand in any order: catches columns or rows that are mixed up.
+/// A noiseless trajectory gives back its parameters, with missing cells and rows in any order: catches columns or
+/// rows that are mixed up.
 #[test]
 fn a_trajectory_gives_back_what_made_it() {
     let noise = [("x", 1e-3), ("vy", 1e-3)];
@@ -285,7 +289,8 @@ fn a_trajectory_gives_back_what_made_it() {
     for (one, truth) in found.parameters.iter().zip([1.7, 0.2]) {
         assert!((one.value / truth - 1.0).abs() < 1e-6, "{one:?}");
     }
-    // A drag that its range keeps too large is held at the end of it: the stiffness and its error are those with this drag.
+    // A drag whose range excludes the true value stays at its bound: stiffness and standard error are those for
+    // this drag.
     let walled = fit(SCENE, &data, &[free[0], "loads.drag=0.3:0.5"], &[], &noise);
     let alone = fit(
         &SCENE.replace("drag = 0.2", "drag = 0.3"),
@@ -306,11 +311,11 @@ fn a_trajectory_gives_back_what_made_it() {
         found.columns[0].data.iter().filter(|x| x.is_nan()).count(),
         4
     );
-    // Ends of searches that differ by rounding alone are one.
+    // Ends of searches that differ only by rounding count as one.
     assert_eq!(found.effort[..2], [3, 3]);
 }
 
-/// A sweep over a list as data, without the number of a point and why it has no run.
+/// A sweep over a list as data, without the number of the point and the reason of a failed run.
 fn measured(scene: &str, vary: &str, columns: &[&str]) -> String {
     let vary = vec![Vary::parse(vary).unwrap()];
     let names = [&[&*vary[0].path][..], columns].concat().join(",");
@@ -324,7 +329,8 @@ fn measured(scene: &str, vary: &str, columns: &[&str]) -> String {
     names + "\n" + &rows.lines().map(row).collect::<String>()
 }
 
-/// Catches an empty cell that is asked of the model: where the mass does not snap there is no time of it, for the fit as for the measurement.
+/// Catches an empty cell compared with the model: without a snap there is no snap time, in the measurement and in
+/// the fit.
 #[test]
 fn what_was_not_measured_is_not_asked() {
     let snap = include_str!("../../scenes/snap.toml");
@@ -344,7 +350,8 @@ fn what_was_not_measured_is_not_asked() {
     assert!((mass.value - 1.0).abs() < 1e-6, "{mass:?}");
 }
 
-/// Catches a field that rounding moves to an end of its range: a force in the plane of 2 and 3 says nothing of bending out of it.
+/// Catches a field moved by rounding to an end of its range: a force in the plane of 2 and 3 has no effect on
+/// bending out of it.
 #[test]
 fn a_field_on_which_nothing_depends_is_told() {
     let beam = r#"
@@ -362,7 +369,7 @@ force = [0.0, -0.5, 0.0]
         "end.force.1=[-2.0, -1.5, -1.0, -0.4]",
         &["position.1", "position.2"],
     );
-    // Errors, so that there is something to gain.
+    // An error in the data gives the fit room for improvement.
     let data = data.replacen("0.", "0.001", 1);
     let free = ["rod.section.bending.0=0.5:2", "rod.section.bending.1=0.5:2"];
     let found = fit(beam, &data, &free, &["end.force.1"], &[]);
@@ -370,17 +377,19 @@ force = [0.0, -0.5, 0.0]
         panic!("{found:?}")
     };
     assert!(seen.standard_error.is_some(), "{seen:?}");
-    // By the name that was given.
+    // The path is the given name.
     assert_eq!(seen.path, "rod.section.bending.0");
     assert!(!unseen.at_bound && unseen.interval.is_none(), "{unseen:?}");
     let told = |remark: &String| remark.contains("do not tell rod.section.bending.1");
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
 
-/// Catches a model without a number that is compared as if it were one: the differences were NaN, and the field was said to tell nothing.
+/// Catches a missing number of the model used as if present: the differences were NaN, and the field was said to
+/// have no effect.
 #[test]
 fn a_model_without_a_number_is_refused_by_row_and_column() {
-    // Let go straight under its load the rod with friction is near no equilibrium at first; the row before has nothing to compare.
+    // Released straight under its load, the rod with friction starts far from equilibria; the row before has
+    // nothing to compare.
     let scene =
         SWING.replace("[body]", "damping = 0.5\n[body]") + "[loads]\ngravity = [0.0, -1.0]\n";
     let data = Data::parse("t,lam,y\n0.01,,\n0.02,,0.0\n0.05,2.1,\n0.1,2.2,0.1\n").unwrap();
@@ -396,7 +405,7 @@ fn a_model_without_a_number_is_refused_by_row_and_column() {
     );
 }
 
-/// Catches a message that does not say which line, column or option is meant.
+/// Catches a message that does not name the faulty line, column or option.
 #[test]
 fn bad_data_are_refused_by_name() {
     let read = |text: &str| Data::parse(text).unwrap_err().to_string();
@@ -411,7 +420,7 @@ fn bad_data_are_refused_by_name() {
     for (message, part) in cases {
         assert!(message.contains(part), "{message}");
     }
-    // Numbers that are not read from text: beside an infinite one the middle of a range was the best.
+    // Numbers not read from text: with an infinite one the middle of a range was the best.
     let names = ["t", "x"].map(str::to_owned).to_vec();
     let rows = vec![vec![0.0, f64::NAN], vec![0.1, f64::NEG_INFINITY]];
     let message = Data::new(names, rows).unwrap_err().to_string();
@@ -482,7 +491,7 @@ fn bad_data_are_refused_by_name() {
             ),
             "--given body.mass: the field is free",
         ),
-        // A column that is fitted exactly would take all the weight.
+        // An exactly fitted column would take all the weight.
         (
             made("t,x,y\n0,1,1\n0.1,,1\n", &one, &[], &[]),
             "--noise x=SIGMA",
@@ -524,7 +533,7 @@ fn bad_data_are_refused_by_name() {
     );
 }
 
-/// Catches files that are missing, an exit code that hides a refusal, and a scene whose free field is no field.
+/// Catches missing files, an exit code that hides a refusal, and a free field that does not exist.
 #[cfg(feature = "cli")]
 #[test]
 fn the_program_fits_and_refuses() {

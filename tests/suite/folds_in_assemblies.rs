@@ -1,4 +1,5 @@
-//! Folds that the rods of assemblies pass with friction and mass: against a single rod, the light assembly, and the statics of the rod.
+//! Fold passages of rods with friction and mass in assemblies: comparison with a single rod, the light assembly,
+//! and the statics of the rod.
 
 use crate::support::number_at;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
@@ -54,22 +55,22 @@ fn kicked(ends: &str) -> Scene {
     ))
 }
 
-/// Catches a link whose strains, ends or units are not those of its rod: one rod between the ground and a body passes its fold when the same rod of a scene
-/// without names does, counted from either end.
+/// Catches wrong strains, ends or units of a link. One rod between the ground and a body passes its fold together
+/// with the same rod in a scene without names, counted from either end.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     let from = format!(
         "from = {{ position = [0.0, 0.0, 0.0], quaternion = {ALONG_X} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n"
     );
-    // The directors at its end are those of its beginning turned by pi about d1.
+    // Directors at the rod's end: those at its beginning turned by pi about d1.
     let back = "from = { body = \"m\", joint = \"ball\" }\n\
                 to = { position = [0.0, 0.0, 0.0], quaternion = [-0.7071067811865476, 0.0, 0.7071067811865476, 0.0] }\n";
     let assembly = kicked(&from);
     let setup = AssemblySetup::new(&assembly).unwrap();
     let (start, _) = setup.start().unwrap();
     let record = ran(&assembly);
-    // Where so many nodes have the equilibrium.
+    // The equilibrium of a rod with as many nodes.
     let place = record.branches[0].first.bodies[0].pose.translation.vector;
     let wrench = setup.base_wrenches(&start).unwrap()[0];
     let text = format!(
@@ -107,8 +108,8 @@ fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     }
 }
 
-/// Two arches of different length and stiffness in a row, with a heavy body between them that turns on and tilts; the units are those of the
-/// first.
+/// Two arches of different length and stiffness in a row, with a heavy body between them that turns and tilts; in
+/// the units of the first.
 fn arches(of: &str) -> Scene {
     parsed(&format!(
         "[[rod]]\nname = \"right\"\nmodel = \"cosserat\"\nlength = 1.25\n{of}\
@@ -123,8 +124,9 @@ fn arches(of: &str) -> Scene {
     ))
 }
 
-/// Catches a fold of another rod, at another time or place: the body stands at that time where the rod, integrated from the wrench of the event, has its
-/// end, and there its end does not follow one motion of the wrench. The light rods snap then, but for the first power of mass and friction.
+/// Catches a fold of another rod, at another time or place. Integrated from the wrench of the event, the rod ends
+/// at the body's position at that time, and its end map is singular there. The light rods snap at that time, up to
+/// the first power of mass and friction.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
@@ -146,7 +148,8 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
 
-/// The arch on the right is at its fold under the wrench of the event, and its end is where the body and the ground hold it; so is where it lands.
+/// Asserts a fold of the right arch under the wrench of the event, with the end at the body and the ground; the
+/// same for the landing.
 fn held_by(scene: &Scene, fold: &Value) {
     let t = number_at(fold, "/t");
     let prepared = AssemblyPrepared::new(scene).unwrap();
@@ -167,7 +170,7 @@ fn held_by(scene: &Scene, fold: &Value) {
     let law = Linear::diagonal([1.5625, 2.34375], 1.875).unwrap();
     let rod = Rod::new(1.25, law).unwrap();
     for which in ["from", "to"] {
-        // Along the directors of the base, in which the rod is looked at.
+        // Components along the directors of the base, the frame of the test.
         let [couple, force] = [&fold[which]["couple"], &fold[which]["force"]].map(vector);
         let end = rod.end(&joined(&couple, &force), 1e-12).unwrap();
         let apart = (end.section.position - held.translation.vector).norm();
@@ -179,7 +182,8 @@ fn held_by(scene: &Scene, fold: &Value) {
     }
 }
 
-/// Catches a light rod that is lost in silence, or told at every step: the rods of an arch that are pulled straight have none that can be followed.
+/// Catches a lost light rod that is not reported, or is reported at every step: the rods of an arch pulled straight
+/// have no light rod to follow.
 #[test]
 fn a_light_rod_that_is_lost_is_told_once() {
     let path = format!("{}/scenes/heavy_arch.toml", env!("CARGO_MANIFEST_DIR"));

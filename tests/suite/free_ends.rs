@@ -1,4 +1,4 @@
-//! Rods of assemblies with a free end, `to = "free"`: they ride along and nothing feels them.
+//! Rods of assemblies with a free end, `to = "free"`: carried along without effect on other parts.
 
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -18,7 +18,7 @@ const BODY: &str = "[[body]]\nname = \"mast\"\nmass = 1.0\ninertia = [0.1, 0.12,
 const FREE: &str =
     "position = [0.1, -0.2, 0.3], rotation = { axis = [1.0, 0.5, 0.2], angle = 0.7 }";
 
-/// A mast on a rod; with rods that have a free end, one on the mast and one on the ground.
+/// A mast on a rod; optionally with rods that have a free end, one on the mast and one on the ground.
 fn scene(free: bool, shaken: bool, rest: &str) -> String {
     let motion = if shaken { SHAKEN } else { "" };
     let mut text = format!(
@@ -37,7 +37,7 @@ fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
 }
 
-/// Where the bases of the two rods are, on the mast and on the ground.
+/// Poses of the bases of the two rods, on the mast and on the ground.
 fn base() -> Isometry3<f64> {
     let axis = Vector3::new(1.0, 0.5, 0.2).normalize();
     let turn = UnitQuaternion::from_scaled_axis(axis * 0.7);
@@ -59,7 +59,8 @@ fn assert_end(found: &Value, want: &Isometry3<f64>, what: &str) {
     assert!(off <= 1e-7, "{what}: the end is turned {off:e} too far");
 }
 
-/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is not where its base carries it.
+/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is detached from
+/// its base.
 #[test]
 fn at_rest_a_free_rod_rides_and_bears_nothing() {
     let (with, without) = (
@@ -98,7 +99,7 @@ fn ran(text: &str) -> (AssemblyRunRecord, Table) {
     (record, tables.swap_remove(0))
 }
 
-/// Would catch a rod with a free end that changes a motion, that stays behind its body, or behind ground that moves.
+/// Would catch a rod with a free end that changes a motion, or lags behind its body or moving ground.
 #[test]
 fn in_motion_a_free_rod_rides_and_changes_nothing() {
     let time = "[run]\nduration = 1.0\ntolerance = 1e-8\nsamples = 11\n";
@@ -156,7 +157,8 @@ fn modes_and_branches_carry_free_rods_along() {
     assert!(off <= 1e-9, "the end of the antenna is {off:e} off");
 }
 
-/// Would catch a scene with free ends that is not written as it was read, and what would load such an end or leave its turn open.
+/// Would catch a scene with free ends that is written otherwise than read, and an accepted load or joint on a free
+/// end.
 #[test]
 fn scenes_with_free_ends_are_read_and_refused() {
     let good = scene(true, false, "");

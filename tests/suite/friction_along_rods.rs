@@ -1,11 +1,12 @@
-//! Friction and memory of rods whose sections vary or bend unlike about their axes: the same rod written from its other end, and the plane.
+//! Friction and memory of rods with variable or anisotropic sections: comparison with the reversed rod, and with
+//! the plane.
 
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table};
 
-/// What these columns hold at the end of a run.
+/// Final values of the given columns of a run.
 fn ended<const N: usize>(text: &str, names: [&str; N]) -> [f64; N] {
     let scene = Scene::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     let mut tables: Vec<Table> = Vec::new();
@@ -23,8 +24,8 @@ fn ended<const N: usize>(text: &str, names: [&str; N]) -> [f64; N] {
     names.map(|name| *tables[0].reals(name).last().unwrap())
 }
 
-/// A planar rod of EI = 1.3 that thins well below its rates here, let go bent under its weight, and the same in space about its weak axis.
-/// Catches an onset of the power by another stiffness than that of this axis, which 130 about the other one makes plain.
+/// A planar rod of EI = 1.3 in the strongly thinning range, released bent under its weight, and the same rod in
+/// space about its weak axis. Catches a thinning onset by the stiffness of the wrong axis, which is 130.
 #[test]
 fn a_power_of_the_rate_about_the_weak_axis_is_that_of_the_plane() {
     let rest = "[run]\nduration = 0.3\ntolerance = 1e-9\nsamples = 2\n[body]\nmass = 1.0\n";
@@ -51,8 +52,8 @@ fn a_power_of_the_rate_about_the_weak_axis_is_that_of_the_plane() {
     }
 }
 
-/// A tapered rod with a power of the rate moves as the same rod written from its other end, where it is thin at the base. Catches an onset by the
-/// stiffness of the section at the base.
+/// A tapered rod with power-law friction moves as the reversed rod, which is thin at the base. Catches an onset by
+/// the stiffness of the section at the base.
 #[test]
 fn a_power_of_the_rate_does_not_know_the_base() {
     let scene = |ends: &str, bending: [&str; 2]| {
@@ -78,8 +79,8 @@ fn a_power_of_the_rate_does_not_know_the_base() {
     }
 }
 
-/// A branch in proportion to the section asks that its stiffness be the same all along, and not its rest strains. Catches a bent rod that is said to
-/// vary, a modulus that is not that of the section, and a tapered one that is let through.
+/// A branch in proportion to the section requires a constant stiffness along the rod, but not constant rest
+/// strains. Catches a curved rod called variable, a modulus other than the section's, and an accepted tapered rod.
 #[test]
 fn branches_are_in_proportion_to_rods_that_are_bent_at_rest() {
     const FULL: &str = "stiffness = [[1.0, 0.1, 0.2, 0.5, 0.0, 0.3], [0.1, 1.6, -0.1, 0.0, 0.2, 0.4], [0.2, -0.1, 0.7, 0.1, 0.3, -0.6], \

@@ -1,5 +1,5 @@
-//! What must hold of the scene reader and of the kernels whatever they are given. `fuzz/` gives them what a fuzzer makes up, the suite the inputs that are
-//! kept in `fuzz/seeds/`.
+//! Properties of the scene reader and of the kernels for arbitrary input. `fuzz/` generates inputs with a fuzzer;
+//! the suite uses the inputs kept in `fuzz/seeds/`.
 
 use nalgebra::{Vector2, Vector6};
 use snaprod::elastica::{
@@ -12,10 +12,11 @@ use snaprod::rod::Rod;
 use snaprod::scene::{Faults, Scene};
 use snaprod::section::Linear;
 
-/// What must hold did not: in words.
+/// `Err` with a description if a required property fails.
 pub type Held = Result<(), String>;
 
-/// A scene, in which lines that begin with `--set ` are overrides: it is read, or every fault has its place and words.
+/// A scene; lines that begin with `--set ` are overrides. The scene is read, or every fault has its place and
+/// message.
 pub fn reader(input: &[u8]) -> Held {
     let Ok(text) = std::str::from_utf8(input) else {
         return match Scene::from_bytes(input) {
@@ -33,7 +34,7 @@ pub fn reader(input: &[u8]) -> Held {
     }
 }
 
-/// Faults say where and what.
+/// Every fault has a place and a message.
 fn told(faults: &Faults, lines: usize) -> Held {
     if faults.as_slice().is_empty() {
         return Err("refused without a fault".to_owned());
@@ -50,7 +51,8 @@ fn told(faults: &Faults, lines: usize) -> Held {
     Ok(())
 }
 
-/// The name of a kernel and its arguments, those that are missing being 0: all that it gives is finite, or it says what is wrong.
+/// Evaluates the kernel named in the line at the arguments, missing ones being 0. The results must be finite, or an
+/// error with a message.
 pub fn kernel(line: &str) -> Held {
     let mut words = line.split_whitespace();
     let Some(name) = words.next() else {
@@ -167,7 +169,7 @@ fn of_shape(shape: &Equilibrium) -> Result<Vec<f64>, Box<dyn std::error::Error>>
     ])
 }
 
-/// A number that tells how far off something is, NaN if that is too far.
+/// The error `off`, or NaN if the condition fails.
 fn ensured(holds: bool, off: f64) -> Result<f64, Box<dyn std::error::Error>> {
     Ok(if holds { off } else { f64::NAN })
 }

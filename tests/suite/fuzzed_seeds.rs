@@ -1,10 +1,10 @@
-//! The inputs that the fuzzers begin with, and those they found, without a fuzzer.
+//! Seed inputs of the fuzzers, and inputs found by them, run without a fuzzer.
 
 use crate::fuzzed::{Held, kernel, reader};
 use snaprod::scene::Scene;
 use std::fs;
 
-/// Every file of a directory of the repository; `judge` is given its bytes.
+/// Every file of a directory of the repository; `judge` receives its bytes.
 fn each(directory: &str, judge: impl Fn(&[u8]) -> Held) {
     let path = format!("{}/{directory}", env!("CARGO_MANIFEST_DIR"));
     let files: Vec<_> = fs::read_dir(&path)
@@ -17,14 +17,14 @@ fn each(directory: &str, judge: impl Fn(&[u8]) -> Held) {
     }
 }
 
-/// Catches a reader that panics, goes on for ever, or refuses a scene without words or without a place in the text.
+/// Catches a reader that panics, never ends, or refuses a scene without a message or a place in the text.
 #[test]
 fn the_reader_answers_whatever_it_is_given() {
     each("fuzz/seeds/reader", reader);
     each("scenes", reader);
 }
 
-/// Catches kernels that panic, give numbers that are none, or equilibria that are not where they were asked for.
+/// Catches kernels that panic or return NaN or infinite numbers, and equilibria with wrong end positions.
 #[test]
 fn kernels_answer_whatever_they_are_given() {
     each("fuzz/seeds/kernels", |bytes| {
@@ -33,8 +33,8 @@ fn kernels_answer_whatever_they_are_given() {
     });
 }
 
-/// Catches a field of another kind of scene that is read all the same, though it was reported: a block, which bars alone have, of a mass on a strip. Its own
-/// fields were reported, too, and where assertions are compiled the reader broke off.
+/// Catches a field of another kind of scene that is read although it was reported: a block, which only bars have,
+/// of a mass on a strip. Its own fields were reported, too, and with assertions compiled the reader aborted.
 #[test]
 fn a_field_of_another_kind_is_reported_once() {
     let text = r#"

@@ -1,11 +1,11 @@
-//! Grooves end: no equilibrium lies beyond, branches end there, and bodies leave them at once or come back.
+//! Ends of grooves: no equilibrium beyond, branches end there, bodies leave at once or come back.
 
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, equilibrium};
 use snaprod::study::{Silent, Table, assembly, branch};
 
-/// A body on a straight rod along z, begun at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and `body` follow in their tables, `rest` at
-/// the end.
+/// A body on a straight rod along z, starting at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and
+/// `body` follow in their tables, `rest` at the end.
 fn scene(foot: f64, rod: &str, body: &str, rest: &str) -> Scene {
     let text = format!(
         "[[rod]]\nname = \"a\"\nmodel = \"cosserat\"\nlength = 1.0\n\
@@ -17,7 +17,7 @@ fn scene(foot: f64, rod: &str, body: &str, rest: &str) -> Scene {
     Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
 }
 
-/// Catches equilibria on what a spline would be beyond its end, and branches that go on there.
+/// Catches equilibria on the extrapolated spline beyond its end, and branches that go on there.
 #[test]
 fn statics_ends_where_the_groove_does() {
     let pushed = |by: f64| scene(0.0, "", &format!("force = [{by:?}, 0.0, 0.0]"), "");
@@ -38,7 +38,8 @@ fn statics_ends_where_the_groove_does() {
     );
 }
 
-/// Catches bodies that slide out of a groove from its very end, on light and on heavy rods, and such as are not let in.
+/// Catches bodies that slide out of a groove from its very end, on light and heavy rods, and bodies that cannot
+/// enter.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn bodies_leave_the_end_at_once_or_come_back() {
@@ -65,7 +66,7 @@ fn bodies_leave_the_end_at_once_or_come_back() {
             assert_eq!(went.outcome(), "end_of_time", "{rod} {velocity}");
         }
     }
-    // Thrown in against a push it comes back, by y'' = 1 - k y, 1/k = 1/3 + 1/80.
+    // Thrown in against a push, the body comes back, by y'' = 1 - k y, 1/k = 1/3 + 1/80.
     let back = ran("", -0.1, 1.0);
     assert_eq!(back.outcome(), "groove_end");
     let last = &back.branches[0].last;
@@ -79,7 +80,7 @@ fn bodies_leave_the_end_at_once_or_come_back() {
     );
 }
 
-/// What is recorded of a motion of a scene.
+/// Record and tables of a motion.
 fn moved(scene: &Scene) -> (AssemblyRunRecord, Vec<Table>) {
     let prepared = AssemblyPrepared::new(scene).expect("a scene");
     let start = prepared.motion().expect("a start");
@@ -88,8 +89,8 @@ fn moved(scene: &Scene) -> (AssemblyRunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches bodies that slide over the end of a groove and back within a step unseen, on light and on heavy rods: a body that swings up to the end is
-/// never beyond it, and is stopped where its swing would lead there.
+/// Catches bodies that slide over the end of a groove and back within a step, on light and heavy rods: a body that
+/// swings up to the end is never beyond it, and stops if its swing leads beyond.
 #[test]
 fn no_body_turns_back_beyond_the_end() {
     let heavy = "mass = 0.02\ninertia = \"full\"\ndamping = { proportional = 1e-3 }\nsection_inertia = [1e-6, 1e-6, 2e-6]";
@@ -97,7 +98,7 @@ fn no_body_turns_back_beyond_the_end() {
         "[start]\nrest = \"straight\"\n[run]\nduration = 1.6\ntolerance = 1e-5\nsamples = 401";
     let symmetric = format!("{run}\nmethod = \"symmetric\"");
     let implicit = format!("{run}\nmethod = \"implicit\"");
-    // As finer runs have it, these swings would come to within 3e-4 this side of the end, and 1e-5 to 3e-4 beyond it.
+    // By finer runs, these swings end within 3e-4 on this side of the end, or 1e-5 to 3e-4 beyond.
     for (rod, run) in [("", run), ("", &symmetric), ("", &implicit), (heavy, run)] {
         for velocity in [0.0864, 0.0869, 0.087, 0.0872, 0.0874] {
             let body = format!("velocity = [{velocity:?}, 0.0, 0.0]");
@@ -115,8 +116,8 @@ fn no_body_turns_back_beyond_the_end() {
     }
 }
 
-/// Catches the wrong one of two bodies that come to the ends of their grooves within one step, or a wrong moment: beside another body whose groove is
-/// little longer, one ends its run as it does alone.
+/// Catches the wrong one of two bodies that reach the ends of their grooves within one step, or a wrong moment:
+/// with another body in a slightly longer groove, the first ends its run as when alone.
 #[test]
 fn the_first_of_two_bodies_ends_the_run() {
     let part = |name: &str, x: f64, end: f64| {

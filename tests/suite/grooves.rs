@@ -1,4 +1,4 @@
-//! Bodies in grooves: against a run of another program, against the balance of momenta, and the energy along the groove.
+//! Bodies in grooves: comparison with another program, the balance of momenta, and the energy along the groove.
 
 use crate::support::{json, number, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -14,7 +14,7 @@ fn six(m: Vector3<f64>, n: Vector3<f64>) -> Vector6<f64> {
     Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
 }
 
-/// A run to its last time: samples at `times`, the change of the ledger's total, how it ended.
+/// A run to its last time: samples at `times`, change of the ledger's total, outcome.
 fn course(
     assembly: &Assembly,
     now: &Configuration,
@@ -41,7 +41,7 @@ fn course(
     }
 }
 
-/// Would catch a groove that is drawn aside of where a body goes, twice round, beyond its ends, or only as far as it goes.
+/// Would catch a groove drawn off the path of its body, drawn twice round, beyond its ends, or only along the path.
 #[test]
 fn a_groove_is_drawn_beside_the_way() {
     let line = Groove::line(Vector3::y(), Vector3::x() * 3.0).expect("a line");
@@ -58,7 +58,7 @@ fn a_groove_is_drawn_beside_the_way() {
             .map(|pair| (pair[1] - pair[0]).norm())
             .sum()
     };
-    // Over the angle pi, where the nearest parameter jumps.
+    // Across the angle pi, where the nearest parameter jumps.
     let arc = circle.beside(&[at(3.0), at(3.3)], 0.2);
     assert!((long(&arc) - 1.0).abs() < 1e-4, "{}", long(&arc));
     let round: Vec<Vector3<f64>> = (0..40).map(|k| at(0.4 * f64::from(k))).collect();
@@ -76,8 +76,8 @@ fn a_groove_is_drawn_beside_the_way() {
     assert!(spline.beside(&[], 1.0).is_empty());
 }
 
-/// Would catch a wrong curve, sign or mass in the equation along the groove, or a force of the groove that is not what the other
-/// program has.
+/// Would catch a wrong curve, sign or mass in the equation along the groove, or a groove force that differs from
+/// the other program's.
 #[test]
 fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
     let data = json("space/support_groove_given.json");
@@ -209,9 +209,9 @@ fn wavy(closed: bool) -> Groove {
     Groove::spline(&points.collect::<Vec<_>>(), closed).expect("a groove")
 }
 
-/// Momentum and moment of momentum about the centre of mass, differenced in time, are what rods, loads and groove do; the groove
-/// pushes across itself. Would catch a force of the groove with a wrong lever or mass, a spin without its share, knots passed
-/// over by steps, a groove that does work.
+/// Rates of momentum and of angular momentum about the centre of mass, by differences in time, equal the action of
+/// rods, loads and groove; the groove force is normal to the groove. Would catch a groove force with a wrong lever
+/// or mass, a spin without its share, knots inside steps, a groove that does work.
 #[test]
 fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
     let circle = Groove::circle(
@@ -273,8 +273,8 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
     }
 }
 
-/// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a groove whose
-/// curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
+/// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a
+/// groove whose curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
 #[test]
 fn statics_in_a_groove_is_that_of_the_energy() {
     let (assembly, now) = slider(wavy(true));
@@ -323,7 +323,7 @@ fn statics_in_a_groove_is_that_of_the_energy() {
             );
         }
     }
-    // The lowest mode is what a small motion shows: the energy of a start along it comes back.
+    // The lowest mode predicts a small motion: the energy of a start along the mode recurs.
     let modes = assembly.modes(&now, 1e-13).expect("modes");
     assert_eq!((modes.squares.len(), modes.stable), (4, true));
 }
@@ -352,8 +352,8 @@ fn a_body_stops_at_the_end_of_its_groove() {
     assert!(last.time() > 0.0 && last.time() < 2.0);
 }
 
-/// Splines: through their points, four derivatives continuous, a circle to the order of the degree, ends where they should be.
-/// Would catch a wrong coefficient or a wrong row of their equations.
+/// Splines: interpolation, four continuous derivatives, a circle to the order of the degree, correct ends. Would
+/// catch a wrong coefficient or a wrong row of their equations.
 #[test]
 fn splines_are_smooth_and_go_through_their_points() {
     let on = |a: f64| Vector3::new(a.cos(), a.sin(), 0.3 * (2.0 * a).cos());
@@ -376,7 +376,7 @@ fn splines_are_smooth_and_go_through_their_points() {
     let order = (errors[0] / errors[1]).log2();
     assert!(order > 5.5, "order {order}, errors {errors:?}");
     for groove in [wavy(true), wavy(false)] {
-        // Between knots, across them and round a closed curve: derivatives are those of the values.
+        // Between knots, across them and round a closed curve the derivatives match differences of the values.
         let h = 1e-4;
         let mut phi = 0.01;
         while let Some(knot) = groove
@@ -403,9 +403,9 @@ fn splines_are_smooth_and_go_through_their_points() {
     assert!(Groove::line(Vector3::zeros(), Vector3::zeros()).is_err());
 }
 
-/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove in statics. Would
-/// catch a groove that is not scaled, not seen from its clamp, columns that are missing or in the wrong axes, a start beside the
-/// groove that is not refused.
+/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove
+/// in statics. Would catch a groove that is not scaled or not relative to its clamp, columns missing or in the
+/// wrong axes, an accepted start beside the groove.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_have_grooves_and_report_their_force() {
@@ -475,7 +475,7 @@ fn scenes_have_grooves_and_report_their_force() {
     let vector = |table: &Table, names: [&str; 3], row: usize| {
         Vector3::from_fn(|i, _| table.reals(names[i])[row])
     };
-    // The start is that of the data if the rod found there is.
+    // The start agrees with the data if the search finds the same rod.
     let states = rows(case, "states", 5);
     for (row, state) in [(1, 0), (2, 1), (4, 2), (6, 3), (8, 4)] {
         let state = &states[state];
@@ -493,7 +493,7 @@ fn scenes_have_grooves_and_report_their_force() {
     let refusal = run::Prepared::new(&beside).and_then(|p| p.motion().map(drop));
     let message = refusal.expect_err("a start beside the groove").to_string();
     assert!(message.contains("beside its groove"), "{message}");
-    // In the groove with a velocity across it: the message says along what it can go.
+    // In the groove with a velocity across it: the message names the admissible direction.
     let across = |v| run::Prepared::new(&alone(v)).and_then(|p| p.motion().map(drop));
     let message = across(Vector3::z())
         .expect_err("a start across the groove")
@@ -507,7 +507,7 @@ fn scenes_have_grooves_and_report_their_force() {
         "{message}"
     );
 
-    // An assembly at its equilibrium in a straight groove: what pushes along it vanishes.
+    // An assembly at its equilibrium in a straight groove: the force along the groove vanishes.
     let text = format!(
         "[[rod]]\nname = \"r\"\n{}from = {{}}\nto = {{ body = \"m\", joint = \"ball\" }}\n\
          [[body]]\nname = \"m\"\nmass = {m}\ninertia = [0.02, 0.02, 0.02]\nforce = [0.1, 0.2, 0.0]\n\

@@ -1,4 +1,5 @@
-//! Rods with mass between bodies and the ground: against single rods, closed forms of beams, laws of conservation, and light rods.
+//! Rods with mass between bodies and the ground: comparison with single rods, closed forms of beams, conservation
+//! laws, and light rods.
 
 use crate::support::assert_close;
 use nalgebra::{DVector, Isometry3, Matrix2, Matrix3, UnitQuaternion, Vector3, Vector4, Vector6};
@@ -19,7 +20,7 @@ use snaprod::study::{Silent, Table};
 use snaprod::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
-/// A rod of bending stiffnesses 1 and 1.3 whose sections have inertia; `strains` of them can change.
+/// A rod of bending stiffnesses 1 and 1.3 with section inertia and `strains` active strains.
 pub(crate) fn given(
     mass: f64,
     eta: f64,
@@ -74,7 +75,7 @@ fn ball(on: Attachment) -> Tie {
     Tie { on, joint }
 }
 
-/// A body that has everything a body can have.
+/// A body with every property that bodies can have.
 pub(crate) fn solid(gravity: Vector3<f64>) -> RigidBody {
     let inertia = Matrix3::new(0.03, 0.002, 0.0, 0.002, 0.02, 0.001, 0.0, 0.001, 0.04);
     let body = RigidBody::new(1.0, inertia).unwrap();
@@ -112,7 +113,7 @@ pub(crate) fn stepped(system: &impl System, y: DVector<f64>, time: usize, t: f64
     steps.state().clone()
 }
 
-/// All energies, which friction and drag leave as they are.
+/// Total energy, including dissipated energy, which is constant under friction and drag.
 pub(crate) fn energy(assembly: &HeavyAssembly, y: &DVector<f64>) -> f64 {
     let energies = assembly.energies(&assembly.at(y).unwrap()).unwrap().0;
     let time = assembly.time();
@@ -151,8 +152,9 @@ pub(crate) fn momenta(assembly: &HeavyAssembly, y: &DVector<f64>) -> Vector6<f64
     sum
 }
 
-/// Catches any term that the constraint, the multipliers or the attachments lack or have too much: one rod from the ground to a body
-/// with an offset, in a motion in space, is the rod that has the body at its end, which uses neither.
+/// Catches a missing or superfluous term of the constraint, the multipliers or the attachments. One rod from the
+/// ground to a body with an offset, in a motion in space, is compared with the single-rod model, which has neither
+/// constraint nor multipliers.
 #[test]
 #[ignore = "second tier: 8 s"]
 fn one_rod_is_the_single_rod() {
@@ -160,7 +162,7 @@ fn one_rod_is_the_single_rod() {
     for (eta, strains, t) in [
         (0.02, vec![0, 1, 2, 3, 4, 5], 0.2),
         (0.02, vec![0, 1, 2], 0.2),
-        // Waves that 8 nodes do not resolve, and no friction: the rods are those of the nodes all the same.
+        // Waves below the resolution of 8 nodes, without friction: both models have the same nodes.
         (0.0, vec![0, 1, 2, 3, 4, 5], 0.05),
         (0.0, vec![0, 1, 2], 0.1),
     ] {
@@ -230,7 +232,7 @@ impl Beam {
         ]
     }
 
-    /// Force and couple that an end with this mass and rotary inertia has too little: both zero in a vibration.
+    /// Residual force and couple at an end with this mass and rotary inertia: both are zero in a vibration.
     fn end(self, omega: f64, w: &Jet, [mass, inertia]: [f64; 2]) -> [f64; 2] {
         let square = omega * omega;
         [
@@ -299,8 +301,9 @@ fn on(body: usize) -> Attachment {
     Attachment::body(body, Isometry3::identity())
 }
 
-/// Catches multipliers of a closed loop, rods of another length, bases on bodies, free bases and ends on ball joints, and masses that are
-/// not seen or seen twice: frequencies of straight beams against their closed forms, with rotary inertia, in both planes.
+/// Catches wrong multipliers of a closed loop, rod lengths, bases on bodies, free bases, ends on ball joints, and
+/// masses omitted or counted twice. Frequencies of straight beams against their closed forms, with rotary inertia,
+/// in both planes.
 #[test]
 fn frequencies_are_those_of_beams() {
     let none = Vector3::zeros();
@@ -379,8 +382,8 @@ fn frequencies_are_those_of_beams() {
     }
 }
 
-/// Catches a base whose motion is not that of its body in some term: two bodies on a rod without ground, tumbling and bending, keep their
-/// momenta, and their energy with friction.
+/// Catches a base with a wrong term of its body's motion: two bodies on a rod without ground, tumbling and bending,
+/// keep their momenta, and their energy with friction.
 #[test]
 fn a_free_pair_keeps_its_momenta() {
     let none = Vector3::zeros();
@@ -424,7 +427,8 @@ fn a_free_pair_keeps_its_momenta() {
     assert!(off.abs() < 1e-7, "energy off by {off:e}");
 }
 
-/// Catches a wrong inertia along a curved groove, and a groove that does work: a body that turns and slides on a circle, pushed by a rod.
+/// Catches a wrong inertia along a curved groove, and a groove that does work: a body that turns and slides on a
+/// circle, pushed by a rod.
 #[test]
 fn a_groove_does_no_work() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
@@ -468,8 +472,8 @@ fn ran(text: &str) -> AssemblyRunRecord {
     run(&prepared, start, &mut tables, &mut Silent).expect("a record")
 }
 
-/// Catches a wrong order in the mass: an arch of two rods with friction whose mass goes to zero moves as the light one, with an error
-/// that halves with the mass. The ledger closes on the way.
+/// Catches a wrong order in the mass: an arch of two rods with friction tends to the light one as the mass goes to
+/// zero, with an error that halves with the mass. The ledger closes along the motion.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn light_rods_are_the_limit() {
@@ -506,7 +510,7 @@ fn light_rods_are_the_limit() {
     assert!((0.9..1.1).contains(&order), "{errors:?}");
 }
 
-/// Catches a scene that is read as a light one, a column that is missing, and rods of two kinds that are let through.
+/// Catches a scene read as a light one, a missing column, and an accepted mixture of light and heavy rods.
 #[test]
 fn scenes_say_what_they_have() {
     let record = ran(&text(&[]));
@@ -539,7 +543,7 @@ fn scenes_say_what_they_have() {
     }
 }
 
-/// A scene of rods of length 0.8 along z and their bodies, with what is given of each.
+/// A scene of rods of length 0.8 along z and their bodies, with the given fields of each.
 fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
     let rods = rods.iter().enumerate().map(|(k, (ends, own))| {
         format!(
@@ -555,8 +559,9 @@ fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
     format!("units = \"dimensionless\"\n{rods}{bodies}{more}")
 }
 
-/// Catches modes of an assembly in other units, of the wrong nodes, or with friction that is not theirs: two bodies on a rod that nothing
-/// holds, against the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2 s + omega^2 = 0.
+/// Catches modes of an assembly in other units, of the wrong nodes, or with wrong friction. Two bodies on an
+/// unsupported rod have the closed forms of the beam; under friction proportional to the stiffness s^2 + eta
+/// omega^2 s + omega^2 = 0.
 #[test]
 fn modes_of_a_free_pair_are_those_of_a_beam() {
     let body =
@@ -600,12 +605,13 @@ fn modes_of_a_free_pair_are_those_of_a_beam() {
         let left = nearest.fold(f64::INFINITY, f64::min);
         assert!(left < 1e-8, "{s} leaves {left:e}");
     }
-    // The rod ends where the second body is, from where the first is said to be.
+    // The rod leads from the first body's given position to the second.
     let end = motions.rods[0].last().unwrap().position;
     assert!((end - Vector3::new(0.3, 0.1, 0.6)).amax() < 1e-12, "{end}");
 }
 
-/// Catches a floating scene that is refused or torn apart, and modes about a start that is none: bodies without ground fly as one.
+/// Catches a floating scene that is refused or torn apart, and modes about a false start: bodies without ground fly
+/// as one.
 #[test]
 fn nothing_needs_to_hold_the_bodies() {
     let body = |velocity: &str| {
@@ -627,7 +633,7 @@ fn nothing_needs_to_hold_the_bodies() {
         "{:e}",
         branch.closing.relative()
     );
-    // Alike, they fall alike and mirror each other: the middle of both falls as everything does.
+    // By symmetry the midpoint of both falls freely.
     let [a, b] = [0, 1].map(|k| branch.last.bodies[k].pose.translation.vector);
     let middle = 0.5 * (a + b) - Vector3::new(0.0, 0.0, 0.4 - 0.005);
     assert!(middle.amax() < 1e-8, "{middle}");
@@ -641,7 +647,8 @@ fn nothing_needs_to_hold_the_bodies() {
     assert!(told.to_string().contains("rest = \"straight\""), "{told}");
 }
 
-/// Catches a run that leaves an open groove, or rods that pass through each other: it ends there, on time.
+/// Catches a run that leaves an open groove, or rods that pass through each other: the run must end at these
+/// events.
 #[test]
 fn runs_end_where_grooves_end_and_rods_touch() {
     let damped = "damping = { proportional = 0.02 }\n";

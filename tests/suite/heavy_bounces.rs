@@ -1,10 +1,10 @@
-//! What the mass of a rod takes from a taut bounce, against the number that runs tell of it (theory 2.8).
+//! Energy that the mass of a rod takes from a taut bounce, against the number reported by runs (theory 2.8).
 
 use snaprod::elastica::equilibria_at;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
 
-/// A mass thrown outwards by a bent rod, whose pull turns it round at lambda = 29.
+/// A mass thrown outwards by a bent rod, whose pull reverses it at lambda = 29.
 const THROWN: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = 1e-3\ninertia = \"none\"\n[body]\nmass = 1.0\n\
                       [start]\nlambda = 2.0\nkappa = 0.3\nvelocity = [1.0, 2.0]\n[run]\nduration = 0.05\n";
 
@@ -13,8 +13,8 @@ fn prepared(set: &[String]) -> run::Prepared {
     run::Prepared::new(&Scene::parse_with(THROWN, &set).unwrap()).unwrap()
 }
 
-/// The most that the rod with all of its mass stores beyond the equilibrium at the place of its end, at these times: the energy of vibrations of the held
-/// rod, when it is all stored, and of its slow bending by its own mass.
+/// Largest excess of the full rod's energy, over the given times, above the equilibrium with the same end position:
+/// the stored energy of vibrations of the held rod, and of slow bending by the rod's own mass.
 fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
     let full = prepared(&[
         "rod.inertia=\"full\"".to_owned(),
@@ -34,8 +34,9 @@ fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
     beyond.collect()
 }
 
-/// Catches a number that is not that of the rod's mass: below 1 a bounce leaves no vibrations, at 2 a thousandth of its energy, at 4 a hundredth, at 9 a
-/// third; never more than 4e-3 number^4/lambda (docs/mass.md), and before the bounce there are next to none.
+/// Catches a wrong number of the rod's mass. Below 1 a bounce excites no vibrations, at 2 a thousandth of its
+/// energy, at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/mass.md). Before the bounce
+/// there are almost none.
 #[test]
 fn a_bounce_leaves_vibrations_as_its_number_says() {
     let light = prepared(&[]);
@@ -46,7 +47,7 @@ fn a_bounce_leaves_vibrations_as_its_number_says() {
     let [t, energy, lambda] =
         ["t", "elastic", "lam"].map(|name| bounce(&format!("/bounces/first/0/{name}")));
     let unit = bounce("/validity/bounces/0/inertia_number") / 1e-3_f64.sqrt();
-    // Where the rod is not taut: up to two thirds of the way to the bounce, and as far after it.
+    // Slack intervals: up to two thirds of the time to the bounce, and as long after it.
     let places =
         |from: f64, to: f64| (0..20).map(move |k| (from + (to - from) * f64::from(k) / 19.0) * t);
     let times: Vec<f64> = places(0.1, 0.65).chain(places(1.4, 2.5)).collect();
@@ -73,7 +74,7 @@ fn a_bounce_leaves_vibrations_as_its_number_says() {
     }
 }
 
-/// Where the end is at the time `t`, thrown so fast that it is turned round at lambda = 53.
+/// Position at the time `t` of the end, thrown so fast that the rod reverses it at lambda = 53.
 fn end(inertia: &str, t: f64) -> [f64; 2] {
     let mut set = vec![
         "start.velocity=[1.4, 2.8]".to_owned(),
@@ -90,7 +91,8 @@ fn end(inertia: &str, t: f64) -> [f64; 2] {
     ["x", "y"].map(|name| table.reals(name)[0])
 }
 
-/// Catches a mass that is given up or wrong on the taut rod: after a hard bounce whose number is 3.7 the end is by a tenth as far off from that of the rod with all of its mass as without the mass.
+/// Catches a mass switched off or wrong on the taut rod. After a hard bounce with the number 3.7 the end differs
+/// from that of the full rod by a tenth of the difference without mass.
 #[test]
 fn the_mass_to_first_order_counts_in_a_hard_bounce() {
     let [none, first, full] = ["none", "first-order", "full"].map(|inertia| end(inertia, 0.2));

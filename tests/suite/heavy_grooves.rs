@@ -1,4 +1,5 @@
-//! Bodies of single rods with mass in grooves: against closed forms of beams, the rod as an assembly, the light rod, and the energy.
+//! Bodies of single rods with mass in grooves: comparison with closed forms of beams, the rod as an assembly, the
+//! light rod, and the energy.
 
 use crate::support::replaced;
 use nalgebra::Vector3;
@@ -54,8 +55,9 @@ fn rows(table: &Table, names: &[&str]) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Settled, the body of a single rod stays where it is: forces of rod, weight and groove balance, of which that of the groove is across it.
-/// Catches a weight of the rod that the equilibrium lacks, a groove seen from the wrong frame, a force in the wrong one.
+/// A settled body of a single rod stays in place: forces of rod, weight and groove balance, and the groove force is
+/// normal to the groove. Catches an equilibrium without the rod's weight, a groove relative to the wrong frame, a
+/// force in the wrong frame.
 #[test]
 fn settled_bodies_stay() {
     let (record, tables) = ran(SLIDER);
@@ -78,8 +80,8 @@ fn settled_bodies_stay() {
     assert!(groove.norm() > 0.1, "the groove bears: {groove}");
 }
 
-/// A body that slides and turns, from an equilibrium and from strains: the ledger closes, the columns are those of a single rod and agree
-/// with the same scene written as an assembly. Catches frames, units and starts that differ.
+/// A body that slides and turns, from an equilibrium and from strains: the ledger closes, the columns are those of
+/// a single rod and agree with the scene written as an assembly. Catches frames, units and starts that differ.
 #[test]
 fn a_single_rod_is_an_assembly_of_one() {
     let sliding = replaced(
@@ -156,7 +158,8 @@ fn a_single_rod_is_an_assembly_of_one() {
     let moved = one[4][2] - one[0][2];
     assert!(moved > 0.01 && one[0][4] > 1e-3, "{one:?}");
 
-    // Strains and their rates lead the end along a straight groove: twisting alone moves nothing, stretching goes along it.
+    // Strains and their rates lead the end along a straight groove: twisting alone moves nothing, stretching goes
+    // along it.
     let line = replaced(
         SLIDER,
         &[
@@ -228,8 +231,8 @@ fn light_rods_are_the_limit() {
     assert!((0.85..1.15).contains(&order), "{errors:?}");
 }
 
-/// Frequencies of a straight clamped rod whose body slides across it: in the plane of the groove those of a beam with a body at its end, across
-/// those of a beam that is pinned there. Catches a groove that modes do not know.
+/// Frequencies of a straight clamped rod whose body slides across it. In the plane of the groove they are those of
+/// a beam with a body at its end, across it those of a beam with a pinned end. Catches modes that ignore a groove.
 #[test]
 fn frequencies_are_those_of_beams() {
     let text = replaced(
@@ -272,7 +275,7 @@ fn frequencies_are_those_of_beams() {
         assert!(off < 1e-8, "{wanted} is off by {off:e} in {found:?}");
     }
     let eigenvalues = record.motions.eigenvalues.unwrap();
-    // The others are those of vibrations that are overdamped, beyond the eight.
+    // The remaining eigenvalues belong to overdamped vibrations, beyond the eight.
     for s in eigenvalues.iter().filter(|s| s.im > 0.0) {
         let left = found.iter().map(|omega| {
             let left = s * s + s * (0.02 * omega * omega) + omega * omega;
@@ -283,7 +286,8 @@ fn frequencies_are_those_of_beams() {
     }
 }
 
-/// The first frequencies of a clamped beam of length 1, EI w'''' + omega^2 (J w'' - rho w) = 0, with two conditions at its end on (w, w', w'', w''').
+/// The first frequencies of a clamped beam of length 1 with two conditions at its end on (w, w', w'', w'''). The
+/// beam equation is EI w'''' + omega^2 (J w'' - rho w) = 0.
 fn beam(
     stiffness: f64,
     density: f64,
@@ -331,7 +335,7 @@ fn beam(
     found
 }
 
-/// Catches starts beside a groove that are let through, and a run that leaves an open one.
+/// Catches accepted starts beside a groove, and a run that leaves an open one.
 #[test]
 fn grooves_are_kept_to() {
     let line = replaced(

@@ -1,4 +1,5 @@
-//! Rods with mass that close loops and that nothing holds on the ground: against the same on the ground, light rods, laws of conservation; and rods cut in two.
+//! Rods with mass in closed loops and without ground: comparison with the same on the ground, light rods,
+//! conservation laws; and rods cut in two.
 
 use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld};
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -19,7 +20,8 @@ use std::sync::Arc;
 /// Nodes of every rod.
 const NODES: usize = 12;
 
-/// Two bodies that two rods of different length and stiffness join, which bend each other. `first` is a body, or the ground in its place.
+/// Two bodies joined by two rods of different length and stiffness, which bend each other. `first` is a body, or
+/// the ground in its place.
 fn loop_of_two(first: &str, bodies: &str, more: &str) -> Scene {
     let rod = |name: &str, own: &str, from: &str, to: &str| {
         format!(
@@ -65,9 +67,9 @@ fn begun(scene: &Scene) -> (HeavyAssembly, DVector<f64>) {
     start.at_nodes(heavy, &counts).unwrap()
 }
 
-/// Catches an equilibrium that is held where nothing holds it, or strained by a weight under which everything falls; a search that drifts away; and
-/// rates that do not close the loop. What floats has the shape that it has on the ground without weight, falls as one, and in motion keeps its
-/// momenta and its energy.
+/// Catches an unsupported equilibrium that is held, or strained by a weight under which all parts fall; a drifting
+/// search; and rates that do not close the loop. A floating loop has its weightless shape on the ground, falls as
+/// one, and in motion keeps its momenta and its energy.
 #[test]
 fn a_loop_in_the_air_settles() {
     let still = body_a("mass = 0.8\ninertia = [0.05, 0.06, 0.05]");
@@ -75,14 +77,14 @@ fn a_loop_in_the_air_settles() {
     let (assembly, y) = begun(&loop_of_two(ON_A, &still, weight));
     let at = assembly.at(&y).unwrap();
     let [b, a] = [0, 1].map(|body| at.places()[body].pose);
-    // Light rods on the ground, in place of the other body.
+    // Light rods with the ground in place of the other body.
     let ground = AssemblySetup::new(&loop_of_two("", "", "")).unwrap();
     let held = ground.equilibrium().unwrap();
     assert_eq!(held.index, 0);
     let off = a.inv_mul(&b).inverse() * held.now.bodies[0].pose;
     let off = (off.translation.vector.norm(), off.rotation.angle());
     assert!(off.0 < 1e-9 && off.1 < 1e-9, "{off:?}");
-    // The first body is where the second scene has its origin.
+    // The first body is at the origin of the second scene.
     assert!(
         (b.translation.vector.norm(), b.rotation.angle()) < (1e-9, 1e-9),
         "{b}"
@@ -115,8 +117,8 @@ fn a_loop_in_the_air_settles() {
     assert!(off.abs() < 1e-7, "energy off by {off:e}");
 }
 
-/// Catches directions that are held though nothing holds them, or a stiffness about another state: beside six motions as one the frequencies tend to those of
-/// the loop on the ground, as its other body gets heavy.
+/// Catches spurious constraints of unsupported directions, or a stiffness about another state. Besides six rigid
+/// motions, the frequencies tend to those of the loop on the ground as the other body gets heavy.
 #[test]
 #[ignore = "second tier: 7 s"]
 fn a_loop_in_the_air_has_the_modes_of_one_on_the_ground() {
@@ -141,8 +143,8 @@ fn a_loop_in_the_air_has_the_modes_of_one_on_the_ground() {
     }
 }
 
-/// Catches a load that nothing holds and that is let through, and one that the assembly bears by itself and that is refused: it then turns into
-/// the line of the two forces.
+/// Catches an accepted load without support, and a refused pair of loads that the assembly balances by itself: the
+/// assembly then turns into the line of the two forces.
 #[test]
 fn loads_in_the_air_balance_each_other() {
     let body = |force: &str| {
@@ -176,7 +178,7 @@ fn loads_in_the_air_balance_each_other() {
     assert!(aside.norm() < 1e-8, "{aside}");
 }
 
-/// Three bodies in a ring of three rods, each a third of a circle when it is unloaded.
+/// Three bodies in a ring of three rods, each unloaded in the shape of a third of a circle.
 fn ring(start: &str) -> Scene {
     let rod = |k: usize| {
         format!(
@@ -193,7 +195,7 @@ fn ring(start: &str) -> Scene {
     Scene::parse(&format!("{all}{start}[run]\nduration = 0.1\n")).unwrap()
 }
 
-/// Catches a loop of unloaded rods that fit together and is refused, and one that does not and is torn or bent without a word.
+/// Catches a refused loop of unloaded rods that fit together, and a misfit loop that is torn or bent silently.
 #[test]
 fn unloaded_rods_close_a_loop_where_they_fit() {
     let states = ["[start]\nrest = \"straight\"\n", ""].map(|start| {
@@ -220,7 +222,7 @@ fn unloaded_rods_close_a_loop_where_they_fit() {
     assert!(told.contains("do not fit together"), "{told}");
 }
 
-/// What a rod moves like: strains at s in [0, 1], or their rates.
+/// Strains of a rod at s in [0, 1], or their rates.
 fn wave(phase: f64) -> impl Fn(usize, f64) -> f64 {
     move |k, s| 0.6 * (phase + 1.1 * k as f64 + 1.4 * s).sin()
 }
@@ -233,13 +235,13 @@ fn piece(rod: &HeavyRod, field: &dyn Fn(usize, f64) -> f64, from: f64, part: f64
     each.collect()
 }
 
-/// A body that hardly is one.
+/// A body of small mass.
 fn bead(mass: f64) -> RigidBody {
     RigidBody::new(mass, Matrix3::from_diagonal_element(1e-6 * mass)).unwrap()
 }
 
-/// Two halves of a rod from the ground, welded to a bead between them, and what hangs at the end.
-fn cut(half: &RodDescription, mass: f64, tip: HeavyBody, joint: Joint) -> HeavyAssembly {
+/// Two halves of a rod from the ground, welded to a bead between them, and the body at the end.
+fn cut(half: &Given, mass: f64, tip: Carrier, joint: Joint) -> HeavyAssembly {
     let on = |body: usize| Attachment::body(body, Isometry3::identity());
     let end = Tie { on: on(1), joint };
     let links = vec![
@@ -254,7 +256,7 @@ fn cut(half: &RodDescription, mass: f64, tip: HeavyBody, joint: Joint) -> HeavyA
     HeavyAssembly::new(vec![HeavyBody::rigid(bead(mass)), tip], links).unwrap()
 }
 
-/// Its state in the motion of the whole rod whose strains and rates these are.
+/// State of the cut rod in the motion of the whole rod with the given strains and rates.
 fn cut_state(assembly: &HeavyAssembly, fields: [&dyn Fn(usize, f64) -> f64; 2]) -> DVector<f64> {
     let mut base = BodyMotion::at_rest(Isometry3::identity());
     let (mut places, mut strains) = (Vec::new(), [Vec::new(), Vec::new()]);
@@ -287,8 +289,8 @@ fn untilted(at: &BodyMotion) -> BodyMotion {
     place
 }
 
-/// Ends of motions with beads of a mass and of half of it against that without: the difference is of the first order in the mass, and what the line
-/// through both leaves is of the second.
+/// Compares ends of motions with beads of a mass, and of half of it, with the end without a bead: the difference is
+/// of first order in the mass, the remainder of the linear extrapolation of second order.
 fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     let [far, near] = ends.map(|end| end - whole);
     let ratio = far.norm() / near.norm();
@@ -305,8 +307,9 @@ fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     );
 }
 
-/// Catches wrenches that links hand over wrongly, and accelerations of a base that are not those of the end before it: a rod cut in two, with a bead
-/// between its halves whose mass goes to zero, moves as the whole rod, in space with a rigid body at its end, and in a plane with a point mass.
+/// Catches wrongly transferred wrenches at links, and accelerations of a base other than those of the end before
+/// it. A rod cut in two, with a bead between its halves whose mass goes to zero, moves as the whole rod, in space
+/// with a rigid body at its end, and in a plane with a point mass.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_rod_cut_in_two_moves_as_one() {
@@ -342,7 +345,7 @@ fn a_rod_cut_in_two_moves_as_one() {
         tends(ends.each_ref().map(part), part(&whole), what);
     }
 
-    // In the plane: another kinematics. Its axes x, y are z, x in space, and its curvature that about d2.
+    // The planar case has other kinematics. Its axes x, y are z, x in space, and its curvature is about d2.
     let law = |bending: [f64; 2], active: usize, length: f64| {
         let elastic = Arc::new(Linear::diagonal(bending, 0.8).unwrap());
         let friction: Arc<dyn RateLaw> =
@@ -362,7 +365,7 @@ fn a_rod_cut_in_two_moves_as_one() {
         ..given(0.2, 0.02, 1.0, down, &strains)
     };
     let plane = HeavyRod::new(plane, Grid::uniform(16)).unwrap();
-    // The same field, though it has another number.
+    // The field of a strain, under the numbering of the planar rod.
     let own = |field: usize| move |_: usize, s: f64| fields[field](1, s);
     let (bent, rate) = (own(0), own(1));
     let fields: [&dyn Fn(usize, f64) -> f64; 2] = [&bent, &rate];
@@ -383,9 +386,9 @@ fn a_rod_cut_in_two_moves_as_one() {
     tends(ends, Vector3::new(end.y, 0.0, end.x), "plane");
 }
 
-/// Catches a stiffness or a mass between links that is not that of the rod: about the equilibrium under its weight a small bead in the middle changes the
-/// frequencies of the whole rod by its kinetic energy there, d(omega^2) = -omega^2 mass v^2 for modes of mass 1, and its mass going to zero they are those
-/// of the whole rod.
+/// Catches a stiffness or mass of linked rods other than the rod's. About the equilibrium under its weight a small
+/// bead in the middle changes the frequencies of the whole rod by d(omega^2) = -omega^2 mass v^2 for modes of mass
+/// 1. As its mass goes to zero they are those of the whole rod.
 #[test]
 fn a_rod_cut_in_two_rings_as_one() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);

@@ -1,5 +1,5 @@
-//! Rods with mass and Maxwell branches: against the closed form of a beam, the light rod with the same branches, a rod that is stiffer or
-//! rubs more, the same rod written otherwise, and the energy.
+//! Rods with mass and Maxwell branches: comparison with the closed form of a beam, the light rod with the same
+//! branches, stiffer or more viscous rods, equivalent scenes, and the energy.
 
 use crate::support::replaced;
 use snaprod::scene::Scene;
@@ -7,7 +7,7 @@ use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table, modes};
 
-/// A bent planar rod that was straight until just now, let go under its weight.
+/// A bent planar rod with Maxwell branches relaxed in the straight shape, released under its weight.
 const PLANE: &str = r#"
 [rod]
 model = "elastica"
@@ -30,7 +30,7 @@ tolerance = 1e-9
 samples = 5
 "#;
 
-/// The same rod in space, bent in a plane across e1, its body on a ball joint.
+/// The planar rod in space, bent in a plane across e1, its body on a ball joint.
 const SPACE: &str = r#"
 [rod]
 model = "cosserat"
@@ -64,12 +64,12 @@ fn ran(text: &str) -> (RunRecord, Table) {
     (record, tables.swap_remove(0))
 }
 
-/// What a column holds at the end.
+/// Final value of a column.
 fn last(table: &Table, name: &str) -> f64 {
     *table.reals(name).last().unwrap()
 }
 
-/// The place of the end of a planar run at its end.
+/// Final end position of a planar run.
 fn end(text: &str) -> [f64; 2] {
     let (_, table) = ran(text);
     ["x", "y"].map(|name| last(&table, name))
@@ -79,9 +79,10 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Small motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau s/(1 + tau s): for every
-/// k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the roots of eps s^2 + k^4 E(s) = 0. Catches a branch that small
-/// motions lack, a modulus or a time in other units, a creeping motion that is left out.
+/// Catches a branch missing in small motions, a modulus or time in other units, an omitted creeping motion. Small
+/// motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau s/(1
+/// + tau s). For every k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the eigenvalues are the
+/// roots of eps s^2 + k^4 E(s) = 0.
 #[test]
 fn small_motions_are_those_of_a_beam_with_memory() {
     let straight = replaced(
@@ -102,7 +103,8 @@ fn small_motions_are_those_of_a_beam_with_memory() {
     for (from, to) in [(0.5, 2.0), (3.5, 4.5), (6.5, 7.5)] {
         let k = bisected(held, from, to);
         let stiffness = k.powi(4);
-        // eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4 (eta + tau + E tau) s + k^4 = 0, with what s of the program leaves of it.
+        // Residual at the program's s of the characteristic equation eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4
+        // (eta + tau + E tau) s + k^4 = 0.
         let c = [
             stiffness,
             stiffness * (eta + tau + modulus * tau),
@@ -145,8 +147,9 @@ fn bisected(f: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
     0.5 * (from + to)
 }
 
-/// Energies of body and rod, springs among them, and what dashpots and friction lost stay in sum; in the plane, in space, and with the body in a groove,
-/// where the rod runs as an assembly. Catches a spring without energy, a loss that is not the dashpots', dashpots that do not follow.
+/// The sum of energies is constant: body and rod, springs, losses of dashpots and friction; in the plane, in space,
+/// and with the body in a groove, where the rod runs as an assembly. Catches a spring without energy, a wrong loss
+/// of the dashpots, dashpots that do not follow.
 #[test]
 fn energy_is_kept_with_memory() {
     let grooved = replaced(
@@ -170,7 +173,8 @@ fn energy_is_kept_with_memory() {
     }
 }
 
-/// The planar rod in space, its softer axis across the plane, moves as it does in the plane. Catches branches of other strains.
+/// The planar rod in space, with its softer axis across the plane, moves as in the plane. Catches branches of other
+/// strains.
 #[test]
 fn a_planar_motion_in_space_remembers_alike() {
     let (_, table) = ran(SPACE);
@@ -182,8 +186,8 @@ fn a_planar_motion_in_space_remembers_alike() {
     );
 }
 
-/// The rod of an assembly of one rod and one body moves, rings down and loses energy as the single rod. Catches a branch that an assembly
-/// leaves out, or takes for another rod's.
+/// The rod of an assembly of one rod and one body moves, rings down and loses energy as the single rod. Catches a
+/// branch omitted by an assembly, or assigned to another rod.
 #[test]
 fn the_rod_of_an_assembly_remembers_alike() {
     let kicked = replaced(
@@ -245,7 +249,7 @@ fn the_rod_of_an_assembly_remembers_alike() {
     }
 }
 
-/// Straight rods with mass along z, one above the other between ground and ground, bodies between them.
+/// Straight rods with mass along z, stacked between two grounds, with bodies between them.
 fn column(rods: usize, own: &str) -> String {
     let site = |k: usize| match k {
         k if k == rods => format!("{{ position = [0.0, 0.0, {k}.0] }}"),
@@ -266,9 +270,9 @@ fn column(rods: usize, own: &str) -> String {
     format!("{all}[run]\nduration = 0.1\n")
 }
 
-/// Two straight rods whose friction and memory are in proportion to their stiffness: for every vibration without these s^2 + omega^2 (1 + eta s + E tau
-/// s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another rod, and dashpots where nothing pulls, among whose equal
-/// rates no eigenvalue is found in time.
+/// Two straight rods whose friction and memory are in proportion to their stiffness: every undamped vibration gives
+/// s^2 + omega^2 (1 + eta s + E tau s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another
+/// rod, and the multiple eigenvalues of unloaded dashpots, on which the eigenvalue search stalls.
 #[test]
 fn rods_of_an_assembly_ring_down_with_their_memory() {
     let (eta, modulus, tau) = (0.02, 0.7, 0.15);
@@ -279,7 +283,7 @@ fn rods_of_an_assembly_ring_down_with_their_memory() {
     let found = modes::modes(&Scene::parse(&column(2, &own)).unwrap()).unwrap();
     let motions = found.motions;
     let eigenvalues = motions.eigenvalues.unwrap();
-    // The loop strained against itself relaxes so, and nothing moves.
+    // Self-stress of the loop relaxes at this rate, without motion.
     let still = |s: &nalgebra::Complex<f64>| (s * tau + 1.0).norm() < 1e-9;
     assert!(!eigenvalues.iter().any(still), "{eigenvalues:?}");
     for mode in &motions.modes[..4] {
@@ -299,8 +303,9 @@ fn rods_of_an_assembly_ring_down_with_their_memory() {
     }
 }
 
-/// Three rods of six strains have more coordinates than are refined: the grid is held against a coarser one. Catches a change that is said to be
-/// infinite. Of two bodies twisting on them, alike or against each other, 2 k cot k - J omega^2/GJ = +-k/sin k.
+/// Three rods of six strains have too many coordinates for refinement, so the grid is compared with a coarser one.
+/// Catches a change reported as infinite. Two bodies twist on the rods, in phase or in antiphase: 2 k cot k - J
+/// omega^2/GJ = +-k/sin k.
 #[test]
 fn many_rods_are_held_against_a_coarser_grid() {
     let own =
@@ -325,8 +330,8 @@ fn many_rods_are_held_against_a_coarser_grid() {
     }
 }
 
-/// Without mass the rod with the same branches moves as the light one, up to the first power of the mass. Catches dashpots that begin
-/// elsewhere, or a resultant of a branch that is not the light rod's.
+/// As the mass goes to zero, the rod tends to the light one with the same branches, with an error of first power of
+/// the mass. Catches wrong initial dashpots, or a resultant of a branch that differs from the light rod's.
 #[test]
 fn the_light_rod_with_memory_is_the_limit() {
     let light = PLANE.replace("mass = 0.2\ninertia = \"full\"\n", "");
@@ -345,8 +350,8 @@ fn the_light_rod_with_memory_is_the_limit() {
     }
 }
 
-/// Dashpots that follow at once are not felt, those that never follow are springs (1 + E) about the shape to which they are relaxed: with
-/// errors of the first power of tau and of 1/tau. Catches a time that is another's, a spring that forgets its rest.
+/// Very fast dashpots have no effect; very slow ones give springs (1 + E) about the relaxed shape, with errors of
+/// the first power of tau and of 1/tau. Catches an interchanged time, a spring without its rest.
 #[test]
 fn fast_branches_rub_and_slow_ones_are_springs() {
     let both = "relaxation = [{ stiffness = 0.7, time = 0.15 }, { stiffness = 0.3, time = 1.5 }]\n";

@@ -55,7 +55,8 @@ fn compare(found: &Equilibrium, row: &serde_json::Value, side: f64, what: &str) 
     assert_eq!(found.index, 0, "{what}: index");
 }
 
-/// Catches any error in the balance laws, in the growth of the load from zero, or in the choice of a chart, whatever the path.
+/// Catches any error in the balance laws, in the continuation of the load from zero, or in the choice of a chart,
+/// for every path.
 #[test]
 fn heavy_cantilevers_hang_as_given() {
     let data = json("mass/selfweight_given.json");
@@ -87,7 +88,8 @@ fn heavy_cantilevers_hang_as_given() {
     }
 }
 
-/// Catches a solver that stays on the straight column beyond its buckling load, or does not reach the buckled one at great loads.
+/// Catches a solver that stays on the straight column beyond its buckling load, or misses the buckled one at great
+/// loads.
 #[test]
 fn heavy_columns_buckle_as_given() {
     let data = json("mass/selfweight_given.json");
@@ -145,7 +147,8 @@ fn column(q: f64, path: Path, out_of_plane: f64) -> Problem {
     problem(laid(out_of_plane), free(Vector3::zeros()), &load).with_path(path)
 }
 
-/// Catches a wrong index of heavy rods: the straight column loses its stability at Greenhill's loads, in one plane or in two.
+/// Catches a wrong index of heavy rods: the straight column loses its stability at Greenhill's loads, in one plane or
+/// in two.
 #[test]
 fn the_index_of_upright_columns_counts_greenhills_loads() {
     let data = json("mass/selfweight_given.json");
@@ -171,8 +174,8 @@ fn the_index_of_upright_columns_counts_greenhills_loads() {
     }
 }
 
-/// Catches a wrong tangent: the branch of the straight column finds Greenhill's load where it is singular, and those that leave it
-/// there lead, to both sides, through the buckled columns that are given.
+/// Catches a wrong tangent: the branch of the straight column finds Greenhill's load as a singularity, and the
+/// branches switched there lead, on both sides, through the given buckled columns.
 #[test]
 fn a_branch_finds_greenhills_load() {
     let start = column(0.0, Path::Planar, 3.0);
@@ -231,7 +234,8 @@ fn buckles(family: &impl Statical, size: usize) {
     assert_eq!(sides, 0.0);
 }
 
-/// Catches a tangent that is not the derivative of what it belongs to: central differences at two steps, whose errors fall by four.
+/// Catches a tangent that is not the derivative of its function: central differences at two steps, whose errors
+/// fall by four.
 #[test]
 fn tangents_are_derivatives() {
     let law = Linear::diagonal([1.0, 0.7], 0.6)
@@ -304,7 +308,8 @@ fn differentiate<C: Chart>(problem: &Problem, chart: &C, x: &DVector<f64>) {
     assert!((ratio - 4.0).abs() < 0.1, "{coarse:e}, {fine:e}");
 }
 
-/// Catches loads that vary along the rod and are integrated wrongly: the planar equations stepped by the method of Runge and Kutta.
+/// Catches loads that vary along the rod and are integrated wrongly: the planar equations stepped by the method of
+/// Runge and Kutta.
 #[test]
 fn a_load_that_varies_along_the_rod_is_that_of_its_equations() {
     let c = [
@@ -346,7 +351,7 @@ fn a_load_that_varies_along_the_rod_is_that_of_its_equations() {
     }
 }
 
-/// Catches a base wrench that does not balance the loads: sums over the shape by Simpson's rule, in space.
+/// Catches a base wrench that does not balance the loads: integrals over the shape by Simpson's rule, in space.
 #[test]
 fn the_clamp_balances_end_load_and_weight() {
     let law = Linear::diagonal([1.0, 0.7], 0.6)
@@ -383,7 +388,8 @@ fn the_clamp_balances_end_load_and_weight() {
     assert!((last.position - found.end.position).norm() < 1e-11);
 }
 
-/// Catches energies that do not belong to the equilibria: d(U + V)/dq = V/q, of a rod in equilibrium whose load grows.
+/// Catches energies that do not belong to the equilibria: d(U + V)/dq = V/q for a rod in equilibrium whose load
+/// grows.
 #[test]
 fn energy_and_potential_belong_together() {
     let direction = Vector3::new(0.3, -0.8, 0.4);
@@ -398,7 +404,7 @@ fn energy_and_potential_belong_together() {
     assert_close(better, at(q).1 / q, 1e-8, 1.0, "d(U + V)/dq");
 }
 
-/// Catches held ends that feel the load wrongly: what holds a rod where its load has brought it bears nothing but that load.
+/// Catches a wrong effect of the load on a held end: the reaction on a rod held in its loaded equilibrium is zero.
 #[test]
 fn holding_a_heavy_rod_where_it_is_changes_nothing() {
     let load = along(Vector3::new(-1.0, -4.0, 1.0));
@@ -422,7 +428,7 @@ fn holding_a_heavy_rod_where_it_is_changes_nothing() {
     }
 }
 
-/// Catches a load of zero that is anything else than none.
+/// Catches a difference between a load of zero and no load.
 #[test]
 fn no_load_is_no_load() {
     let tip = Vector3::new(0.3, -1.2, 0.8);

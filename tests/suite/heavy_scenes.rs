@@ -9,7 +9,7 @@ fn parse(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// Catches a bundled scene that does not say what it promises: Greenhill's load, and the buckled columns that are given.
+/// Catches a bundled scene that contradicts its description: Greenhill's load, and the given buckled columns.
 #[test]
 fn the_heavy_column_buckles_at_greenhills_load() {
     let path = format!("{}/scenes/heavy_column.toml", env!("CARGO_MANIFEST_DIR"));
@@ -50,7 +50,8 @@ fn the_heavy_column_buckles_at_greenhills_load() {
     }
 }
 
-/// Catches a weight that is not mass times gravity, however the mass is given, or that forgets the distributed force or the factor.
+/// Catches a weight other than mass times gravity, for every form of the mass, or without the distributed force or
+/// the factor.
 #[test]
 fn weights_are_those_of_mass_density_and_force() {
     let wire = r#"
@@ -92,7 +93,7 @@ fn weights_are_those_of_mass_density_and_force() {
         assert_eq!(record.summary()["weight"][2].as_f64(), Some(weight.z));
         assert!(record.found.potential < 0.0);
     }
-    // Small enough for a beam: its end sinks by q L^4/(8 E I), less some 0.5 %.
+    // Small enough for beam theory: the end sinks by q L^4/(8 E I), less some 0.5 %.
     let flexure = 200e9 * std::f64::consts::PI / 64.0 * 1e-12;
     let beam = force * 0.6_f64.powi(4) / (8.0 * flexure);
     let sunk = -first.found.end.position.z;

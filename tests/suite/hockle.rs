@@ -1,4 +1,4 @@
-//! Twisted rods under a strong pull: through the loss of stability under their force to their fold, and down from there.
+//! Twisted rods under a strong pull: past the loss of stability under dead force to the fold, and down the snap.
 
 use crate::support::falls;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
@@ -30,7 +30,7 @@ fn rod() -> Rod {
     Rod::new(1.0, law.unwrap()).unwrap()
 }
 
-/// A heavy body hangs on a rod and turns on: it winds the rod up until that forms a loop.
+/// A heavy body hangs on a rod and spins: it winds the rod up until the rod forms a loop.
 fn hockle(gravity: f64) -> (Assembly, Configuration) {
     let (from, to) = (
         Attachment::ground(Isometry3::identity()),
@@ -46,7 +46,7 @@ fn hockle(gravity: f64) -> (Assembly, Configuration) {
     (assembly, now)
 }
 
-/// A rod at its fold: its base wrench, and where its end is held.
+/// A rod at its fold: link, base wrench, pose of the end.
 type Fold = (Link, Vector6<f64>, Isometry3<f64>);
 
 const TOLERANCE: f64 = 1e-8;
@@ -85,8 +85,8 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
     (snaps, folds)
 }
 
-/// Catches a chart that ends where the rod becomes neutral under its force, which is before its fold (at g = 5 at t = 2.50), an equilibrium
-/// that is mistaken for another, a landing that is none, a first fold too early or too late.
+/// Catches a chart that ends where the rod becomes neutral under dead force, which is before its fold (at g = 5 at
+/// t = 2.50); a confusion of equilibria, a false landing, a first fold too early or too late.
 #[test]
 #[ignore = "second tier: 43 s"]
 fn a_twisted_rod_goes_through_its_folds() {
@@ -94,7 +94,7 @@ fn a_twisted_rod_goes_through_its_folds() {
     {
         let (snaps, folds) = followed(gravity, duration);
         assert_eq!(snaps.len(), count, "g = {gravity}");
-        // Found within a tenth of this, relative; it falls with the tolerance.
+        // Relative error within a tenth of this bound, which falls with the tolerance.
         if let Some((_, t, released)) = FIRST.iter().find(|row| row.0 == gravity) {
             let late = (snaps[0].t / t - 1.0).abs();
             let more = (snaps[0].released / released - 1.0).abs();
@@ -104,7 +104,7 @@ fn a_twisted_rod_goes_through_its_folds() {
             );
         }
         for (snap, (link, q, held)) in snaps.iter().zip(&folds) {
-            // The base wrench sees the same fold, at the same place of the end.
+            // The base wrench gives the same fold, at the same position of the end.
             let end = link.end(q, 1e-13).unwrap();
             let off = (end.pose.translation.vector - held.translation.vector).norm();
             assert!(off < 1e-6, "g = {gravity}: {off:.1e}");
@@ -116,7 +116,7 @@ fn a_twisted_rod_goes_through_its_folds() {
             assert!(part < 1e-7, "g = {gravity}: {part:.1e}");
             assert!(snap.released > 0.0);
             assert_eq!((snap.from.index, snap.to.index), (0, 0));
-            // Where it has come to rest the base wrench leads to the same end.
+            // At the landing the base wrench leads to the same end.
             let to = Vector6::from_column_slice(snap.to.q.as_slice());
             let end = link.end(&to, 1e-13).unwrap();
             let off = (end.pose.translation.vector - held.translation.vector).norm();
@@ -130,7 +130,8 @@ fn a_twisted_rod_goes_through_its_folds() {
     }
 }
 
-/// Catches a fold that a taut rod is not seen to near: its mass is given up before each of them, what it had is booked, and it is felt again after the landing, and not given up elsewhere.
+/// Catches a missed approach of a taut rod to a fold: its mass is switched off before each fold with its energy
+/// booked, and on again after the landing, and at no other time.
 #[test]
 #[ignore = "second tier: 20 s"]
 fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
@@ -166,12 +167,12 @@ fn the_mass_of_a_twisted_rod_is_given_up_before_its_folds() {
         since = (!is_felt).then(|| since.unwrap_or(run.now().time()));
     }
     assert_eq!((snaps, since), (2, None));
-    // By the normal form alone a fold seems to be near from 1.506 to 1.620, which the rod does not come to.
+    // By the normal form alone a fold seems near from 1.506 to 1.620, but the rod does not reach it.
     assert!(unfelt < 0.025, "{unfelt}");
 }
 
-/// The collocated layer and that along the base wrench, which is good here, lead to the same rest, and folds have the same normal form by either:
-/// A, B, M0, D0 depend on the length of the critical direction, the delays do not.
+/// The collocated layer and the layer by the base wrench, which is accurate here, lead to the same rest. Folds have
+/// the same normal form by either: A, B, M0, D0 depend on the length of the critical direction, the delays do not.
 #[test]
 #[ignore = "second tier: 18 s"]
 fn taut_rods_fall_as_slack_ones_do() {

@@ -1,4 +1,4 @@
-//! Rods with mass against independent solutions (tests/data/mass): frequencies and whole motions.
+//! Rods with mass against independent solutions (tests/data/mass): frequencies and full motions.
 
 use crate::support::{decimal, mass_data, worst};
 use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
@@ -59,7 +59,7 @@ fn frequencies(rod: &HeavyRod, q: &[f64]) -> Vec<f64> {
     found.iter().map(|mode| mode.square.sqrt()).collect()
 }
 
-/// Catches a wrong mass matrix, a body that lacks its offset or its rotary inertia: closed forms of the beam.
+/// Catches a wrong mass matrix, and a body without its offset or rotary inertia: closed forms of the beam.
 #[test]
 fn straight_frequencies() {
     for case in mass_data("frequencies")["straight"].as_array().unwrap() {
@@ -78,7 +78,7 @@ fn straight_frequencies() {
     }
 }
 
-/// Catches a stiffness that lacks the load, a weight that misses the rod: frequencies about bent equilibria.
+/// Catches a stiffness without the load, and a weight without the rod's: frequencies about bent equilibria.
 #[test]
 fn bent_frequencies() {
     for case in mass_data("frequencies")["bent"].as_array().unwrap() {
@@ -90,7 +90,7 @@ fn bent_frequencies() {
         let mass = decimal(&case["rod_mass"]);
         let given = planar(mass, 0.0, gravity, body(case, gravity, force));
         let rod = HeavyRod::new(given, Grid::uniform(28)).unwrap();
-        // From the side to which the load bends it.
+        // Start on the side to which the load bends the rod.
         let start = vec![-0.5; rod.size()];
         let q = rod.settled(0.0, &start).unwrap();
         let weights = rod.sections.grid.weights();
@@ -105,8 +105,8 @@ fn bent_frequencies() {
     }
 }
 
-/// Catches any wrong term of the linearisation that Newton's iteration runs on, in the plane and in space with every strain, rotary
-/// inertia, an offset body and a turning clamp.
+/// Catches any wrong term of the linearisation that Newton's iteration runs on, in the plane and in space with every
+/// strain, rotary inertia, an offset body and a turning clamp.
 #[test]
 fn derivatives_are_those_of_the_balance() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
@@ -215,8 +215,9 @@ fn derivatives_are_those_of_the_balance() {
     }
 }
 
-/// Catches a wrong term in the elimination of Maxwell branches by which implicit steps solve: what it finds is what makes sigma y - y' and, of the
-/// balance, these right-hand sides, by differences. At rest, where the branches alone are unlike other rods.
+/// Catches a wrong term in the elimination of Maxwell branches for implicit steps. By differences, the solution
+/// reproduces the right-hand sides sigma y - y' and those of the balance. At rest as well, where the branches alone
+/// differ from other rods.
 #[test]
 fn implicit_steps_eliminate_the_branches() {
     let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
@@ -271,10 +272,10 @@ fn implicit_steps_eliminate_the_branches() {
     }
 }
 
-/// Catches a wrong time by which strain rates enter, in the shortest wave that the nodes of a straight uniform rod
-/// hold, k = pi n/L. A rate has the energy of a strain within 1/omega: omega^2 = K k^4/(mu + J k^2) of bending, K
-/// k^2/J of torsion, K k^2/mu of shear and stretch. It makes a strain within 1/(omega + omega^2 D/K). The time is the
-/// root of the product.
+/// Catches a wrong time scale of strain rates in the shortest wave of the grid on a straight uniform rod, k = pi
+/// n/L. By energy a rate corresponds to a strain times 1/omega: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of
+/// torsion, K k^2/mu of shear and stretch. By response it makes a strain times 1/(omega + omega^2 D/K). The time
+/// scale is the root of the product.
 #[test]
 fn delays_are_those_of_waves_and_of_friction() {
     let (length, mass, nodes) = (2.0, 0.3, 6);
@@ -332,7 +333,7 @@ fn stepped(rod: &HeavyRod, y: DVector<f64>, t: f64, tolerance: f64) -> DVector<f
     steps.state().clone()
 }
 
-/// All energies of a state, which friction and loads in time leave as they are.
+/// Total energy of a state, which is constant under friction and loads in time.
 fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
     let at = rod.at(y).unwrap();
     let [body, own] = rod.kinetic(0.0, &at);
@@ -345,7 +346,7 @@ fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
         - y[integrals + 2]
 }
 
-/// Catches a wrong term of the kinematics in space that a planar motion does not excuse: the same motion in the plane, whose rotations
+/// Catches a wrong kinematic term in space that planar motions hide: the same motion in the plane, whose rotations
 /// are an integral, and in space, where they are not.
 #[test]
 fn a_planar_motion_in_space() {
@@ -389,8 +390,8 @@ fn a_planar_motion_in_space() {
     assert!(error < 1e-9, "{error:e}");
 }
 
-/// Catches velocities that are not those of the poses: without friction the energy of a rod in space is that of its nodes, few as they are
-/// for the waves that run along it, and only the steps change it.
+/// Catches velocities that are not those of the poses. Without friction the discrete energy of a rod in space is
+/// conserved, however coarse the nodes are for its waves; only the steps change it.
 #[test]
 fn energy_is_kept_whatever_the_nodes_resolve() {
     let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
@@ -424,12 +425,12 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
     assert!(lost.abs() < 1e-9 * (1.0 + had.abs()), "{lost:e} of {had}");
 }
 
-/// Of the round rod.
+/// Mass of the round rod.
 const MASS: f64 = 0.05;
 
-/// Catches a gyroscopic term that is wrong or missing: a round rod with a round body under gravity along its clamp, in a motion in
-/// space. Turned about the clamp it is the same rod, so that the angular momentum about that axis, without that of the sections about
-/// their own, stays; and so does the energy.
+/// Catches a wrong or missing gyroscopic term: a round rod with a round body under gravity along its clamp, in a
+/// motion in space. By rotational symmetry the angular momentum about the clamp's axis, without that of the
+/// sections about their own, is constant, and so is the energy.
 #[test]
 fn a_round_rod_keeps_its_momentum() {
     let gravity = Vector3::new(0.0, 0.0, -1.5);
@@ -458,7 +459,7 @@ fn a_round_rod_keeps_its_momentum() {
         body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),
         diameter: None,
     };
-    // From an equilibrium under a load that is let go, with rates that the rod can follow.
+    // Starts from an equilibrium whose load is released, with admissible rates.
     let nodes = 10;
     let loaded = HeavyRod::new(given.clone(), Grid::uniform(nodes)).unwrap();
     let q = loaded.settled(0.0, &vec![0.0; loaded.size()]).unwrap();

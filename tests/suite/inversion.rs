@@ -1,5 +1,5 @@
-//! All equilibria at a point, against an exhaustive scan in 256-bit arithmetic (tools/ref_inversion.py)
-//! and against counts by degree.
+//! All equilibria at a point: comparison with an exhaustive scan in 256-bit arithmetic (tools/ref_inversion.py) and
+//! with counts by degree.
 
 use crate::support::{assert_close, close, json, number, rows};
 use nalgebra::Vector2;
@@ -29,7 +29,7 @@ fn all_equilibria_match_the_scan() {
                 .total_cmp(&key(b))
                 .then(b.equilibrium.kappa.total_cmp(&a.equilibrium.kappa))
         });
-        // A target on a fold is rounded to one side of it: the double root may come as two, or as one.
+        // A target on a fold is rounded to one side: the double root may come as two, or as one.
         let double = expected.iter().any(|e| e["double_root"] == true);
         if !double {
             assert_eq!(found.len(), expected.len(), "at ({x}, {y})");
@@ -45,8 +45,8 @@ fn all_equilibria_match_the_scan() {
             } else if want["double_root"] == true {
                 continue;
             } else {
-                // The single roots beside it are found as they are anywhere.
-                let is = |f: &&snaprod::elastica::FoundEquilibrium| {
+                // The single roots beside the double one have full accuracy.
+                let is = |f: &&snaprod::elastica::Found| {
                     close(f.equilibrium.lambda, number(want, "lam"), tolerance, 1.0)
                         && close(f.equilibrium.kappa, number(want, "kap"), tolerance, 0.01)
                 };
@@ -92,7 +92,8 @@ fn targets_on_folds_are_answered() {
     }
 }
 
-/// Catches a root dropped because Newton's method left its box: next to folds it does, and the count of roots then failed at these points.
+/// Catches a root dropped because Newton's method left its box: this happens near folds, and the count of roots
+/// then failed at these points.
 #[test]
 fn roots_next_to_folds_are_not_dropped() {
     for (x, y) in [
@@ -107,7 +108,7 @@ fn roots_next_to_folds_are_not_dropped() {
     }
 }
 
-/// Outside, on the rim, at (1, 0), NaN: each its own message.
+/// Points outside, on the rim, at (1, 0), NaN: each has its own message.
 #[test]
 fn unreachable_positions_are_refused() {
     for (x, y, part) in [

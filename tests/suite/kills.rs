@@ -1,4 +1,5 @@
-//! The program killed at moments that nobody chose: every file is whole or not there, and what is begun again ends as if nothing had happened.
+//! The program killed at random moments: every file is whole or absent, and a resumed run gives the undisturbed
+//! result.
 
 use crate::program::Place;
 use crate::stress_scenes::Dice;
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 /// The results below a directory with their bytes.
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// A file that is being written and the lock are no results.
+/// True for results; partial files and the lock are none.
 fn is_result(name: &str) -> bool {
     !name.ends_with(".part") && name != "snaprod.lock"
 }
@@ -32,7 +33,7 @@ fn results(place: &Place, directory: &str) -> Files {
     found
 }
 
-/// What is in the directory itself, whatever it is called.
+/// Names of all entries of a directory.
 fn listed(place: &Place, directory: &str) -> Vec<String> {
     let mut names = place.files(directory);
     if place.join(&format!("{directory}/chunks")).is_dir() {
@@ -48,7 +49,7 @@ fn begun(place: &Place, words: &[&str], out: &str) -> Child {
     command.spawn().unwrap()
 }
 
-/// Lets it end by itself, and tells how long it took.
+/// Runs the command undisturbed; returns the duration.
 #[track_caller]
 fn ended(place: &Place, words: &[&str], out: &str) -> Duration {
     let start = Instant::now();
@@ -57,8 +58,8 @@ fn ended(place: &Place, words: &[&str], out: &str) -> Duration {
     start.elapsed()
 }
 
-/// Kills the process after some time of those that an undisturbed one takes: evenly over all of it or, every other time, from the moment on in
-/// which the first result appears or goes, for that is when the files take their names.
+/// Kills the process after a random time, evenly over the undisturbed duration. Every other time the kill comes
+/// after the first result has appeared or vanished, that is, while files take their names.
 fn killed(mut child: Child, dice: &mut Dice, taken: Duration, out: &Path) {
     if dice.chance(0.5) {
         std::thread::sleep(taken.mul_f64(dice.within(0.0, 1.1)));
@@ -76,7 +77,7 @@ fn killed(mut child: Child, dice: &mut Dice, taken: Duration, out: &Path) {
         while found() == first && child.try_wait().unwrap().is_none() {}
         std::thread::sleep(taken.mul_f64(dice.within(0.0, 0.01)));
     }
-    // One that has ended cannot be killed, which is an outcome, too.
+    // A finished process cannot be killed, which is a valid outcome.
     let _ = child.kill();
     child.wait().unwrap();
 }
@@ -113,7 +114,7 @@ impl Job {
         }
     }
 
-    /// Kills it, one scene after the other, and looks at the directory each time.
+    /// Kills the job `kills` times, alternating its scenes, and judges the directory each time.
     fn disturb(&self, place: &Place, dice: &mut Dice, kills: usize) {
         for kill in 0..kills {
             let words = refs(&self.words[kill % 2]);
@@ -136,7 +137,7 @@ impl Job {
         assert!(results(place, self.name) == self.whole[0], "{}", self.name);
     }
 
-    /// Every file is whole, and all are of one run.
+    /// Asserts that every file is whole, and all belong to one run.
     fn judge(&self, found: &Files, kill: usize) {
         let strangers = [0, 1].map(|k| {
             let whole = &self.whole[k];
@@ -157,7 +158,8 @@ fn refs(words: &[String]) -> Vec<&str> {
     words.iter().map(String::as_str).collect()
 }
 
-/// Kills a sweep again and again until nothing of it is missing; then another one from nothing, until there were so many kills.
+/// Kills a sweep repeatedly until it is complete; then starts another from nothing, until the number of kills is
+/// reached.
 fn disturb_sweeps(place: &Place, dice: &mut Dice, kills: usize) {
     place.write("swept.toml", crate::sweeps::SCENE);
     let vary = ["start.velocity.0=-1:1:12", "body.mass=0.5:3:5"];
@@ -218,7 +220,7 @@ fn disturb(test: &str, kills: [usize; 3]) {
     let dice = &mut Dice::new(1);
     let bundled = |name: &str| format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let [snap, lateral] = ["snap", "lateral"].map(bundled);
-    // A hundred files of shapes, so that it takes some time to give them all their names.
+    // A hundred files of shapes, so that renaming all of them takes some time.
     let run = [
         "run",
         &snap,
@@ -243,14 +245,14 @@ fn disturb(test: &str, kills: [usize; 3]) {
     disturb_sweeps(&place, dice, kills[2]);
 }
 
-/// Catches a result that is cut, one that is of another run than the file beside it, what a killed run leaves and the next one does not clear away, and
-/// a sweep that begins anew, or ends otherwise, after it was killed.
+/// Catches a truncated result, files of different runs side by side, leftovers of a killed run that the next one
+/// keeps, and a killed sweep that restarts from nothing, or ends with another result.
 #[test]
 fn a_killed_program_leaves_whole_files_or_none() {
     disturb("kills", [4, 3, 4]);
 }
 
-/// The same 200 times: `cargo test --test suite -- --ignored two_hundred_kills`.
+/// 200 kills: `cargo test --test suite -- --ignored two_hundred_kills`.
 #[test]
 #[ignore = "minutes: 200 runs, branches and sweeps"]
 fn two_hundred_kills() {

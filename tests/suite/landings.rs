@@ -1,4 +1,4 @@
-//! No landing gains energy: friction takes energy from a rod whose end is held, and gives none.
+//! Energy loss in landings: friction takes energy from a rod with a held end, and gives none.
 
 use nalgebra::{SVector, vector};
 use snaprod::elastica::{Elastica, fold_at};
@@ -8,8 +8,8 @@ use snaprod::manifold::{Multivalued, fold_kernel};
 /// Bound of the relative rounding of energies.
 const ROUNDING: f64 = 1e-12;
 
-/// Asks that every landing from the fold `q`, by the flow and by rule, is stable, at the fold's pose and without a
-/// gain; how many there are by rule, and how many stable equilibria with more energy there are besides.
+/// Asserts that every landing from the fold `q`, by the flow and by rule, is stable, at the fold's pose and without
+/// energy gain. Returns the number of landings by rule, and the number of stable equilibria with more energy.
 fn landings_of<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     q: &SVector<f64, N>,
@@ -39,7 +39,7 @@ fn landings_of<M: Multivalued<N>, const N: usize>(
     [chosen.len(), above]
 }
 
-/// Catches a landing above the fold, by the flow or by rule, and one below that is left out: along the first two fold
+/// Catches a landing above the fold, by the flow or by rule, and an omitted one below: along the first two fold
 /// curves of the elastica, and at the folds of trusses.
 #[test]
 fn no_landing_from_a_fold_gains_energy() {
@@ -79,7 +79,7 @@ mod scenes {
     const BODY: &str = "mass = 60.0\ninertia = [10.0, 10.0, 0.6]\n";
     const SPIN: &str = "angular_velocity = [0.0, 0.0, 18.0]\n";
 
-    /// Of every landing of a run: the energy released, and whether the flow leads there.
+    /// The energy released in every landing of a run, and whether the flow leads there.
     fn landings(text: &str) -> Vec<(f64, Option<bool>)> {
         let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"));
         let mut tables: Vec<Table> = Vec::new();
@@ -99,9 +99,9 @@ mod scenes {
         snaps.map(|snap| (snap.released, snap.reached)).collect()
     }
 
-    /// Catches a run that lands above its fold under any rule, in the plane, in space and in an assembly; a rule "all"
-    /// that follows more or fewer equilibria than those below; and a run that does not say to which of them the flow
-    /// leads, or says so of two.
+    /// Catches a run that lands above its fold under any rule, in the plane, in space and in an assembly; a rule
+    /// "all" that follows more or fewer equilibria than those below; and a run that marks no landing, or two, as
+    /// that of the flow.
     #[test]
     fn no_run_lands_above_its_fold() {
         let thrown = "velocity = [0.0, -0.5]\n";

@@ -1,4 +1,4 @@
-//! Landings of elastic rods in space by rule, against those of the planar elastica, which are known to be all.
+//! Landings by rule of elastic rods in space: comparison with the complete set of the planar elastica.
 
 use crate::support::{falls, worst};
 use nalgebra::{Isometry3, Vector2, Vector3, Vector6};
@@ -18,7 +18,7 @@ fn options(landing: LandingRule) -> Options {
     options.expect("options").with_landing(landing)
 }
 
-/// The end of a motion, its first snap, and the place of its mass.
+/// Outcome, first snap, and final position of the mass.
 fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>) {
     let mut first = None;
     let outcome = loop {
@@ -31,8 +31,8 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
     (outcome, first, motion.now().pose().translation.vector)
 }
 
-/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of the plane is z
-/// here, y is x.
+/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of
+/// the plane is z here, y is x.
 fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
     let mass = Body::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))
@@ -78,8 +78,9 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
     .expect("a run")
 }
 
-/// Rods that fold at one instant, or almost, as in a symmetric assembly: neither's clock can tell the other's chart there. Each must snap when it
-/// does so alone. Would catch steps that collapse between the folds, a rod that is passed over, one that turns back on the sheet it came from.
+/// Rods that fold simultaneously, or almost, as in a symmetric assembly: neither rod's clock applies to the other's
+/// chart. Each must snap as if alone. Would catch steps that collapse between the folds, a rod passed over, a rod
+/// that turns back on its old sheet.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn rods_that_fold_together_snap_as_each_alone() {
@@ -133,8 +134,8 @@ fn rods_that_fold_together_snap_as_each_alone() {
     }
 }
 
-/// A load whose kinks fall while the rod nears its fold. Would catch a step in slowed time that passes a kink unseen, and a kink
-/// that hides the fold behind it: the ledger opens, or the snap comes late.
+/// Kinks of a load near a fold. Would catch a step in slowed time across an unnoticed kink, and a kink that hides
+/// the fold behind it: the ledger opens, or the snap comes late.
 #[test]
 fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -159,7 +160,7 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
         opened = worst([opened, (run.now().ledger().total() / total - 1.0).abs()]);
     }
     assert!(opened < 1e-10, "the ledger opens by {opened:e}");
-    // The same in the plane.
+    // The planar case.
     let load = TimeLoad::new(Vector2::y(), table).expect("a load");
     let mass = Body::<2>::new(1.0).expect("a mass").with_force(load);
     let q = [start.p, start.w].into();
@@ -172,8 +173,8 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     assert!(off.norm() < 1e-9, "the mass is {off} off");
 }
 
-/// Short strong pulses before a fold, the last on a rod for which time is slowed. Would catch a step to the beginning, the top or the end of a pulse
-/// that sees what lies behind.
+/// Short strong pulses before a fold, the last while time is slowed. Would catch a step to the start, top or end of
+/// a pulse that evaluates the load behind that point.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn short_pulses_are_felt_in_space_as_in_the_plane() {
@@ -211,8 +212,8 @@ fn short_pulses_are_felt_in_space_as_in_the_plane() {
     }
 }
 
-/// A load of next to nothing that begins just behind the end of a step inside a pulse. Would catch a step that is taken to have ended where it begins before
-/// it has: what is left of the time is 5e-13, and in it 1e-5 or more of the impulse.
+/// A tiny load that begins just behind the end of a step inside a pulse. Would catch a step treated as ending at
+/// the kink before reaching it: the missing time is 5e-13, with 1e-5 or more of the impulse.
 #[test]
 fn steps_go_on_to_the_very_kink() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -250,8 +251,8 @@ fn steps_go_on_to_the_very_kink() {
     }
 }
 
-/// Would catch a stable equilibrium that the search in space misses, the fold itself among the landings, a branch that does not
-/// go on from its own landing, a rule that takes another than it says.
+/// Would catch a stable equilibrium missed by the search in space, the fold itself among the landings, a branch
+/// that starts from another landing, a rule that takes another landing.
 #[test]
 fn a_strip_lands_in_space_where_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(7.2, 0.8).expect("an equilibrium");
@@ -308,8 +309,8 @@ fn a_strip_lands_in_space_where_the_elastica_does() {
     assert!(none.is_err(), "no sheet has a name in space");
 }
 
-/// Catches shapes of a layer that are not those of the rod that falls: of a strip in space they are those of the elastica, which has another flow
-/// in other coordinates, where the energy is the same.
+/// Catches shapes of a layer that differ from those of the falling rod: of a strip in space they agree, at equal
+/// energy, with those of the elastica, whose flow uses other coordinates.
 #[test]
 fn a_strip_falls_as_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -323,7 +324,7 @@ fn a_strip_falls_as_the_elastica_does() {
         while let Some(event) = run.advance() {
             if let Event::Snap(snap) = event {
                 let tips = falls(run, &snap, snap.released).into_iter();
-                // How far the tip is turned from the clamp.
+                // Rotation of the tip relative to the clamp.
                 let turn =
                     |rod: &[Isometry3<f64>]| rod[0].rotation.angle_to(&rod[rod.len() - 1].rotation);
                 return tips.map(|(energy, rod)| (energy, turn(&rod))).collect();
@@ -352,8 +353,8 @@ fn a_strip_falls_as_the_elastica_does() {
     assert!(seen > 20, "{seen} shapes compared");
 }
 
-/// Would catch a scene whose landing is read and not used, a tree of an assembly other than that of the same rod alone, and a viscous
-/// landing that is not among all.
+/// Would catch a landing rule read from the scene but not used, a tree of an assembly that differs from that of the
+/// rod alone, and a viscous landing missing among all landings.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 3 s"]
@@ -424,8 +425,9 @@ fn scenes_in_space_branch_alone_and_in_an_assembly() {
     );
 }
 
-/// Catches an end that spins as fast as rounding at the fold of its rod makes it: a welded body keeps its angular velocity through a snap, and that of an end
-/// on a ball joint is not told at the fold, where it is infinite.
+/// Catches a spurious spin of the end, made by rounding at the fold: a welded body keeps its angular velocity
+/// through a snap. On a ball joint the angular velocity of the end is not reported at the fold, where it is
+/// infinite.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 8 s"]
@@ -470,7 +472,7 @@ fn ends_spin_as_they_are_held_at_snaps() {
     let [before, after] = spins(ball);
     assert!(before.iter().all(|w| w.is_nan()), "{before}");
     assert!(after.norm() < 1e3, "{after}");
-    // Its velocity is told all the same.
+    // Its linear velocity is reported.
     let scene = Scene::parse(ball).unwrap_or_else(|faults| panic!("{faults}"));
     let prepared = Prepared::new(&scene).expect("a scene that runs");
     let mut tables: Vec<Table> = Vec::new();
@@ -481,7 +483,8 @@ fn ends_spin_as_they_are_held_at_snaps() {
     assert_eq!(Some(unknown("wx") as u64), folds);
 }
 
-/// Catches a motion that is another one when it is looked at: what onlookers find of a taut rod is not where its next search begins.
+/// Catches a motion changed by observation: searches for observers of a taut rod must not affect the start of its
+/// next search.
 #[cfg(feature = "scene")]
 #[test]
 fn taut_rods_move_alike_whoever_looks() {
@@ -506,9 +509,9 @@ fn taut_rods_move_alike_whoever_looks() {
     assert_eq!(ends[0], ends[1]);
 }
 
-/// Catches an error that is told as a snap: at a coarse tolerance the rod is on no path of equilibria any longer, and
-/// a "fold" there released 1e5 times all of the energy. A run that comes to its end is right to about its tolerance;
-/// any other says that its tolerance is the fault. Rounding decides which of the coarse runs come to their end.
+/// Catches an error reported as a snap: at a coarse tolerance the rod lost its path of equilibria, and a "fold"
+/// there released 1e5 times the total energy. A run that reaches its end is accurate to about its tolerance; any
+/// other names its tolerance as the cause. Rounding decides which of the coarse runs reach their end.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 3 s"]

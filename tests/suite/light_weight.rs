@@ -1,4 +1,5 @@
-//! Light rods that bear a dead load along them, such as their weight, at rest and in motion; loads that are tables along the rod.
+//! Light rods under a distributed dead load, such as their weight, at rest and in motion; loads as tables along the
+//! rod.
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
@@ -48,7 +49,7 @@ fn place(r: [f64; 3], turn: [f64; 3]) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::from(r).into(), turn)
 }
 
-/// A body on a rod from the ground; begun at the ground, or at the body, which makes the base turn.
+/// A body on a rod from the ground; the rod starts at the ground, or at the body, with a turning base.
 fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
     let ground = Attachment::ground(place([0.2, -0.1, 0.3], [0.4, -0.7, 0.2]));
     let site = place([0.1, 0.05, -0.1], [0.2, 0.3, -0.4]);
@@ -64,8 +65,8 @@ fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
     Assembly::new(vec![HeavyBody::rigid(solid())], vec![link]).expect("an assembly")
 }
 
-/// The configuration with the bodies there, the rods in their equilibria.
-fn held(assembly: &Assembly, bodies: Vec<BodyMotion>) -> Configuration {
+/// Configuration with the bodies at the given poses and the rods in equilibrium.
+fn held(assembly: &Assembly, bodies: Vec<Place>) -> Configuration {
     let mut now = assembly.held(bodies, 1e-12);
     for (link, q) in assembly.links().iter().zip(&mut now.charts) {
         let point = link.point(0.0, &now.bodies, q, 1e-13).expect("a point");
@@ -122,9 +123,10 @@ fn ledger_is_closed(states: &[AssemblySample], within: f64) {
     }
 }
 
-/// One rod, begun at its end on the ground or at its end on the body: seen from the ground its load stands still, seen from the body it turns as that
-/// does. Catches any error in the load seen from a base that turns: in the end that it moves, in the couples and forces at both ends, in the tangents, in the
-/// potential, in loads counted from the other end; out of equilibrium and in motion.
+/// One rod, started at its ground end or at its body end: relative to the ground its load is fixed, relative to the
+/// body the load turns. Catches any error of a load in a turning base frame: in the end pose, in the couples and
+/// forces at both ends, in the tangents, in the potential, in loads counted from the other end; out of equilibrium
+/// and in motion.
 #[test]
 fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     let both = [false, true].map(|at_body| one_body(at_body, Joint::Weld));
@@ -136,7 +138,7 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     assert!(a.rotation.angle_to(&b.rotation) < 1e-11);
     assert_close(found[0].energy, found[1].energy, 1e-11, 1.0, "energy");
     assert_eq!(found[0].index, found[1].index);
-    // Off the equilibrium, where nothing cancels.
+    // Out of equilibrium nothing cancels.
     let aside = place([0.1, -0.15, 0.05], [0.3, 0.2, -0.25]);
     let pose = beside(&a, &aside);
     let twist = Vector6::new(0.4, -0.3, 0.5, 0.2, 0.1, -0.3);
@@ -169,8 +171,9 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     assert_close(potential[0], potential[1], 1e-9, 1.0, "potential");
 }
 
-/// A loaded rod between two bodies, written from one to the other or back: both its ends belong to bodies, so that what its base does when it turns, at both
-/// ends, is in the stiffness (of a rod begun on the only body the couple at the other end is not). Catches any error there, such as a load that turns along.
+/// A loaded rod between two bodies, written in either direction. Both ends belong to bodies, so the stiffness
+/// includes the effect of a turning base at both ends (for a rod started on the only body the couple at the other
+/// end does not enter). Catches any error there, such as a load that turns along.
 #[test]
 fn a_loaded_rod_between_two_bodies_is_its_reverse() {
     let site = place([0.1, 0.05, -0.1], [0.2, 0.3, -0.4]);
@@ -197,7 +200,7 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
         assert!(a.pose.rotation.angle_to(&b.pose.rotation) < 1e-11);
     }
     assert_close(found[0].energy, found[1].energy, 1e-11, 1.0, "energy");
-    // Off the equilibrium, where nothing cancels.
+    // Out of equilibrium nothing cancels.
     let asides = [
         place([0.1, -0.15, 0.05], [0.3, 0.2, -0.25]),
         place([-0.05, 0.1, 0.12], [-0.2, 0.25, 0.3]),
@@ -218,8 +221,9 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
     assert!(off < 1e-9, "stiffness: {off:e}");
 }
 
-/// The rod at rest under its load, body and all, is that of statics; a motion begun there stays there; small motions have the frequencies that the
-/// equilibria of statics under small forces and couples tell. Catches a load that acts on the rod in one place alone.
+/// The rod at rest under its load, with the body, agrees with statics; a motion started there stays there; small
+/// motions have the frequencies given by static equilibria under small forces and couples. Catches a load applied
+/// at one point of the rod.
 #[test]
 fn rest_and_small_motions_are_those_of_statics() {
     let ground = place([0.2, -0.1, 0.3], [0.4, -0.7, 0.2]);
@@ -278,8 +282,8 @@ fn rest_and_small_motions_are_those_of_statics() {
     }
 }
 
-/// Two bodies far from everything, joined by a rod that bears a load: the load moves their momenta, all of it, about every axis. Catches a load that
-/// the rod loses on the way to its ends, in place or in motion.
+/// Two bodies far from other objects, joined by a loaded rod: the total load changes their momenta, about every
+/// axis. Catches a load lost between the rod and its ends, in position or in motion.
 #[test]
 fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     let free = |inertia: [f64; 3]| {
@@ -332,7 +336,7 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
             state.time()
         );
     }
-    // Moments about the origin: those of the load along the rod, by Simpson's rule on each side of its kink.
+    // Moments about the origin, integrated along the rod by Simpson's rule on each side of the load's kink.
     let now = &states[states.len() / 2];
     let sections = |s: &[f64]| now.rod_sections(0, s);
     let base = now.bodies()[0].pose * site;
@@ -373,8 +377,8 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     assert!((got - want).norm() < 1e-9, "moments: {got} {want}");
 }
 
-/// A point mass on a ball joint under the weight of its rod: the chart that knows no couple at its end. Catches the rows of m(1) in tangents and drive
-/// of a base that turns.
+/// A point mass on a ball joint under the weight of its rod: the chart without end couple. Catches the rows of m(1)
+/// in tangents and drive of a turning base.
 #[test]
 fn a_ball_joint_bears_no_couple_under_a_load() {
     let ground = place([0.0; 3], [0.4, -0.7, 0.2]);
@@ -419,7 +423,7 @@ fn a_ball_joint_bears_no_couple_under_a_load() {
     let stiffness = assembly
         .stiffness(0.0, &rest.now.bodies, &points)
         .expect("a stiffness");
-    // Of a branch in the size of the load, from none on: the slope by the parameter against residuals.
+    // Branch in the size of the load, starting from none: the slope by the parameter against residuals.
     let over = |p: f64| {
         let links = assembly.links().iter();
         let links = links.map(|link| {

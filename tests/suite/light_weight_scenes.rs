@@ -1,4 +1,5 @@
-//! Scenes of light rods under their weight, or another dead load along them: elastic and viscoelastic, in the plane and in space.
+//! Scenes of light rods under their weight or another distributed dead load: elastic and viscoelastic, in the plane
+//! and in space.
 
 use crate::support::assert_close;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -20,7 +21,7 @@ fn ran(text: &str) -> (RunRecord, Table) {
     (record, tables.swap_remove(0))
 }
 
-/// The place of the end in a row, the last or the first.
+/// Position of the end in the last or the first row.
 fn end(table: &Table, last: bool) -> Vector3<f64> {
     let rows = table.rows();
     let row = if last { rows - 1 } else { 0 };
@@ -31,8 +32,9 @@ fn end(table: &Table, last: bool) -> Vector3<f64> {
 
 const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
 
-/// Catches a break of the load that the integration steps over, and a table that is not that of the scene: a rod under a load with a kink against scipy, split there
-/// (`tools/ref_load_table.py`), and tables that are polynomials, at rest and in motion.
+/// Catches a break of the load inside an integration step, and a table that differs from the scene's: a rod under a
+/// load with a kink against scipy, split there (`tools/ref_load_table.py`), and tables that are polynomials, at
+/// rest and in motion.
 #[test]
 fn tables_along_the_rod_are_exact() {
     let law = Linear::diagonal([1.0, 2.0], 1.0).expect("a law");
@@ -67,7 +69,7 @@ fn tables_along_the_rod_are_exact() {
     ] {
         assert_close(got, want, 1e-12, 1.0, name);
     }
-    // c0 + c1 x as a polynomial, and as a table with a row too many.
+    // c0 + c1 x as a polynomial, and as a table with a redundant row.
     let forms = [
         "{ polynomial = [[0.0, -0.4], [0.3, -0.8]] }",
         "{ table = [[0.0, 0.0, -0.4], [0.3, 0.09, -0.64], [1.0, 0.3, -1.2]] }",
@@ -125,7 +127,7 @@ fn tables_along_the_rod_are_exact() {
     }
 }
 
-/// A rod of weight 1.5 that lies out of all planes, with friction or without.
+/// A rod of weight 1.5 outside all coordinate planes, with friction or without.
 fn in_space(more: &str, start: &str, run: &str, drag: f64) -> String {
     format!(
         "[rod]\nmodel = \"cosserat\"\nlength = 1.2\nmass = 0.5\n{more}[rod.section]\nbending = [1.0, 1.4]\ntorsion = 0.9\naxial = 300.0\nshear = [150.0, 150.0]\n\
@@ -136,8 +138,9 @@ fn in_space(more: &str, start: &str, run: &str, drag: f64) -> String {
     )
 }
 
-/// Catches a load that viscoelastic rods do not feel, or feel otherwise than elastic ones: all creep, or swing, to the equilibrium of statics, and what starts there
-/// stays; frequencies of the settled rod with little friction are those without.
+/// Catches a missing or different load of viscoelastic rods compared with elastic ones: all creep, or swing, to the
+/// equilibrium of statics, and a start there stays; frequencies of the settled rod with little friction are those
+/// without.
 #[test]
 fn rods_with_friction_creep_to_the_weighted_equilibrium() {
     let settled = ran(&in_space(
@@ -151,7 +154,7 @@ fn rods_with_friction_creep_to_the_weighted_equilibrium() {
         (end(&settled.1, true) - want).norm() < 1e-9,
         "the elastic rod stays"
     );
-    // The rod bears the body, and not its own weight besides.
+    // The rod bears the body without its own weight.
     for (name, force) in [("fx", -0.2), ("fy", -0.5), ("fz", 3.0)] {
         assert_close(settled.1.reals(name)[0], force, 1e-9, 1.0, name);
     }
@@ -223,8 +226,9 @@ fn thrown(eta: f64, more: &str, run: &str) -> String {
     )
 }
 
-/// Catches a load that the elastic rod of a plane feels in space alone, or with another sign or unit: its motion is the limit of that with friction, and that the limit
-/// of the rod with mass, whose inertia alone makes a difference of the order of its mass.
+/// Catches a planar elastic rod without its load, or with a wrong sign or unit. Its motion is the limit of
+/// vanishing friction, and also the limit of the rod with mass, whose inertia makes a difference of the order of
+/// its mass.
 #[test]
 fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
     let run = "duration = 0.8\nsamples = 3\ntolerance = 1e-10";
@@ -251,7 +255,7 @@ fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
         let order = (pair[0] / pair[1]).log2();
         assert!((0.85..1.15).contains(&order), "{heavy:?}");
     }
-    // Their own weight is mass times gravity along them.
+    // The rods' own weight is mass times gravity.
     let own = |load: &str, mass: &str| {
         let text = format!(
             "{PLANE}{mass}[body]\nmass = 1.0\n[loads]\n{load}\n[start]\nposition = [0.6, -0.5]\nsheet = \"lowest\"\n[run]\nduration = 0.1\nsamples = 3\n"
@@ -263,7 +267,8 @@ fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
     assert!((weight - given).norm() < 1e-12);
 }
 
-/// Catches a fold that the load moves and the landing that does not know it, or energy that the load gives or takes at a snap and the ledger does not.
+/// Catches a fold moved by the load with a landing that ignores the load, or energy of the load at a snap that is
+/// missing in the ledger.
 #[test]
 fn the_ledger_closes_through_a_snap_under_a_load() {
     let text = |load: f64| {
@@ -279,12 +284,13 @@ fn the_ledger_closes_through_a_snap_under_a_load() {
         assert!(snaps[0].released > 0.1, "{snaps:?}");
         let (absolute, _) = record.energy_error();
         assert!(absolute < 1e-7, "{absolute:e}");
-        // It stays in its plane.
+        // The motion stays in its plane.
         assert!(table.reals("z").iter().all(|z| z.abs() < 1e-9));
     }
 }
 
-/// Catches weight and load of the rods of an assembly that are not those of one rod, in whichever direction it is written, and rods that cannot bear any.
+/// Catches weights and loads of rods in assemblies that differ from those of single rods, for either direction of
+/// the rod, and rods that cannot bear a load.
 #[test]
 fn rods_of_assemblies_bear_their_weight() {
     let one = ran(&in_space(
@@ -329,7 +335,7 @@ fn rods_of_assemblies_bear_their_weight() {
         .unwrap_err()
         .to_string();
     assert!(why.contains("put a small body at its end"), "{why}");
-    // Strains of rods with friction are those seen from the clamp, from where the load would turn with time.
+    // Strains of rods with friction are relative to the clamp, where the load would turn with time.
     let turning = in_space(
         "damping = { proportional = 0.1 }\n",
         "settled = true",
@@ -347,7 +353,7 @@ fn rods_of_assemblies_bear_their_weight() {
     assert!(why.contains("write inertia = \"full\" in [rod]"), "{why}");
 }
 
-/// A steel wire of 1 mm with 10 kg, lam = 100, as one rod or as an assembly of one, on a clamp turned by this
+/// A steel wire of 1 mm with 10 kg, lam = 100, as one rod or as an assembly of one, on a clamp turned by the given
 /// quaternion.
 fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     let law = "model = \"cosserat\"\nlength = 1.0\nmaterial = \"steel\"\nsection = { circle = { diameter = 0.001 } }\n";
@@ -365,9 +371,10 @@ fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     }
 }
 
-/// Catches a rod of known mass that is refused as one rod, or hangs otherwise than in an assembly. A taut wire on two
-/// clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod. The frequencies of the wire
-/// straight down are those of closed forms: 3.14702982 across with all of its mass, and that of a spring along it.
+/// Catches a rod of known mass that is refused as a single rod, or whose equilibrium differs from that in an
+/// assembly. A taut wire on two clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod.
+/// The frequencies of the vertical wire are closed forms: 3.14702982 across with full mass, and that of an axial
+/// spring.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
@@ -396,8 +403,8 @@ fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
     }
 }
 
-/// Catches a planar rod that is refused where a rod in space is taken: a taut pendulum under a load along it rests and
-/// runs, its clamp down, aside and across.
+/// Catches a refused planar rod where a rod in space is accepted: a taut pendulum under a distributed load rests
+/// and runs, its clamp down, aside and across.
 #[test]
 fn taut_planar_rods_under_a_load_run() {
     for angle in [-std::f64::consts::FRAC_PI_2, -1.2, 0.0, 1.2] {
@@ -410,14 +417,14 @@ fn taut_planar_rods_under_a_load_run() {
             (end(&table, true) - end(&table, false)).norm() < 1e-9,
             "{angle}"
         );
-        // On the whole the pull balances: the rod outside its layer leans as the forces do.
+        // On the whole the pull balances: outside its boundary layer the rod follows the direction of the forces.
         assert!(end(&table, true).y < -0.9, "{angle}");
     }
 }
 
-/// Catches a load along the rod that is missing, or taken at the wrong end, where a branch of statics becomes taut.
-/// The whole energy changes with the force on the end by the place of the end. It changes with the load along the rod
-/// by the potential of that load. Both hold for slack and for taut rods.
+/// Catches a distributed load that is missing, or applied at the wrong end, on a static branch that becomes taut.
+/// The derivative of the total energy by the end force is the position of the end; by the distributed load, the
+/// potential of that load. Both hold for slack and taut rods.
 #[test]
 fn branches_under_a_load_become_taut() {
     let rod = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 3.0\nsection = { bending = [1.0, 1.3], torsion = 0.8, axial = 20000.0 }\n";

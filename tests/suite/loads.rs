@@ -1,5 +1,5 @@
-//! Loads in time and loads that turn with bodies, supports that move, in scenes: each against another way to say or to solve
-//! the same.
+//! Loads in time, follower loads and moving supports, in scenes: each compared with an equivalent scene or another
+//! solution.
 
 use crate::support::{assert_close, worst};
 use nalgebra::{Complex, Quaternion, UnitQuaternion, Vector3};
@@ -65,7 +65,8 @@ const FORCE: &str = "[{ direction = [1.0, 0.0, 2.0], amplitude = 0.3, frequency 
 const COUPLE: &str = "[{ direction = [0.0, 0.3, 1.0], ramp = { to = 0.02, until = 0.6 } }, \
                       { direction = [1.0, 0.0, 0.0], table = [[0.1, 0.0], [0.5, 0.03], [0.8, -0.01]], follower = true }]";
 
-/// One rod and one body in motion under everything, as `[rod]` and as `[[rod]]`; the rod with this mass, and this load along it.
+/// One rod and one body in motion under all loads, as `[rod]` and as `[[rod]]`; the rod with the given mass and
+/// distributed load.
 fn both_ways(start: &str, mass: &str, along: &str) -> [String; 2] {
     let run = "[run]\nduration = 1.2\ntolerance = 1e-11\nsamples = 25\n";
     let gravity = "gravity = [0.0, -1.0, 2.0]";
@@ -86,10 +87,10 @@ fn both_ways(start: &str, mass: &str, along: &str) -> [String; 2] {
     ]
 }
 
-/// Catches a load, a support or a scale that one of the two kinds of scenes reads, turns or measures otherwise: one rod is seen from
-/// its clamp, where the body feels the frame's inertia, an assembly from the world. The second start is the equilibrium under
-/// loads some of which turn with the body. With a load along it, which would turn with time as the clamp sees it, the single rod is followed in the
-/// world, too: that catches a body, a start or an event that is still seen from the clamp.
+/// Catches a load, support or scale that the two kinds of scenes read, turn or measure differently: the single rod
+/// uses the frame of its clamp with inertial forces on the body, an assembly the world frame. The second start is
+/// an equilibrium with follower loads. With a distributed load, which turns relative to a moving clamp, the single
+/// rod uses the world frame, too: catches a body, start or event left in the frame of the clamp.
 #[test]
 fn a_rod_moves_alike_in_both_kinds_of_scenes() {
     let along = "distributed = { polynomial = [[0.2, -0.1, 0.3], [0.0, 0.4, -0.2]] }\n";
@@ -137,9 +138,9 @@ fn a_rod_moves_alike_in_both_kinds_of_scenes() {
     }
 }
 
-/// Catches a planar rod that is led out of its plane, or begins about its clamp as that stands without its motion: under a load along it, on a clamp that
-/// shakes and turns, it is a rod in space that is stiff out of its plane; and where `lambda` and `kappa` say where its end is, they say so from the clamp
-/// as it stands at t = 0.
+/// Catches a planar rod that leaves its plane, or starts relative to the clamp without the clamp's motion. Under a
+/// distributed load, on a clamp that shakes and turns, the rod equals a rod in space that is stiff out of its
+/// plane. If `lambda` and `kappa` give the end position, they refer to the clamp at t = 0.
 #[test]
 fn planar_rods_bear_their_loads_on_clamps_that_turn() {
     let rod = |inertia: &str| format!("length = 0.8\nmass = 0.02\ninertia = \"{inertia}\"\n");
@@ -191,8 +192,8 @@ fn planar_rods_bear_their_loads_on_clamps_that_turn() {
     }
 }
 
-/// Catches a wrong phase, frequency or sign of a shaken support: bodies on feet that are shaken together move, seen from the feet, as
-/// under the force -m a sin''; what the supports do is the difference of the energies.
+/// Catches a wrong phase, frequency or sign of a shaken support: bodies on feet shaken together move, relative to
+/// the feet, as under the force -m a sin''. The work of the supports is the difference of the energies.
 #[test]
 fn shaken_feet_are_an_inertial_force() {
     // The force is 0 at t = 0: both settle alike.
@@ -264,8 +265,8 @@ fn shaken_feet_are_an_inertial_force() {
     assert!(work.abs() > 0.05);
 }
 
-/// Catches a frequency in radians for one in cycles, a phase lost, an amplitude times the length of its direction: a mass driven
-/// across a straight rod, k = 3 EI/L^3, from rest.
+/// Catches a frequency in radians instead of cycles, a lost phase, an amplitude times the length of its direction:
+/// a mass driven across a straight rod, k = 3 EI/L^3, from rest.
 #[test]
 fn a_small_sine_drives_an_oscillator() {
     let (mass, amplitude, frequency) = (0.3, 2e-6, 0.7);
@@ -287,8 +288,8 @@ fn a_small_sine_drives_an_oscillator() {
     }
 }
 
-/// Catches a follower force that does not turn, or the wrong way: the equilibrium of one rod under `end.follower`, which is solved from
-/// the loaded end, and that of the assembly; neither has an index that decides.
+/// Catches a follower force that does not turn, or turns the wrong way: the equilibrium of one rod under
+/// `end.follower`, solved from the loaded end, agrees with that of the assembly; neither has a decisive index.
 #[test]
 fn follower_loads_at_rest_are_those_of_one_rod() {
     let (force, couple) = ([0.4, -0.7, 0.5], [0.1, 0.05, -0.2]);
@@ -338,9 +339,9 @@ fn roots_of(k: [[f64; 2]; 2], m: f64, j: f64) -> Vec<Complex<f64>> {
     all.filter(|s| s.im >= -1e-12 * s.norm()).collect()
 }
 
-/// Catches a follower that does not turn with the body in small motions, or an eigenproblem that takes the stiffness for symmetric: a
-/// column with a body on its end under a force along it, by the stiffness of beam-columns, below flutter and in it; straight and
-/// inextensible, so that there is a compliance only. As one rod and as an assembly.
+/// Catches a follower that does not turn with the body in small motions, or a stiffness treated as symmetric. A
+/// column with a body on its end under a follower force along it, by the stiffness of beam-columns, below and in
+/// flutter; straight and inextensible, so that only the compliance exists. As one rod and as an assembly.
 #[test]
 fn a_column_under_a_follower_flutters() {
     let (length, bending, torsion) = (0.8_f64, [0.5, 0.7_f64], 0.4);
@@ -404,7 +405,7 @@ fn a_column_under_a_follower_flutters() {
     assert!((1..3).contains(&fluttered), "{fluttered}");
 }
 
-/// Catches a load or a motion that is read where it has no meaning, and a fault told at another place.
+/// Catches a meaningless load or motion that is accepted, and a fault reported at another place.
 #[test]
 fn loads_and_supports_without_meaning_are_refused() {
     let rod = format!("[[rod]]\nname = \"r\"\n{ROD}from = {{ }}\nto = {{ body = \"b\" }}\n");
@@ -471,7 +472,7 @@ fn loads_and_supports_without_meaning_are_refused() {
     }
 }
 
-/// Catches a field of these that is written but not read again.
+/// Catches a load field that is written but not read again.
 #[test]
 fn a_resolved_scene_keeps_its_loads() {
     for text in both_ways("settled = true", "", "") {

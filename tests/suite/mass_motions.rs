@@ -15,7 +15,7 @@ fn ran(text: &str) -> (RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// The scene of a file, in units in which nothing is 1, with these samples.
+/// The scene of a file with the given samples, in units in which no quantity is 1.
 fn scene(file: &Value, start: &str, run: &str) -> String {
     let vector = |name: &str, unit: f64| {
         let both = [0, 1].map(|i| decimal(&file[name][i]) * unit);
@@ -61,7 +61,7 @@ fn compare(file: &Value, table: &Table, every: f64, until: f64, [r, v, energy]: 
     assert!(compared >= 3);
 }
 
-/// Catches a wrong inertia, weight or friction of the rod, and a ledger that is not one: whole motions.
+/// Catches a wrong inertia, weight or friction of the rod, and a wrong ledger: full motions.
 #[test]
 fn smooth_motions() {
     for (name, curvature) in [
@@ -81,7 +81,7 @@ fn smooth_motions() {
     }
 }
 
-/// Catches a start that is not tangent to the equilibria of the end, and a snap that the rod does not live through.
+/// Catches a start that is not tangent to the equilibria of the end, and a snap at which the run fails.
 #[test]
 fn a_snap_with_mass() {
     let file = mass_data("run_snap1");
@@ -92,8 +92,8 @@ fn a_snap_with_mass() {
     assert!(record.energy_error().0 < 1e-9);
 }
 
-/// Catches modes that leave out the mass of the rod, or get it from elsewhere than material and shape; the closed forms of the beam, in
-/// SI units.
+/// Catches modes without the mass of the rod, or with a mass not from material and shape; the closed forms of the
+/// beam, in SI units.
 #[test]
 fn vibrations_of_a_scene() {
     let file = mass_data("frequencies");
@@ -120,14 +120,14 @@ fn vibrations_of_a_scene() {
     // Friction proportional to the stiffness: the decay is eta omega^2/2.
     let damped = text.replace("inertia =", "damping = { proportional = 0.001 }\ninertia =");
     let record = snaprod::study::modes(&Scene::parse(&damped).unwrap()).unwrap();
-    // Fast vibrations are overdamped, and as slow as 1/eta.
+    // Fast vibrations are overdamped, with rates down to 1/eta.
     let all = record.motions.eigenvalues.unwrap();
     let first = all.iter().find(|s| s.im > 0.0).unwrap();
     let omega = record.motions.modes[0].angular_frequency;
     assert!((first.re / (-0.0005 * omega * omega) - 1.0).abs() < 1e-9);
 }
 
-/// Catches a settled start that leaves out the weight of the rod: at rest it stays.
+/// Catches a settled start without the weight of the rod: the rod must stay at rest.
 #[test]
 fn a_settled_rod_stays() {
     let text = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 0.5\ninertia = \"full\"\nsection_inertia = [1e-4, 1e-4, 2e-4]\n\
@@ -143,7 +143,7 @@ fn a_settled_rod_stays() {
     assert!(record.energy_error().0 < 1e-10);
 }
 
-/// Catches refusals that do not say which field is meant and what to do.
+/// Catches refusals without the field and advice.
 #[test]
 fn what_is_not_covered_is_said() {
     let base = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = 0.1\ninertia = \"full\"\n[body]\nmass = 1.0\n\
@@ -188,8 +188,8 @@ fn what_is_not_covered_is_said() {
     assert!(faults.contains("section_inertia = [1e-6"), "{faults}");
 }
 
-/// Catches nodes that are too few and pass in silence, and tolerances that promise more than they hold: one motion at two resolutions
-/// and two tolerances; and a resolved scene that is not one again.
+/// Catches too few nodes accepted silently, and tolerances that are not met: one motion at two resolutions and two
+/// tolerances; and a resolved scene that does not read back.
 #[test]
 fn resolutions_and_tolerances() {
     let file = mass_data("run_gravity");
@@ -225,8 +225,9 @@ fn resolutions_and_tolerances() {
     assert!(Scene::parse(&resolved).is_ok(), "{resolved}");
 }
 
-/// Catches nodes that are asked to hold waves which nothing feels, and are never enough: a rod without friction on an equilibrium whose force nothing holds sends
-/// waves of every length from its end. More nodes move the body by less than the tolerance.
+/// Catches a demand for nodes that resolve waves without effect, which can never be met: an undamped rod on an
+/// equilibrium with an unsupported force sends waves of every length from its end. More nodes move the body by less
+/// than the tolerance.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_rod_without_friction_is_let_go() {
@@ -253,9 +254,9 @@ fn a_rod_without_friction_is_let_go() {
     }
 }
 
-/// Catches a start whose curvature does not vanish at the free end, with friction so small that the first nodes follow
-/// a layer there that no nodes hold: the step size collapsed at t = 3e-7. The first row's place and velocity are those
-/// of another program (Galerkin, 7 and 9 functions).
+/// Catches a start whose curvature does not vanish at the free end, with so little friction that the first nodes
+/// follow an unresolvable layer there: the step size collapsed at t = 3e-7. The first row's position and velocity
+/// are those of another program (Galerkin, 7 and 9 functions).
 #[test]
 #[ignore = "second tier: 17 s"]
 fn a_moment_at_the_free_end_is_let_go_under_little_friction() {
@@ -289,8 +290,8 @@ fn a_moment_at_the_free_end_is_let_go_under_little_friction() {
     }
 }
 
-/// Catches the same layer in space and in assemblies: a rod with rest curvature is held straight and let go, its end
-/// on a ball joint. Nodes that the program chooses move the body as 14 given ones do.
+/// Catches that unresolvable end layer in space and in assemblies: a rod with rest curvature is held straight and
+/// released, its end on a ball joint. Automatic nodes and 14 given ones move the body equally.
 #[test]
 fn a_bent_rod_held_straight_is_let_go_under_little_friction_in_space() {
     let rod = "model = \"cosserat\"\nlength = 0.8\nsection = { bending = [1.5, 1.0], torsion = 1.2 }\nrest = { curvature = [0.8, -0.6] }\n\

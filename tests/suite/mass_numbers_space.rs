@@ -1,4 +1,5 @@
-//! What the mass of rods in space changes: numbers of light rods, against the plane, closed forms and rods with all of their mass.
+//! Estimated effects of the mass of rods in space, reported for light rods: comparison with the plane, closed
+//! forms, and rods with full mass.
 
 use crate::support::{near, number_at};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -38,7 +39,7 @@ fn single(law: Linear, joint: Joint) -> Assembly {
     Assembly::new(vec![body], vec![link]).unwrap()
 }
 
-/// Stiff out of the plane of d1 and d3, in which it bends as the planar rod does.
+/// Planar section law in space: bending as the planar rod in the plane of d1 and d3, stiff out of it.
 fn flat() -> Linear {
     Linear::diagonal([40.0, 1.0], 40.0).unwrap()
 }
@@ -56,8 +57,9 @@ fn laid(link: &Link, at: &Equilibrium, v: &Vector2<f64>) -> Configuration {
     }
 }
 
-/// Catches a wrong stiffness, mass or constraint of the held rod: straight rods have closed forms, x^4 with cos x cosh x = 1 where both
-/// ends are clamped and tan x = tanh x where one is pinned; friction in proportion to the stiffness takes half of that.
+/// Catches a wrong stiffness, mass or constraint of the held rod. Straight rods have closed forms, x^4 with cos x
+/// cosh x = 1 for clamped ends and tan x = tanh x for one pinned end; friction in proportion to the stiffness gives
+/// a decay of half that multiple.
 #[test]
 fn straight_rods_have_the_vibrations_of_beams() {
     for (joint, root) in [
@@ -87,7 +89,8 @@ fn straight_rods_have_the_vibrations_of_beams() {
     }
 }
 
-/// Catches a wrong wrench, end or sign on bent rods: in the plane the held rod has its vibrations by another route.
+/// Catches a wrong wrench, end or sign on bent rods: the planar model computes the vibrations of the held rod
+/// independently.
 #[test]
 fn bent_rods_vibrate_as_in_the_plane() {
     let assembly = single(flat(), Joint::Ball);
@@ -104,8 +107,9 @@ fn bent_rods_vibrate_as_in_the_plane() {
     }
 }
 
-/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 it is that of the plane. A, B, M0, D0 depend on
-/// the length of the critical direction; the delays and D0/M0 do not.
+/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 the spatial
+/// one equals the planar one. A, B, M0, D0 depend on the length of the critical direction; the delays and D0/M0 do
+/// not.
 #[test]
 fn folds_have_the_normal_form_of_the_plane() {
     let assembly = single(flat(), Joint::Ball);
@@ -167,8 +171,8 @@ duration = 0.1
 tolerance = 1e-9
 "#;
 
-/// Catches numbers of a run in space in other units or of another moment: the planar rod under next to no load along it runs in space, and has
-/// there what it has in closed form.
+/// Catches numbers of a spatial run in other units or of another moment: the planar rod under a tiny distributed
+/// load runs in space, with the values of its planar closed form.
 #[test]
 fn a_run_in_space_tells_what_it_tells_in_the_plane() {
     let (plane, _) = ran(SNAP, &[]);
@@ -223,9 +227,9 @@ settled = true
 duration = 1.0
 "#;
 
-/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own about the same equilibrium. The
-/// lowest one differs by the shift, and the first beyond those of the body is that of the rod with its end held, both up to the order of the
-/// mass; so does its decay.
+/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about
+/// the same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that
+/// of the held rod. Both hold up to the order of the mass; so does the decay.
 #[test]
 fn small_motions_in_space_tell_what_the_mass_changes() {
     let weld = [
@@ -256,7 +260,8 @@ fn small_motions_in_space_tell_what_the_mass_changes() {
     }
 }
 
-/// Two clamped rods of different length and mass with a body between them, of the same EI/L^2: it does not turn as it moves across.
+/// Two clamped rods of different length and mass, but equal EI/L^2, with a body between them, which does not turn
+/// in transverse motion.
 const BRIDGE: &str = r#"
 [[rod]]
 name = "left"
@@ -286,8 +291,8 @@ inertia = [0.02, 0.03, 0.02]
 duration = 0.01
 "#;
 
-/// Catches a rod that is left out, counted about another base or with another body: straight beams have 13/35 of their mass in a motion of one
-/// end across them, and the stiffness 12 EI/L^3; the held ones vibrate between two clamps.
+/// Catches a rod omitted, or counted about another base or with another body. Straight beams have 13/35 of their
+/// mass in a transverse motion of one end, and the stiffness 12 EI/L^3; held rods vibrate between two clamps.
 #[test]
 fn rods_of_an_assembly_have_the_numbers_of_beams() {
     let clamped = 4.730_040_744_862_704_f64.powi(2);
@@ -312,7 +317,8 @@ fn rods_of_an_assembly_have_the_numbers_of_beams() {
     assert!(verdict.starts_with("massless rods"), "{verdict}");
 }
 
-/// Catches a frame or a unit that only one rod has: an assembly of one bent rod is the single one, and begun at its other end it is the same.
+/// Catches a frame or unit specific to the single rod: an assembly of one bent rod agrees with the single rod, and
+/// does so started at its other end.
 #[test]
 fn an_assembly_of_one_rod_is_the_single_rod() {
     let rod = r#"
@@ -358,8 +364,9 @@ gravity = [0.0, 0.02, -0.03]
     }
 }
 
-/// Catches a wrong unit, wrench or end in branches: a straight column under a push P has vibrations, its end held in place, with
-/// a tanh b = b tan a, a^2 and -b^2 the roots of x^2 - P x = omega^2 m L^3/B; of an assembly the numbers are those of its equilibria.
+/// Catches a wrong unit, wrench or end in branches. A straight column under a push P with a held end vibrates with
+/// a tanh b = b tan a, where a^2 and -b^2 are the roots of x^2 - P x = omega^2 m L^3/B. For an assembly the numbers
+/// are those of its equilibria.
 #[test]
 fn branches_tell_what_the_mass_changes() {
     const COLUMN: &str = r#"
@@ -393,7 +400,7 @@ to = 1.0
         assert!(a > 3.92 && a < 4.5, "{a}");
         near(a * b.tanh(), b * a.tan(), 1e-6);
     }
-    // The turning of the sections, which the axial stiffness tells here, is a part of 1e-5.
+    // The axial stiffness implies a rotary inertia of the sections, whose effect is 1e-5.
     let bridge = BRIDGE.replace("section_inertia = [1e-12, 1e-12, 1e-12]\n", "");
     let bridge = bridge.replace("axial = 1e4", "axial = 1e5").replace(
         "[run]\nduration = 0.01",

@@ -71,7 +71,7 @@ fn near(got: &Matrix6<f64>, want: &Matrix6<f64>, tolerance: f64, what: &str) {
     }
 }
 
-/// Catches wrong factors of the length, or memory where a spring and a dashpot are all there is: stretch and twist of a
+/// Catches wrong factors of the length, or spurious memory of a spring with a dashpot: stretch and twist of a
 /// uniform rod, (6.3).
 #[test]
 fn longitudinal_motion_is_a_spring_and_a_dashpot() {
@@ -112,9 +112,9 @@ fn proportional_viscosity_has_no_memory() {
     assert!(kernel.kernel(0.1).amax() <= 1e-11 * relaxed.amax());
 }
 
-/// Catches a wrong kernel: flexure and shear of a uniform rod in one plane, closed form. With
-/// Y(p) = (L^3/12/(A_b p + B_b) + L/(A_s p + B_s))^-1 force per displacement is Y, couple per displacement -L/2 Y in
-/// the plane of u2, v1 and +L/2 Y in that of u1, v2.
+/// Catches a wrong kernel: flexure and shear of a uniform rod in one plane, closed form. With Y(p) = (L^3/12/(A_b p
+/// + B_b) + L/(A_s p + B_s))^-1 the force per displacement is Y. The couple per displacement is -L/2 Y in the plane
+/// of u2, v1 and +L/2 Y in that of u1, v2.
 #[test]
 fn flexure_and_shear_remember_by_one_exponential() {
     let length: f64 = 1.4;
@@ -190,8 +190,8 @@ const CREEP: [f64; 3] = [
     0.10726825170434987,
 ];
 
-/// Catches a kernel that is not that of the rod: tapered flexure and shear against Laplace transforms inverted with 30
-/// digits (Talbot's method, moments of 1/(A p + B) by quadrature), entries (u2, u2), (u2, v1), (v1, v1).
+/// Catches a wrong kernel of a tapered rod: flexure and shear against Laplace transforms inverted with 30 digits
+/// (Talbot's method, moments of 1/(A p + B) by quadrature), entries (u2, u2), (u2, v1), (v1, v1).
 #[test]
 fn a_tapered_cantilever_relaxes_as_its_transform_says() {
     let kernel = MemoryKernel::new(&section(beam), 1.0).unwrap();
@@ -247,8 +247,8 @@ fn rates_over_four_decades_are_resolved() {
     }
 }
 
-/// Catches matrices that do not belong together: G(p) by Simpson's rule against the sum of exponentials, for a joined,
-/// tapered rod; and the same with an end that is free to turn.
+/// Catches inconsistent matrices: G(p) by Simpson's rule against the sum of exponentials, for a coupled, tapered
+/// rod, with a welded end and with one free to turn.
 #[test]
 fn stiffness_is_the_inverse_of_the_compliance() {
     let length = 1.3;
@@ -268,8 +268,8 @@ fn stiffness_is_the_inverse_of_the_compliance() {
     }
 }
 
-/// Catches Maxwell branches (one of rank 1) that relax wrongly: the compliance with B + sum E p time/(1 + p time), by
-/// Simpson's rule; and (6.14) or a verdict of no memory where there are branches.
+/// Catches wrong relaxation of Maxwell branches (one of rank 1): the compliance with B + sum E p time/(1 + p time),
+/// by Simpson's rule; and (6.14) or a verdict of no memory in spite of branches.
 #[test]
 fn branches_are_memory_of_the_section() {
     let line = Vector6::new(0.3, -1.0, 0.5, 2.0, 1.0, -4.0);
@@ -400,7 +400,7 @@ fn memory_is_what_6_15_says() {
         assert!(kernel.by_end_strains(0.1).is_err());
         (commuting(&rod, 1.0).unwrap(), kernel)
     };
-    // Different rates in both planes and in twist, but the same along the rod: no memory, (6.14) or not.
+    // Different rates in both planes and in twist, but constant along the rod: no memory, with or without (6.14).
     let (found, kernel) =
         unshearable(Varying::diagonal([0.1.into(), 0.3.into()], 0.05.into()).unwrap());
     assert!(found.holds && kernel.modes().is_empty(), "{found:?}");
@@ -420,7 +420,7 @@ fn memory_is_what_6_15_says() {
             "H",
         );
     }
-    // Flexure joined to twist in the stiffness but not in the viscosity.
+    // Flexure coupled with twist in the stiffness but not in the viscosity.
     let mut joined = diagonal([1.0, 2.0, 3.0, 1.0, 1.0, 1.0]);
     (joined[(1, 2)], joined[(2, 1)]) = (0.5, 0.5);
     let joined = Linear::full(joined).unwrap().rigid([true; 3]).unwrap();
@@ -460,7 +460,7 @@ fn the_kernel_of_6_14_is_that_of_the_end_strains() {
     assert!(off <= 1e-8, "{off:e}");
 }
 
-/// Catches bad input that passes, nonlinear laws that do not enter by their tangent, and time before the start.
+/// Catches accepted bad input, nonlinear laws used without linearisation, and times before the start.
 #[test]
 fn what_has_no_kernel_is_refused() {
     let said = &mut Vec::new();

@@ -45,9 +45,9 @@ where
     found
 }
 
-/// The same of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and
-/// w1 = A_end V + R(inf) d + sum f_k h_k/rate_k, by the exponential of its matrix. `parts` are the components of the end
-/// that take part.
+/// The end wrench of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 =
+/// A_end V + R(inf) d + sum f_k h_k/rate_k. The solution is the exponential of the matrix. `parts` are the active
+/// components of the end.
 fn with_memory(
     kernel: &MemoryKernel,
     modes: &[Mode],
@@ -120,9 +120,9 @@ fn options(duration: f64) -> Options {
         .unwrap()
 }
 
-/// Catches a kernel that is not that of the nonlinear rod, and a factor or sign between the two: the planar elastica with a
-/// Maxwell branch, let go from a small deflection in which it has long been held. The wrench over the amplitude a goes to
-/// that of the kernel with a^2, and without its a^2 it agrees to 1e-9.
+/// Catches a kernel that differs from the nonlinear rod's, and a wrong factor or sign between the two. The planar
+/// elastica with a Maxwell branch is released from a small deflection in which it has been held for long. The
+/// wrench over the amplitude a tends to that of the kernel with a^2; without its a^2 term it agrees to 1e-9.
 #[test]
 fn a_small_planar_motion_remembers_by_the_kernel() {
     let (viscosity, branch, time, mass, duration) = (1.5, 2.0, 0.4, 0.8, 3.0);
@@ -138,7 +138,7 @@ fn a_small_planar_motion_remembers_by_the_kernel() {
     .unwrap();
     let y = [false, false, false, false, true, false];
     let kernel = MemoryKernel::carrying(&law, 1.0, y).unwrap();
-    // Held at a = 1: R(inf) a, and the branch relaxed.
+    // Held at a = 1: the wrench is R(inf) a, and the branch is relaxed.
     let linear = |modes| with_memory(&kernel, modes, &[4], &[mass], &[1.0], &[0.0], duration);
     let want = linear(kernel.modes());
     let body = Body::new(mass).unwrap();
@@ -159,12 +159,12 @@ fn a_small_planar_motion_remembers_by_the_kernel() {
     assert!(off(&whole) <= 1e-4, "{:e}", off(&whole));
     let without_squares = off(&sum(&[(4.0 / 3.0, &half), (-1.0 / 3.0, &whole)]));
     assert!(without_squares <= 1e-9, "{without_squares:e}");
-    // The memory has its part in this.
+    // The memory contributes a part.
     assert!(off(&linear(&[])) > 0.02, "{:e}", off(&linear(&[])));
 }
 
-/// The same in space, where shear and flexure retard at different times: six components at once. Over
-/// the amplitude a the wrench is off by a (twist joins what is bent), its part that is odd in a by a^2.
+/// Small motions in space, where shear and flexure retard at different times: six components at once. The wrench
+/// over the amplitude a is off by a (twist couples with bending), its part odd in a by a^2.
 #[test]
 fn a_small_motion_in_space_remembers_by_the_kernel() {
     let stiffness = [1.0, 1.4, 0.8, 8.0, 12.0, 15.0];

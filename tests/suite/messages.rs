@@ -1,11 +1,11 @@
-//! Messages of scenes that fail, in the scene's own units.
+//! Error messages of scenes, in the scene's own units.
 
 use snaprod::error::{Cause, Stuck};
 use snaprod::scene::{Scales, Scene, Units};
 use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table, branch, equilibrium};
 
-/// A strip of length `l` and stiffness `b` that carries `m`, and the units in which it is 1.
+/// A strip of length `l` and stiffness `b` with the mass `m`, and its natural units.
 struct Strip {
     b: f64,
     units: Units,
@@ -77,7 +77,7 @@ impl Strip {
         ))
     }
 
-    /// How large the unit of a symbol is, or of what a list is of.
+    /// Size of the unit named by a symbol, or by the quantity of a list.
     fn size(&self, unit: &str) -> f64 {
         let k = &self.k;
         match unit {
@@ -93,7 +93,7 @@ impl Strip {
     }
 }
 
-/// What a scene of motion says that cannot run, or is no spring and dashpot.
+/// Message of a scene of motion that fails, or of one without an equivalent spring and dashpot.
 fn motion(text: &str) -> String {
     let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let ready = Prepared::new(&scene).and_then(|prepared| {
@@ -110,7 +110,7 @@ fn motion(text: &str) -> String {
     }
 }
 
-/// What a scene of statics says that has no solution, or what its branch remarks.
+/// Message of a scene of statics without solution, or the remarks of its branch.
 fn statics(text: &str) -> String {
     let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     match scene.continuation {
@@ -119,7 +119,7 @@ fn statics(text: &str) -> String {
     }
 }
 
-/// The numbers of a message with the symbols of their units; of a list or number without one, with the word before.
+/// The numbers of a message with their unit symbols; a list or number without one has the word before it.
 fn numbers(text: &str) -> Vec<(f64, String)> {
     const SYMBOLS: [&str; 7] = ["m/s", "rad/s", "rad/m", "N m", "N", "m", "s"];
     let symbol = |after: &str| {
@@ -143,7 +143,7 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
         let value: f64 = digits
             .parse()
             .unwrap_or_else(|_| panic!("{digits} in {text}"));
-        // Of a list the unit stands behind its end, and the word before its beginning.
+        // The unit of a list stands behind its end, and the word before its beginning.
         let (before, after) = match (text[..start].rfind('['), text[at..].find(']')) {
             (Some(open), Some(close)) if !text[open..start].contains(']') => {
                 (&text[..open], &text[at + close + 1..])
@@ -159,11 +159,11 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
     found
 }
 
-/// A unit that must be in the message, and the failure that is told.
+/// A unit required in the message, and the failing computation.
 type Case<'a> = (&'a str, &'a dyn Fn(&Strip) -> String);
 
-/// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's: the same
-/// failures of the same strip, of steel, 0.3 m long, and in the units in which it is 1, to the digits that are printed.
+/// Catches a message with numbers in the units of the rod, or of the motion's own time, instead of the scene's. The
+/// same failures of one strip, in steel, 0.3 m long, and in its natural units, to the printed digits.
 #[test]
 #[ignore = "second tier: 17 s"]
 fn messages_are_in_the_units_of_the_scene() {
@@ -212,7 +212,7 @@ fn messages_are_in_the_units_of_the_scene() {
             motion(&s.spatial(&inertia(s), &format!("angular_velocity = {w:?}")))
         }),
         ("couple", &|s| {
-            // Given up so soon that its place, which rounding decides, is printed as zero.
+            // The search stops so early that its position, rounding only, is printed as zero.
             statics(&s.guess([1e12, 0.0, 0.0, 1e12, 0.0, 0.0]))
         }),
         ("force", &|s| {
@@ -232,7 +232,7 @@ fn messages_are_in_the_units_of_the_scene() {
         assert!(a.iter().any(|(_, unit)| unit == needed), "{needed}: {what}");
         for ((x, unit), (y, _)) in a.iter().zip(&b) {
             let expected = y * steel.size(unit);
-            // Five digits are printed at least; what is zero is so to rounding.
+            // At least five digits are printed; zeros agree up to rounding.
             let scaled = (x - expected).abs() <= 1e-4 * expected.abs() + 1e-12 * steel.size(unit);
             assert!(scaled, "{x} {unit} for {expected}: {what}");
         }

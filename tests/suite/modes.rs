@@ -21,7 +21,7 @@ fn planar(more: &str) -> String {
     )
 }
 
-/// The same rod of equal bending stiffnesses, in space; its clamp looks along x.
+/// The planar rod with equal bending stiffnesses, in space; its clamp points along x.
 fn spatial(more: &str) -> String {
     format!(
         "[rod]\nmodel = \"cosserat\"\nlength = 2.0\nsection = {{ bending = [5.0, 5.0], torsion = 3.0 }}\n\
@@ -30,7 +30,7 @@ fn spatial(more: &str) -> String {
     )
 }
 
-/// A uniform rod of mass 1 with this body alone, and as an assembly of one rod; `loads` act on the body.
+/// A uniform rod of mass 1 with the given body, as a single rod and as an assembly of one; `loads` act on the body.
 fn with_mass(body: &str, loads: &str) -> [ModesRecord; 2] {
     let rod = "model = \"cosserat\"\nlength = 1.0\nmass = 1.0\ninertia = \"full\"\n\
                section = { bending = [1.0, 1.6], torsion = 1.0 }\nsection_inertia = [1e-11, 1e-11, 2e-11]\n";
@@ -53,9 +53,10 @@ fn are_among(found: &ModesRecord, exact: &[[f64; 2]], tolerance: f64) {
     }
 }
 
-/// Catches a single rod with mass that is judged by the symmetric part of its stiffness under a load that turns with its end, and eigenvalues of too
-/// few vibrations: Beck's column flutters from P = 20.05 EI/L^2 on. Exact are the s at which det = 0 for w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0,
-/// with w = w' = 0 at the clamp and w'' = w''' = 0 at the end (mpmath, 30 digits), where no body is.
+/// Catches stability of a single rod with mass judged by the symmetric part of its stiffness under a follower load,
+/// and eigenvalues of too few vibrations. Beck's column flutters from P = 20.05 EI/L^2 on. Exact eigenvalues s
+/// satisfy det = 0 for w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0, w = w' = 0 at the clamp and w'' = w''' = 0 at
+/// the end without a body (mpmath, 30 digits).
 #[test]
 fn becks_column_flutters() {
     let slow = [
@@ -85,8 +86,9 @@ fn becks_column_flutters() {
     }
 }
 
-/// Catches eigenvalues of too few vibrations: a mass of 0.3 with drag 1.5 at the end, where w'' = 0 and B w''' = (0.3 s^2 + 1.5 s) w, B k^4 + s^2 = 0
-/// (mpmath, 30 digits). Of 24 vibrations they were off by 4e-8.
+/// Catches eigenvalues of too few vibrations. A mass of 0.3 with drag 1.5 at the end gives w'' = 0 and B w''' =
+/// (0.3 s^2 + 1.5 s) w, with B k^4 + s^2 = 0 (mpmath, 30 digits). With 24 vibrations the eigenvalues were off by
+/// 4e-8.
 #[test]
 fn drag_at_the_end_of_a_rod_with_mass() {
     let exact = [
@@ -101,8 +103,9 @@ fn drag_at_the_end_of_a_rod_with_mass() {
     }
 }
 
-/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency where the rod is rigid, and a growth that is
-/// taken for a frequency: closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the plane and in space.
+/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency along a rigid direction, and
+/// a growth rate reported as a frequency. Closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the
+/// plane and in space.
 #[test]
 fn a_mass_on_a_straight_rod() {
     let unit = 5.0 / (0.5 * 8.0);
@@ -117,7 +120,7 @@ fn a_mass_on_a_straight_rod() {
         (2.0, false),
     ] {
         let square: f64 = match (b, pulled) {
-            // N b/(b - tanh b) has no digits left near b = 0.
+            // N b/(b - tanh b) has lost all digits near b = 0.
             (b, true) if b < 0.1 => 3.0 + 1.2 * b * b,
             (b, false) if b < 0.1 => 3.0 - 1.2 * b * b,
             (b, true) => b * b * b / (b - b.tanh()),
@@ -153,8 +156,8 @@ fn a_mass_on_a_straight_rod() {
     );
 }
 
-/// Catches a wrong derivative of the elastica's force: the same rod in space, integrated, has the same frequencies in its plane, also next
-/// to the straight rod and far beyond Euler's load, and the mode out of it.
+/// Catches a wrong derivative of the elastica's force: the integrated rod in space has the same frequencies in the
+/// plane, near the straight rod and far beyond Euler's load too, and the mode out of the plane.
 #[test]
 fn bent_rods_in_the_plane_and_in_space() {
     for load in [
@@ -188,8 +191,9 @@ fn bent_rods_in_the_plane_and_in_space() {
     }
 }
 
-/// Catches digits that are lost where the rod is all but straight, and all but rigid along: the slightly bent rod has the frequency of the
-/// straight one across it, but for the square of the deflection and rounding over it, and no stable one is called unstable.
+/// Catches loss of digits for nearly straight rods, which are nearly rigid axially. The slightly bent rod has the
+/// transverse frequency of the straight one, up to the square of the deflection and rounding divided by it, and no
+/// stable rod is called unstable.
 #[test]
 fn next_to_the_straight_rod() {
     for across in [1e-2, 1e-3, 1e-4, 1e-5, 1e-7] {
@@ -210,8 +214,8 @@ fn next_to_the_straight_rod() {
     }
 }
 
-/// Catches a frequency that is not that of the program's own motion: small oscillations along each mode about a bent equilibrium, over
-/// 40 periods, whose frequency differs by the square of the amplitude.
+/// Catches a frequency that differs from the program's own motion: small oscillations along each mode about a bent
+/// equilibrium, over 40 periods, whose frequency differs by the square of the amplitude.
 #[test]
 fn small_oscillations_of_a_run() {
     let text = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[start]\nsettled = true\n\
@@ -256,8 +260,8 @@ fn small_oscillations_of_a_run() {
     }
 }
 
-/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an oscillator does, and a rotor
-/// parts whirls but keeps the product of all eigenvalues, det K/det M.
+/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an
+/// oscillator. A rotor splits whirls but keeps the product of all eigenvalues, det K/det M.
 #[test]
 fn drag_and_rotors() {
     let drag = 0.3;
@@ -289,13 +293,13 @@ fn drag_and_rotors() {
     }
 }
 
-/// Catches an equilibrium that is taken from a start which is none, one that is not taken from a start which is, and a frame that is not
-/// turned with its clamp.
+/// Catches modes about a start that is not an equilibrium, an ignored start that is one, and a frame that does not
+/// turn with its clamp.
 #[test]
 fn which_equilibrium() {
     let load = "[loads]\ngravity = [0.0, -3.0]";
     let bent = modes_of(&planar(&format!("settled = true\n{load}")));
-    // Held up, and moving.
+    // Held out of equilibrium, and moving.
     let begun = modes_of(&planar(&format!(
         "position = [1.6, 0.5]\nsheet = \"lowest\"\nvelocity = [0.0, 1.0]\n{load}"
     )));
@@ -314,7 +318,7 @@ fn which_equilibrium() {
         let across = a.shape[0] * b.shape[0] + a.shape[1] * b.shape[1];
         assert!(across.abs() < 1e-12, "{:?}, {:?}", a.shape, b.shape);
     }
-    // An unstable equilibrium by its name, its load typed in: grows.
+    // An unstable equilibrium chosen by name, with its load given: the motion grows.
     let column = "rest = \"straight\"\n[loads]\ndead = [-4.0, 0.0]";
     assert_eq!(modes_of(&planar(column)).motions.index, 1);
     // Buckled to the side of its imperfection.
@@ -327,7 +331,7 @@ fn which_equilibrium() {
     assert!(EndStiffness::at(fold.p, fold.w).is_err());
 }
 
-/// Catches files that are not what is printed, a figure that fails, and a scene of statics that is taken.
+/// Catches files that differ from the printed text, a failing figure, and an accepted scene of statics.
 #[test]
 fn the_command_and_its_files() {
     let place = Place::new("modes");
@@ -357,7 +361,7 @@ fn the_command_and_its_files() {
         );
         assert_eq!(place.read("out/modes.csv").lines().count(), 1 + count);
         let figure = place.read("out/modes.svg");
-        // Below the words for those who hear it.
+        // Skip the description for screen readers.
         let (_, figure) = figure.split_once("</desc>").unwrap();
         assert_eq!(figure.matches("mode ").count(), count);
     }

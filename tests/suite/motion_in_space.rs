@@ -1,5 +1,5 @@
-//! What bodies on elastic rods in space must do whatever the numbers: momenta that symmetry keeps, a body that nothing turns,
-//! motion run backwards, the order of the integration, the ledger of assemblies drawn at random.
+//! Invariants of the motion of bodies on elastic rods in space: momenta kept by symmetry, free rotation,
+//! reversibility, order of integration, and the ledger of random assemblies.
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
@@ -24,8 +24,8 @@ fn rod(bending: [f64; 2], rest: Vector3<f64>) -> Rod {
     Rod::new(1.0, law).expect("a rod")
 }
 
-/// The motion of `assembly` from `start` to the time `end`: the states in the middle and at the end of every step, and how
-/// many snaps there were.
+/// The motion of `assembly` from `start` to the time `end`: the states in the middle and at the end of every step,
+/// and how many snaps there were.
 fn states(
     assembly: Assembly,
     start: &Configuration,
@@ -69,8 +69,8 @@ fn solid(inertia: [f64; 3]) -> RigidBody {
     RigidBody::new(1.0, Matrix3::from_diagonal(&inertia.into())).expect("a body")
 }
 
-/// Two bodies on one rod far from everything keep momentum and angular momentum. Would catch a wrench that is not equal and
-/// opposite at the two ends, a lever arm, a rotor that turns with the wrong frame.
+/// Two bodies on one rod without support keep momentum and angular momentum. Would catch unequal wrenches at the
+/// two ends, a wrong lever arm, a rotor that turns with the wrong frame.
 #[test]
 fn bodies_that_hold_only_each_other_keep_their_momenta() {
     let bodies = [
@@ -134,9 +134,9 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
     );
 }
 
-/// A straight rod with equal bending and a body of revolution: turning the whole about the clamp's axis and back about the
-/// body's own changes nothing, so the angular momentum about the one less that about the other is kept, under gravity along
-/// the clamp too. Would catch a couple about a wrong axis or point.
+/// A straight rod with equal bending and a body of revolution. Symmetry: turning everything about the clamp's axis
+/// and back about the body's axis changes nothing. Hence the difference of the angular momenta about the two axes
+/// is constant, under gravity along the clamp too. Would catch a couple about a wrong axis or point.
 #[test]
 fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
     let body = solid([0.3, 0.3, 0.1])
@@ -180,10 +180,10 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
     assert!(couple > 0.5, "the rod bore no couple: {couple}");
 }
 
-/// A body held by a ball joint at its centre of mass turns as if it were free, about its intermediate axis head over heels
-/// (Dzhanibekov). Its angular velocity is an elliptic function of time, with period T; after T/2 the components along the axes
-/// of least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37). Would catch gyroscopic
-/// terms that are wrong, and a ball joint that bears a couple.
+/// A body on a ball joint at its centre of mass rotates freely, tumbling about its intermediate axis (Dzhanibekov).
+/// Its angular velocity is an elliptic function of time, with period T; after T/2 the components along the axes of
+/// least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37). Would catch
+/// wrong gyroscopic terms, and a ball joint that bears a couple.
 #[test]
 fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     let inertia = [0.1, 0.25, 0.32];
@@ -235,8 +235,8 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     }
 }
 
-/// A pendulum on a rod that cannot stretch swings so far that its rod nears folds, and time is slowed, again and again. Would
-/// catch states inside a step that are found under another clock than the step was taken.
+/// A pendulum on an inextensible rod with wide swings near folds, where time is slowed, again and again. Would
+/// catch states inside a step computed under another clock than the step's.
 #[test]
 fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
     let law = Linear::diagonal([1.0, 1.0], 0.77)
@@ -304,7 +304,7 @@ fn kicked() -> (Assembly, Configuration) {
     )
 }
 
-/// Would catch a force that depends on the velocity where none should, or an error that the tolerance does not bound.
+/// Would catch an unphysical dependence of the force on velocity, or an error not bounded by the tolerance.
 #[test]
 fn a_motion_turned_round_goes_back() {
     let (assembly, start) = kicked();
@@ -322,8 +322,8 @@ fn a_motion_turned_round_goes_back() {
     assert!(off < 1e-8, "it comes back {off:e} beside its start");
 }
 
-/// Would catch steps of a lower order (slopes that are not smooth along the rod, charts brought back to their poses too
-/// roughly), and a tolerance that does not bound the error.
+/// Would catch steps of a lower order (slopes not smooth along the rod, charts corrected to their poses too
+/// roughly), and an error not bounded by the tolerance.
 #[test]
 fn the_error_falls_with_the_eighth_power_of_the_steps() {
     let end = 2.0;
@@ -354,7 +354,7 @@ fn the_error_falls_with_the_eighth_power_of_the_steps() {
     assert!((7.0..9.5).contains(&order), "order {order}: {rows:?}");
 }
 
-/// Would catch energy that goes amiss in assemblies of any shape: two rods that hold one body, drawn at random.
+/// Would catch spurious energy in assemblies of any shape: two rods that hold one body, at random.
 #[test]
 fn the_ledger_of_assemblies_drawn_at_random_closes() {
     let mut runner = TestRunner::new_with_rng(
@@ -393,7 +393,7 @@ fn the_ledger_of_assemblies_drawn_at_random_closes() {
             Joint::Weld,
         );
         let pose = one.end(&Vector6::zeros(), 1e-14).expect("an end").pose;
-        // The second rod leaves the body where it will and is fixed where it ends unloaded.
+        // The second rod leaves the body at an arbitrary pose and is fixed at its unloaded end.
         let loose = Link::new(
             second.clone(),
             Attachment::body(0, at(&site)),

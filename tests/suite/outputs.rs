@@ -1,4 +1,5 @@
-//! docs/output.md: every column of every table and every number of summary.json and events.json is there, with its unit and meaning.
+//! Completeness of docs/output.md: every column of every table and every number of summary.json and events.json,
+//! with unit and meaning.
 
 use crate::program::Place;
 use serde_json::Value;
@@ -7,7 +8,7 @@ use snaprod::study::run::Fields;
 use snaprod::study::{Silent, Table, branch, dispatch, memory, modes};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Scenes of motion, with what makes them short; between them they have every kind of table and event.
+/// Scenes of motion with overrides that shorten them; together they have every kind of table and event.
 const MOTIONS: &[(&str, &[(&str, &str)])] = &[
     ("snap", &[("duration = 3.0", "duration = 0.1")]),
     (
@@ -81,8 +82,8 @@ fn columns(names: &mut Names, section: &str, table: &Table) {
     }
 }
 
-/// The paths of an object's values: `list[]` for a list of objects, NAME for what the scene names; states, bounces and the two sides of a snap,
-/// of which there are several, have one name.
+/// The paths of an object's values: `list[]` for a list of objects, NAME for names from the scene; repeated objects
+/// (states, bounces, the two sides of a snap) have one name.
 fn paths(names: &mut BTreeSet<String>, path: &str, value: &Value) {
     match value {
         Value::Object(map) => {
@@ -185,7 +186,8 @@ fn written() -> Names {
     names
 }
 
-/// The names of the document's tables: under a heading of `###` the first cell of each row, of columns with the unit in the second.
+/// The names of the document's tables: under a heading of `###` the first cell of each row, of columns with the unit
+/// in the second.
 fn documented() -> Names {
     let path = format!("{}/docs/output.md", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
@@ -214,7 +216,7 @@ fn documented() -> Names {
     names
 }
 
-/// Catches a column, a unit or a key that docs/output.md does not have, and one that it has and no file does.
+/// Catches a column, unit or key missing in docs/output.md, and one documented but absent from every file.
 #[test]
 fn the_document_of_the_output_is_whole() {
     let (documented, written) = (documented(), written());
@@ -280,8 +282,9 @@ fn reals(file: &[u8]) -> BTreeMap<String, (String, Vec<f64>)> {
     arrays
 }
 
-/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass or whose directors are no frame, a snap without
-/// its two rows, and files of ParaView with other numbers, or left behind by a run that has more of them.
+/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass or whose directors are not
+/// orthonormal, a snap without its two rows, and ParaView files with other numbers, or stale ones of an earlier run
+/// with more files.
 #[test]
 fn arrays_and_grids_hold_the_motion() {
     let place = Place::new("outputs");
@@ -345,7 +348,7 @@ fn arrays_and_grids_hold_the_motion() {
         assert!(off < 1e-12 && end[2] == 0.0, "at {t}: {off:e}");
         assert!(s[61 * k] == 0.0 && (s[61 * k + 60] - 1.0).abs() < 1e-15);
         for i in 1..61 {
-            // The chord of an arc of curvature c and length h is h (1 - (c h)^2/24 ...), and no longer than the arc.
+            // The chord of an arc of curvature c and length h is h (1 - (c h)^2/24 ...), at most the arc.
             let [a, b] = [i - 1, i].map(|i| &position[(61 * k + i) * 3..][..3]);
             let (h, chord) = (
                 s[61 * k + i] - s[61 * k + i - 1],
@@ -380,7 +383,7 @@ fn arrays_and_grids_hold_the_motion() {
     assert!((mass[0] - of("x")[6]).hypot(mass[1] - of("y")[6]) < 1e-14);
 }
 
-/// Catches a run that ends short and loses what it computed, or its shapes, because these were asked for.
+/// Catches a run with early end that loses its results or shapes when shapes are requested.
 #[test]
 fn a_run_that_ends_short_keeps_its_shapes() {
     let place = Place::new("short");

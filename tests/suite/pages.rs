@@ -1,4 +1,4 @@
-//! Pages: what is in the file, and what a browser makes of it.
+//! HTML pages: content of the file, and behaviour in a browser.
 
 use crate::program::Place;
 use nalgebra::Vector2;
@@ -12,7 +12,7 @@ use std::process::Command;
 
 const SCENES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes");
 
-/// The page of a scene, run into `out`, after it was looked at as text.
+/// The page of a scene, run into `out`, with its text checked.
 fn page(place: &Place, command: &str, scene: &str, more: &[&str]) -> String {
     let given = [command, scene, "--out", "out", "--html"];
     let answer = place.run(&[&given, more].concat());
@@ -22,7 +22,7 @@ fn page(place: &Place, command: &str, scene: &str, more: &[&str]) -> String {
     text
 }
 
-/// Small, and it asks for nothing.
+/// The page is small, and requests no other files.
 #[track_caller]
 fn is_one_file(text: &str) {
     assert!(text.len() < 300_000, "{} bytes", text.len());
@@ -42,7 +42,7 @@ fn data(page: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
-/// Numbers as the page has them, and how fine they are.
+/// Numbers of the page, and their resolution.
 fn reals(value: &Value) -> (Vec<f64>, f64) {
     let (mid, step) = (
         value["mid"].as_f64().unwrap(),
@@ -76,8 +76,9 @@ fn decoded(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Catches pictures that are not states of the motion: an end that is not on the mass, a rod of another length, a snap without its
-/// two sides, a layer that does not fall from one to the other, or words of the scene that end the page.
+/// Catches frames that are not states of the motion: an end off the mass, a rod of another length, a snap without
+/// its two sides, a layer that does not fall from one side to the other; and texts of the scene that break the
+/// page.
 #[test]
 fn a_page_holds_the_motion() {
     let place = Place::new("page");
@@ -96,7 +97,7 @@ fn a_page_holds_the_motion() {
     assert!(landing - fold > 8 && letters[fold + 1..landing].chars().all(|c| c == 'y'));
     let snap = place.json("out/events.json")[0].clone();
     assert!((fold..=landing).all(|i| (t[i] - snap["t"].as_f64().unwrap()).abs() < 1e-11));
-    // Pictures stand closer around the snap than elsewhere.
+    // Frames are denser around the snap.
     let close = t.iter().filter(|t| **t < 0.1).count();
     assert!(close > 2 * t.len() / 30, "{close}");
 
@@ -110,7 +111,7 @@ fn a_page_holds_the_motion() {
     for (i, rod) in places.chunks(2 * sections).enumerate() {
         let end = &rod[2 * sections - 2..];
         let off = (end[0] - x.0[i]).hypot(end[1] - y.0[i]);
-        // In the layer the end of a rod is held to the tolerance of its steps.
+        // In the layer the end of a rod is held to the tolerance of the layer's steps.
         let held = if letters[i..].starts_with('y') {
             2e-3
         } else {
@@ -135,14 +136,14 @@ fn a_page_holds_the_motion() {
     let released = elastic[fold] - elastic[landing];
     assert!((released - snap["released"].as_f64().unwrap()).abs() < 2.0 * fine);
     assert!(total.iter().all(|e| (e - total[0]).abs() < 1e-6));
-    // The path lies on the sheets: the end is where it is on the plane.
+    // The path lies on the sheets: its end has the position of the planar motion.
     let path = [0, 1].map(|i| reals(&data["sheet"]["path"][i]).0);
     assert!((0..t.len()).all(|i| letters[i..].starts_with('y')
         || (path[0][i] - x.0[i]).hypot(path[1][i] - y.0[i]) < 1e-4));
 }
 
-/// Catches pictures that another motion would give: states that looking has changed, ends of rods without their body, too many or too
-/// few of them, gaps in the trace, an energy that is lost on the way.
+/// Catches frames of another motion: states changed by observation, ends of rods off their bodies, missing or
+/// superfluous frames, gaps in the trace, lost energy.
 #[test]
 fn a_film_is_the_motion() {
     for name in ["snap", "viscous", "flywheel"] {
@@ -168,7 +169,7 @@ fn a_film_is_the_motion() {
         for at in &found.trace {
             assert!((at.ledger.total() - total).abs() < 1e-7 * total, "{name}");
         }
-        // At a snap the study of shapes gives one of its two sides.
+        // At a snap the study of shapes returns one of the two sides.
         let way = found.stills.iter();
         let way = way.filter(|at| at.place == film::PictureRole::Way);
         let way: Vec<_> = way.step_by(9).collect();
@@ -188,7 +189,8 @@ fn a_film_is_the_motion() {
     }
 }
 
-/// Catches shapes that are not those of the points: an end that is not where the parameter holds it, or a special point without a shape.
+/// Catches wrong shapes of branch points: an end off the position given by the parameter, or a special point
+/// without a shape.
 #[test]
 fn a_page_holds_the_branch() {
     let place = Place::new("branch-page");
@@ -216,7 +218,7 @@ fn a_page_holds_the_branch() {
     assert!((parameter[fold] + 0.612021928).abs() < step);
 }
 
-/// Catches rods that are not those of their nodes, and counts that are not those of the map.
+/// Catches rods that differ from their nodes, and counts that differ from the map.
 #[test]
 fn a_page_holds_the_sheets() {
     let place = Place::new("sheets-page");
@@ -240,7 +242,7 @@ fn a_page_holds_the_sheets() {
                 (tip[0] - end.0).abs().max((tip[1] - end.1).abs())
             });
         let held = off.clone().filter(|off| *off < 2.0 * fine).count();
-        // Of a rod with a tiny loop no shape is told.
+        // A rod with a tiny loop has no shape on the page.
         assert!(
             held + 1 >= x.len() && off.clone().count() == x.len(),
             "{held}"
@@ -257,7 +259,7 @@ fn a_page_holds_the_sheets() {
     assert_eq!(report["walked"], serde_json::json!([1, 14]), "{report}");
 }
 
-/// A page of sheets is walked over, with keys.
+/// Script: moves over a page of sheets by keys.
 const WALK: &str = r#"
 show({ sheet: 0, node: 0 });
 ["ArrowRight", "ArrowUp", "ArrowRight", "]", "w", "-"].forEach(press);
@@ -266,7 +268,7 @@ report.drawn = drawn();
 done();
 "#;
 
-/// What every page does in a browser: it is given a script that looks at every canvas and writes what it found.
+/// Script added to every page in a browser: reads all canvases and writes a report.
 const LOOK: &str = r#"<script>
 const report = { errors: window.faults };
 const inked = (canvas) => {
@@ -285,7 +287,7 @@ const done = () => {
 };
 "#;
 
-/// A page of a motion is stepped, turned and played.
+/// Script: steps, turns and plays a page of a motion.
 const PLAY: &str = r#"
 // The end of the one rod on the one body; of several the scene says what is where.
 const off = (i) => {
@@ -305,7 +307,7 @@ press("Home"); press(" ");
 setTimeout(() => { report.frame = player.frame; done(); }, 1800);
 "#;
 
-/// A page of branches is stepped from special point to special point, and pointed at.
+/// Script: steps a page of branches through its special points, and points at them.
 const POINT: &str = r#"
 press("Home"); press("]"); report.snap = chosen;
 press("]"); report.next = chosen;
@@ -318,7 +320,7 @@ report.pointed = chosen;
 done();
 "#;
 
-/// Where a browser is installed: what the page reports of itself there. None, with a word on the error stream, elsewhere.
+/// The report of the page in an installed browser; `None`, with a note on the error stream, without a browser.
 fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let paths = std::env::var_os("PATH")?;
@@ -336,13 +338,13 @@ fn looked_at(place: &Place, page: &str, act: &str) -> Option<Value> {
         1,
     );
     place.write("looked.html", &watched);
-    // A browser on a machine with much to do may end before the page does; it is asked again.
+    // On a busy machine the browser may exit before the page is done; retry.
     (0..3)
         .find_map(|_| report_of(place, &browser))
         .or_else(|| panic!("no report: the script broke off"))
 }
 
-/// What the page that was written reports of itself; None if it was cut off.
+/// The report of the page as written; `None` if cut off.
 fn report_of(place: &Place, browser: &Path) -> Option<Value> {
     let out = Command::new(browser)
         .args([
@@ -383,7 +385,7 @@ fn report_of(place: &Place, browser: &Path) -> Option<Value> {
     Some(serde_json::from_str(report).unwrap())
 }
 
-/// Catches scripts that fail, ask for files, or draw nothing on a board.
+/// Catches scripts that fail, request files, or draw nothing on a canvas.
 #[track_caller]
 fn is_sound(report: &Value, boards: usize) {
     assert_eq!(report["errors"], serde_json::json!([]), "{report}");
@@ -393,7 +395,7 @@ fn is_sound(report: &Value, boards: usize) {
     assert!(inked.iter().all(|n| *n > 400), "{report}");
 }
 
-/// Catches pages of motions that do not move, or leave the end of the rod aside of the mass.
+/// Catches pages of motions that do not move, or show the end of the rod off the mass.
 #[test]
 fn a_browser_plays_the_page() {
     let place = Place::new("browser");
@@ -413,7 +415,7 @@ fn a_browser_plays_the_page() {
     }
 }
 
-/// The mass of the page that is played is drawn through a snap with the pointer, and moved by keys.
+/// Script: drags the mass of the playable page through a snap by pointer, and moves it by keys.
 const DRAG: &str = r#"
 ready.then(() => {
   const seen = () => asked(core.state());
@@ -435,8 +437,8 @@ ready.then(() => {
 });
 "#;
 
-/// Catches a page whose core is not that of the library any more (`tools/build_play.sh` renews it), or does not follow the pointer, snap, or
-/// stay within the length of the rod.
+/// Catches a page whose core is out of date with the library (`tools/build_play.sh` renews it), or does not follow
+/// the pointer, snap, or stay within the length of the rod.
 #[test]
 fn a_browser_drags_the_rod() {
     let place = Place::new("browser-play");
@@ -464,7 +466,7 @@ fn a_browser_drags_the_rod() {
                 "{step}: {own} {page}"
             );
         }
-        // The search for all of them knows the rod, too.
+        // The search for all equilibria includes the rod shown.
         let stable = Elastica.stable_at(&Vector2::new(e.x, e.y)).unwrap();
         assert!(stable.iter().any(|one| (one - q).norm() < 1e-6), "{step}");
     }
@@ -482,7 +484,7 @@ fn a_browser_drags_the_rod() {
     assert!((far - 0.995).abs() < 1e-9, "{far}");
 }
 
-/// Catches pages of branches that do not find their special points, or the point that is pointed at.
+/// Catches pages of branches that miss their special points, or the point under the pointer.
 #[test]
 fn a_browser_points_at_the_branch() {
     let place = Place::new("browser-branch");
@@ -499,7 +501,7 @@ fn a_browser_points_at_the_branch() {
     assert_eq!(report["pointed"], 5, "{report}");
 }
 
-/// Catches events on a page with the keys of files for names, or without their units.
+/// Catches events on a page labelled by keys of files, or without units.
 #[test]
 fn events_of_a_page_have_words_and_units() {
     let place = Place::new("page_events");

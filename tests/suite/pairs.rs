@@ -1,30 +1,31 @@
-//! Scenes that both a cheap path and a more general one can run: what `snaprod plan` calls not computed must change nothing.
+//! Scenes that both a cheap computation path and a more general one can run: parts that `snaprod plan` reports as
+//! not computed must change nothing.
 
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
 use snaprod::study::{Silent, Table, dispatch};
 
-/// A scene by two paths.
+/// A scene in two forms, for the cheap and the general path.
 pub struct Pair {
-    /// What the cheap path leaves out.
+    /// Parts omitted by the cheap path.
     pub leaves_out: &'static str,
-    /// The scene that takes it.
+    /// Scene on the cheap path.
     pub cheap: String,
-    /// The same motion by the general path.
+    /// Scene on the general path, with the same motion.
     pub general: String,
 }
 
 /// A run of a scene of one body.
 pub struct Ran {
     table: Table,
-    /// Number of right-hand sides that the run took.
+    /// Number of right-hand sides of the run.
     pub work: u64,
 }
 
 impl Ran {
-    /// The first and the last value of a quantity of the rod or of the body, under the names that a single rod has for
-    /// it; None where the run has no such column.
+    /// The first and the last value of a quantity of the rod or body, under the names of a single rod; `None`
+    /// without such a column.
     pub fn ends(&self, name: &str) -> Option<[f64; 2]> {
         let columns = [name.to_owned(), format!("m.{name}")];
         let there = columns
@@ -45,9 +46,10 @@ impl Ran {
     }
 }
 
-/// Runs a scene to the end of time.
+/// Runs a scene to the end time.
 ///
 /// # Errors
+///
 /// The message of the refusal, as a user reads it.
 pub fn ran(scene: &str) -> Result<Ran, String> {
     let scene = Scene::parse(scene).map_err(|faults| faults.to_string())?;
@@ -61,26 +63,26 @@ pub fn ran(scene: &str) -> Result<Ran, String> {
     })
 }
 
-/// Place of the body at the end of time, and the number of right-hand sides.
+/// Final position of the body, and the number of right-hand sides.
 pub fn end(scene: &str) -> (Vector3<f64>, u64) {
     let ran = ran(scene).unwrap_or_else(|why| panic!("{why}\n{scene}"));
     (ran.vectors(["x", "y", "z"])[1], ran.work)
 }
 
-/// A rod in the plane, and in space the same, its director d1 across the plane.
+/// A planar rod, and its equivalent in space with d1 across the plane.
 const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
 const SPACE: &str = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
 pub const TURNED: &str = "quaternion = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]";
 const POINT: &str = "[body]\nmass = 1.0\n";
 
-/// The end of a scene: how it starts, what loads it, how long.
+/// Start, load and duration of a scene.
 fn motion(start: &str, dead: &str, duration: f64) -> String {
     format!(
         "[start]\n{start}\n[loads]\ndead = [{dead}]\n[run]\nduration = {duration}\ntolerance = 1e-9\nsamples = 2\n"
     )
 }
 
-/// All of them.
+/// All pairs of scenes.
 pub fn pairs() -> Vec<Pair> {
     let (planar, spatial) = ("-0.5, -1.5", "-0.5, -1.5, 0.0");
     let plane = motion("settled = true\nvelocity = [0.3, 0.4]", planar, 2.0);

@@ -1,5 +1,5 @@
-//! Rods between two ball joints, springs along their chords: against Euler's elastica in closed form, differences, and a ledger; through folds
-//! against shooting along n = lambda r(1) by another program.
+//! Rods between two ball joints as springs along their chords: comparison with Euler's elastica in closed form,
+//! differences, and a ledger; folds by shooting along n = lambda r(1) with another program.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
@@ -24,8 +24,8 @@ fn alone(rod: Rod) -> Link {
     Link::pinned(rod, place, Attachment::body(0, Isometry3::identity()))
 }
 
-/// Catches an index that counts the spin, or not the turning of the base: Euler's column between two hinges buckles about its weaker axis
-/// at pi^2 EI/L^2, then about the other.
+/// Catches an index that counts the spin, or omits the turning of the base: Euler's column between two hinges
+/// buckles about its weaker axis at pi^2 EI/L^2, then about the other.
 #[test]
 fn a_column_between_hinges_buckles_where_euler_says() {
     let link = alone(straight([1.0, 1.5], 1e4));
@@ -40,8 +40,8 @@ fn a_column_between_hinges_buckles_where_euler_says() {
     }
 }
 
-/// Catches a wrong chord, couple or Jacobian of a rod that has buckled, and the spin of a round one in its own curve: Euler's elastica,
-/// P = 4 K^2, chord 2 E/K - 1 at k = sin(alpha/2), found again from beside it.
+/// Catches a wrong chord, couple or Jacobian of a buckled rod, and the spin of a round one within its own curve:
+/// Euler's elastica, P = 4 K^2, chord 2 E/K - 1 at k = sin(alpha/2), found again from a perturbed guess.
 #[test]
 fn a_buckled_round_rod_is_eulers_elastica() {
     let link = alone(straight([1.0, 1.0], 1e9));
@@ -108,8 +108,8 @@ fn tripod() -> Assembly {
     Assembly::new(vec![HeavyBody::point(mass)], links.collect()).expect("an assembly")
 }
 
-/// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in motion: stiffness by
-/// differences, the balance at rest, the ledger of a motion.
+/// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in
+/// motion: stiffness by differences, the balance at rest, the ledger of a motion.
 #[test]
 fn a_mass_on_three_hinged_rods() {
     let assembly = tripod();
@@ -192,9 +192,9 @@ fn a_mass_on_three_hinged_rods() {
     assert!(steps > 3);
 }
 
-/// An inextensible rod, and its force along the directors of its base where it is bent against its rest curvature with its ends 0.9 apart; then
-/// where it folds and the energies in both, by shooting along n = lambda r(1) (Runge-Kutta of order 8, Newton's method for the extremum of the
-/// chord, an independent program).
+/// An inextensible rod bent against its rest curvature, with its ends 0.9 apart, and its force along the directors
+/// of its base; then its fold and the energies at both. By shooting along n = lambda r(1) (Runge-Kutta of order 8,
+/// Newton's method for the extremum of the chord, an independent program).
 struct Against {
     bending: [f64; 2],
     torsion: f64,
@@ -223,7 +223,7 @@ const SHALLOW: Against = Against {
     fold: 0.911486517090,
     fold_energy: 5.175241164644,
 };
-/// The chord in which they are bent against their rest shape.
+/// Chord of the rods bent against their rest shape.
 pub const CHORD: f64 = 0.9;
 
 impl Against {
@@ -251,14 +251,14 @@ impl Against {
     }
 }
 
-/// A rod from the ground to a body that is bent against its rest shape, at the chord [`CHORD`], and its chart.
+/// A rod from the ground to a body, bent against its rest shape, at the chord [`CHORD`], and its chart.
 pub fn bent_against_its_rest_shape() -> (Link, Vector6<f64>) {
     let link = alone(HARD.rod(1.0));
     let chart = HARD.chart(&link);
     (link, chart)
 }
 
-/// Snaps of a motion of one mass, and how it ended; the ledger is watched all along.
+/// Snaps of a motion of one mass, and its outcome; the ledger is checked at every step.
 fn followed(
     links: Vec<Link>,
     charts: Vec<Vector6<f64>>,
@@ -295,8 +295,8 @@ fn followed(
     }
 }
 
-/// A rod between ball joints cut in its middle: two rods on ball joints welded to a body. Its energy at rest, near a chart of the whole, and
-/// its index.
+/// A rod between ball joints cut in its middle: two rods on ball joints welded to a body. Returns the energy of the
+/// equilibrium near a chart of the whole, and the index.
 fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize) {
     let half = rod.rod(0.5);
     let ground = |z: f64| Attachment::ground(Isometry3::translation(0.0, 0.0, z));
@@ -320,8 +320,8 @@ fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize
     (found.energy, found.index)
 }
 
-/// Catches a rod that is not followed through its fold, a fold at the wrong place or time, a landing that is none, and what the rules choose: a rod
-/// bent against its rest curvature is pulled straight by a mass.
+/// Catches a rod lost at its fold, a fold at the wrong place or time, a false landing, and wrong choices of the
+/// landing rules: a mass pulls a rod straight that is bent against its rest curvature.
 #[test]
 fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
     let rod = &HARD;
@@ -333,7 +333,7 @@ fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
     assert_eq!((snaps.len(), outcome), (1, Outcome::EndOfTime));
     let snap = &snaps[0];
     assert_eq!((snap.from.index, snap.to.index), (0, 0));
-    // int dl/sqrt(v^2 - 2 (W - W0)) along the branch, by the same program.
+    // Integral dl/sqrt(v^2 - 2 (W - W0)) along the branch, by the same program.
     assert!((snap.t - 0.045005583513).abs() < 1e-11, "{}", snap.t);
     assert!(
         (snap.pose.norm() - rod.fold).abs() < 1e-11,
@@ -362,7 +362,8 @@ fn a_hinged_rod_bent_against_its_rest_shape_snaps_over() {
     assert_eq!(outcome, Outcome::NoStableEquilibrium);
 }
 
-/// Catches a search that finds only where the layer leads: from its rest shape the rod bent against it is found, with the same chord.
+/// Catches a search that finds only the landing of the layer: from the rest shape the search must find the rod bent
+/// against it, with the same chord.
 #[test]
 fn what_else_is_stable_with_the_same_chord() {
     let link = alone(HARD.rod(1.0));
@@ -376,9 +377,10 @@ fn what_else_is_stable_with_the_same_chord() {
     assert!((back[0] - chart).norm() < 1e-9 * chart.norm());
 }
 
-/// Catches a wrong scale of the null vectors, a stiffness of the couples that are no work, or a spin about the chord that has momentum: with its ends
-/// held d before the fold, and on the other branch there, the rod vibrates with squares of frequencies +-2 sqrt(A' B d)/M0, A' being A per
-/// speed of the end; with friction in proportion to its stiffness its decay is D0/(2 M0) at the fold. So it is of sections that are hard to turn.
+/// Catches a wrong scale of the null vectors, a stiffness of the couples that does no work, or a spin about the
+/// chord with momentum. With its ends d before the fold, and on the other branch there, the rod has squared
+/// frequencies +-2 sqrt(A' B d)/M0, A' being A per speed of the end. With friction in proportion to its stiffness
+/// the decay at the fold is D0/(2 M0). Sections with large rotary inertia are included.
 #[test]
 fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
     for turned in [Vector3::zeros(), Vector3::new(1e-2, 1.2e-2, 2.2e-2)] {
@@ -386,7 +388,8 @@ fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
     }
 }
 
-/// The same of sections with so much rotary inertia, the rod's mass and length being 1.
+/// Compares the normal form of a fold with the vibrations near it, for sections with rotary inertia `turned`, the
+/// rod's mass and length being 1.
 fn normal_form_of_a_fold(turned: Vector3<f64>) {
     let rod = &HARD;
     let link = alone(rod.rod(1.0));
@@ -402,7 +405,7 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
         place
     };
     for part in 1..=24 {
-        // Towards the fold as its distance falls.
+        // Towards the fold at decreasing distance.
         let off = (rod.fold - CHORD) * 0.5_f64.powi(part);
         let held = Isometry3::translation(0.0, 0.0, rod.fold - off);
         q = link.polished(&q, &held, 1e-13).expect("a chart");
@@ -433,8 +436,8 @@ fn normal_form_of_a_fold(turned: Vector3<f64>) {
     assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
 }
 
-/// Catches one of two rods that is lost where both fold at one instant: a mass between two of them leaves their line across, by symmetry at
-/// y^2 = fold^2 - chord^2 with v^2 = v0^2 + 4 (W0 - W).
+/// Catches one of two rods lost if both fold simultaneously: a mass between two rods leaves their line sideways, by
+/// symmetry at y^2 = fold^2 - chord^2 with v^2 = v0^2 + 4 (W0 - W).
 #[test]
 fn two_hinged_rods_snap_at_one_instant() {
     let rod = &SHALLOW;
@@ -471,8 +474,8 @@ fn two_hinged_rods_snap_at_one_instant() {
     }
 }
 
-/// Catches a run that never ends, or ends without a word, at Euler's load: nothing tells a straight column to which side it buckles, nor a round
-/// one which way round.
+/// Catches an endless or unexplained end of a run at Euler's load: the direction of buckling of a straight column
+/// is undetermined, for a round one even the plane.
 #[test]
 fn a_straight_column_stops_at_eulers_load() {
     for (bending, word) in [([1.0, 1.5], "either side"), ([1.0, 1.0], "any way round")] {

@@ -1,10 +1,10 @@
-//! Figures: deterministic, well-formed, labelled; broken data give an error, never a panic.
+//! Figures: deterministic, well-formed, labelled; bad data give an error, never a panic.
 
 use crate::plot_data::*;
 use snaprod::plot::*;
 use snaprod::{Error, Result};
 
-/// A figure's name, a way to make it, words it must contain and its largest size in kB.
+/// A figure's name, constructor, required texts and largest size in kB.
 type Case = (
     &'static str,
     Box<dyn Fn(&Paper) -> Result<String>>,
@@ -157,7 +157,7 @@ fn nothing_to_show_is_an_error() {
     refused(small_multiples("", &[], &Paper::SCREEN));
 }
 
-/// Catches small multiples over axes of their own, and curves of one name that are told twice.
+/// Catches small multiples with separate axes, and duplicate legend entries of one name.
 #[test]
 fn small_multiples_share_axes_and_legend() {
     let panel = |title: &str, top: f64| Lines {
@@ -182,7 +182,7 @@ fn small_multiples_share_axes_and_legend() {
     refused(small_multiples("two", &bad, &Paper::SCREEN));
 }
 
-/// Numbers that must not break anything.
+/// Extreme numbers that must not break a figure.
 const BAD: [f64; 6] = [
     f64::NAN,
     f64::INFINITY,
@@ -366,7 +366,7 @@ fn bad_numbers_never_panic() {
     }
 }
 
-/// Catches figures that leave their paper or have other letters than were asked for, and words that a narrow figure cuts off.
+/// Catches figures of wrong paper or letter size, and texts cut off in a narrow figure.
 #[test]
 #[ignore = "second tier: 16 s"]
 fn figures_have_the_size_of_their_paper() {
@@ -400,7 +400,7 @@ fn figures_have_the_size_of_their_paper() {
             let mut named = false;
             for text in texts {
                 let size = number(&text, "font-size");
-                // Numbers are smaller and titles larger than the names of axes, whose letters are those that were asked for.
+                // Numbers are smaller and titles larger than axis labels, which have the requested size.
                 named |= (size * shown / MILLIMETRES / font - 1.0).abs() < 0.01;
                 let said = text.text().unwrap_or_default().trim();
                 let (x, y) = (number(&text, "x"), number(&text, "y"));
@@ -443,8 +443,8 @@ fn figures_have_the_size_of_their_paper() {
     }
 }
 
-/// Catches a claim that the ledger closes where no error, or one that is no number, was given, a bound below the errors it is to bound, and panels with no
-/// room on the narrowest paper.
+/// Catches a claim of a closed ledger without an error or with NaN, a printed bound below the errors, and panels
+/// without room on the narrowest paper.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn the_ledger_is_said_to_close_where_it_does() {
@@ -475,8 +475,8 @@ fn the_ledger_is_said_to_close_where_it_does() {
     }
 }
 
-/// Catches a constant that flattens the energies, one that is subtracted from one term and not from the total, or where it hides nothing, and a motion at rest
-/// whose rounding fills the figure.
+/// Catches a constant that flattens the energies, one subtracted from one term but not from the total, an
+/// unnecessary subtraction, and a motion at rest whose rounding fills the figure.
 #[test]
 fn constants_that_hide_the_motion_are_told_apart() {
     let drawn = |elastic: f64, potential: f64, change: f64| {
@@ -500,7 +500,7 @@ fn constants_that_hide_the_motion_are_told_apart() {
     ] {
         assert!(both.contains(name), "{name}");
     }
-    // The axis reaches over the changes alone, and every term keeps to it.
+    // The axis spans the changes alone, and so do all terms.
     assert!(both.contains("0.06") && !both.contains("0.8<") && !both.contains("−1.5"));
     let one = drawn(0.1, 2.8, 0.07);
     assert!(one.contains(">\nelastic\n<") && one.contains("total mechanical − 2.8 J"));
@@ -509,7 +509,7 @@ fn constants_that_hide_the_motion_are_told_apart() {
     }
 }
 
-/// Catches a figure that calls a passage of a rod with friction a snap, or has no word where none is given.
+/// Catches a figure that labels a fold passage of a rod with friction as a snap, or has no label if none is given.
 #[test]
 fn marks_in_time_have_the_name_that_is_given() {
     let named = |name: &str| {

@@ -4,7 +4,7 @@ use snaprod::elastica::chart::Integrals;
 use snaprod::plot::*;
 use std::f64::consts::PI;
 
-/// One equilibrium: what the figures want of it.
+/// Data of one equilibrium for figures.
 #[derive(Clone, Copy)]
 pub struct Point {
     pub lam: f64,

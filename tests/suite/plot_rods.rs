@@ -1,12 +1,11 @@
-//! Figures of branches and of rods in space: marks and style changes where they belong, words on the page,
-//! nothing that breaks on bad data.
+//! Figures of branches and of rods in space: positions of marks and style changes, labels, bad data.
 
 use crate::plot_rods_data::*;
 use roxmltree::{Document, Node};
 use snaprod::plot::*;
 use snaprod::{Error, Result};
 
-/// What the tests want of a figure; coordinates in tenths of a pixel.
+/// Parsed parts of a figure; coordinates in tenths of a pixel.
 struct Drawing<'a> {
     nodes: Vec<Node<'a, 'a>>,
     size: (f64, f64),
@@ -166,8 +165,8 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>)> {
     ]
 }
 
-/// Catches a label lost or cut off by the edge of the page, numbers that are none, and a figure that differs
-/// from one call to the next.
+/// Catches a label lost or cut off by the edge of the page, NaN or infinite numbers, and a figure that differs from
+/// one call to the next.
 #[test]
 fn figures_are_whole_labelled_and_the_same_each_time() {
     let again = all_figures();
@@ -184,7 +183,7 @@ fn figures_are_whole_labelled_and_the_same_each_time() {
         }
         for node in drawing.tagged("text") {
             let text = node.text().unwrap_or("").trim();
-            // What this font takes on average.
+            // Average width of this font's letters.
             let long = 0.56 * number(node, "font-size") * text.chars().count() as f64;
             let turned = node.attribute("transform").is_some();
             let (at, across, page, cross) = if turned {
@@ -258,7 +257,7 @@ fn frame(drawing: &Drawing) -> [f64; 4] {
     [frame[0].0, frame[0].1, frame[2].0, frame[2].1]
 }
 
-/// Catches a mark beside its point, and a line that is solid past the fold or dashed before it.
+/// Catches a mark off its point, and a line that is solid past the fold or dashed before it.
 #[test]
 fn the_fold_is_marked_and_the_style_changes_there() {
     let index = [0, 0, 0, 0, 1, 1, 1, 1].map(Some).to_vec();
@@ -278,7 +277,7 @@ fn the_fold_is_marked_and_the_style_changes_there() {
     assert_eq!(solid.len(), 1);
     assert!(near(*solid[0].last().unwrap(), 2.0), "{solid:?}");
     assert!(solid[0].iter().all(|p| p.1 >= fold.1 - 1.0));
-    // Unstable: dashes that begin there.
+    // Unstable: dashes that begin at the fold.
     let dashes = drawing.lines("#0072B2", 16.0);
     assert!(dashes.len() > 5, "{}", dashes.len());
     assert!(near(dashes[0][0], 2.0), "{dashes:?}");
@@ -552,7 +551,7 @@ fn points_and_straight_rods_are_drawn() {
     }
 }
 
-/// Catches names of directors that cover each other and the rods, and a mode that only turns the ends and is not seen at all.
+/// Catches labels of directors that cover each other or the rods, and an invisible mode that only turns the ends.
 #[test]
 fn directors_of_modes_stand_where_they_tell_something() {
     let triad = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];

@@ -271,7 +271,7 @@ pub fn pitchfork() -> BranchDiagram {
     }
 }
 
-/// The same with an energy above.
+/// The pitchfork diagram with an additional panel of energies above.
 pub fn pitchfork_energy() -> BranchDiagram {
     let below = pitchfork_panel();
     let energy = |x: f64, y: f64| 4.0 * y * y + 0.06 * x * y.abs();
@@ -288,7 +288,7 @@ pub fn pitchfork_energy() -> BranchDiagram {
     for special in &mut above.specials {
         special.y = energy(special.x, special.y);
     }
-    // By symmetry one of each two is enough.
+    // By symmetry one branch of each pair is enough.
     above.branches.truncate(3);
     above
         .specials

@@ -1,4 +1,4 @@
-//! Figures of viscous runs: ink where the data say, words on the page, nothing that breaks on bad data.
+//! Figures of viscous runs: marks at the data, labels, bad data.
 
 use crate::plot_viscous_data::*;
 use roxmltree::{Document, Node};
@@ -54,7 +54,7 @@ fn frames(document: &Document) -> Vec<[f64; 4]> {
         .collect()
 }
 
-/// How often a closed line runs round a point.
+/// Winding number of a closed line about a point.
 fn winding(ring: &[Pixel], p: Pixel) -> i32 {
     let mut turns = 0;
     for (k, a) in ring.iter().enumerate() {
@@ -69,7 +69,7 @@ fn winding(ring: &[Pixel], p: Pixel) -> i32 {
     turns
 }
 
-/// The colour seen at a point, of what is filled.
+/// The fill colour at a point.
 fn colour_at(polygons: &[(String, Vec<Pixel>)], p: Pixel) -> &str {
     let top = polygons
         .iter()
@@ -196,8 +196,8 @@ fn all_figures() -> Vec<(&'static str, Result<String>, Vec<&'static str>, usize)
     ]
 }
 
-/// Catches a label lost or cut off by the edge of the page, numbers that are none, files that grow, and a
-/// figure that differs from one call to the next.
+/// Catches a label lost or cut off by the edge of the page, NaN or infinite numbers, oversized files, and a figure
+/// that differs from one call to the next.
 #[test]
 fn figures_are_whole_labelled_and_the_same_each_time() {
     for ((name, svg, wanted, size), again) in all_figures().into_iter().zip(all_figures()) {
@@ -217,7 +217,7 @@ fn figures_are_whole_labelled_and_the_same_each_time() {
         );
         for node in document.descendants().filter(|n| n.has_tag_name("text")) {
             let text = node.text().unwrap_or("").trim();
-            // What this font takes on average.
+            // Average width of this font's letters.
             let long = 0.56 * number(&node, "font-size") * text.chars().count() as f64;
             let (at, end) = match node.attribute("transform") {
                 Some(_) => (page.1 - number(&node, "y"), page.1),
@@ -239,9 +239,9 @@ fn figures_are_whole_labelled_and_the_same_each_time() {
     }
 }
 
-/// Catches cells in the wrong place, rows upside down, a scale that is not symmetric, a wrong or clipped colour,
-/// a gap filled, a floor at the wrong decade. Each cell's colour is looked up in the colour bar, and its
-/// place there compared with the number.
+/// Catches cells in the wrong place, rows upside down, an asymmetric scale, a wrong or clipped colour, a filled
+/// gap, a floor at the wrong decade. Each cell's colour is looked up in the colour bar, and the position there is
+/// compared with the number.
 #[test]
 fn cells_have_the_colours_of_their_values() {
     let time = [0.0, 0.5, 0.6, 1.0, 3.0, 4.0];
@@ -290,7 +290,7 @@ fn cells_have_the_colours_of_their_values() {
         assert_eq!(bar.len(), 65);
         for i in 0..6 {
             for j in 0..4 {
-                // Close to each corner of the cell, so that a shifted edge shows.
+                // Near each corner of the cell, to detect a shifted edge.
                 for (fx, fy) in [(0.02, 0.03), (0.98, 0.97), (0.5, 0.5)] {
                     let x = across[i] + fx * (across[i + 1] - across[i]);
                     let y = up[j] + fy * (up[j + 1] - up[j]);
@@ -322,7 +322,7 @@ fn cells_have_the_colours_of_their_values() {
     }
 }
 
-/// Catches a zoom that shows other times, and one whose scale is that of columns not shown.
+/// Catches a zoom that shows other times, or whose scale includes hidden columns.
 #[test]
 fn a_window_shows_its_times_alone() {
     let data = StrainMap {
@@ -356,8 +356,8 @@ fn a_window_shows_its_times_alone() {
     assert_eq!(colour_at(&polygons, after), "#F7F6F3");
 }
 
-/// Catches scales that differ, a held end off the shapes' ends, the released energy at the wrong height,
-/// and energies drawn on another axis than it.
+/// Catches unequal scales, a held end off the shapes' ends, the released energy at the wrong height, and energies
+/// drawn on another axis than the released energy.
 #[test]
 fn a_layer_keeps_its_end_and_its_energies() {
     let data = layer_data();
@@ -394,7 +394,7 @@ fn a_layer_keeps_its_end_and_its_energies() {
         .map(|d| d[0].1)
         .collect();
     assert!(released.len() > 20 && released.iter().all(|y| (y - released[0]).abs() < 1.0));
-    // The thinnest run: its elastic energy falls by as much as the line stands over zero.
+    // The thinnest run: its elastic energy falls by as much as the final line lies above zero.
     let elastic = longest(&lines_of(&document, "#009E73", 16.0));
     let (first, last) = (elastic[0], *elastic.last().unwrap());
     assert!((first.0 - l).abs() < 1.0 && (last.0 - r).abs() < 1.0);
@@ -419,7 +419,7 @@ fn guides_have_their_slopes_and_cover_nothing() {
     assert!(marks.len() >= 8, "no curves found");
     let guides = lines_of(&document, "#696969", 10.0);
     assert_eq!(guides.len(), 2);
-    // From the data: eta spans 7 decades and errors what their formula gives, both with the same margin.
+    // By the data eta spans 7 decades and errors a range given by their formula, both with the same margin.
     let data = convergence_data();
     let errors = || data.series.iter().flat_map(|s| s.y.iter().copied());
     let spread = (errors().fold(0.0, f64::max) / errors().fold(1.0, f64::min)).log10();
@@ -432,14 +432,14 @@ fn guides_have_their_slopes_and_cover_nothing() {
         let (lo, hi) = (guide[0].0.min(guide[2].0), guide[0].0.max(guide[2].0));
         let (top, bottom) = (guide[2].1.min(guide[0].1), guide[0].1.max(guide[2].1));
         let covered = |p: &&Pixel| p.0 > lo && p.0 < hi && p.1 > top && p.1 < bottom;
-        // A mark may lie in the corner that the triangle leaves of its box.
+        // A mark may lie in the corner of the triangle's box outside the triangle.
         let inside = |p: &&Pixel| covered(p) && winding(&guide[..3], **p) != 0;
         assert!(marks.iter().find(inside).is_none());
         assert!(lo > l && hi < r && top > t && bottom < b);
     }
 }
 
-/// Catches steps of the limit at other times than its snaps, and a diagonal that is none.
+/// Catches steps of the limit at other times than its snaps, and a wrong diagonal.
 #[test]
 fn losses_step_at_snaps_and_the_diagonal_is_one() {
     let svg = losses_over_time(&losses_over_time_data(), &Paper::SCREEN).unwrap();
@@ -503,7 +503,7 @@ fn refused(result: Result<String>, about: &str) {
     );
 }
 
-/// Catches bad data drawn in silence; each message must name what is wrong.
+/// Catches bad data drawn silently; each message must name the fault.
 #[test]
 fn bad_data_are_refused_by_name() {
     let map = |change: fn(&mut StrainMap)| {
@@ -624,7 +624,7 @@ fn bad_data_are_refused_by_name() {
     );
 }
 
-/// Catches a panic or a NaN on the page from numbers at the ends of what there is.
+/// Catches a panic or a NaN on the page for numbers at the ends of the range of doubles.
 #[test]
 fn bad_numbers_never_panic() {
     for bad in [

@@ -3,7 +3,7 @@
 use snaprod::plot::*;
 use std::f64::consts::PI;
 
-/// Times on [0, 6] that crowd about two snaps, and the snaps.
+/// Times on [0, 6], denser around two snaps, and the snaps.
 pub fn snap_times(columns: usize) -> (Vec<f64>, [f64; 2]) {
     let snaps = [1.7, 4.1];
     let density = |t: f64| {
@@ -30,7 +30,7 @@ pub fn snap_times(columns: usize) -> (Vec<f64>, [f64; 2]) {
     (time.collect(), snaps)
 }
 
-/// A curvature that goes from one shape to the next in layers of width 0.03, and rings in between.
+/// A curvature that changes from one shape to the next in layers of width 0.03, and rings in between.
 pub fn curvature(t: f64, s: f64) -> f64 {
     let jump = |at: f64| 0.5 * (1.0 + ((t - at) / 0.03).tanh());
     let (a, b) = (jump(1.7), jump(4.1));
@@ -64,7 +64,7 @@ pub fn strain_map_data(columns: usize, rows: usize) -> StrainMap {
     }
 }
 
-/// A rod that goes over from q = 1 to q = -1 with its end held.
+/// A rod that changes from q = 1 to q = -1 with its end held.
 fn held(q: f64) -> Curve {
     let slope = |s: f64| {
         2.9 * q * (2.0 * s - 3.0 * s * s)

@@ -2,7 +2,8 @@
 
 use snaprod::plot::*;
 
-/// Catches a way in a coordinate plane that is a sliver in a box of space, a groove that is not named, and one that is where there is none.
+/// Catches a path in a coordinate plane drawn as a sliver in a spatial box, a groove without label, and a labelled
+/// groove where none exists.
 #[test]
 fn a_way_in_a_plane_is_drawn_in_it() {
     let time: Vec<f64> = (0..=40).map(|k| f64::from(k) / 40.0).collect();
@@ -25,7 +26,7 @@ fn a_way_in_a_plane_is_drawn_in_it() {
         let svg = space_way(way, &Paper::SCREEN).unwrap();
         svg.matches(&format!(">\n{word}\n<")).count()
     };
-    // Beside the panel of its own each coordinate of the plane has its name once more, the one that is still has not.
+    // With its own panel, each coordinate of the plane has one more label; the constant coordinate has none.
     assert_eq!(
         ["x (ℓ)", "y (ℓ)", "z (ℓ)"].map(|word| words(&way, word)),
         [2, 1, 2]
@@ -37,7 +38,7 @@ fn a_way_in_a_plane_is_drawn_in_it() {
     assert_eq!([&way, &bent].map(|way| words(way, "groove")), [0, 1]);
 }
 
-/// Catches curves of a sweep that join what lies on both sides of a snap, or lose colours and names.
+/// Catches curves of a sweep that connect points on both sides of a snap, or lose colours and names.
 #[test]
 fn curves_of_a_sweep_break_where_the_outcome_changes() {
     let data = SweptCurves {
@@ -60,7 +61,7 @@ fn curves_of_a_sweep_break_where_the_outcome_changes() {
         assert!(marked.contains(&format!(">\n{word}\n<")), "{word}");
     }
     let lines = |svg: &str| svg.matches("<polyline").count();
-    // Less the line over the gap to the third point; the legend has no lines.
+    // One line less, over the gap to the third point; the legend has no lines.
     assert_eq!(lines(&plain) - lines(&marked), 1);
     let short = SweptCurves {
         words: vec!["0".into()],

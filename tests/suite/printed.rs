@@ -1,7 +1,7 @@
-//! What README and docs print is what the program prints.
+//! Printed examples of README and docs against the output of the program.
 //!
-//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each with lines of its output in their order; others
-//! may be left out. Every command is run here, and every line looked for.
+//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each followed by lines of its output
+//! in order; lines may be left out. Every command is run here, and every line is searched in its output.
 
 use crate::program::{Answer, Place, parts};
 use std::fs;
@@ -39,8 +39,9 @@ fn last_digit(number: &str) -> f64 {
     10f64.powi(-(decimals as i32))
 }
 
-/// True if two numbers of a line say the same: an estimate of an error (1.6e-11) up to a factor of 30, a count of work up to a
-/// tenth, any other up to the last digit written, or ten times the uncertainty that follows it.
+/// True if two numbers of a line agree. An estimate of an error (1.6e-11) must agree within a factor of 30, a count
+/// of work within a tenth. Other numbers must agree up to the last digit written, or ten times the uncertainty that
+/// follows it.
 fn same(written: &str, printed: &str, counts: bool, uncertainty: Option<f64>) -> bool {
     let [a, b]: [f64; 2] = [written, printed].map(|n| n.parse().expect("a number"));
     if written.contains("e-") || printed.contains("e-") {
@@ -83,7 +84,7 @@ fn workplace() -> Place {
     place
 }
 
-/// Catches printed examples that the program does not print any more.
+/// Catches printed examples that are out of date.
 #[test]
 fn printed_examples_are_what_the_program_prints() {
     let place = workplace();
@@ -105,7 +106,7 @@ fn printed_examples_are_what_the_program_prints() {
                     seen += 1;
                     continue;
                 }
-                // The lines still to come are at the end of `printed`.
+                // The remaining lines are at the end of `printed`.
                 let at = printed.iter().rposition(|p: &String| agree(line, p));
                 let Some(at) = at else {
                     panic!(
@@ -121,7 +122,7 @@ fn printed_examples_are_what_the_program_prints() {
     assert!(seen >= 8, "only {seen} commands found");
 }
 
-/// Catches a scene in the documents that the program refuses.
+/// Catches a documented scene that the program refuses.
 #[test]
 fn printed_scenes_check() {
     let place = Place::new("printed-scenes");

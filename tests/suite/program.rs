@@ -1,11 +1,11 @@
-//! The program run in a directory of its own, and what it said.
+//! The program, run in a temporary directory, and its answers.
 
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-/// A directory of one test, gone at its end.
+/// A directory of one test, removed at the end.
 pub struct Place(pub PathBuf);
 
 impl Place {
@@ -63,7 +63,7 @@ impl Drop for Place {
     }
 }
 
-/// What the program said.
+/// Answer of the program: exit code and outputs.
 #[derive(Debug)]
 pub struct Answer {
     pub code: i32,
@@ -91,7 +91,7 @@ impl Answer {
         value
     }
 
-    /// Readable text of a command that did all that was asked.
+    /// Readable text of a fully successful command.
     #[track_caller]
     pub fn text(&self) -> &str {
         assert_eq!(self.code, 0, "{self:?}");
@@ -100,7 +100,7 @@ impl Answer {
         &self.stdout
     }
 
-    /// The complaint of a command with bad input, which prints nothing else.
+    /// Error message of a command with bad input, its only output.
     #[track_caller]
     pub fn refusal(&self) -> &str {
         assert_eq!(self.code, 2, "{self:?}");
@@ -155,7 +155,7 @@ pub fn keys(value: &Value, expected: &[&str]) {
     }
 }
 
-/// A line as text with a `#` for every number, and the numbers as they are written.
+/// A line as text with a `#` for every number, and the numbers as written.
 pub fn parts(line: &str) -> (String, Vec<String>) {
     let chars: Vec<char> = line
         .split_whitespace()

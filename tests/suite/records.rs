@@ -13,8 +13,8 @@ fn table() -> Table {
     )
 }
 
-/// Catches a streamed table that differs from the one kept in memory, a number that is not read back as itself, a missing
-/// value that is printed, a word that breaks its line.
+/// Catches a streamed table that differs from the table in memory, a number that does not read back exactly, a
+/// missing value that is printed, a word that breaks its line.
 #[test]
 fn a_table_streams_as_it_is_kept() {
     let rows: [[Cell; 3]; 4] = [
@@ -42,7 +42,7 @@ fn a_table_streams_as_it_is_kept() {
     assert_eq!(json["columns"][0]["unit"], "m");
 }
 
-/// Catches a row that is taken though it does not fit, or that is left half in the table.
+/// Catches a mismatched row that is accepted, or partly stored.
 #[test]
 fn a_row_that_does_not_fit_is_refused() {
     let mut table = table();

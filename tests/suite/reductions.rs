@@ -1,4 +1,4 @@
-//! Rods that are exactly springs and dashpots: how they are recognised, and the whole rod against closed forms.
+//! Rods that reduce exactly to springs and dashpots: recognition, and the whole rod against closed forms.
 
 use crate::support::{assert_close, exponential};
 use nalgebra::{Complex, Isometry3, Matrix3, Matrix4, Matrix6, SVector, Vector3, Vector4, Vector6};
@@ -14,7 +14,7 @@ use snaprod::viscoelastic::material::Material;
 use snaprod::viscoelastic::space::Space;
 use std::sync::Arc;
 
-/// Overstress H e_t, with some strains rigid; of its own, so that the tests stand apart from the library's laws.
+/// Overstress H e_t, with some strains rigid; a separate law, to keep the tests independent of the library's laws.
 #[derive(Debug)]
 pub struct Dashpots {
     pub viscosity: Matrix6<f64>,
@@ -110,14 +110,14 @@ pub fn welded(mass: f64) -> RigidBody {
     RigidBody::new(mass, inertia()).expect("a body")
 }
 
-/// The whole rod at one moment.
+/// State of the whole rod at one moment.
 pub struct Whole {
     pub time: f64,
-    /// Strains and rates, the same all along up to `spread`.
+    /// Strains and rates, uniform along the rod up to `spread`.
     pub strain: Strain,
     pub rate: Strain,
     pub spread: f64,
-    /// Place of the end.
+    /// Position of the end.
     pub place: Vector3<f64>,
     /// Smallest stretch so far.
     pub least: f64,
@@ -126,8 +126,8 @@ pub struct Whole {
     pub steps: u64,
 }
 
-/// Runs the whole rod to each of the times, with the Maxwell branches relaxed at `relaxed`, and asserts the balance of energy
-/// at every step.
+/// Runs the whole rod to each of the times, with the Maxwell branches relaxed at `relaxed`, and asserts the balance
+/// of energy at every step.
 pub fn whole<B, const M: usize, const D: usize>(
     section: &Viscoelastic,
     body: &B,
@@ -194,7 +194,8 @@ where
     times.iter().map(reach).collect()
 }
 
-/// The same with relaxed branches, for every strain and whatever the end carries; the strains must stay the same all along.
+/// The whole rod with initially relaxed branches, for all strains and bodies; the strains must stay uniform along
+/// the rod.
 pub fn run(
     section: &Viscoelastic,
     carried: &TipBody,
@@ -216,8 +217,8 @@ pub fn run(
     found
 }
 
-/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for a point
-/// mass on a ball joint and for a welded body.
+/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for
+/// a point mass on a ball joint and for a welded body.
 #[test]
 fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
@@ -267,7 +268,7 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     }
 }
 
-/// Catches a stiff motion that takes steps of its fastest rate: a strong dashpot, by its two exponentials.
+/// Catches step sizes limited by the fastest rate of a stiff motion: a strong dashpot, by its two exponentials.
 #[test]
 fn a_strong_dashpot_costs_few_steps() {
     let (mass, [.., k], c) = (0.7, STIFFNESS, 3e3);
@@ -292,8 +293,8 @@ fn a_strong_dashpot_costs_few_steps() {
     }
 }
 
-/// Catches energies that do not close, or strains that do not stay the same all along, in strongly nonlinear laws, near
-/// total compression, with a branch, drag and a force in time.
+/// Catches energies that do not close, or strains that do not stay uniform along the rod, in strongly nonlinear
+/// laws, near total compression, with a branch, drag and a force in time.
 #[test]
 fn a_barrier_keeps_the_energy_balance() {
     let base = Linear::full(diagonal(STIFFNESS)).expect("a law");
@@ -401,8 +402,8 @@ fn cubic([a, b, c]: [f64; 3]) -> [Complex<f64>; 3] {
     roots
 }
 
-/// Catches a branch that does not relax, or is not in the energies: a mass on the three-parameter solid, whose motion is
-/// a sum of exponentials with the roots of a cubic.
+/// Catches a branch that does not relax, or is missing in the energies: a mass on the three-parameter solid, whose
+/// motion is a sum of exponentials with the roots of a cubic.
 #[test]
 fn a_maxwell_branch_adds_a_root() {
     let mut section = plain();
@@ -452,8 +453,8 @@ fn a_maxwell_branch_adds_a_root() {
     }
 }
 
-/// Catches a rod without stretch that is taken to stretch: an inextensible, unshearable rod twists, and the body's weight
-/// along it is borne by a reaction.
+/// Catches an inextensible rod treated as extensible: an inextensible, unshearable rod twists, and a reaction bears
+/// the body's axial weight.
 #[test]
 fn an_inextensible_rod_twists() {
     let law = Linear::diagonal([1.0, 1.3], 0.8).expect("a law");
@@ -486,7 +487,7 @@ fn an_inextensible_rod_twists() {
     assert_close(sample.wrench[5], -1.4, 1e-12, 0.0, "reaction");
 }
 
-/// Catches a motion with memory that is taken for an exact one, and a refusal that does not say why.
+/// Catches a motion with memory accepted as exact, and a refusal without a reason.
 #[test]
 fn what_is_not_exact_is_refused_with_its_reason() {
     let section = plain();

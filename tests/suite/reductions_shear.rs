@@ -1,4 +1,4 @@
-//! Exact reductions in shear: when AMV (6.19) holds, and when not.
+//! Exact reductions in shear: the condition AMV (6.19).
 
 use crate::reductions::{
     Dashpots, STIFFNESS, VISCOSITY, diagonal, moving, plain, recognise, run, section, still,
@@ -11,7 +11,7 @@ use snaprod::motion::reduction::{ReductionKind, TipBody};
 use snaprod::section::Strain;
 use std::sync::Arc;
 
-/// Catches a shear beam that is refused: with rigid flexure and twist shear and stretch are oscillators of their own, even
+/// Catches a refused shear beam: with rigid flexure and twist, shear and stretch are independent oscillators, even
 /// under an oblique load on a body with its centre beside the end.
 #[test]
 fn with_rigid_flexure_any_shear_is_exact() {
@@ -40,8 +40,8 @@ fn with_rigid_flexure_any_shear_is_exact() {
     }
 }
 
-/// Catches a condition (6.19) that is not looked at: shear is exact when it dies out at a root of its oscillator and the
-/// load holds the stretch that keeps the force through the clamp, and not at another speed.
+/// Catches an unchecked condition (6.19). Shear is exact if it decays at a root of its oscillator and the load
+/// keeps the stretch that directs the force through the clamp; at another rate it is not.
 #[test]
 fn shear_that_dies_out_may_be_exact() {
     let mut viscosity = diagonal(VISCOSITY);
@@ -73,8 +73,8 @@ fn shear_that_dies_out_may_be_exact() {
     );
 }
 
-/// Shear v1 and stretch v3, their first and second derivatives, and lambda in n = lambda v, for the path
-/// v3 = a + b sin t and v1 as (6.19) has it.
+/// Shear v1 and stretch v3, their first and second derivatives, and lambda in n = lambda v, for the path v3 = a + b
+/// sin t with v1 by (6.19).
 fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
     let (shear, eta, axial, zeta) = (STIFFNESS[3], VISCOSITY[3], STIFFNESS[5], VISCOSITY[5]);
     let (a, b): (f64, f64) = (1.2, 0.1);
@@ -91,8 +91,8 @@ fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
     (x, y, lambda)
 }
 
-/// Catches (6.19) checked only where the forces are constant: a motion in shear and stretch whose load was made for it is
-/// exact; the same start under another load is refused at once, or bends the rod as it leaves.
+/// Catches (6.19) checked only for constant forces. A motion in shear and stretch under a load constructed for it
+/// is exact; under another load the start is refused at once, or later, when the rod bends.
 #[test]
 fn a_load_can_be_made_for_shear() {
     let section = plain();

@@ -1,4 +1,4 @@
-//! The body at the rod's end: its equations of motion, their derivatives, its energy.
+//! Body at the rod's end: equations of motion, derivatives, energy.
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
@@ -28,7 +28,7 @@ fn body() -> RigidBody {
         .with_follower_couple(TimeLoad::sine(Vector3::new(0.2, 0.9, -0.5), 1.3, 0.5).unwrap())
 }
 
-/// The loads of the body that turn with it, in the world: force and couple.
+/// Force and couple of the loads that turn with the body, in the world frame.
 fn following(t: f64, turn: &UnitQuaternion<f64>) -> [Vector3<f64>; 2] {
     let force = Vector3::new(-0.7, 0.4, 1.1) * (2.2 * t + 0.9f64).sin();
     let couple = Vector3::new(0.2, 0.9, -0.5) * (1.3 * t + 0.5f64).sin();
@@ -76,14 +76,14 @@ fn jacobian(f: impl Fn(&Vector6<f64>) -> Vector6<f64>) -> Matrix6<f64> {
     Matrix6::from_columns(&columns)
 }
 
-/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, a rotor's too, differentiated by differences along
-/// the motion itself, against the loads; also the sign with which the rod's wrench enters.
+/// Catches a wrong or missing term of AMV (2.15), (2.16): linear and angular momentum, including a rotor's,
+/// differentiated numerically along the motion itself, against the loads; also the sign of the rod's wrench.
 #[test]
 fn momenta_change_as_the_loads_say() {
     let (body, (t, pose, v, rod)) = (body(), state());
     let motion = body.motion(t, &pose, &v, &rod);
     let along = |h: f64| {
-        // To second order in h is enough for the first derivative of momentum at 0 by symmetric differences.
+        // Second order in h suffices for the first derivative of momentum at 0 by symmetric differences.
         let v1 = v + motion.acceleration * h;
         let pose1 = moved(&pose, &(v * h + motion.acceleration * (0.5 * h * h)));
         let r = pose1.rotation.to_rotation_matrix().into_inner();
@@ -121,7 +121,7 @@ fn momenta_change_as_the_loads_say() {
     assert_close(rate, want, 1e-6, 1.0, "energy");
 }
 
-/// The same body on a clamp that stands aside and tilted, moves and turns.
+/// The body of the tests on a clamp that is offset and tilted, moves and turns.
 fn carried() -> (RigidBody, Support<3>) {
     let tilt = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, 0.5, -0.2));
     let clamp = Support::<3>::new(Vector3::new(0.4, -0.3, 0.1), &tilt)
@@ -135,9 +135,9 @@ fn carried() -> (RigidBody, Support<3>) {
     (body, clamp)
 }
 
-/// Catches a wrong term of the motion seen from a moving clamp: the motion to second order in time, carried to the world by
-/// the clamp's pose alone, must have the momenta that the loads there say, and the energy that the rod, the loads and the
-/// clamp bring.
+/// Catches a wrong term of the motion relative to a moving clamp. The motion to second order in time, mapped to the
+/// world by the clamp's pose alone, must have the momenta given by the loads, and the energy supplied by the rod,
+/// the loads and the clamp.
 #[test]
 fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     let (body, clamp) = carried();
@@ -230,7 +230,7 @@ fn derivatives_of(body: &RigidBody) {
     assert!((mass - mass.transpose()).amax() < 1e-14 && mass.cholesky().is_some());
 }
 
-/// Catches a ball joint that feels couples, or that takes the pose for the position.
+/// Catches a ball joint that feels couples, or takes the pose for the position.
 #[test]
 fn a_point_mass_on_a_ball_joint_is_a_body() {
     let body = Body::<3>::new(2.0)
@@ -256,7 +256,7 @@ fn a_point_mass_on_a_ball_joint_is_a_body() {
     assert_eq!(linear.by_wrench, Matrix3::identity() * 0.5);
 }
 
-/// Catches a field that takes a NaN, a negative drag, or an inertia that no body has.
+/// Catches an accepted NaN, negative drag, or impossible inertia.
 #[test]
 fn faults_are_refused() {
     let nan = Vector3::new(0.0, f64::NAN, 0.0);
@@ -284,7 +284,7 @@ fn faults_are_refused() {
     }
 }
 
-/// Catches a box that is drawn for a body and is not one of its inertia: of a box the moments are m (b^2 + c^2)/3.
+/// Catches a box drawn for a body with another inertia: the moments of a box are m (b^2 + c^2)/3.
 #[test]
 fn a_body_is_drawn_as_the_box_of_its_inertia() {
     let turn = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2))

@@ -19,7 +19,8 @@ fn planar(m: f64, n: [f64; 2]) -> Vector6<f64> {
     Vector6::new(0.0, m, 0.0, n[1], 0.0, n[0])
 }
 
-/// Catches any disagreement of the spatial rod with the closed form of the planar elastica: end, energy, in-plane index.
+/// Catches any disagreement of the spatial rod with the closed form of the planar elastica: end, energy, in-plane
+/// index.
 #[test]
 fn the_planar_elastica_is_reproduced() {
     for (lambda, kappa) in [
@@ -84,8 +85,8 @@ fn branch(
         .trace()
 }
 
-/// Catches a fold that is located by its neighbourhood only: three folds with the end at (0.6, y), to the digits that an
-/// independent continuation code gives (its own error is 9e-12).
+/// Catches a fold located only roughly: three folds with the end at (0.6, y), to the accuracy of an independent
+/// continuation code (its own error is 9e-12).
 #[test]
 fn folds_with_the_end_held_agree_with_an_independent_code() {
     let closed = Elastica::from_lambda_kappa(4.0, 0.5).expect("an equilibrium");
@@ -138,8 +139,8 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
     }
 }
 
-/// Catches an out-of-plane instability that is missed or misplaced: the planar elastica with a ball joint turns out of its
-/// plane where the Lame-type equation of the reference says.
+/// Catches an out-of-plane instability missed or misplaced: the planar elastica with a ball joint leaves its plane
+/// at the points given by the Lame-type equation of the reference.
 #[test]
 fn the_elastica_leaves_its_plane_where_an_independent_equation_says() {
     let data = json("rod_branch.json");

@@ -1,4 +1,4 @@
-//! The mass of the planar rod to first order, its folds and its own vibrations (theory 2.8, 2.9).
+//! First-order mass of the planar rod, its folds and its own vibrations (theory 2.8, 2.9).
 
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
@@ -33,7 +33,8 @@ fn points() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Catches a wrong field: N is twice the kinetic energy of places by differences, and what a full rod has in the reference data.
+/// Catches a wrong velocity field: N is twice the kinetic energy of positions by differences, and that of a full
+/// rod in the reference data.
 #[test]
 fn metric_is_the_kinetic_energy_of_the_rod() {
     let place = |p: f64, lam: f64, s: f64| {
@@ -74,7 +75,8 @@ fn metric_is_the_kinetic_energy_of_the_rod() {
     assert!((bent.metric().0[(1, 1)] / by - 33.0 / 140.0).abs() > 1e-3);
 }
 
-/// Catches a wrong second derivative of the field: the force on the end is that of Lagrange's equations, from differences of N.
+/// Catches a wrong second derivative of the field: the force on the end is that of Lagrange's equations, by
+/// differences of N.
 #[test]
 fn force_of_the_moving_rod_is_that_of_lagrange() {
     let v = Vector2::new(0.4, -0.7);
@@ -103,7 +105,8 @@ fn force_of_the_moving_rod_is_that_of_lagrange() {
     }
 }
 
-/// The three folds of the theory: A, B, M0, D0 to the digits printed there; the held rod is soft at the fold, and damped as D0/(2 M0).
+/// The three folds of the theory: A, B, M0, D0 to the digits printed there; the held rod is soft at the fold, and
+/// damped as D0/(2 M0).
 #[test]
 fn folds_have_the_numbers_of_their_normal_form() {
     let cases = [
@@ -167,7 +170,8 @@ fn folds_have_the_numbers_of_their_normal_form() {
     }
 }
 
-/// Catches an energy that is lost where the rod's mass is followed or given up: smooth motion under weight, and through a snap.
+/// Catches energy lost where the rod's mass is followed or switched off: smooth motion under weight, and through a
+/// snap.
 #[test]
 fn ledger_closes_with_the_mass_of_the_rod() {
     let cases = [
@@ -221,13 +225,14 @@ fn ledger_closes_with_the_mass_of_the_rod() {
     }
 }
 
-/// Catches a fold that a rod with mass is let go of too late: far from folds its M0 is not computed but taken to be 1.
+/// Catches a switch-off of the mass too late before a fold: far from folds M0 is not computed but assumed to be 1,
+/// an upper bound.
 #[test]
 fn the_mass_of_a_critical_shape_is_below_one() {
     let v = Vector2::new(1.0, 0.3);
     let mut folds = 0;
     for number in 1..12 {
-        // Not the straight rod, p = 0, whose lam the chart does not see.
+        // p = 0 is the straight rod, whose lam is invisible in the chart.
         for k in -30..30 {
             let Ok(fold) = fold_at(number, 0.1 + 0.2 * f64::from(k)) else {
                 continue;
@@ -244,7 +249,8 @@ fn the_mass_of_a_critical_shape_is_below_one() {
     assert!(folds > 300, "{folds}");
 }
 
-/// Catches a rule with too few nodes for what a run allows, as for poles of the pendulum that are nearer than supposed.
+/// Catches a quadrature with too few nodes for the required accuracy, as with poles of the pendulum nearer than
+/// assumed.
 #[test]
 fn integrals_along_the_rod_are_as_good_as_asked() {
     let (v, still) = (Vector2::new(0.7, -0.3), Vector2::zeros());

@@ -1,4 +1,4 @@
-//! The mass of the rod in scenes of motion: inertia = "first-order", and what a run says of it.
+//! Mass of the rod in scenes of motion: inertia = "first-order", and the report of a run.
 
 use crate::support::{number_at, worst};
 use serde_json::Value;
@@ -38,8 +38,9 @@ fn recorded(text: &str, set: &[&str]) -> (run::RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches numbers in other units or of another place, and a wrong verdict on whether a rod has come to rest before the next event: the delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3)
-/// (theory 2.8), the straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
+/// Catches numbers in other units or of another state, and a wrong verdict on whether a rod comes to rest before
+/// the next event. The delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3) (theory 2.8), the
+/// straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
 /// length, mass and stiffness all are the same.
 #[test]
 fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
@@ -75,7 +76,7 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
             2e-4,
         );
         assert!(found["validity"]["folds"][0]["viscous_delay"].is_null());
-        // Each snap has its own, and the time to the next one or to the end.
+        // Each snap has its own numbers, with the time to the next snap or to the end.
         let folds = found["validity"]["folds"].as_array().unwrap();
         assert_eq!(folds.len(), events.len());
         let ends = events[1..].iter().map(|next| number_at(next, "/t"));
@@ -92,7 +93,8 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         }
         assert!(found["end"].get("rod_kinetic").is_none());
     }
-    // With friction in proportion to the stiffness, eta K, a vibration K x = omega^2 M x dies down as exp(-eta omega^2 t/2); by five such decays the rod is quiet.
+    // With friction eta K, a vibration K x = omega^2 M x decays as exp(-eta omega^2 t/2); after five decay times
+    // the rod counts as quiet.
     for (eta, quiet) in [(5e-6, false), (1e-5, true)] {
         let damping = format!("rod.damping={{ proportional = {eta:e} }}");
         let record = record(SNAP, &[&damping]);
@@ -112,15 +114,15 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         };
         assert_eq!(event["mass"]["verdict"], verdict);
     }
-    // The constants of the unloaded straight rod are not those of one that is pulled.
+    // The constants of the unloaded straight rod do not apply to a rod under a pull.
     let pulled = summary(SNAP, &["loads.dead=[1.0, 0.0]"]);
     assert!(pulled["validity"]["frequency_shift"].is_null());
     assert!(pulled["validity"]["rod_frequency"].is_null());
 }
 
-/// Catches numbers of another equilibrium, mass or unit: the rod with all of its mass has frequencies of its own about the same
-/// equilibrium. The lowest one differs by the shift, and the first beyond those of the body is that of the rod with its end held, both up
-/// to the order of the mass; so does its decay with friction.
+/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about
+/// the same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that
+/// of the held rod. Both hold up to the order of the mass; so does the decay with friction.
 #[test]
 fn small_motions_tell_what_the_mass_changes() {
     let set = [
@@ -152,14 +154,15 @@ fn small_motions_tell_what_the_mass_changes() {
     let decays = full.eigenvalues.unwrap();
     let rates = decays.iter().filter(|s| s.im > 0.5 * b[2]).map(|s| -s.re);
     near(rates.fold(f64::INFINITY, f64::min), own.decay.unwrap());
-    // `snaprod check` has the same, but for the root of Newton's method.
+    // `snaprod check` gives the same numbers, up to the tolerance of Newton's method.
     let checked = &checked.unwrap().rods[0];
     near(checked.frequency.unwrap(), own.frequency.unwrap());
     near(checked.decay.unwrap(), own.decay.unwrap());
     assert!(full.mass.is_none());
 }
 
-/// Catches a start, a ledger or a column that forgets the mass of the rod, and a time without it that is not that in which the rod has no kinetic energy.
+/// Catches a start, ledger or column without the mass of the rod, and a reported time without mass that differs
+/// from the time without kinetic energy of the rod.
 #[test]
 fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     let (record, tables) = recorded(
@@ -187,7 +190,7 @@ fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
         verdict.starts_with("the rod's mass is followed to first order"),
         "{verdict}"
     );
-    // Weight of the rod: the first state has it in its potential.
+    // The potential of the first state includes the weight of the rod.
     let without = summary(SNAP, &["loads.gravity=[0.0, -1.0]"]);
     let difference =
         number_at(&found, "/start/potential") - number_at(&without, "/start/potential");
@@ -197,7 +200,7 @@ fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     );
 }
 
-/// Refused where it is not followed, with the field and what to write instead.
+/// Unsupported cases are refused, with the field and its admissible value.
 #[test]
 fn first_order_is_refused_where_it_is_not_followed() {
     let set = ["rod.damping=0.1", "rod.inertia=\"first-order\""];
@@ -214,9 +217,9 @@ fn first_order_is_refused_where_it_is_not_followed() {
     assert!(faults.contains("mass"), "{faults}");
 }
 
-/// The claim of the correction: against the rod with all of its mass the place of the end is off by the order 2 of that mass, without it
-/// by the order 1 (theory 2.9); on a clamp that shakes and turns as on one that stands, and of a rod that bears a load along it (theory 3.8), whose
-/// strains begin at the rates that it has under that.
+/// Order of the correction: the position of the end differs from that of the full rod by the order 2 of the rod's
+/// mass, without the correction by the order 1 (theory 2.9). Cases: a fixed clamp; one that shakes and turns; a rod
+/// under a distributed load (theory 3.8), whose strains start at the rates given by that load.
 #[test]
 #[ignore = "second tier: 27 s"]
 fn first_order_is_off_by_the_square_of_the_mass() {
@@ -284,8 +287,9 @@ fn first_order_is_off_by_the_square_of_the_mass() {
     }
 }
 
-/// A rod with friction or mass passes the fold of the light rod without a jump. Its end is off the elastic rod's by the order of friction and
-/// mass, and so are the fold's time and numbers; energies add up to none. Catches a fold that is missed, met on another sheet, or out of place.
+/// A rod with friction or mass passes the fold of the light rod without a jump. Its end differs from the elastic
+/// rod's by the order of friction and mass, and so do the fold's time and numbers; the energies balance. Catches a
+/// fold that is missed, found on another sheet, or out of place.
 #[test]
 fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     let folds = |set: &[&str]| {
@@ -337,7 +341,8 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     assert!(of("elastic") < 0.0 && of("dissipated") > 0.0, "{sum:?}");
 }
 
-/// Catches frequencies that are printed to nine digits although the rod is not resolved: one that a heavy weight pulls taut, with its boundary layer.
+/// Catches frequencies printed to nine digits although the rod is not resolved: a rod pulled taut by a heavy
+/// weight, with its boundary layer.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn modes_tell_that_a_rod_is_not_resolved() {

@@ -73,14 +73,15 @@ fn planar_ends() -> Vec<(&'static str, EndConditions)> {
     ]
 }
 
-/// Catches a wrong planar equation, a lost compliance, a frame or sign error of the plane, and clamps anywhere in space.
+/// Catches a wrong planar equation, a lost compliance, a frame or sign error of the plane, and clamps anywhere in
+/// space.
 #[test]
 fn the_plane_gives_what_space_gives() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -1.1, 0.6));
     for (rod_name, rod) in planar_rods() {
         for (end_name, end) in planar_ends() {
             for turned in [false, true] {
-                // Half-held ends speak of the world's axes, which must then be those of the plane.
+                // Partly held ends refer to the world's axes, which must be those of the plane.
                 let mixed = end.position.iter().flatten().count() == 2;
                 if turned && mixed {
                     continue;
@@ -155,7 +156,7 @@ fn the_closed_form_gives_what_space_gives() {
                 .unwrap();
             let gap = (spatial.base - closed.base).norm() / (1.0 + closed.base.norm());
             assert!(gap < 1e-9, "{bending:?} {end:?}: wrenches {gap:.1e} apart");
-            // The guess, a wrench, leads back to the same point of the chart.
+            // Started from a wrench, the search finds the same point of the chart.
             let again = problem
                 .clone()
                 .with_path(Path::ClosedForm)
@@ -174,7 +175,7 @@ fn the_closed_form_gives_what_space_gives() {
     }
 }
 
-/// Catches a path that is taken where it does not hold, and reasons that do not tell why.
+/// Catches an inapplicable path that is accepted, and refusals without the reason.
 #[test]
 fn paths_are_refused_with_the_reason() {
     let force = Vector3::new(1.0, -2.0, 0.5);
@@ -264,8 +265,8 @@ fn differences(family: &dyn Family, x: DVector<f64>) {
     }
 }
 
-/// Catches a wrong reversal of the rod, frame or sign: on the elastica's plane the manifold of the ball-jointed rod is the
-/// closed form, index included.
+/// Catches a wrong reversal of the rod, frame or sign: on the elastica's plane the manifold of the ball-jointed rod
+/// is the closed form, index included.
 #[test]
 fn the_ball_jointed_rod_holds_the_elastica() {
     let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0).unwrap()).unwrap();
@@ -385,8 +386,8 @@ fn overloaded_columns_are_found_buckled() {
     }
 }
 
-/// Catches searches that end on a coil although the rod can trail along the load, and searches without end: dead forces of
-/// all directions and sizes, whose energy is bounded below, so that a stable state exists.
+/// Catches searches that end on a coil although the rod can trail along the load, and endless searches: dead forces
+/// of all directions and sizes, whose energy is bounded below, so a stable state exists.
 #[test]
 fn dead_forces_are_trailed() {
     let laws = [
@@ -412,7 +413,7 @@ fn dead_forces_are_trailed() {
                 let name = format!("{law:?} {size} {angle}");
                 let found = found.unwrap_or_else(|e| panic!("{name}: {e}"));
                 assert_eq!(found.index, 0, "{name}");
-                // It gains more from the load than it stores.
+                // The load's work exceeds the stored energy.
                 let work = force.dot(&(found.end.position - Vector3::z()));
                 assert!(
                     found.end.energy <= work + 0.5 * size * size / 100.0 + 1.0,
@@ -440,8 +441,8 @@ fn followers_have_no_index_on_branches() {
     assert!(!make(1.0).unwrap().is_conservative());
 }
 
-/// Catches answers that shooting from the clamp cannot hold: under a pull lam^2 an error grows as exp(lam). m(0) = lam is known
-/// (theory 2.3).
+/// Catches results limited by the instability of shooting from the clamp: under a pull lam^2 an error grows as
+/// exp(lam). m(0) = lam is known (theory 2.3).
 #[test]
 fn heavy_pulls_are_solved() {
     let (sin, cos) = (PI / 3.0).sin_cos();
@@ -463,8 +464,8 @@ fn heavy_pulls_are_solved() {
     }
 }
 
-/// Catches an index that depends on a soft torsion, or is aliased where variations grow fast: as torsion becomes free the
-/// index of an isotropic rod whose end bears no couple does not change.
+/// Catches an index that depends on a soft torsion, or is aliased by fast growth of variations: with vanishing
+/// torsional stiffness the index of an isotropic rod without end couple does not change.
 #[test]
 fn soft_torsion_does_not_change_the_index() {
     let index = |torsion: f64| {
@@ -478,8 +479,8 @@ fn soft_torsion_does_not_change_the_index() {
     }
 }
 
-/// Catches a stability change that is put in the wrong place, or missed, where the chart does not see the mode that loses its
-/// stability: out of the plane of the chart. In space it is a root of the determinant.
+/// Catches a stability change misplaced or missed because the chart does not contain the unstable mode: out of the
+/// plane of the chart. In space it is a root of the determinant.
 #[test]
 fn charts_agree_where_the_rod_leaves_the_plane() {
     let held_at = |y: f64| {
@@ -505,7 +506,7 @@ fn charts_agree_where_the_rod_leaves_the_plane() {
     }
 }
 
-/// Where the index goes 0 -> 1 and 1 -> 2 on the way from y = 0.3 down.
+/// Parameters of the index changes 0 -> 1 and 1 -> 2 on the way from y = 0.3 down.
 fn leaving<P, C>(family: RodFamily<P, C>, start: &Equilibrium) -> [f64; 2]
 where
     P: Fn(f64) -> snaprod::Result<Problem>,

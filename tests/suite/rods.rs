@@ -7,7 +7,8 @@ use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::{Along, Linear, Varying};
 use std::f64::consts::{LN_2, PI};
 
-/// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series know nothing of ours.
+/// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series are an independent
+/// method.
 #[test]
 fn initial_value_problems_agree_with_taylor_series() {
     let data = json("rod_ivp.json");
@@ -36,8 +37,8 @@ fn initial_value_problems_agree_with_taylor_series() {
     }
 }
 
-/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the end of
-/// the first, to rounding and without small steps at the jump.
+/// Catches a break that is stepped over: a rod whose stiffness jumps is two uniform rods, the second clamped to the
+/// end of the first, to rounding and without small steps at the jump.
 #[test]
 fn a_rod_with_a_jump_is_two_rods() {
     let jump = |a: f64, b: f64| Along::table(&[(0.0, a), (0.4, a), (0.4, b), (1.0, b)]);
@@ -46,7 +47,7 @@ fn a_rod_with_a_jump_is_two_rods() {
         jump(0.8, 0.2).unwrap(),
     );
     let whole = Rod::new(1.0, law.unwrap()).expect("a rod");
-    // As laws that could vary, which are integrated as the one with the jump is.
+    // General varying laws, with the same integrator as the law with the jump.
     let part = |length: f64, [a, b, c]: [f64; 3]| {
         let law = move |_: f64| Linear::diagonal([a, b], c);
         Rod::new(length, Varying::by(law)).expect("a rod")
@@ -80,8 +81,8 @@ fn a_rod_with_a_jump_is_two_rods() {
     }
 }
 
-/// Catches a method of lower order, and an error control that does not control: on uniform rods the error of pose and tangent falls like
-/// the sixteenth power of the number of steps.
+/// Catches a method of lower order, and an ineffective error control: on uniform rods the error of pose and tangent
+/// falls like the sixteenth power of the number of steps.
 #[test]
 fn the_error_falls_with_high_order() {
     let data = json("rod_ivp.json");
@@ -108,7 +109,7 @@ fn the_error_falls_with_high_order() {
                 points.push(((end.steps as f64).ln(), error.ln()));
             }
         }
-        // Too few to tell, as of an unloaded rod.
+        // Too few steps to judge, as for an unloaded rod.
         let grown = |(first, last): (&(f64, f64), &(f64, f64))| last.0 - first.0 > LN_2 - 1e-9;
         if !points.first().zip(points.last()).is_some_and(grown) {
             continue;
@@ -193,8 +194,8 @@ fn held_ends_are_solved() {
     }
 }
 
-/// Catches a conjugate point that is missed or counted twice, or a wrong correction for the end condition: the reference
-/// counts negative eigenvalues of a discretised second variation.
+/// Catches a conjugate point that is missed or counted twice, or a wrong correction for the end condition: the
+/// reference counts negative eigenvalues of a discretised second variation.
 #[test]
 fn indices_agree_with_discretised_second_variations() {
     let data = json("rod_index.json");
@@ -229,9 +230,9 @@ fn indices_agree_with_discretised_second_variations() {
     assert!(tested >= 20, "only {tested}");
 }
 
-/// Catches an index that forgets the lever of a force beside the end: a column that carries its load on a stiff mast of height h
-/// (hung below the end for h < 0) buckles where lambda tan lambda = 1/h, lambda^2 the load; and of the shapes under a load that is
-/// too heavy, or that pulls sideways on an arm, one is stable and balances it.
+/// Catches an index without the lever of an off-end force. A column with its load on a stiff mast of height h
+/// (below the end for h < 0) buckles at lambda tan lambda = 1/h, lambda^2 the load. Under an excessive load, or one
+/// that pulls sideways on an arm, exactly one of the shapes found is stable and balances it.
 #[test]
 fn a_load_on_a_mast_buckles_the_column_early() {
     let rod = Rod::new(1.0, Linear::diagonal([1.0, 2.0], 0.8).unwrap()).expect("a rod");
@@ -303,15 +304,16 @@ fn a_load_on_a_mast_buckles_the_column_early() {
     }
 }
 
-/// Catches starts of the search that are not mirrored with the problem: its images along d1, d2 and both had another stable state, of the energies 21.31 and 8.46. Laws, targets, couples and
-/// turns are mirrored; energy and the cost of the search are the same.
+/// Catches starts of the search that are not mirrored with the problem: images by d1, d2 and both had another
+/// stable state, of the energies 21.31 and 8.46. Laws, targets, couples and turns are mirrored; energy and the cost
+/// of the search are the same.
 #[test]
 fn mirror_images_have_mirror_images_as_equilibria() {
     let (k, twist) = ([1.5156, -0.2055], 1.4127);
     let (place, turn) = ([-0.0652, 0.0483, 0.7658], [0.8664, -0.4482, 0.1932, 0.1053]);
     let (couple, force) = ([0.4, -0.3, 0.2], [-1.0, 0.6, -2.5]);
     let solved = |one: f64, other: f64, held: bool| {
-        // Vectors along d1 and d2, and those that turn about them.
+        // Polar vectors along d1 and d2, and axial vectors.
         let polar = |v: [f64; 3]| Vector3::new(one * v[0], other * v[1], v[2]);
         let axial = |v: [f64; 3]| Vector3::new(other * v[0], one * v[1], one * other * v[2]);
         let rest = axial([k[0], k[1], twist]);

@@ -1,4 +1,4 @@
-//! What every rod must obey: first integrals, differences, changes of frame and units, limits.
+//! Invariants of all rods: first integrals, derivatives, changes of frame and units, limits.
 
 use crate::support::{assert_close, base_wrench, json, list, rod, rows, tapers};
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -9,7 +9,7 @@ use snaprod::section::{
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Bending and torsion that stiffen, stretch that cannot reach zero; isotropic.
+/// Stiffening bending and torsion, and a barrier against zero stretch; isotropic.
 #[derive(Debug)]
 struct Stiffening;
 
@@ -27,7 +27,7 @@ impl StoredEnergy for Stiffening {
     }
 }
 
-/// A law, shared: rods own theirs.
+/// Shared section law, since rods own their laws.
 #[derive(Debug, Clone)]
 pub(super) struct Shared(pub(super) Arc<dyn SectionLaw>);
 
@@ -156,10 +156,10 @@ fn joined(m: Vector3<f64>, n: Vector3<f64>) -> Vector6<f64> {
 
 /// Catches a wrong balance law, a strain that does not belong to its resultant, directors that drift.
 ///
-/// Along a uniform rod H = m.u + n.v - W is constant: with w = dW/de it is the conjugate energy W*(w), dW*/ds = e.w' =
-/// u.(-u x m - v x n) + v.(-u x n) = 0, the resultants' components along the directors having the derivatives
-/// m' = -u x m - v x n, n' = -u x n. This includes intrinsic strains, which sit in W. The twisting couple m3 is constant
-/// if the law is transversely isotropic. |n| and n.m are constant for any rod.
+/// Along a uniform rod H = m.u + n.v - W is constant. With w = dW/de, H is the conjugate energy W*(w). The
+/// resultants' components along the directors have the derivatives m' = -u x m - v x n, n' = -u x n, so dW*/ds =
+/// e.w' = u.(-u x m - v x n) + v.(-u x n) = 0. Intrinsic strains are included, as part of W. The twisting couple m3
+/// is constant if the law is transversely isotropic. |n| and n.m are constant for any rod.
 #[test]
 fn first_integrals_hold_along_the_rod() {
     let at: Vec<f64> = (0..=40).map(|i| i as f64 / 40.0 * 1.7).collect();
@@ -201,7 +201,7 @@ fn first_integrals_hold_along_the_rod() {
                     assert!(!holds || gap < bar, "{name}, integral {i}: {gap:e}");
                 }
             }
-            // The test can fail: what is not conserved moves.
+            // Control: other quantities do vary along the rod.
             let moves = |i: usize| {
                 integrals
                     .iter()
@@ -348,8 +348,8 @@ fn units_and_frames_do_not_matter() {
     }
 }
 
-/// Catches an end condition read in the wrong frame or units: partly held ends, the world's axes permuted with the clamp,
-/// lengths and stiffnesses in other units.
+/// Catches an end condition read in the wrong frame or units: partly held ends, the world's axes permuted with the
+/// clamp, lengths and stiffnesses in other units.
 #[test]
 fn problems_do_not_depend_on_frames_and_units() {
     // x to y, y to z, z to x.
@@ -417,8 +417,8 @@ fn problems_do_not_depend_on_frames_and_units() {
     }
 }
 
-/// Catches a division by a load, a size of rounding taken absolute: no load, couples alone (a helix in closed form), a force
-/// alone, loads of 1e-300.
+/// Catches a division by a load, a size of rounding taken absolute: no load, couples alone (a helix in closed form),
+/// a force alone, loads of 1e-300.
 #[test]
 fn vanishing_loads_have_their_limits() {
     let (bending, torsion) = (1.0, 0.7);
@@ -480,8 +480,9 @@ fn vanishing_loads_have_their_limits() {
 /// Catches overflow and lost digits under heavy loads and at extreme ratios of stiffness.
 #[test]
 fn heavy_loads_and_stiffness_ratios_have_their_limits() {
-    // A long rod under tension lambda^2 at 60 degrees to the clamp: but for exp(-lambda), theta = angle - 4 atan(tan(angle/4)
-    // exp(-lambda s)) and the couple at the clamp is 2 lambda sin(angle/2). Errors at s grow like exp(lambda s).
+    // A long rod under tension lambda^2 at 60 degrees to the clamp: but for exp(-lambda), theta = angle - 4
+    // atan(tan(angle/4) exp(-lambda s)) and the couple at the clamp is 2 lambda sin(angle/2). Errors at s grow like
+    // exp(lambda s).
     let (lambda, angle) = (25.0_f64, PI / 3.0);
     let along = |lambda: f64| lambda.powi(2) * Vector3::new(angle.sin(), 0.0, angle.cos());
     let rod = |out_of_plane: f64| {
@@ -516,7 +517,8 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
         assert_eq!(found.index, 0);
     }
 
-    // B4 at P = 1: bending in a plane, to which the stiffnesses out of it do not matter, but for those of shear and stretch.
+    // B4 at P = 1: bending in a plane. The stiffnesses out of the plane do not matter; those of shear and stretch
+    // do.
     let (deflection, shortening) = (0.301_720_773_8, 0.056_433_236_3);
     for (other, torsion) in [(1e6, 1.0), (1e6, 1e6), (1.0, 1e-3), (1.0, 1e6)] {
         for stiff in [None, Some(1e10)] {

@@ -1,4 +1,4 @@
-//! Scenes: what is accepted, and what is refused and where.
+//! Scenes: accepted input, refused input, and the place of each fault.
 
 use proptest::prelude::*;
 use snaprod::scene::{
@@ -7,7 +7,7 @@ use snaprod::scene::{
 };
 use std::path::{Path, PathBuf};
 
-/// The scene of the reference, every table and nearly every field of it.
+/// The scene of the reference, with every table and nearly every field.
 const EXAMPLE: &str = r#"[rod]
 model = "elastica"
 length = 1.0
@@ -330,7 +330,7 @@ fn unknown_names_get_a_suggestion() {
         hint("\"viscous\"", "\"Lowest\""),
         "did you mean \"lowest\"?"
     );
-    // One slip is one fault, though what may be meant has another type.
+    // One slip is one fault, even if the suggested field has another type.
     assert_eq!(
         hint("drag = 0.0", "drags = \"much\""),
         "did you mean `drag`?"
@@ -601,7 +601,7 @@ pub fn damaged(text: &str, edits: &[(usize, usize, usize)], fragments: &[&str]) 
     bytes
 }
 
-/// Numbers that are fine one by one but whose scales, or whose ratio to them, are not.
+/// Numbers that are valid singly, but whose scales, or ratios to them, overflow.
 #[test]
 fn scales_that_overflow_are_a_fault() {
     let soft = example("bending_stiffness = 1.0", "bending_stiffness = 1e-30");
@@ -645,8 +645,8 @@ duration = 1.0
 tolerance = 1e-10
 "#;
 
-/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a section that
-/// bends the other way, and diameters taken for radii.
+/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a
+/// section that bends the wrong way, and diameters taken for radii.
 #[test]
 fn a_rod_of_a_material() {
     let parse = |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
@@ -694,7 +694,7 @@ fn a_rod_of_a_material() {
     }
 }
 
-/// Catches a material without a shape, two ways to give a stiffness, and constants that are none.
+/// Catches a material without a shape, a stiffness given in two ways, and invalid constants.
 #[test]
 fn faults_of_a_rod_of_a_material() {
     let section = "section = { rectangle = { width = 0.020, thickness = 0.0005 } }\n";
@@ -767,8 +767,7 @@ fn faults_of_a_rod_of_a_material() {
     }
 }
 
-/// Catches loads in time and motions of the clamp that are not read, are lost in writing, or are let through though they
-/// cannot be.
+/// Catches loads in time and clamp motions that are not read, not written, or accepted although invalid.
 #[test]
 fn loads_and_clamps_in_time() {
     let force = |text: &str| STRIP.replace("[run]", &format!("force = {text}\n[run]"));
@@ -820,7 +819,7 @@ fn loads_and_clamps_in_time() {
     }
 }
 
-/// Catches an override that is put elsewhere, or whose fault names a line of the text.
+/// Catches an override applied elsewhere, or whose fault names a line of the text.
 #[test]
 fn overrides() {
     let with = |overrides: &[&str]| Scene::parse_with(EXAMPLE, overrides);
@@ -858,8 +857,8 @@ fn overrides() {
     }
 }
 
-/// Catches an element that is called by its name, or a component by its letter, and another one set or none; a name of no element whose refusal does
-/// not say what is there.
+/// Catches a wrong element or component chosen by name or letter, and a refused unknown name without the list of
+/// valid names.
 #[test]
 fn overrides_name_elements() {
     let platform = include_str!("../../scenes/platform.toml");
@@ -877,7 +876,7 @@ fn overrides_name_elements() {
     assert!(faults.to_string().contains(words), "{faults}");
 }
 
-/// Catches a reader whose cost grows with the square of the faults, by what it keeps of them.
+/// Catches a reader whose cost grows with the square of the number of faults.
 #[test]
 fn very_many_faults() {
     let many: String = (0..50_000).map(|i| format!("key{i} = 1\n")).collect();

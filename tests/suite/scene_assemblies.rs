@@ -1,5 +1,5 @@
-//! Scenes of several rods and bodies: read, built and scaled as data of other programs (tests/data/space) have them, and refused
-//! where they make no assembly.
+//! Scenes of several rods and bodies: reading, building and scaling as in data of other programs
+//! (tests/data/space), and refusal of scenes that make no assembly.
 
 use crate::support::{json, list, number, quaternion, rows, vector3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -10,7 +10,7 @@ use snaprod::study::{Silent, Table};
 use std::fmt::Write;
 use std::path::Path;
 
-/// Units of length, force and mass in which the numbers of a file are written down.
+/// Units of length, force and mass in which the numbers of a file are written.
 #[derive(Clone, Copy)]
 struct System {
     length: f64,
@@ -23,7 +23,7 @@ const PLAIN: System = System {
     force: 1.0,
     mass: 1.0,
 };
-/// None of them 1, none a power of another.
+/// No unit is 1 or a power of another.
 const ODD: System = System {
     length: 0.4,
     force: 0.03,
@@ -132,8 +132,8 @@ fn assert_pose(
     assert!(off <= tolerance, "{what}: turned {off:e} too far");
 }
 
-/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform on three
-/// rods, in plain and in odd units, and the bundled one.
+/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform
+/// on three rods, in plain and in odd units, and the bundled one.
 #[test]
 fn platforms_rest_as_another_program_has_it() {
     let data = json("space/network_statics_given.json");
@@ -181,8 +181,8 @@ fn platforms_rest_as_another_program_has_it() {
     );
 }
 
-/// Would catch a lost guess, a wrong ball joint, and a rod begun at its other end that is not the same rod: the deep arch as
-/// another program has it, its hinged half from the crown to the hinge and from the hinge to the crown.
+/// Would catch a lost guess, a wrong ball joint, and a difference made by starting a rod at its other end: the deep
+/// arch of another program, its hinged half from the crown to the hinge and from the hinge to the crown.
 #[test]
 fn the_arch_leans_as_another_program_has_it() {
     let data = json("space/network_statics_given.json");
@@ -190,7 +190,7 @@ fn the_arch_leans_as_another_program_has_it() {
     let scene = bundled("arch.toml");
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/arch.toml");
     let text = std::fs::read_to_string(path).expect("arch.toml");
-    // Half a turn about d1: the directors of the rod seen from its other end.
+    // Half a turn about d1: the directors of the rod started at its other end.
     let half = |q: [f64; 4]| {
         let turned = Quaternion::new(q[0], q[1], q[2], q[3]) * Quaternion::new(0.0, 1.0, 0.0, 0.0);
         times(&[turned.w, turned.i, turned.j, turned.k], 1.0)
@@ -224,7 +224,7 @@ fn the_arch_leans_as_another_program_has_it() {
         assert!(off <= 1e-9, "the crown is turned {off:e} too far");
         assert_eq!(found.index, 0);
     }
-    // The hinge gives no couple; its force is what the crown takes from the rod, turned round.
+    // The hinge bears no couple; its force is that on the crown, reversed.
     let (at_crown, at_hinge) = (one.rods[1].1, other.rods[1].1);
     let (couple, force) = (at_hinge.fixed_rows::<3>(0), at_hinge.fixed_rows::<3>(3));
     assert!(
@@ -243,8 +243,8 @@ fn the_arch_leans_as_another_program_has_it() {
     assert!((crown - last).norm() <= 1e-8 && (hinge - first).norm() <= 1e-8);
 }
 
-/// Would catch a wrong start, velocity, scale of time or column of the trajectory: a chain let go unloaded, and a body on two
-/// rods struck at its equilibrium.
+/// Would catch a wrong start, velocity, time scale or column of the trajectory: a chain released unloaded, and a
+/// body on two rods struck at its equilibrium.
 #[test]
 fn chains_and_loops_move_as_another_program_has_it() {
     let data = json("space/network_motion_given.json");
@@ -308,8 +308,8 @@ fn faults(text: &str) -> Vec<(usize, FaultKind, String)> {
 const ROD: &str =
     "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n";
 
-/// Would catch a fault that hides another, or is told at the wrong place: a misspelt body, a name given twice, a rod on a point
-/// mass without its ball joint, an inertia that no body has, friction, and a body that no rod reaches.
+/// Would catch a fault that hides another, or is reported at the wrong place. Faults: a misspelt body, a duplicate
+/// name, a rod on a point mass without its ball joint, an impossible inertia, friction, and a body without rods.
 #[test]
 fn every_fault_of_an_assembly_is_found_at_once() {
     let text = format!(
@@ -336,7 +336,8 @@ fn every_fault_of_an_assembly_is_found_at_once() {
     assert!(message.contains("did you mean \"platform\"?"), "{message}");
 }
 
-/// Would catch an inertia that no body has in one kind of scene and not in the other, and a needle that is called a point mass alone.
+/// Would catch an impossible inertia accepted in one kind of scene only, and a needle refused with the sole advice
+/// to make it a point mass.
 #[test]
 fn an_inertia_is_that_of_a_body_whatever_carries_it() {
     let rest = "[start]\nrest = \"straight\"\n[run]\nduration = 1.0\n";
@@ -374,7 +375,7 @@ fn an_inertia_is_that_of_a_body_whatever_carries_it() {
     assert!(needle[0].contains("joint = \"ball\"") && needle[1].contains("leave the inertia out"));
 }
 
-/// Would catch an assembly that the library cannot take passing the reader: what all rods together show.
+/// Would catch an impossible assembly that passes the reader, with faults visible only in all rods together.
 #[test]
 fn rods_must_make_an_assembly() {
     let body = |name: &str| {
@@ -416,8 +417,8 @@ fn rods_must_make_an_assembly() {
     }
 }
 
-/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on a tilted clamp, and as
-/// an assembly.
+/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on
+/// a tilted clamp, and as an assembly.
 #[test]
 fn a_snap_tells_the_wrenches_of_its_rod() {
     let rod = "model = \"cosserat\"\nlength = 0.5\nsection = { bending = [1.2, 1.0], torsion = 0.7, shear = [600.0, 720.0], axial = 1400.0 }\n\
@@ -466,7 +467,7 @@ fn a_snap_tells_the_wrenches_of_its_rod() {
     }
 }
 
-/// Would catch a rod that is called by a number in a message.
+/// Would catch a message that calls a rod by number instead of name.
 #[test]
 fn a_start_that_fails_is_told_by_names() {
     let straight = "[[rod]]\nname = \"mast\"\nmodel = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.0, 1.0], torsion = 1.0 }\n\
@@ -487,8 +488,8 @@ fn a_start_that_fails_is_told_by_names() {
     );
 }
 
-/// Would catch a parameter of an assembly that moves another number, a limit point or an index that is lost on the way into the records, a
-/// bound that does not bound: the deep arch pushed through, by the name of its body.
+/// Would catch a parameter of an assembly that changes another number, a limit point or index missing in the
+/// records, and an error bound that is too small: the deep arch pushed through, by the name of its body.
 #[test]
 fn the_arch_is_pushed_through_from_a_scene() {
     let data = json("space/network_statics_given.json");
@@ -498,7 +499,7 @@ fn the_arch_is_pushed_through_from_a_scene() {
         "continue={ parameter = \"body.crown.force.z\", from = 1.5, to = -12.0, points = 400 }";
     let scene = Scene::read_with(&path, &[follow, "solve.tolerance=1e-11"]).expect("arch.toml");
     let record = snaprod::study::branch(&scene, &mut Silent).expect("a branch");
-    // Records, figures and the scene as it was read call it as the scene does, however it was written.
+    // Records, figures and the scene use the scene's name of the parameter, however written.
     let numbered = follow.replace("body.crown.force.z", "body[0].force[2]");
     let other = Scene::read_with(&path, &[&numbered]).expect("arch.toml");
     assert_eq!(other.continuation, scene.continuation);
@@ -538,7 +539,7 @@ fn the_arch_is_pushed_through_from_a_scene() {
     }
     assert_eq!(folds[0].index, [Some(0), Some(1)]);
     assert_eq!(folds[1].index, [Some(1), Some(0)]);
-    // The crown is in balance with both halves on every row: what they do to the ground is the load.
+    // On every row the crown is balanced: the sum of the rods' forces on the ground is the load.
     let sum = |row: usize| {
         ["x", "z"].map(|k| {
             table.reals(&format!("clamped.base_f{k}"))[row]
@@ -553,7 +554,7 @@ fn the_arch_is_pushed_through_from_a_scene() {
             "{x:e}, {z} under {load}"
         );
     }
-    // A branch of an assembly takes a parameter of its own.
+    // A branch of an assembly has parameters that single rods do not have.
     let faults = |follow: &str| {
         let faults = Scene::read_with(&path, &[follow]).expect_err("a fault");
         faults.to_string()
@@ -562,8 +563,8 @@ fn the_arch_is_pushed_through_from_a_scene() {
     assert!(told.contains("body.crown.force.z"), "{told}");
 }
 
-/// Would catch a rod between two ball joints that bears a couple or a force beside its chord: a weight on two of them, each of another length
-/// and rest shape, balanced as a truss is.
+/// Would catch a rod between two ball joints that bears a couple or a force off its chord: a weight on two such
+/// rods, of different lengths and rest shapes, balanced as a truss.
 #[test]
 fn a_weight_hangs_on_two_hinged_rods() {
     let rod = |name: &str, foot: &str, curvature: f64| {
@@ -593,8 +594,8 @@ fn a_weight_hangs_on_two_hinged_rods() {
     assert!((sum - Vector3::new(0.3, 0.0, -1.0)).norm() < 1e-8, "{sum}");
 }
 
-/// A blow that drives rods past their folds and back: time is slowed and runs freely again. Would catch a state inside a step that is
-/// interpolated under another clock than that of the step.
+/// A blow drives rods past their folds and back: time is slowed and runs freely again. Would catch a state inside a
+/// step that is interpolated under another clock than the step's.
 #[test]
 fn a_hard_blow_keeps_the_ledger_at_every_sample() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/platform.toml");
@@ -615,8 +616,8 @@ fn a_hard_blow_keeps_the_ledger_at_every_sample() {
     }
 }
 
-/// Would catch a guess that leads nowhere and is passed over: an equilibrium tells that it was found from the unloaded rods, a motion and its
-/// frequencies are refused, and where no way leads anywhere the reason is told.
+/// Would catch a failed guess that is ignored silently. An equilibrium reports that it was found from the unloaded
+/// rods. A motion and its frequencies are refused. If all searches fail the reason is reported.
 #[test]
 fn a_guess_that_leads_nowhere_is_told() {
     let scene = |guess: &str, more: &str| {
@@ -649,8 +650,8 @@ fn a_guess_that_leads_nowhere_is_told() {
     }
 }
 
-/// Solids against sums over their matter, of one rod and of assemblies; what contradicts itself is refused by name. Catches a moment about the wrong axis, a
-/// radius for a diameter.
+/// Solids against sums over their matter, of one rod and of assemblies; contradictory fields are refused by name.
+/// Catches a moment about the wrong axis, a radius for a diameter.
 #[test]
 fn bodies_may_be_solids() {
     type Inside = fn([f64; 3]) -> bool;
@@ -708,7 +709,7 @@ fn bodies_may_be_solids() {
         let heavy = &heavy.assembly.as_ref().expect("an assembly").bodies[0];
         let ratio = heavy.extent.as_ref().expect("an extent").inertia[1][1] / inertia[1][1];
         assert!((ratio * body.mass / 2.0 - 1.0).abs() < 1e-14, "{solid}");
-        // The same body, told by its numbers, on one rod.
+        // The body given by its numbers, on one rod.
         let resolved = toml::to_string(&parsed(&one(&dense))).expect("TOML");
         assert!(
             resolved.contains(&format!("mass = {:?}", body.mass)),
@@ -744,7 +745,7 @@ fn bodies_may_be_solids() {
     }
 }
 
-/// A clamped strip of length 1.1 with a body in it, whose far clamp stands at a chord.
+/// A clamped strip of length 1.1 with a body in it; the distance of the clamps is the chord.
 fn strip(chord: f64, force: f64, guess: &str) -> Scene {
     let turn = "rotation = { axis = [0, 1, 0], angle = 1.5707963267948966 }";
     parsed(&format!(
@@ -756,8 +757,9 @@ fn strip(chord: f64, force: f64, guess: &str) -> Scene {
     ))
 }
 
-/// Catches a search that ends at an unstable equilibrium, or wanders for minutes: a strip held in shape by two clamps is stable in an arch, at the place
-/// (x, z, turn) and with the energy that two elasticas joined at the body have, and no path from the unloaded rods ends there.
+/// Catches a search that ends at an unstable equilibrium, or takes minutes. A strip held in shape by two clamps is
+/// stable as an arch, whose position (x, z, turn) and energy are those of two elasticas joined at the body. No path
+/// from the unloaded rods ends there.
 #[test]
 fn a_strip_between_clamps_is_found_in_its_arch() {
     let found = equilibrium(&strip(1.0, 10.0, "")).expect("an arch");
@@ -780,8 +782,9 @@ fn a_strip_between_clamps_is_found_in_its_arch() {
     }
 }
 
-/// Catches a search that gives up at the first path that is too long: two rods that close a loop between clamps at a chord of 1.1 have a stable equilibrium, no higher
-/// than that to which a branch leads as the far clamp comes nearer from 1.5 (E = 9.5846).
+/// Catches a search that gives up at the first path that is too long. Two rods that close a loop between clamps at
+/// a chord of 1.1 have a stable equilibrium. Its energy is at most that of the branch on which the far clamp comes
+/// nearer from 1.5 (E = 9.5846).
 #[test]
 fn a_path_that_is_too_long_leaves_the_other_starts() {
     let found = equilibrium(&parsed(
@@ -796,7 +799,8 @@ fn a_path_that_is_too_long_leaves_the_other_starts() {
     assert!(found.energy < 9.5847, "{}", found.energy);
 }
 
-/// Catches an unstable equilibrium near a guess that is passed off as the last word, and a guess beyond the rods of which nothing is said.
+/// Catches an unstable equilibrium near a guess returned without further search, and a guess beyond the rods' reach
+/// without a remark.
 #[test]
 fn a_guess_tells_what_it_is_worth() {
     let guess = |x: f64, z: f64| {

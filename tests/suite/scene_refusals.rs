@@ -1,10 +1,10 @@
-//! What a scene asks for and its rods do not have: refused where it is written, or told by the run and by its plan.
+//! Requests in a scene that its rods do not support: refused with their place, or reported by the run and its plan.
 
 use crate::program::{Place, Table};
 use snaprod::scene::Scene;
 use snaprod::study::plan;
 
-/// A rod in an assembly, with its mass if it is `heavy`; `more` follows in its table.
+/// A rod in an assembly, with mass if `heavy`; `more` follows in its table.
 fn rod(name: &str, heavy: bool, more: &str) -> String {
     let mass = if heavy {
         "mass = 0.01\ninertia = \"full\"\n"
@@ -28,14 +28,14 @@ fn refused(text: &str, words: &[&str]) {
     }
 }
 
-/// Catches models that are not named because the scene looks like one of another.
+/// Catches a model that is not named because its scene looks like one of another model.
 #[test]
 fn all_models_are_named() {
     let text = "[rod]\nmodel = \"beam\"\nlength = 1.0\nbending_stiffness = 1.0\n";
     refused(text, &["elastica", "cosserat", "bar"]);
 }
 
-/// Catches a scene that is refused without a word, and fields that are read and do nothing.
+/// Catches a scene refused without a reason, and fields that are read but have no effect.
 #[test]
 fn what_does_nothing_is_refused() {
     let planar = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n[run]\nduration = 1.0\n\
@@ -60,7 +60,7 @@ fn what_does_nothing_is_refused() {
         &heavy("method = \"symmetric\""),
         &["run.method", "has mass"],
     );
-    // Two of them along one line: whichever has nodes of its own, the other has not.
+    // Two rods along one line: if one has nodes, the other has none.
     let nodes = |a: &str, b: &str| {
         let [a, b] = [(a, GROUND), (b, FREE)]
             .map(|(nodes, ends)| rod("r", true, &format!("{ends}\n{nodes}")));
@@ -86,8 +86,8 @@ fn what_does_nothing_is_refused() {
     assert!(why.contains("of one rod"), "{why}");
 }
 
-/// Catches a plan or a summary that tells of the scene as it is written where another model runs: a strip whose weight lifts it out of the
-/// chart of the plane looks for no contact, and a free rod with mass is more than a picture.
+/// Catches a plan or summary that describes the scene as written although another model runs: a strip whose weight
+/// requires the spatial model is not checked for contact, and a free rod with mass is more than a picture.
 #[test]
 fn plans_tell_what_runs() {
     let place = Place::new("lifted");
@@ -128,7 +128,7 @@ fn plans_tell_what_runs() {
     }
 }
 
-/// Catches waves in a rod of an assembly that its nodes do not hold, and of which nobody is told.
+/// Catches unresolved waves in a rod of an assembly that are not reported.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn unresolved_waves_are_told() {
@@ -155,7 +155,8 @@ fn unresolved_waves_are_told() {
     );
 }
 
-/// Catches branches that write their strains into one file: each has its own, with its own times, and the run ends with all of them.
+/// Catches branches that write their strains into one file: each has a file of its own with its own times, and the
+/// run ends with all of them.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn branches_have_strains_of_their_own() {
@@ -203,7 +204,7 @@ fn branches_have_strains_of_their_own() {
     }
 }
 
-/// Catches a reason that is not the one, a rod that is told by its number, and an example that the scene cannot have.
+/// Catches a wrong reason, a rod called by its number, and a suggested example that is invalid for the scene.
 #[test]
 fn refusals_name_what_is_wrong() {
     use snaprod::study::assembly::AssemblyPrepared;

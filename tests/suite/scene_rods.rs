@@ -1,4 +1,4 @@
-//! Scenes of rods in space: what is accepted, what is refused and where, and their parameters.
+//! Scenes of rods in space: accepted input, refused input with the place of faults, and parameters.
 
 use crate::scene::{check_faults, damaged};
 use crate::support::SAMPLE;
@@ -10,7 +10,7 @@ use snaprod::scene::{
 use snaprod::section::Material;
 use std::path::Path;
 
-/// Nearly every other field.
+/// A scene with nearly every other field.
 const BRANCH: &str = r#"units = "si"
 [rod]
 model = "cosserat"
@@ -72,13 +72,13 @@ fn section(lines: &str) -> String {
     format!("{head}{lines}\n[rod.rest]{tail}")
 }
 
-/// SAMPLE with another end, and what follows.
+/// SAMPLE with another end, and further text.
 fn end(lines: &str) -> String {
     let (head, _) = SAMPLE.split_once("force").unwrap();
     format!("{head}{lines}\n")
 }
 
-/// The same, of a rod that neither stretches nor shears.
+/// SAMPLE with another end, for an inextensible and unshearable rod.
 fn stiff_end(lines: &str) -> String {
     let text = edit(&end(lines), "axial = 300.0 ", "axial = \"rigid\"");
     edit(&text, "[100.0, 120.0]", "\"rigid\"")
@@ -118,7 +118,7 @@ fn sample_is_accepted() {
     assert_eq!((scene.start.wrench, scene.continuation), (None, None));
 }
 
-/// Catches defaults that are not those documented, and fields that read into the wrong place.
+/// Catches undocumented defaults, and fields read into the wrong place.
 #[test]
 fn every_field_and_default() {
     let text = "[rod]\nmodel='cosserat'\nlength=2\n[rod.section]\nbending=[1,2]\ntorsion=3\n[end]";
@@ -213,7 +213,7 @@ fn sections_in_all_forms() {
     assert_eq!(full.rigid, [StrainName::V1, StrainName::V2, StrainName::V3]);
     assert_eq!((full.stiffness[1][2], full.stiffness[5][5]), (0.1, 20.0));
     assert!(Section::Full(full).is_inextensible() && !of(MATRIX).is_inextensible());
-    // What stands in rigid rows has no effect, and so is not looked at.
+    // Rigid rows have no effect and are not checked.
     of(&format!(
         "{}\nrigid = ['v3']",
         MATRIX.replace("20]]", "0]]")
@@ -300,7 +300,7 @@ fn ends_in_all_forms() {
     assert_eq!(guided.force, [1.0, 2.0, 3.0]);
     let free = of("position = [\"free\", \"free\", \"free\"]\nforce = [1, 0, 0]\nfollower = true");
     assert!(free.is_loaded() && free.follower);
-    // Seven digits of a unit quaternion are one; it is then made one.
+    // Seven digits suffice for a unit quaternion, which is then normalised.
     let q = parse(&end("quaternion = [0.7071068, 0, 0.7071068, 0]"))
         .end
         .unwrap()
@@ -310,7 +310,7 @@ fn ends_in_all_forms() {
     assert!((q[0] * q[0] + q[2] * q[2] - 1.0).abs() < 1e-15);
 }
 
-/// Catches a resolved scene that cannot be run again, or not as the same.
+/// Catches a resolved scene that cannot be run again, or runs differently.
 #[test]
 fn resolved_scene_reads_back() {
     let sixth = "rotation = { axis = [1, 2, 3], angle_degrees = 60 }";
@@ -349,7 +349,7 @@ fn resolved_scene_reads_back() {
     }
 }
 
-/// Catches files that do not check. What they find is for the tests of branches.
+/// Catches scene files that do not check. Their results are tested with the branches.
 #[test]
 fn scene_files_are_accepted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -493,7 +493,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     ]
 }
 
-/// Catches a fault that is not found, is told at another line or field, or whose message does not say it.
+/// Catches a fault that is not found, is reported at another line or field, or has another message.
 #[test]
 fn every_fault_has_its_message_and_line() {
     let mut wrong = String::new();
@@ -560,8 +560,8 @@ step = 2
     assert_eq!(seen, expected);
 }
 
-/// Catches a path that names another number than it says: `with` must change exactly what `value` reads, and
-/// the scene that it gives is the one with that number written in the text.
+/// Catches a path to a wrong number: `with` must change exactly the number read by `value`, and the result equals
+/// the scene with that number in its text.
 #[test]
 fn parameters_are_the_numbers_they_name() {
     let all = r#"
@@ -671,7 +671,7 @@ fn parameters_are_the_numbers_they_name() {
     assert_eq!(scene.with(&Parameter::Curvature(usize::MAX), 1.0), scene);
 }
 
-/// Catches a polynomial stiffness that is let through though it is not positive, against sampling.
+/// Catches an accepted polynomial stiffness that is not positive, against sampling.
 #[test]
 fn polynomial_stiffness_is_positive() {
     for i in 0..200 {

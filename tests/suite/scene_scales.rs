@@ -1,4 +1,4 @@
-//! Scenes: the scaling between the user's units and the library's.
+//! Scaling of scenes between the user's units and the library's.
 
 use proptest::prelude::*;
 use snaprod::scene::{ElasticPlane, Force, History, Place, Scene, Section, Sine, Units};
@@ -69,9 +69,9 @@ fn load(scene: &Scene, t: f64, v: [f64; 2]) -> [f64; 2] {
 }
 
 proptest! {
-    /// Newton's law is the same in both systems of units: the acceleration that the loads give,
-    /// computed in the library's units and scaled back, is that computed in the user's. This binds
-    /// the scales of force, time, velocity, acceleration and drag to each other.
+    /// Newton's law holds in both systems of units: the acceleration by the loads, computed in the library's units
+    /// and scaled back, is that computed in the user's. This couples the scales of force, time, velocity,
+    /// acceleration and drag.
     #[test]
     fn newtons_law_scales(
         length in 1e-3..1e3_f64, stiffness in 1e-3..1e3_f64, mass in 1e-3..1e3_f64,
@@ -102,7 +102,7 @@ proptest! {
         close(scales.energy * length, stiffness);
     }
 
-    /// The same scene told in centimetres, grams and milliseconds is the same without units.
+    /// A scene in centimetres, grams and milliseconds is the same without units.
     #[test]
     fn units_drop_out(length in 0.1..10.0_f64, stiffness in 0.1..10.0_f64, mass in 0.1..10.0_f64) {
         let si = with_units(length, stiffness, mass, 0.3);
@@ -129,8 +129,8 @@ proptest! {
     }
 }
 
-/// A clamp that is tilted and moved is a world turned and moved the other way. Catches a start, a velocity or a load that
-/// is led into the frame of the clamp the wrong way, and a clamp's own motion that is left out.
+/// A tilted and moved clamp is equivalent to a world turned and moved the other way. Catches a start, velocity or
+/// load rotated into the frame of the clamp the wrong way, and an omitted clamp motion.
 #[test]
 fn a_tilted_clamp_is_a_turned_world() {
     let text = |start: &str, clamp: &str, gravity: [f64; 2]| {
@@ -173,7 +173,8 @@ fn a_tilted_clamp_is_a_turned_world() {
     }
 }
 
-/// Catches times that the way into units of the rod and back moves by rounding: 0.049999999999999996 in place of 0.05.
+/// Catches times changed by rounding in the conversion to units of the rod and back: 0.049999999999999996 in place
+/// of 0.05.
 #[test]
 fn times_are_those_that_were_asked_for() {
     use snaprod::study::{Silent, Table, run};

@@ -1,4 +1,5 @@
-//! Scenes of motion in space: what is accepted, what is refused and where, and what it is in the library's units.
+//! Scenes of motion in space: accepted input, refused input with the place of faults, and values in the library's
+//! units.
 
 use crate::support::{one_fault, text_of};
 use snaprod::scene::{
@@ -7,7 +8,7 @@ use snaprod::scene::{
     Units,
 };
 
-/// Every table and nearly every field; the lines are counted below.
+/// A scene with every table and nearly every field; its lines are counted below.
 const FULL: &str = r#"units = "si"
 [rod]
 model = "cosserat"
@@ -97,7 +98,7 @@ fn field(entries: &[(StrainName, &[f64])]) -> StrainField {
 const MATRIX: &str = "[[1,0,0,0,0,0], [0,2,0,0.5,0,0], [0,0,3,0,0,0], [0,0.5,0,10,0,0], [0,0,0,0,10,0], [0,0,0,0,0,20]]";
 const BARRIER: &str = "barrier = { strength = 0.1, half_widths = [0.05, 0.1] }";
 
-/// Catches a field that reads into another place, and defaults that are not those documented.
+/// Catches a field read into another place, and undocumented defaults.
 #[test]
 fn fields_and_defaults() {
     let scene = parse(FULL);
@@ -175,7 +176,7 @@ fn fields_and_defaults() {
         (1e-8, 400, 10_000_000)
     );
     assert_eq!(scene.run().unwrap().method, Method::Auto);
-    // A weld and no offset are the defaults; the entries of rigid strains do not matter.
+    // A weld and no offset are the defaults; the entries of rigid strains have no effect.
     let weld = edit(
         BALL,
         "joint = \"ball\"",
@@ -192,7 +193,7 @@ fn fields_and_defaults() {
     parse(&damping(&edit(MATRIX, "10,0,0]", "-10,0,0]")));
 }
 
-/// The forms of damping and of the start. Catches a form that is read as another.
+/// Forms of damping and of the start. Catches a form that is read as another.
 #[test]
 fn forms_of_damping_and_start() {
     let of = |text: &str| parse(&damping(text)).rod.damping.unwrap();
@@ -243,7 +244,7 @@ fn forms_of_damping_and_start() {
     );
 }
 
-/// Catches content that is lost, or written in a form that is refused.
+/// Catches lost content, and content written in a form that is refused.
 #[test]
 fn scenes_read_back() {
     let mut texts = vec![
@@ -326,7 +327,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (branch("{ proportional = -1 }"), 6, "rod.relaxation[1].stiffness.proportional", Value, ">= 0"),
         (full("time = 0.5", "time = 0"), 6, "rod.relaxation[1].time", Value, "> 0"),
         (full("nodes = 16", "nodes = 3"), 7, "rod.nodes", Value, "from 4 to 400"),
-        // The rod and its clamp are those of statics.
+        // The rod and its clamp have the faults of statics.
         (ball("torsion = 0.7", "torsion = 0"), 7, "rod.section.torsion", Value, "zero stiffness"),
         (full("[0.1, 0.0, 0.2]", "[0.1]"), 14, "clamp.position", Value, "1 elements"),
         // The body.
@@ -377,7 +378,7 @@ fn bad() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     ]
 }
 
-/// Catches a scene that cannot be run and is accepted, and faults that send the user elsewhere.
+/// Catches an accepted scene that cannot be run, and faults with misleading advice.
 #[test]
 fn bad_scenes_are_refused() {
     for (text, line, field, kind, words) in bad() {
@@ -389,7 +390,7 @@ fn bad_scenes_are_refused() {
     }
 }
 
-/// Catches a scene that is taken for another kind, and one that is asked for what it has not.
+/// Catches a scene taken for another kind, and a demand for fields of another kind.
 #[test]
 fn what_a_scene_is_follows_from_its_content() {
     let statics = text_of("cantilever");
@@ -469,8 +470,8 @@ method = 3
     assert_eq!(seen, expected);
 }
 
-/// L = 0.5 m, B = 2/(1/0.03 + 1/0.015) = 0.02 N m^2, m = 0.05 kg by hand, time = sqrt(m L^3/B) = sqrt(0.3125) s. Catches
-/// couples, forces, flexures and stretches scaled alike, and wrong powers of length or time.
+/// L = 0.5 m, B = 2/(1/0.03 + 1/0.015) = 0.02 N m^2, m = 0.05 kg by hand, time = sqrt(m L^3/B) = sqrt(0.3125) s.
+/// Catches couples, forces, flexures and stretches scaled alike, and wrong powers of length or time.
 #[test]
 fn si_scales() {
     let scene = parse(FULL);

@@ -1,4 +1,4 @@
-//! Starts: on clamps that move already at t = 0, and at rest under loads.
+//! Starts on clamps that move at t = 0, and starts at rest under loads.
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, vector};
@@ -45,7 +45,7 @@ fn prepared(text: &str) -> snaprod::Result<Prepared> {
     Prepared::new(&Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}")))
 }
 
-/// The run, whose ledger must close.
+/// Runs a scene whose ledger must close.
 fn recorded(text: &str) -> RunRecord {
     let mut tables: Vec<Table> = Vec::new();
     let prepared = prepared(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -56,7 +56,7 @@ fn recorded(text: &str) -> RunRecord {
     record
 }
 
-/// Position and velocity of the end when the run is over.
+/// Final position and velocity of the end.
 fn ended(text: &str) -> [Vector3<f64>; 2] {
     let last = &recorded(text).branches[0].last;
     [last.pose.translation.vector, last.velocity]
@@ -70,8 +70,8 @@ fn agree(got: &[Vector3<f64>; 2], want: &[Vector3<f64>; 2], tolerance: f64) {
     }
 }
 
-/// Catches a start in space on a clamp that turns already at t = 0 (it was refused), or whose velocity, shape or place there
-/// is not that of the plane: any planar scene, in the plane and in space.
+/// Catches a start in space on a clamp that turns at t = 0 and is refused, or whose velocity, shape or position
+/// differs from the planar start: any planar scene, in the plane and in space.
 #[test]
 fn a_clamp_that_turns_at_the_start_is_the_same_in_the_plane_and_in_space() {
     let turns = [
@@ -115,7 +115,7 @@ fn a_clamp_that_turns_at_the_start_is_the_same_in_the_plane_and_in_space() {
     }
 }
 
-/// A point mass as it is seen from a frame that turns at the constant rate Omega: r'' = f/m - Omega x (Omega x r) - 2 Omega x r'.
+/// A point mass in a frame that turns at the constant rate Omega: r'' = f/m - Omega x (Omega x r) - 2 Omega x r'.
 #[derive(Debug)]
 struct Whirled(Matrix3<f64>);
 
@@ -164,9 +164,9 @@ impl EndBody<3> for Whirled {
     }
 }
 
-/// Catches a rigid rotation with the clamp that is none: an arc bent out of the plane of the rotation, at rest in the frame of
-/// a clamp that turns about any axis, moves there as under centrifugal and Coriolis forces; and with_clamp is the velocity
-/// Omega x r of the end of the arc, given in the world.
+/// Catches a wrong rigid rotation with the clamp. An arc bent out of the plane of the rotation, at rest in the
+/// frame of a clamp that turns about any axis, moves in that frame under centrifugal and Coriolis forces.
+/// with_clamp is the velocity Omega x r of the end of the arc, given in the world.
 #[test]
 fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
     let (axis, rate, kappa) = (vector![1.0, 2.0, -0.5].normalize(), 1.7, 1.4f64);
@@ -210,8 +210,8 @@ fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
     agree(&ended(&text(weld, &turning)), &with_clamp, 1e-11);
 }
 
-/// Catches a rod at rest on its clamp that cannot be started when the clamp moves at t = 0, in any model, or a refusal that does
-/// not say with which velocity it can.
+/// Catches a rod at rest on its clamp that cannot start on a clamp moving at t = 0, in any model, or a refusal
+/// without an admissible velocity.
 #[test]
 fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
     let elastic = PLANE.replace("damping = { proportional = 0.05 }\n", "");
@@ -221,7 +221,7 @@ fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
         )
     };
     let weld = SPACE.replace("joint = \"ball\"", "inertia = [0.1, 0.1, 0.1]");
-    // 2 pi 2.0 0.01 along the rod.
+    // Speed 2 pi 2.0 0.01 along the rod.
     for (text, direction, value) in [
         (&elastic[..], "[1.0, 0.0]", "[0.12566370614359174, 0.0]"),
         (PLANE, "[1.0, 0.0]", "[0.12566370614359174, 0.0]"),
@@ -234,7 +234,7 @@ fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
         for words in ["with_clamp = true", &format!("velocity = {value}")] {
             assert!(why.contains(words), "{words}: {why}");
         }
-        // Across, where any velocity will do, the two are the same: at rest on the clamp.
+        // Across the rod every velocity is admissible, and both starts agree: at rest on the clamp.
         let across = direction
             .replace("1.0", "X")
             .replacen("0.0", "1.0", 1)
@@ -250,8 +250,8 @@ fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
     }
 }
 
-/// Catches a planar rod that does not start along its tilted clamp, in any model: let go straight under its weight along the
-/// clamp's tangent it stays straight, and across it falls as one under the turned weight.
+/// Catches a planar rod that does not start along its tilted clamp, in any model: released straight with its weight
+/// along the clamp's tangent it stays straight; with its weight across it falls as under the turned weight.
 #[test]
 fn a_straight_rod_lies_along_its_tilted_clamp() {
     let elastic = PLANE.replace("damping = { proportional = 0.05 }\n", "");
@@ -281,9 +281,10 @@ fn a_straight_rod_lies_along_its_tilted_clamp() {
     );
 }
 
-/// The planar end of a rod of length and stiffness 1 that carries the force (fx, fz) at the point (a, c) beside its end, along
-/// the directors d1, d3 there: theta'' = fz sin theta - fx cos theta from the end, where theta' is the couple of the force about it,
-/// back to the clamp, where theta = 0; by Runge and Kutta's classical method and the secant method.
+/// The planar end of a rod of length and stiffness 1 under the force (fx, fz) at the point (a, c) beside its end,
+/// along the directors d1, d3 there. The equation is theta'' = fz sin theta - fx cos theta, from the end, where
+/// theta' is the couple of the force about it, back to the clamp, where theta = 0. Solved by Runge and Kutta's
+/// classical method and the secant method.
 fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     let couple = |theta: f64| {
         let (sin, cos) = theta.sin_cos();
@@ -322,8 +323,9 @@ fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     (-x, -z, end)
 }
 
-/// Catches a weight that acts at the end instead of the centre of mass of a body welded beside it (that was refused): the loads
-/// balance on the body, which stays where it is, and the rod in its plane is the one found by shooting.
+/// Catches a weight applied at the end instead of the centre of mass of a body welded beside it, a start that was
+/// once refused. The loads balance on the body, which stays in place, and the planar rod is the one found by
+/// shooting.
 #[test]
 fn a_body_beside_the_end_settles_under_its_weight() {
     let text = |offset: &str, loads: &str| {
@@ -375,8 +377,9 @@ fn a_body_beside_the_end_settles_under_its_weight() {
     assert!(r.y.abs() < 1e-11);
 }
 
-/// Catches a straight rod that a push beyond Euler's load leaves standing, in silence or for want of a word what to do; and an
-/// imperfection that buckles it to the other side, under loads that do not buckle it, or that is no bend of the angle it says.
+/// Catches a straight rod under a push beyond Euler's load that is left standing, silently or without advice.
+/// Catches an imperfection that buckles the rod to the other side, or under loads below buckling, or whose bend is
+/// not of the given angle.
 #[test]
 fn a_push_beyond_euler_asks_for_an_imperfection() {
     let text = |damping: &str, push: f64, start: &str| {
@@ -404,7 +407,7 @@ fn a_push_beyond_euler_asks_for_an_imperfection() {
                 place.y * angle > 0.0 && velocity.y * angle > 0.0,
                 "{place} {velocity}"
             );
-            // Held by Euler's load the bent rod is in equilibrium; held by less, it straightens.
+            // Under Euler's load the bent rod is in equilibrium; under a smaller one it straightens.
             let [_, straightens] = ended(&text(damping, -0.5 * euler, &start));
             assert!(straightens.y * angle < 0.0, "{straightens}");
         }
@@ -430,7 +433,8 @@ fn a_push_beyond_euler_asks_for_an_imperfection() {
     );
 }
 
-/// Catches a refusal of an end held at full reach, both ends clamped or the other free to turn, whose advice does not run.
+/// Catches refusals of an end held at full reach, with both ends clamped or the other pinned, whose advice does not
+/// run.
 #[test]
 fn an_end_at_full_reach_runs_a_little_inside() {
     let text = |position: &str, end: &str| {

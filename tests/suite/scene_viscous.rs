@@ -1,4 +1,4 @@
-//! Viscoelastic scenes: what is accepted, what is refused and where, and what it is in the library's units.
+//! Viscoelastic scenes: accepted input, refused input with the place of faults, and values in the library's units.
 
 use crate::support::{one_fault, text_of, worst};
 use snaprod::scene::{
@@ -38,7 +38,7 @@ fn close(a: f64, b: f64) {
     assert!((a - b).abs() <= 1e-14 * a.abs().max(b.abs()), "{a} {b}");
 }
 
-/// Catches a field that reads into another place, and elastic scenes that change.
+/// Catches a field read into another place, and changes of elastic scenes.
 #[test]
 fn planar_fields_and_defaults() {
     let scene = planar(PLANAR);
@@ -107,7 +107,7 @@ fn planar_fields_and_defaults() {
     assert_eq!(planar(&text_of("creep")).start.relaxed, Relaxed::Start);
 }
 
-/// Catches content that is lost, or written in a form that is refused.
+/// Catches lost content, and content written in a form that is refused.
 #[test]
 fn planar_scenes_read_back() {
     let plain = |text: &str| edit(text, "relaxed = [0.25]", "relaxed = false");
@@ -140,7 +140,7 @@ fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     let damping = |text: &str| edit(PLANAR, "0.003", text);
     let branch = |text: &str| edit(PLANAR, "{ stiffness = 0.01, time = 2.0 }", text);
     let curvature = |text: &str| edit(PLANAR, "[1.5, -1.5]", text);
-    // An elastic scene with one field too much.
+    // An elastic scene with a superfluous field.
     let elastic = |table: &str, field: &str| edit(&text_of("snap"), table, &format!("{table}\n{field}"));
     let power = "{ viscosity = 1, exponent = 0.5, rate = 1 }";
     vec![
@@ -192,7 +192,7 @@ fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
         (to("implicit", "implict"), 16, "run.method", Value, "did you mean \"implicit\""),
         (to("method = ", "landing = \"lowest\"\nmethod = "), 16, "run.landing", Conflict, "its own way"),
         (to("method = ", "landing = { mode = 0, sign = '+' }\nmethod = "), 16, "run.landing", Conflict, "its own way"),
-        // What elastic rods have no use for.
+        // Fields without effect for elastic rods.
         (elastic("bending_stiffness = 1.0", "nodes = 24"), 9, "rod.nodes", Conflict, "damping = 0.1"),
         (elastic("bending_stiffness = 1.0", "relaxation = [{ stiffness = 1, time = 1 }]"), 9, "rod.relaxation", Conflict, "no rate"),
         (elastic("bending_stiffness = 1.0", "damping = 0\nnodes = 24"), 10, "rod.nodes", Conflict, "damping = 0.1"),
@@ -203,7 +203,7 @@ fn bad_planar() -> Vec<(String, usize, &'static str, FaultKind, &'static str)> {
     ]
 }
 
-/// Catches a scene that cannot be run and is accepted, and faults that send the user elsewhere.
+/// Catches an accepted scene that cannot be run, and faults with misleading advice.
 #[test]
 fn bad_planar_scenes_are_refused() {
     for (text, line, field, kind, words) in bad_planar() {
@@ -288,7 +288,7 @@ fn planar_si_scales() {
     let curvature = vec![0.75, -0.75];
     assert_eq!(free.start.place, Place::Curvature { curvature });
     assert_eq!(free.start.relaxed, Relaxed::Curvature(vec![0.125]));
-    // In proportion to the stiffness: eta = 0.15 s * EI is the viscosity above.
+    // Proportional form: eta = 0.15 s * EI is the viscosity above.
     let other = planar(&edit(PLANAR, "0.003", "{ proportional = 0.15 }"));
     close(viscosity(&other.dimensionless().unwrap()), viscosity(&free));
     close(other.rod.damping.unwrap().viscosity(0.02), 0.003);
@@ -303,8 +303,8 @@ fn planar_si_scales() {
     );
 }
 
-/// Catches a rod at almost its full reach that starts with strains of NaN, or straight without a word because the bend
-/// at its clamp falls between the nodes.
+/// Catches a rod at almost full reach that starts with NaN strains, or silently straight because the bend at its
+/// clamp falls between the nodes.
 #[test]
 fn full_reach_is_refused_with_the_reason() {
     for (position, why) in [
@@ -344,7 +344,7 @@ duration = 1.0
 tolerance = 1e-10
 "#;
 
-/// Where the mass of a scene is at its end, in the scene's units.
+/// Final position of the mass, in the scene's units.
 fn end_of(text: &str) -> [f64; 2] {
     use snaprod::study::{Silent, Table, run};
     let scene = Scene::parse(text).unwrap();
@@ -356,8 +356,9 @@ fn end_of(text: &str) -> [f64; 2] {
     [at.x, at.y]
 }
 
-/// Catches a strip that does not run as it is printed in the issue, damped or not, straight by its rest or by its position,
-/// and a damped one that is elsewhere after a second; elastic and damped ones agree as long as damping has done little.
+/// Catches a strip that fails as printed in the issue, damped or undamped, straight by its rest or by its position,
+/// and a damped one with a wrong position after a second. Elastic and damped strips agree while damping has little
+/// effect.
 #[test]
 fn the_strip_let_go_runs() {
     let near = |got: [f64; 2], want: [f64; 2], bound: f64| {
@@ -373,9 +374,9 @@ fn the_strip_let_go_runs() {
     }
 }
 
-/// A force across a straight damped strip at rest, for a hundredth of a second. Catches a motion that goes over to explicit
-/// steps while the straight rod is at rest and cannot leave them, and samples of a nearly straight rod with a velocity that
-/// lacks the digits of the state's: the ledger was open by 1e-3.
+/// A force across a straight damped strip at rest, for a hundredth of a second. Catches a switch to explicit steps
+/// while the straight rod is at rest, which cannot be left again, and samples of a nearly straight rod whose
+/// velocity is less accurate than the state's: the ledger was open by 1e-3.
 #[test]
 fn a_pulse_on_a_straight_strip() {
     use snaprod::motion::Event;

@@ -4,7 +4,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// Catches a reference that is not that of the tables; `snaprod schema --markdown > docs/scene.md` renews it.
+/// Catches a reference out of date with the tables; `snaprod schema --markdown > docs/scene.md` renews it.
 #[test]
 fn the_reference_is_up_to_date() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scene.md");
@@ -24,7 +24,7 @@ fn the_reference_is_up_to_date() {
     );
 }
 
-/// Why a value does not fit a schema of these few keywords, if it does not.
+/// Reason why a value does not match a schema with these few keywords; `None` for a match.
 fn misfit(schema: &Value, value: &Value) -> Option<String> {
     let wrong = |why: &str| Some(format!("{value}: {why}"));
     if let Some(all) = schema["anyOf"].as_array()
@@ -77,7 +77,7 @@ fn misfit(schema: &Value, value: &Value) -> Option<String> {
         })
 }
 
-/// Catches a schema by which an editor underlines what the program reads, as a curvature at rest of 0 or below.
+/// Catches a schema that rejects valid scenes in an editor, such as a rest curvature of 0 or below.
 #[test]
 fn scenes_fit_the_schema() {
     let schema = snaprod::scene::json_schema();

@@ -78,8 +78,8 @@ pub fn coupled() -> Matrix6<f64> {
     core.map_with_location(|i, j, x| x * sizes[i] * sizes[j])
 }
 
-/// Catches constraints made from the wrong block: the inverse of K has to be restricted *after* constraining, which a
-/// bordered system with multipliers does by another road.
+/// Catches constraints made from the wrong block: the inverse of K has to be restricted *after* constraining.
+/// Reference: a bordered system with multipliers.
 #[test]
 fn rigid_strains_are_constraints() {
     let stiffness = coupled();
@@ -150,8 +150,8 @@ fn rigid_is_the_limit_of_stiff() {
 }
 
 /// Catches a torsion constant with too few terms (thin strips) or of the wrong side, second moments about the wrong
-/// director, a shear factor not Cowper's. The torsion constants: the series in 30 digits by mpmath, 0.1406 and 0.229 in
-/// Timoshenko and Goodier's table; the shear factors: Cowper's table for nu = 0.3.
+/// director, a shear factor not Cowper's. The torsion constants: the series in 30 digits by mpmath, 0.1406 and
+/// 0.229 in Timoshenko and Goodier's table; the shear factors: Cowper's table for nu = 0.3.
 #[test]
 fn shapes_and_materials() {
     for (ratio, want) in [
@@ -320,7 +320,7 @@ fn laws_that_keep_planes() {
         law.with_rest([0.0, 0.0], 0.1).unwrap().planar_about(),
         [false, false]
     );
-    // Couplings by their places: each with the planes it leaves whole.
+    // Couplings by their indices, each with the planes that stay invariant.
     for (i, j, want) in [
         (0, 1, [false, false]),
         (0, 2, [false, true]),
@@ -337,7 +337,8 @@ fn laws_that_keep_planes() {
         stiffness[(i, j)] = 0.5;
         stiffness[(j, i)] = 0.5;
         let law = Linear::full(stiffness).unwrap();
-        // u1-u3 joins the plane of bending about d1 to its outside, but lies wholly outside that about d2.
+        // u1-u3 couples the plane of bending about d1 with the complement, but lies wholly in the complement of
+        // bending about d2.
         let expected = std::array::from_fn(|axis| {
             let inside: [usize; 3] = if axis == 0 { [0, 4, 5] } else { [1, 3, 5] };
             inside.contains(&i) == inside.contains(&j)
@@ -360,7 +361,7 @@ pub fn refused<T: Debug>(result: snaprod::Result<T>, part: &str, said: &mut Vec<
     said.push(message);
 }
 
-/// Catches bad input that passes, or that is refused with a message that does not name it.
+/// Catches accepted bad input, and a refusal that does not name the fault.
 #[test]
 fn every_bad_input_has_its_message() {
     let said = &mut Vec::new();

@@ -1,4 +1,4 @@
-//! Nonlinear section laws: the barrier against total compression, a user's own stored energy.
+//! Nonlinear section laws: the barrier against total compression, user-defined stored energy.
 
 use crate::sections::{STRAIGHT, assert_near, coupled, refused};
 use crate::support::assert_close;
@@ -8,7 +8,7 @@ use snaprod::section::{
     Barrier, Compliance, DualNum, Hyperelastic, Linear, Resultant, SectionLaw, StoredEnergy, Strain,
 };
 
-/// The barrier law as its formula, for automatic differentiation: another road to its derivatives.
+/// Formula of the barrier law, for automatic differentiation: an independent way to its derivatives.
 #[derive(Debug)]
 struct Formula {
     stiffness: Matrix6<f64>,
@@ -90,9 +90,9 @@ proptest! {
         }
     }
 
-    /// Catches a Newton iteration that leaves the cone, stalls or loses its digits under large resultants. With
-    /// p = 1/q the law reads K (e - rest) + 2 beta (p J e - J rest) = w: p from the axial component must serve the
-    /// others and give q back, which needs no small difference.
+    /// Catches a Newton iteration that leaves the cone, stalls or loses its digits under large resultants. With p =
+    /// 1/q the law reads K (e - rest) + 2 beta (p J e - J rest) = w. The p from the axial component must fit the
+    /// others and give q back, without cancellation.
     #[test]
     fn barrier_under_any_load(
         direction in prop::array::uniform6(-1.0..1.0_f64),
@@ -155,7 +155,7 @@ fn inverse_converges_quadratically() {
     assert!(squared >= 5, "only {squared} late steps were seen");
 }
 
-/// Catches a barrier that is not one (AMV (2.21), (2.24), (2.26)), or that stresses the natural state.
+/// Catches a barrier that violates AMV (2.21), (2.24), (2.26), or stresses the natural state.
 #[test]
 fn barrier_properties() {
     for rest in [[0.0; 3], [4.0, -2.0, 0.3]] {
@@ -282,7 +282,7 @@ fn users_law_with_constraints() {
     let found = law.inverse(0.5, &w).unwrap();
     assert_eq!((found.strain[3], found.strain[5]), (0.0, 1.0));
     assert_eq!(found.compliance.matrix().row(5).amax(), 0.0);
-    // The free resultants of the unconstrained law at these strains are those given.
+    // The free resultants of the unconstrained law at these strains equal the given ones.
     let free = Hyperelastic::new(Stiffening::default());
     let back = free.resultants(0.5, &found.strain).unwrap();
     for k in [0, 1, 2, 4] {
@@ -317,7 +317,7 @@ impl StoredEnergy for TwoWells {
     }
 }
 
-/// Convex, but its resultants stay below 1.
+/// Convex law with resultants below 1.
 #[derive(Debug)]
 struct Slack;
 
@@ -327,7 +327,7 @@ impl StoredEnergy for Slack {
     }
 }
 
-/// Catches a law that is not strictly convex, or not superlinear, and gives strains nevertheless.
+/// Catches a law that is not strictly convex, or not superlinear, but returns strains.
 #[test]
 fn users_law_that_is_no_law() {
     let law = Hyperelastic::new(TwoWells);
@@ -360,7 +360,7 @@ fn users_law_that_is_no_law() {
     );
 }
 
-/// Catches bad input that passes, or that is refused with a message that does not name it.
+/// Catches accepted bad input, and a refusal that does not name the fault.
 #[test]
 fn bad_input_to_nonlinear_laws() {
     let said = &mut Vec::new();

@@ -1,4 +1,5 @@
-//! Bodies that settle: the start is the equilibrium under the loads, whatever the clamp does, and whatever follows the mass of the rod.
+//! Settled starts: the equilibrium under the loads, for every motion of the clamp and every treatment of the rod's
+//! mass.
 
 use crate::support::worst;
 use nalgebra::Vector3;
@@ -7,8 +8,8 @@ use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{ModesRecord, Silent, Table, modes};
 
-/// A cantilever of unit length and stiffness under its weight, 0.05 * 0.5, with 0.5 at its end: where that is, and its frequencies without inertia of
-/// the rod, by shooting and by differences of what it finds (scipy, DOP853 at 1e-13).
+/// End position and frequencies, without inertia of the rod, of a cantilever of unit length and stiffness under its
+/// weight, 0.05 * 0.5, with 0.5 at its end. By shooting and by differences of its results (scipy, DOP853 at 1e-13).
 const HANGS: [f64; 2] = [0.983518274, -0.165043202];
 const SWINGS: [f64; 2] = [1.7712524, 80.603122];
 
@@ -43,8 +44,9 @@ fn of(text: &str) -> ModesRecord {
     modes(&Scene::parse(text).unwrap()).unwrap_or_else(|why| panic!("{why}\n{text}"))
 }
 
-/// Catches the inertia of a shaken or turning clamp, and drag at its speed, among the loads under which a rod with mass settles; and a start that moves,
-/// because what the clamp carries along was taken off where the rod is straight.
+/// Catches the inertia of a shaken or turning clamp, and drag at its speed, among the loads of the settled
+/// equilibrium of a rod with mass; and a start with a spurious velocity, because the clamp's motion was subtracted
+/// at the straight shape.
 #[test]
 fn the_motion_of_a_clamp_is_no_load() {
     let full = "inertia = \"full\"\ndamping = { proportional = 0.02 }";
@@ -64,12 +66,13 @@ fn the_motion_of_a_clamp_is_no_load() {
     assert!(first(&table, ["vx", "vy", "vz"]).amax() < 1e-12);
 }
 
-/// A rod on a support that turns, written from either of its ends: they settle, and move, alike. Catches a rod of an assembly that feels its base's
-/// acceleration as it settles, and strain rates at the start that do not know that its weight turns, seen from there.
+/// A rod on a turning support, written from either of its ends: equilibrium and motion agree. Catches a rod of an
+/// assembly that feels its base's acceleration in the settled equilibrium, and initial strain rates without the
+/// turning of the weight relative to the base.
 #[test]
 fn a_rod_settles_alike_from_both_ends() {
     let turning = "motion = { turn = { axis = [0.0, 1.0, 0.0], rate = 1.0 } }";
-    // Seen from its other end a rod leaves its attachment the other way.
+    // Started at its other end, a rod leaves its attachment in the opposite direction.
     let back = "quaternion = [0.0, 1.0, 0.0, 0.0]";
     let written = |ends: String| {
         let text = format!(
@@ -105,7 +108,8 @@ fn a_rod_settles_alike_from_both_ends() {
     }
 }
 
-/// Catches a planar rod of small mass that settles without its weight and then swings, and modes about such an equilibrium, or with one across the plane.
+/// Catches a planar rod of small mass that settles without its weight and then swings. Catches modes about such an
+/// equilibrium, or with one across the plane.
 #[test]
 fn rods_of_small_mass_settle_under_their_weight() {
     for inertia in ["", "inertia = \"none\""] {
@@ -124,7 +128,7 @@ fn rods_of_small_mass_settle_under_their_weight() {
             assert!((omega / want - 1.0).abs() < 1e-7, "{omega}");
         }
     }
-    // With less weight the rod is ever straighter, up to where steps follow its deflection alone.
+    // With less weight the rod is straighter, down to weights at which only the deflection is a useful coordinate.
     for weight in [0.05, 0.02, 0.01, 0.005, 1e-3, 1e-5] {
         let light = planar("", "")
             .replace("[0.0, -0.5]", &format!("[0.0, -{weight:e}]"))
@@ -148,8 +152,9 @@ fn rods_of_small_mass_settle_under_their_weight() {
     assert!(full.of_start, "{:?}", full.remarks);
 }
 
-/// A stub of steel with a clip, and a strip with a weight on it, in every order: the slow motions of the strip are those of a cantilever on what is all
-/// but a wall, sqrt(3 EI/(M L^3)) and more, not "free to move". Catches bounds of what nothing holds in the units of whatever rod comes first.
+/// A stub of steel with a clip, and a strip with a weight on it, in every order: the slow motions of the strip are
+/// those of a cantilever on an almost rigid wall, sqrt(3 EI/(M L^3)) and more, not "free to move". Catches
+/// tolerances for unsupported directions in the units of the rod that comes first.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn slow_motions_of_unlike_rods_are_found_in_any_order() {
@@ -189,8 +194,9 @@ fn slow_motions_of_unlike_rods_are_found_in_any_order() {
     }
 }
 
-/// Next to the straight rod the frequency across is sqrt(3), up to the square of the deflection. Catches digits lost to the stiffness along the rod, which
-/// is that of its inverse square, and a refusal of what is straight to rounding.
+/// Near the straight rod the transverse frequency is sqrt(3), up to the square of the deflection. Catches digits
+/// lost to the axial stiffness, which grows with the inverse square of the deflection, and a refusal of a rod
+/// straight to rounding.
 #[test]
 fn frequencies_next_to_straight_keep_their_digits() {
     for across in [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13] {
@@ -210,8 +216,8 @@ fn frequencies_next_to_straight_keep_their_digits() {
     assert!((omega / 3f64.sqrt() - 1.0).abs() < 1e-8, "{omega}");
 }
 
-/// Rods that are all but straight settle, whatever the tolerance. Catches a start that is refused because the index, counted to a loose tolerance, comes
-/// out negative.
+/// Nearly straight rods settle at every tolerance. Catches a refused start because the index, counted to a loose
+/// tolerance, comes out negative.
 #[test]
 fn all_but_straight_rods_are_stable() {
     for across in [3e-4, 1e-4, 3e-5, 1e-6] {

@@ -1,4 +1,5 @@
-//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against the ring-down of runs.
+//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and
+//! against the ring-down of runs.
 
 use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Matrix3, Vector3};
@@ -12,7 +13,7 @@ fn eigenvalues(record: &ModesRecord) -> Vec<Eigenvalue> {
     record.motions.eigenvalues.clone().expect("eigenvalues")
 }
 
-/// Asserts that a list has each of some numbers with Im >= 0, as often, and no others.
+/// Asserts that a list has exactly the given numbers with Im >= 0, with their multiplicities.
 fn assert_same(found: &[Eigenvalue], want: &[Eigenvalue], tolerance: f64, what: &str) {
     let mut left = found.to_vec();
     for s in want {
@@ -58,8 +59,9 @@ fn space(section: &str, rod: &str, more: &str) -> String {
     )
 }
 
-/// Catches friction that is left out, scaled wrongly, or of the wrong section, and rates of the rod's own among those of the body: on the
-/// straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and stretch.
+/// Catches friction omitted, scaled wrongly, or of the wrong section, and rates of the rod's own among those of the
+/// body: on the straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and
+/// stretch.
 #[test]
 fn proportional_friction_of_a_straight_rod() {
     for time in [1e-3, 0.3, 2.0, 50.0] {
@@ -87,8 +89,9 @@ fn proportional_friction_of_a_straight_rod() {
     }
 }
 
-/// Catches memory that is lost, and friction that is not that at rest: roots of s^2 + omega^2 (1 + tau s + sum k T s/(1 + T s)) = 0, and a
-/// Carreau law at its plateau. Two branches of a rod that is alike in all planes have rates that are many times the same, on which eigenvalue methods get stuck.
+/// Catches lost memory, and friction other than at rest: roots of s^2 + omega^2 (1 + tau s + sum k T s/(1 + T s)) =
+/// 0, and a Carreau law at its plateau. Two branches of an isotropic rod have rates of high multiplicity, on which
+/// eigenvalue methods stall.
 #[test]
 fn memory_and_friction_at_rest() {
     let square = 3.0 * 5.0 / (0.5 * 8.0);
@@ -135,7 +138,8 @@ fn memory_and_friction_at_rest() {
     );
 }
 
-/// Catches a rod with friction that is told to have some, where it is let go straight under a load along it: the modes are about the equilibrium that it comes to.
+/// Catches a wrong report of friction for a rod released straight under a distributed load: the modes are about the
+/// final equilibrium.
 #[test]
 fn let_go_straight_under_a_load_along_it() {
     let about = |start: &str| {
@@ -155,10 +159,11 @@ fn let_go_straight_under_a_load_along_it() {
     );
 }
 
-/// The eigenvalue of the last part of a ring-down x, samples `step` apart: x_(j+1) = a x_j + b x_(j-1) + c by least squares.
+/// The eigenvalue of the last part of a ring-down x, samples `step` apart: x_(j+1) = a x_j + b x_(j-1) + c by least
+/// squares.
 fn rung_down(x: &[f64], step: f64) -> Eigenvalue {
     let (mut normal, mut right) = (Matrix3::<f64>::zeros(), Vector3::zeros());
-    // From the middle, so that the normal equations keep their digits.
+    // Relative to the middle sample, to keep the digits of the normal equations.
     let middle = x[x.len() / 2];
     for three in x.windows(3) {
         let row = Vector3::new(three[1] - middle, three[0] - middle, 1e-5);
@@ -187,8 +192,9 @@ fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) 
     rung_down(&x[first..], duration / (samples - 1) as f64)
 }
 
-/// Catches a geometric stiffness that is left out or multiplied with the friction: a rod bent by the weight of its body rings down, in
-/// the plane and in space, and the frequency and decay of its last oscillations are those of the slowest eigenvalue.
+/// Catches a geometric stiffness omitted or multiplied with the friction. A rod bent by the weight of its body
+/// rings down, in the plane and in space. Frequency and decay of its last oscillations are those of the slowest
+/// eigenvalue.
 #[test]
 fn a_bent_rod_rings_down_at_its_eigenvalue() {
     let slowest = |text: &str| {
@@ -202,7 +208,8 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
         "[loads]\ngravity = [0.0, -4.0]\n",
     );
     let straight = slowest(&plane("damping = { proportional = 0.25 }", ""));
-    // So slow that what is quadratic in the motion stays below what is asked: at six times the speed it is 1.4e-5 of the decay.
+    // Small enough that quadratic terms stay below the tolerance: at six times the speed they are 1.4e-5 of the
+    // decay.
     let weight = "[start]\nsettled = true\nvelocity = [5e-5, 0.0, 2e-5]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
     let on_side = "[clamp]\nrotation = { axis = [0.2, 1.0, 0.0], angle = 1.3 }\n";
     let section = ", shear = [40.0, 60.0], axial = 300.0";
@@ -240,6 +247,6 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
             "{found} for {want}: {off:?}"
         );
     }
-    // The load matters by far more than that.
+    // The effect of the load is much larger than the tolerance.
     assert!((slowest(&bent) / straight - 1.0).norm() > 0.05);
 }

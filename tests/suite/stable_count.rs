@@ -1,12 +1,14 @@
-//! The number of stable equilibria at a point, against 2 less the winding number of the first fold curve about it (theory 2.4).
+//! Number of stable equilibria at a point, against 2 less the winding number of the first fold curve about the
+//! point (theory 2.4).
 //!
-//! The curve is followed here for itself, from `fold_at` alone, and refined towards each point until no piece of it is longer than half its
-//! distance from the point; the search for all equilibria knows nothing of it.
+//! The curve is computed here independently, from `fold_at` alone, and refined towards each point until no piece is
+//! longer than half its distance from the point; the search for all equilibria does not use the curve.
 
 use snaprod::elastica::{StableRegion, equilibria_at, fold_at, fold_curve};
 use std::f64::consts::TAU;
 
-/// Beyond this distance from the clamp stable rods may bear more than lam = 60, where the search ends: up to about 4/(1 - |r|) (theory 2.4).
+/// Radius beyond which stable rods may bear more than lam = 60, the limit of the search: up to about 4/(1 - |r|)
+/// (theory 2.4).
 const FARTHEST: f64 = 0.92;
 
 type Point = [f64; 2];
@@ -45,7 +47,7 @@ impl Piece {
         }
     }
 
-    /// At a cusp the chord between the ends is short, the way through the middle is not.
+    /// Length through the middle: at a cusp the chord between the ends is too short.
     fn length(&self) -> f64 {
         length(from(self.r[0], self.r[1])) + length(from(self.r[1], self.r[2]))
     }
@@ -71,7 +73,8 @@ fn angle(target: Point, a: Point, b: Point) -> f64 {
     (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
 }
 
-/// Half of the first fold curve, from the straight rod at p = 0 to p = 50, x = 0.96 on the way back to (1, 0), next to the axis.
+/// Half of the first fold curve, from the straight rod at p = 0 to p = 50. There x = 0.96, on the way back to (1,
+/// 0), next to the axis.
 struct Curve(Vec<Piece>);
 
 impl Curve {
@@ -124,8 +127,8 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// Three points in eight anywhere in the disc, the others where a count goes wrong first: beside a fold, at distances down to 1e-9; around the
-/// cusps; beside the axis; along the border of what the search reaches.
+/// Points for the comparison: three in eight anywhere in the disc, the others at critical positions: beside a fold,
+/// at distances down to 1e-9; around the cusps; beside the axis; along the border of the search's reach.
 fn points(n: usize) -> Vec<Point> {
     let cusps: Vec<Point> = fold_curve(1, 0.05, 8.0, 0.05)
         .unwrap()
@@ -188,22 +191,22 @@ fn check(n: usize) {
         let found = equilibria_at(x, y, lambda_max).unwrap();
         let stable = found.iter().filter(|f| f.stable()).count();
         assert_eq!(stable as i64, expected, "({x:e}, {y:e})");
-        // Its polygon is right to 1e-5: enough for points anywhere, not for those beside folds.
+        // The polygon is accurate to 1e-5: enough for generic points, but not beside folds.
         if clear {
             assert_eq!(region.stable_count(x, y), stable, "({x:e}, {y:e})");
         }
     }
 }
 
-/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound what is stable, and a wrong degree. All 10,000 points:
-/// [`ten_thousand_stable_counts`].
+/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound the
+/// stable region, and a wrong degree. All 10,000 points: [`ten_thousand_stable_counts`].
 #[test]
 #[ignore = "second tier: 4 s"]
 fn stable_equilibria_count_as_the_fold_curve_winds() {
     check(1000);
 }
 
-/// The same at 10,000 points: `cargo test --test suite -- --ignored ten_thousand_stable_counts`.
+/// The comparison at 10,000 points: `cargo test --test suite -- --ignored ten_thousand_stable_counts`.
 #[test]
 #[ignore = "half a minute: 10,000 searches"]
 fn ten_thousand_stable_counts() {

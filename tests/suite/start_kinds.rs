@@ -1,5 +1,5 @@
-//! Starts by kind: how a rod starts, how its support moves, what its mass does, one rod or an assembly, in the plane or
-//! in space.
+//! Starts by kind: start of the rod, motion of the support, treatment of the mass, single rod or assembly, plane or
+//! space.
 
 use crate::pairs::{Ran, TURNED, ran};
 use snaprod::elastica::Equilibrium;
@@ -152,7 +152,7 @@ impl Case {
         }
     }
 
-    /// The scene; `None` for an assembly with another start than settled, which scenes do not offer.
+    /// The scene; `None` for an assembly with a start other than settled, which scenes do not support.
     fn text(&self, form: Form) -> Option<String> {
         let planar = form == Form::Plane;
         let vector = |[x, y]: [f64; 2]| match planar {
@@ -230,7 +230,7 @@ const LAMBDA: f64 = 1.5;
 const KAPPA: f64 = 0.3;
 
 impl Case {
-    /// The words with which a kind is refused on purpose.
+    /// Message of an intentional refusal of a kind.
     fn refused(&self, form: Form) -> Option<&'static str> {
         let elastic = matches!(self.kind, Kind::Massless | Kind::FirstOrder);
         let weighs = self.loads.gravity != [0.0; 2];
@@ -246,8 +246,8 @@ impl Case {
         }
     }
 
-    /// By how much plane and space, one rod and an assembly may differ: where the rod has mass, by what its sections
-    /// turn with and by the next order.
+    /// Accepted difference between plane and space, one rod and an assembly: for rods with mass, the rotary inertia
+    /// of sections and the next order.
     fn alike(&self) -> f64 {
         match self.kind {
             Kind::Massless | Kind::Viscous => 1e-7,
@@ -256,8 +256,9 @@ impl Case {
     }
 }
 
-/// Catches a start that is another one for one rod than for an assembly, or in the plane than in space: a rod with all
-/// of its mass that settles and moves, because its clamp turns; and a kind that only some of the three take.
+/// Catches a start that differs between one rod and an assembly, or between plane and space, such as a rod with
+/// full mass that settles and then moves because its clamp turns; and a kind accepted by only some of the three
+/// forms.
 #[test]
 fn starts_of_every_kind_are_alike_however_they_are_written() {
     let mut wrong = Vec::new();
@@ -269,7 +270,7 @@ fn starts_of_every_kind_are_alike_however_they_are_written() {
     }) {
         let mut case = Case::new(kind, beginning, support);
         if beginning == Beginning::Equilibrium {
-            // That of a light rod in space has the weight of the rod, that of the plane is given by numbers of its own.
+            // The first-order mass of a light rod in space includes weight; the planar one does not.
             case.loads.gravity = [0.0; 2];
         }
         let mut first: Option<Ran> = None;
@@ -302,11 +303,12 @@ fn starts_of_every_kind_are_alike_however_they_are_written() {
                 let (Some(a), Some(b)) = (first.ends(name), ran.ends(name)) else {
                     continue;
                 };
-                // A rod that no load holds in its circle accelerates at its end as the nodes have it.
+                // Skipped: the end of an unsupported circular rod accelerates by an amount that depends on the
+                // nodes.
                 if name.starts_with('f') && beginning == Beginning::Bent {
                     continue;
                 }
-                // Supports that move do work, which one rod and an assembly count from other places.
+                // The work of moving supports is counted from different origins by one rod and an assembly.
                 let times = if name == "potential" && support != Support::Stands {
                     1
                 } else {
@@ -336,9 +338,8 @@ const QUANTITIES: [&str; 10] = [
     "potential",
 ];
 
-/// Where the end of a cantilever is that has buckled: along, and from the line of the clamp. Under 4 on the end by
-/// elliptic integrals; under a weight of 20 as a light rod has it, whose equilibria are found by shooting; ten nodes
-/// miss that by 4e-6.
+/// End position of a buckled cantilever: along, and across the line of the clamp. Under an end load of 4 by
+/// elliptic integrals; under a weight of 20 as a light rod, by shooting; ten nodes are off by 4e-6.
 const PUSHED: [f64; 2] = [0.2741801869, 0.8024065174];
 const WEIGHED: [f64; 2] = [-0.3342055955, 0.7049142372];
 
@@ -372,9 +373,9 @@ fn buckling() -> [(Loads, [f64; 2], Option<[f64; 2]>); 3] {
     ]
 }
 
-/// Catches a rod that settles on an unstable equilibrium, whatever pushes it and whatever its mass does: in the plane
-/// it is refused, in space it buckles to one side; and a round one that is not found because it turns about its load at
-/// no cost.
+/// Catches a rod settled on an unstable equilibrium, for every load and every treatment of mass. In the plane the
+/// start is refused, in space the rod buckles to one side. Catches a round rod not found because rotation about its
+/// load costs no energy.
 #[test]
 fn nothing_settles_where_it_is_unstable() {
     let mut wrong = Vec::new();
@@ -392,12 +393,12 @@ fn nothing_settles_where_it_is_unstable() {
                 }
             }
             for form in [Form::Space, Form::Assembly] {
-                // The search of an assembly under a load along its rods is long.
+                // The search of an assembly under a distributed load takes long.
                 let long = form == Form::Assembly && loads.dead == [0.0; 2];
                 if long || case.refused(form).is_some() {
                     continue;
                 }
-                // To first order a rod of twenty thousand times the mass of its body has no motion that is one.
+                // With a mass twenty thousand times the body's, the first-order motion is meaningless.
                 if kind == Kind::FirstOrder && masses[0] > masses[1] {
                     continue;
                 }
@@ -420,7 +421,7 @@ fn nothing_settles_where_it_is_unstable() {
                         wrong.push(format!("{told}: {place} {velocity}"));
                     }
                 }
-                // Small motions of one kind of load are enough: of one rod, under its weight.
+                // Small motions under one kind of load suffice: one rod, under its weight.
                 if masses[0] > 1.0 || form == Form::Assembly {
                     match case.modes(form) {
                         Some(Ok(modes)) if modes.stable && modes.index == 0 => {}
@@ -433,8 +434,8 @@ fn nothing_settles_where_it_is_unstable() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// Catches a stable straight rod that is refused: pushed by less than it buckles under, hanging, or pulled taut; and a
-/// planar one that is tilted a little and does not go to the side to which it leans.
+/// Catches a refused stable straight rod: pushed below its buckling load, hanging, or pulled taut; and a slightly
+/// tilted planar rod that does not lean to the tilted side.
 #[test]
 fn what_is_stable_settles() {
     let none = Loads::default();
@@ -464,7 +465,7 @@ fn what_is_stable_settles() {
     let mut wrong = Vec::new();
     for (loads, masses) in cases {
         for form in FORMS {
-            // Light rods that are pulled straight cannot be followed without stretch.
+            // Light inextensible rods pulled straight cannot be followed.
             let place = match Case::settled(Kind::Full, loads, masses).ran(form) {
                 Some(Ok(ran)) => ran.vectors(["x", "y", "z"])[0],
                 found => {

@@ -1,4 +1,4 @@
-//! Stepping of stiff systems: Radau IIA, and the choice between it and DOP853.
+//! Time integration of stiff systems: Radau IIA, and the choice between Radau and DOP853.
 
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
 use snaprod::solve::integrator::{Integrator, Method};
@@ -46,7 +46,7 @@ impl System for Problem {
     }
 }
 
-/// Integrates over `span`, with a look at every step.
+/// Integrates over `span`, and calls `look` at every step.
 fn run(
     problem: &Problem,
     y: DVector<f64>,
@@ -73,8 +73,8 @@ fn worst(got: &DVector<f64>, want: &[f64], floor: &[f64]) -> f64 {
     parts.fold(0.0, |e, ((a, b), f)| e.max((a - b).abs() / (b.abs() + f)))
 }
 
-/// y' = -rate(t) (y - cos t) - sin t, with time and the integral of y^2, whose row of the Jacobian is left zero. `noise`
-/// stands for rounding of the size of the terms that make y - cos t.
+/// y' = -rate(t) (y - cos t) - sin t, with time and the integral of y^2, whose row of the Jacobian is left zero.
+/// `noise` stands for rounding of the size of the terms that make y - cos t.
 fn decay(rate: impl Fn(f64) -> f64 + Copy + 'static, noise: f64) -> Problem {
     Problem::new(
         move |y, out| {
@@ -177,8 +177,8 @@ const ROBERTSON: [f64; 3] = [
 
 fn no_look(_: &mut Integrator, _: f64) {}
 
-/// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): errors near the tolerance on a
-/// smooth problem, in steps of order 5 and of order 9.
+/// Catches wrong stages, a wrong error estimate, and Newton left too early (the quadrature lags behind it): errors
+/// near the tolerance on a smooth problem, in steps of order 5 and of order 9.
 #[test]
 fn radau_keeps_the_tolerance() {
     let problem = decay(|_| 1.0, 0.0);
@@ -190,8 +190,8 @@ fn radau_keeps_the_tolerance() {
     }
 }
 
-/// Catches a Newton iteration that judges the slope, whose rounding is 1e-8 here, and a step size that collapses with it.
-/// The samples inside the steps are as good as their ends.
+/// Catches a Newton iteration judged by the slope, whose rounding is 1e-8 here, and a collapse of the step size.
+/// Samples inside the steps are as accurate as the ends.
 #[test]
 fn rounding_of_a_stiff_slope_does_no_harm() {
     for (rate, noise, allowed) in [
@@ -391,7 +391,7 @@ fn a_thin_layer_is_entered_and_left_quickly() {
         let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
         let start = dvector![-1.0, 0.0];
         let end = run(&problem, start, 2.0, 1e-8, method, |integrator, t| {
-            // A layer that no step lands in would be missed by any method.
+            // A method would miss a layer without a step inside.
             if t > 0.5 {
                 least = least.min(integrator.span());
             }
@@ -411,7 +411,7 @@ fn a_thin_layer_is_entered_and_left_quickly() {
     }
 }
 
-/// Catches a restart that loses the step size or keeps what belonged to the old dimension.
+/// Catches a restart that loses the step size, or keeps data of the old dimension.
 #[test]
 fn a_restart_may_change_the_dimension() {
     let three = decay(|_| 1e4, 0.0);
@@ -442,7 +442,8 @@ fn a_restart_may_change_the_dimension() {
     }
 }
 
-/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and none starts outside.
+/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and a start
+/// outside is refused.
 #[test]
 fn the_end_of_the_domain_is_reported() {
     let problem = Problem::new(

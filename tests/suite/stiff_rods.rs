@@ -1,4 +1,5 @@
-//! Implicit steps of bodies on stiff rods in space: against linear theory, against explicit steps, and where none are to be taken.
+//! Implicit steps of bodies on stiff rods in space: linear theory, explicit steps, and cases without implicit
+//! steps.
 
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -65,7 +66,7 @@ fn ended(
 
 fn no_look(_: &mut AssemblyRun, _: f64, _: f64) {}
 
-/// How far two states are apart, in poses and in velocities.
+/// Distance of two states, in poses and in velocities.
 fn apart(a: &AssemblySample, b: &AssemblySample) -> f64 {
     let pairs = a.at.now.bodies.iter().zip(&b.at.now.bodies);
     let each = pairs.map(|(a, b)| {
@@ -76,15 +77,15 @@ fn apart(a: &AssemblySample, b: &AssemblySample) -> f64 {
     worst(each)
 }
 
-/// Catches steps that are still bounded by the fast stretch, and a slow motion that suffers by longer ones: small swings are those of the
-/// slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
+/// Catches steps limited by the fast stretch mode, and inaccurate slow motion with long steps: small swings are
+/// those of the slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
 #[test]
 fn a_small_swing_on_a_stiff_rod_takes_few_steps() {
     let (assembly, mut start) = hanging(1e8, 20.0);
     let modes = assembly.modes(&start, 1e-10).expect("modes");
     let speed = 3e-3;
     start.bodies[0].twist = Vector6::new(0.0, 0.0, 0.0, 0.0, speed, 0.0);
-    // The softer direction is across d2, or across d1: the mode tells.
+    // The softer direction is across d2 or d1, as the mode shows.
     let along = |k: usize| modes.shapes[(1, k)].abs() > 0.9 * modes.shapes.column(k).amax();
     let slow = (0..2).find(|k| along(*k)).expect("a mode along y");
     let omega = modes.frequencies[slow];
@@ -108,7 +109,7 @@ fn a_small_swing_on_a_stiff_rod_takes_few_steps() {
     }
 }
 
-/// Catches a program that steps over what rings: let go from below its rest, the mass goes up and down as the mode of stretch does.
+/// Catches steps over a ringing mode: released below its rest, the mass oscillates as the mode of stretch.
 #[test]
 fn a_stretch_that_rings_is_followed() {
     let (assembly, mut start) = hanging(1e6, 20.0);
@@ -130,8 +131,8 @@ fn a_stretch_that_rings_is_followed() {
     }
 }
 
-/// Catches errors in what couples bodies, rods and turns, and in the chart of a taut rod: implicit steps, asked for where nothing is
-/// stiff, agree with explicit ones.
+/// Catches errors in the coupling of bodies, rods and rotations, and in the chart of a taut rod: implicit steps,
+/// requested without stiffness, agree with explicit ones.
 #[test]
 fn implicit_steps_agree_with_explicit_ones() {
     let law = Linear::diagonal([1.0, 1.3], 0.8)

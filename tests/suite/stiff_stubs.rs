@@ -1,4 +1,4 @@
-//! Rods that cannot stretch and hardly bend under what they carry: along themselves they are as good as rigid.
+//! Stubs: inextensible rods that hardly bend under their loads, practically rigid along themselves.
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 use snaprod::scene::Scene;
@@ -11,12 +11,12 @@ const MASS: f64 = 0.05;
 const INERTIA: f64 = 1e-5;
 const GRAVITY: f64 = 9.81;
 
-/// Most steps of a motion that is over in less than a hundred slow periods: a run of more ends there. As long as the stubs' force along themselves was
-/// what rounding made of the place of the end these runs would have taken between 1e5 steps and 1e9.
+/// Step limit for motions of less than a hundred slow periods; longer runs end there. With an axial force that
+/// amplified the rounding of the end position these runs would have taken between 1e5 and 1e9 steps.
 const STEPS: u64 = 3000;
 
-/// Where the end of a cantilever of stiffness `b` is at time `t`, across it and under its load, set off with the velocity `v`: the two modes of small
-/// vibrations of mass and inertia on the compliance of a cantilever.
+/// Transverse position at time `t` of a cantilever's end of stiffness `b` under its load, started with the velocity
+/// `v`: the two modes of small vibrations of mass and inertia on the compliance of a cantilever.
 fn swung(b: f64, v: f64, t: f64) -> f64 {
     let compliance =
         Matrix2::new(LENGTH * LENGTH / 3.0, LENGTH / 2.0, LENGTH / 2.0, 1.0) * (LENGTH / b);
@@ -50,8 +50,8 @@ fn stubs(b: f64, v: f64, tolerance: f64) -> [String; 2] {
     ]
 }
 
-/// Catches steps that follow what rounding makes of the force along such a rod, and a rod that gives way by what can be seen: across it, where it is
-/// held to the closed form, and along it, where it may by a tenth of the tolerance.
+/// Catches steps that follow the amplified rounding of the axial force, and a visible deviation of the stub: across
+/// itself it agrees with the closed form, along itself it may yield by a tenth of the tolerance.
 #[test]
 fn stubs_swing_as_cantilevers_do() {
     for (b, v, tolerance) in [
@@ -101,8 +101,9 @@ fn stubs_swing_as_cantilevers_do() {
     }
 }
 
-/// What a rod that is bent to the curvature `k` at rest and has its end moved along it at the speed `v` has of kinetic energy, welded at its base and on a ball joint at its end,
-/// all of it 1 but for `mass` and its stiffness `axial`: the force along it changes at the rate N, the rod across itself at
+/// What a rod that is bent to the curvature `k` at rest and has its end moved along it at the speed `v` has of
+/// kinetic energy, welded at its base and on a ball joint at its end, all of it 1 but for `mass` and its stiffness
+/// `axial`: the force along it changes at the rate N, the rod across itself at
 /// ```text
 /// y_t = N k (-3 s^2 + 5 s^3 - 2 s^4)/48,     v = N (k^2/320 + 1/axial).
 /// ```
@@ -112,9 +113,11 @@ fn swayed(k: f64, v: f64, mass: f64, axial: f64) -> f64 {
     0.5 * mass * (rate * k).powi(2) * square
 }
 
-/// Catches a rod with mass, all but straight, that sways by less than its end moves, for that is on a slider, and a ledger that opens where the slider changes or where the integration
-/// along the rod leaves next to nothing of what it yields along itself: the kinetic energy is the closed form to the square of the curvature, whether the rod can stretch a
-/// little or not, and the ledger closes to the tolerance over what the rod is shorter than straight, down to 1e-9: below that rounding along the rod opens it.
+/// Catches a nearly straight rod with mass whose transverse motion is smaller than its end motion implies, because
+/// it ends on a slider. Catches a ledger that opens where the slider changes, or where the integration along the
+/// rod loses the digits of its axial compliance. The kinetic energy is the closed form up to the square of the
+/// curvature, for extensible and inextensible rods. The ledger closes to the tolerance over the shortening of the
+/// rod, down to a shortening of 1e-9; below that rounding along the rod opens it.
 #[test]
 fn all_but_straight_rods_sway_as_their_ends_move() {
     for (k, axial) in [
@@ -154,8 +157,8 @@ fn all_but_straight_rods_sway_as_their_ends_move() {
     }
 }
 
-/// Catches a search without end, or an equilibrium that is none: two stubs that fit exactly between their clamps bear no load across at their joint, for their
-/// force would have to be infinite.
+/// Catches an endless search, or a false equilibrium: two stubs that fit exactly between their clamps bear no
+/// transverse load at their joint, because their force would have to be infinite.
 #[test]
 fn stubs_in_line_bear_no_load_across() {
     let rod = "model = \"cosserat\"\nlength = 0.05\nsection = { bending = [60.0, 60.0], torsion = 50.0 }\n";

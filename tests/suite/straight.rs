@@ -1,4 +1,4 @@
-//! Elastic runs that begin with a straight rod, or next to one.
+//! Elastic runs that start from a straight or nearly straight rod.
 
 use nalgebra::{Vector2, vector};
 use snaprod::body::{Body, History, TimeLoad};
@@ -42,9 +42,10 @@ fn let_go(body: &Body<2>, across: f64, tolerance: f64, times: &[f64]) -> (Vec<Sa
     (samples, worst)
 }
 
-/// (x, y, vx, vy) at t = 1 by an independent integration in the position itself, not in the chart: the rod's force by
-/// Newton's method on its differential equation at 24 Gauss nodes, from the first terms of the series at two early times
-/// that agree to 1e-8 (loads) and 2e-10 (velocities); `tools/ref_straight.py`.
+/// (x, y, vx, vy) at t = 1 by an independent integration in the position instead of the chart;
+/// `tools/ref_straight.py`. The rod's force is found by Newton's method on its differential equation at 24 Gauss
+/// nodes. The start is the first terms of the series at two early times, which agree to 1e-8 (loads) and 2e-10
+/// (velocities).
 const INDEPENDENT: [([f64; 2], f64, [f64; 4]); 4] = [
     (
         [0.0, -1.0595],
@@ -102,8 +103,8 @@ fn a_straight_rod_let_go_moves_as_an_independent_integration_has_it() {
     }
 }
 
-/// Catches a start whose length matters: the state within the opening of a long run, at its end, and beyond it, against
-/// runs whose opening was cut short by their duration or by a break of a load.
+/// Catches a result that depends on the length of the opening series: the state within the opening of a long run,
+/// at its end, and beyond. Reference: runs whose opening was cut short by their duration or by a break of a load.
 #[test]
 fn the_length_of_the_opening_does_not_matter() {
     let sine = || TimeLoad::sine(vector![0.3, 2.0], 3.0, 0.0).unwrap();
@@ -143,8 +144,8 @@ fn the_length_of_the_opening_does_not_matter() {
     }
 }
 
-/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force 1.0595).
-/// Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
+/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force
+/// 1.0595). Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
 #[test]
 fn the_strip_let_go_swings_back() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
@@ -154,7 +155,7 @@ fn the_strip_let_go_swings_back() {
     assert!(samples[0].pose[1] < -0.5 && (samples[1].pose - vector![1.0, 0.0]).norm() < 2e-3);
 }
 
-/// Catches a refusal that does not say which field makes it run.
+/// Catches a refusal without the field that would make the scene run.
 #[test]
 fn starts_that_are_not_determined_are_refused_with_the_reason() {
     let refused = |force: [f64; 2], v: [f64; 2]| -> String {
@@ -174,8 +175,8 @@ fn chart(p: f64, lam: f64) -> Vector2<f64> {
     vector![p, amplitude(p, lam).unwrap()]
 }
 
-/// Catches a run that goes on with an open ledger: of a rod with a tight loop, the chart at lambda = 60, p = -30 lost 2 % of
-/// the energy by t = 5e-4 and ended well.
+/// Catches a run that goes on with an open ledger: for a rod with a tight loop, the chart at lambda = 60, p = -30
+/// lost 2 % of the energy by t = 5e-4 and the run ended normally.
 #[test]
 fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
     let body = Body::new(1.0).unwrap();
@@ -201,8 +202,9 @@ fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
     assert!((fine.now().ledger.total() - total).abs() < 1e-10 * total);
 }
 
-/// y and its rate at t = 0.3, over kappa, of a mass that starts at rest next to the straight rod at (lambda, kappa), under a load along the
-/// rod; the limit of small kappa, averaged over the shaking at constant action: `tools/ref_shaking.py`.
+/// y and its rate at t = 0.3, over kappa, of a mass that starts at rest near the straight rod at (lambda, kappa),
+/// under an axial load. The limit of small kappa, averaged over the axial oscillation at constant action:
+/// `tools/ref_shaking.py`.
 const SHAKEN: [(f64, f64, [f64; 2]); 6] = [
     (0.7, 0.0, [0.269_907_318, -0.267_349_205]),
     (1.6, 0.0, [1.136_682_760, -1.114_941_719]),
@@ -212,7 +214,7 @@ const SHAKEN: [(f64, f64, [f64; 2]); 6] = [
     (1.0, 5.0, [0.379_904_992, -1.379_271_630]),
 ];
 
-/// Runs to its end, with no more than `most` evaluations and the ledger closed; the state there.
+/// The final state of a run with at most `most` evaluations and a closed ledger.
 fn ends(mut run: Run<'_, Elastica, 2>, most: u64, of: &str) -> Sample<2> {
     let start = run.now().ledger.total();
     let mut open = 0f64;
@@ -231,9 +233,10 @@ fn ends(mut run: Run<'_, Elastica, 2>, most: u64, of: &str) -> Sample<2> {
     run.now()
 }
 
-/// Catches a start next to the straight rod that does not end: with a period of 0.5 kappa the mass shakes along the rod, up to 10^10 times here,
-/// each of which used to take 200 steps. From kappa = 1e-4 to 3e-11, on both sides, below Euler's load and beyond, free, pushed and
-/// pulled, each run takes some hundred turns, and what is left of the shaking at its end is the averaged motion.
+/// Catches an endless start near the straight rod. The mass oscillates axially with a period of 0.5 kappa, up to
+/// 10^10 times here, each of which used to take 200 steps. Kappa goes from 1e-4 to 3e-11, on both sides, below
+/// Euler's load and beyond, free, pushed and pulled. Each run takes some hundred turns, and at its end agrees with
+/// the averaged motion.
 #[test]
 fn every_start_next_to_the_straight_rod_runs() {
     for kappa in [1e-4, -1e-5, 1e-6, -1e-8, 3e-11] {
@@ -243,8 +246,8 @@ fn every_start_next_to_the_straight_rod_runs() {
             let (start, still) = (chart(f64::atanh(kappa), lambda), vector![0.0, 0.0]);
             let run = Run::new(&Elastica, &body, start, still, options(0.3, 1e-10)).unwrap();
             let end = ends(run, 4_000_000, &of);
-            // The average holds to a turn's share of the motion, and rounding to its share of a turn, unless runs take
-            // averages themselves.
+            // The average is accurate to a turn's share of the motion, and rounding to its share of a turn, unless
+            // the runs average themselves.
             let bound = match kappa.abs() < 1e-7 {
                 true => 1e-5 * kappa.abs(),
                 false => 20.0 * kappa * kappa + 1e-12,
@@ -255,9 +258,9 @@ fn every_start_next_to_the_straight_rod_runs() {
     }
 }
 
-/// Catches a run next to the straight rod that a small load across makes long: while the mass crosses the axis every
-/// turn of its shaking took thousands of slopes, forty million in the first case. Beside the shaking the mass swings
-/// across as a beam does, y'' = load - 3 y.
+/// Catches a long run near the straight rod under a small transverse load: while the mass crosses the axis every
+/// axial turn took thousands of slopes, forty million in the first case. Transversely the mass moves as on a beam,
+/// y'' = load - 3 y.
 #[test]
 fn a_small_load_across_takes_a_shaking_mass_along_quickly() {
     let cases = [
@@ -293,9 +296,9 @@ fn beam(pull: f64) -> (f64, f64) {
     (pull / (1.0 - t), c)
 }
 
-/// Catches a run that does not get away from the straight rod though nothing shakes: stability alone held its steps to a part of the distance,
-/// and with a load or a velocity of 1e-7 across it was given up. Pushed, free and pulled, at rest and thrown, it is the motion of a
-/// beam, through the straight rod and back, in some ten steps a period.
+/// Catches a run that stays near the straight rod without axial oscillation: stability alone limited its steps, and
+/// with a load or velocity of 1e-7 across it failed. Pushed, free and pulled, at rest and thrown, the motion is
+/// that of a beam, through the straight rod and back, in some ten steps a period.
 #[test]
 fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     let cases = [
@@ -328,8 +331,9 @@ fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     }
 }
 
-/// Catches a mass that is lost on its slow way through the upright straight rod: pushed a little beyond Euler's load it comes to a stop
-/// there, or just passes, shaking or not, and used to turn round along the rod until it ran out of steps.
+/// Catches a mass lost on its slow way through the upright straight rod. Pushed slightly beyond Euler's load it
+/// stops there, or just passes, with or without axial oscillation. It used to turn round along the rod until it ran
+/// out of steps.
 #[test]
 fn a_mass_falls_slowly_through_the_upright_rod() {
     let body = loaded([-2.6, 0.0]);
@@ -342,7 +346,7 @@ fn a_mass_falls_slowly_through_the_upright_rod() {
     ] {
         let q = chart(f64::atanh(kappa), lambda);
         let deflection = Elastica.point(&q).unwrap().pose[1];
-        // The speed with which it would creep up to the straight rod for ever.
+        // The critical speed, at which the mass approaches the straight rod for ever.
         let v = vector![0.0, -share * (-k).sqrt() * deflection];
         let run = Run::new(&Elastica, &body, q, v, options(8.0, 1e-10)).unwrap();
         let of = format!("kappa = {kappa:e}, lambda = {lambda}, {share}");
@@ -351,8 +355,8 @@ fn a_mass_falls_slowly_through_the_upright_rod() {
     }
 }
 
-/// Catches strides that lose the phase of the shaking, samples that lie beside the motion, or a turn that is left out: against the
-/// same motion turn by turn, which a load makes that breaks all the time.
+/// Catches averaged strides that lose the phase of the axial oscillation, samples off the motion, or an omitted
+/// turn. Reference: the motion turn by turn, which a constantly breaking load enforces.
 #[test]
 fn strides_over_turns_are_the_motion_itself() {
     let (kappa, duration) = (2e-4, 0.05);
@@ -389,10 +393,10 @@ fn strides_over_turns_are_the_motion_itself() {
     }
 }
 
-/// Catches steps wasted where the undamped strip comes back to the straight rod, to 7e-9 of its length, and bounces along it 1500
-/// times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in this chart with the
-/// tolerance 1e-12. The bounces multiply rounding, by chance more or less: of three runs with tolerances next to each other the one in the
-/// middle is held to the tolerance, and all of them to three.
+/// Catches steps wasted where the undamped strip returns to the straight rod, to 7e-9 of its length, and bounces
+/// along it 1500 times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that
+/// found in this chart with the tolerance 1e-12. The bounces amplify rounding by varying factors: of three runs
+/// with neighbouring tolerances the middle one must meet the tolerance, and all of them three tolerances.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn the_undamped_strip_runs_for_a_second() {
@@ -417,8 +421,8 @@ fn the_undamped_strip_runs_for_a_second() {
     assert!(errors[1] < 1e-10 && errors[2] < 3e-10, "{errors:?}");
 }
 
-/// Catches landings on the fold's own twin: next to the straight rod 1 - x has no digits in the pose, and a rod that started with
-/// kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time a little uphill.
+/// Catches landings on a copy of the fold itself. Near the straight rod 1 - x has no digits in the pose. A rod
+/// started with kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time slightly uphill.
 #[test]
 fn a_rod_next_to_the_straight_one_snaps_once() {
     let body = Body::new(1.0).unwrap();

@@ -1,4 +1,4 @@
-//! Inextensible rods that start straight: the end cannot move along them, and a wrench along them moves nothing.
+//! Inextensible rods that start straight: the end cannot move axially, and an axial wrench causes no motion.
 
 use crate::viscous_identities::sampled;
 use nalgebra::{Isometry3, Vector1, Vector2, Vector3};
@@ -55,8 +55,8 @@ fn options(duration: f64, tolerance: f64) -> Options {
     options
 }
 
-/// Catches friction that is not linear getting stuck where G is nearly singular, and steps wasted there: the motion of
-/// the straight rod is the limit of those of bent ones, at every tolerance, in the plane and in space.
+/// Catches nonlinear friction that stalls or wastes steps where G is nearly singular: the motion of the straight
+/// rod is the limit of those of bent ones, at every tolerance, in the plane and in space.
 #[test]
 fn power_laws_leave_the_straight_rod() {
     for p in [0.5, 1.0, 2.0] {

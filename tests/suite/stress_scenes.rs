@@ -1,4 +1,5 @@
-//! Scenes drawn at random over all models, and what must hold whatever comes of one. `examples/stress.rs` runs as many as one likes, the suite a few.
+//! Random scenes over all models, and the invariants of their outcomes. `examples/stress.rs` runs any number, the
+//! suite a few.
 
 use snaprod::scene::Scene;
 use snaprod::study::run::Fields;
@@ -47,7 +48,7 @@ impl Dice {
     }
 }
 
-/// What a scene measures in: length, stiffness, mass, time.
+/// Units of a scene: length, stiffness, mass, time.
 struct Scales {
     length: f64,
     stiffness: f64,
@@ -56,7 +57,7 @@ struct Scales {
 }
 
 impl Scales {
-    /// Mostly those of the laboratory, at times of 12 decades each.
+    /// Mostly laboratory scales, at times of 12 decades each.
     fn new(dice: &mut Dice) -> Self {
         let wide = if dice.chance(0.2) { 6.0 } else { 1.0 };
         let [length, stiffness, mass] = [0; 3].map(|_| dice.decades(-wide, wide));
@@ -95,7 +96,7 @@ pub fn scene(seed: u64) -> String {
     }
 }
 
-/// What a rod has beside its stiffness.
+/// Inner properties of a rod besides stiffness.
 #[derive(Clone, Copy, PartialEq)]
 enum Inner {
     /// Nothing, or a mass that is left out or taken to first order.
@@ -106,7 +107,7 @@ enum Inner {
     Heavy,
 }
 
-/// How the rod dissipates and what it weighs; relaxing stiffnesses of a rod in space are in proportion to its own.
+/// Friction and mass of the rod; relaxing stiffnesses of a rod in space are in proportion to its own.
 fn inner(dice: &mut Dice, k: &Scales, which: Inner, flat: bool) -> String {
     let mut text = String::new();
     let friction = k.time * dice.decades(-4.0, 1.0);
@@ -256,7 +257,7 @@ fn spatial(dice: &mut Dice, k: &Scales) -> String {
     )
 }
 
-/// Two rods that hold a body between them, stretched or pressed.
+/// Two stretched or compressed rods that hold a body between them.
 fn pair(dice: &mut Dice, k: &Scales) -> String {
     let apart = k.length * dice.within(1.6, 2.02);
     let joint = dice.one_of(&["weld", "ball"]);
@@ -355,7 +356,7 @@ fn at_rest(dice: &mut Dice, k: &Scales) -> String {
     )
 }
 
-/// The scene with one of its numbers replaced by one that nobody would give.
+/// The scene with one of its numbers replaced by an absurd one.
 fn spoilt(dice: &mut Dice, text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let numbered: Vec<usize> = (0..lines.len())
@@ -384,7 +385,7 @@ fn spoilt(dice: &mut Dice, text: &str) -> String {
         .join("\n")
 }
 
-/// A caller with little time.
+/// Hooks that interrupt early.
 struct Hurried(Instant);
 
 impl Hooks for Hurried {
@@ -393,10 +394,11 @@ impl Hooks for Hurried {
     }
 }
 
-/// What came of a scene: a word for its class and, of what must not be, what it was.
+/// Outcome of a scene: its class, or the description of a violation.
 pub type Judged = Result<String, String>;
 
-/// Runs a scene, for a while, and says what came of it; errs if energy was made or lost unsaid, or a number is none.
+/// Runs a scene for a limited time and returns the outcome; an error for unreported energy changes, or a NaN or
+/// infinite number.
 pub fn judged(text: &str, patience: Duration) -> Judged {
     let scene = match Scene::parse(text) {
         Ok(scene) => scene,
@@ -457,7 +459,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
     Ok(outcome)
 }
 
-/// The first words of an error: what kind it is.
+/// The first words of an error, which classify it.
 fn class(said: &str) -> String {
     let words = said
         .split_whitespace()
@@ -497,8 +499,9 @@ fn number(text: &str, key: &str) -> Option<f64> {
     rest.split([',', ']', '\n']).next()?.parse().ok()
 }
 
-/// The ledger of a run that says that all is well. Shapes are known to within the tolerance, in units of the rod, and an energy E to within its root
-/// times that of the rod's `unit`, B/L, which is more than a part of E where E is below 1e-10 B/L or so.
+/// Checks the ledger of a run that ended normally. Shapes are known to within the tolerance, in units of the rod.
+/// An energy E is known to within the tolerance times its square root times that of the rod's `unit`, B/L. The
+/// latter matters for E below 1e-10 B/L or so.
 fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let total = table.reals("total");
     let terms = [

@@ -10,7 +10,7 @@ fn scene(name: &str) -> Scene {
     Scene::parse(&std::fs::read_to_string(path).unwrap()).unwrap()
 }
 
-/// Each special point of the references lies within the bound of the one found next to it, and the bound is no idle one.
+/// Each reference special point lies within the bound of the nearest one found, and the bound is not excessive.
 fn hold(record: &BranchRecord, tolerance: f64, references: &[(f64, f64)]) {
     for (exact, uncertain) in references {
         let away = |at: &&SpecialPoint| (at.parameter - exact).abs();
@@ -26,9 +26,10 @@ fn hold(record: &BranchRecord, tolerance: f64, references: &[(f64, f64)]) {
     }
 }
 
-/// Catches a `+-` that leaves out the error of the integration along the rod. Of the lateral scene, where the rod leaves its plane,
-/// by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14), and the elastica's fold in
-/// closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the turning frame, 40 digits.
+/// Catches a `+-` without the error of the integration along the rod. References: the lateral scene, where the rod
+/// leaves its plane, by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14); the
+/// elastica's fold in closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the
+/// turning frame, 40 digits.
 #[test]
 fn precision_of_special_points_is_a_bound() {
     let lateral = [(-0.39006674326927, 1e-13), (-0.612021928121196, 1e-15)];
@@ -107,8 +108,8 @@ fn pyramid(stiffness: f64, b: f64) -> (String, Vec<(f64, f64)>) {
     (text, vec![(-load, 1e-13 * load)])
 }
 
-/// Catches a `+-` that leaves out rounding, which is all of the error at the finest tolerances: folds and branch
-/// points in closed form, of sheared rods in space, of assemblies and of bars between ball joints.
+/// Catches a `+-` without rounding, the whole error at the finest tolerances: folds and branch points in closed
+/// form, of sheared rods in space, of assemblies and of bars between ball joints.
 #[test]
 fn rounding_is_within_the_bound() {
     let mut scenes = Vec::new();
@@ -144,7 +145,7 @@ fn no_tolerance_loses_a_branch() {
     let (assembly, pressed) = column([1.37, 1.0], 23.0, 61.0, false);
     let values = |of: &[(f64, f64)]| of.iter().map(|(p, _)| *p).collect::<Vec<f64>>();
     let uniform = crate::support::text_of("twist");
-    // A taper parts the pair. The points are those of the linear equations (tools/twisted_taper.py).
+    // A taper splits the pair. The points are those of the linear equations (tools/twisted_taper.py).
     let tapered = uniform.replace(
         "[1.0, 1.001]",
         "[{ s = [0.0, 1.0], values = [1.01, 0.99] }, { s = [0.0, 1.0], values = [1.011, 0.991] }]",
@@ -199,8 +200,8 @@ fn no_tolerance_loses_a_branch() {
     }
 }
 
-/// Catches a branch that is lost in silence: of a round column, which buckles any way round, no branch can be singled
-/// out; record and summary say so.
+/// Catches a branch lost silently: a round column, which buckles in any direction, has no isolated branch; record
+/// and summary must report this.
 #[test]
 fn lost_branches_are_told() {
     let (text, _) = column([1.0, 1.0], 23.0, 61.0, true);
@@ -216,8 +217,8 @@ fn lost_branches_are_told() {
     );
 }
 
-/// Catches a `+-` of a special point on a fold curve that leaves out the error of the integration along the rod: the two cusps of
-/// the elastica, to 25 digits (tests/data/folds.csv).
+/// Catches a `+-` of a special point on a fold curve that leaves out the error of the integration along the rod: the
+/// two cusps of the elastica, to 25 digits (tests/data/folds.csv).
 #[test]
 fn precision_of_cusps_is_a_bound() {
     let cusps = [
@@ -243,7 +244,7 @@ fn precision_of_cusps_is_a_bound() {
             let away = |at: &&SpecialPoint| (at.second.unwrap() - z).abs();
             let at = found.iter().filter(|at| at.kind_name() == "cusp");
             let at = at.min_by(|a, b| away(a).total_cmp(&away(b)));
-            // A curve of so few points may end before the second.
+            // A curve of so few points may end before the second cusp.
             let Some(at) = at.filter(|at| away(at) < 1e-3) else {
                 continue;
             };
@@ -264,7 +265,7 @@ fn precision_of_cusps_is_a_bound() {
     }
 }
 
-/// Stops after so many questions.
+/// Hooks that stop after a number of calls.
 struct Impatient(usize);
 
 impl Hooks for Impatient {
@@ -274,7 +275,8 @@ impl Hooks for Impatient {
     }
 }
 
-/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record as if it were whole.
+/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record
+/// marked as complete.
 #[test]
 fn an_interrupted_branch_keeps_its_points() {
     let scene = scene("twist");
@@ -292,8 +294,8 @@ fn an_interrupted_branch_keeps_its_points() {
     assert!(labels.iter().all(|label| !label.starts_with('#')));
 }
 
-/// Catches a guess that is dropped because it lies in the other plane of symmetry, or in none: a column loaded beyond the Euler
-/// loads of both planes is found buckled in the plane of the guess, not straight.
+/// Catches a guess dropped because it lies in the other plane of symmetry, or in none: a column loaded beyond the
+/// Euler loads of both planes is found buckled in the plane of the guess, not straight.
 #[test]
 fn the_plane_follows_the_guess() {
     let text = |wrench: &str, path: &str| {
@@ -325,8 +327,8 @@ fn the_plane_follows_the_guess() {
     );
 }
 
-/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for; deflation beside it keeps its words. Catches a branch
-/// that ends where the base wrench does.
+/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for, with the messages
+/// of deflation. Catches a branch that ends where the base wrench becomes useless.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn a_branch_that_becomes_taut_is_solved_from_both_ends() {

@@ -1,4 +1,4 @@
-//! Runs as a study: bounces and what friction does to them, tables that stay small, ledgers that must close.
+//! Runs as a study: bounces and their friction losses, small tables, closed ledgers.
 
 use nalgebra::{Vector1, Vector2};
 use snaprod::body::Body;
@@ -21,7 +21,7 @@ fn options(duration: f64) -> Options {
         .unwrap()
 }
 
-/// The first bounce of a free mass that is thrown from an equilibrium, and when it comes to the wall and leaves it.
+/// The first bounce of a free mass thrown from an equilibrium, with the times of reaching and leaving the wall.
 fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
     let body = Body::new(1.0).unwrap();
     let q = Vector2::new(start.p, start.w);
@@ -34,9 +34,9 @@ fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
     events.next().expect("a bounce")
 }
 
-/// Catches a bounce that is missed or told twice, and a loss that is not that of a rod with friction: the whole
-/// Kelvin-Voigt rod at two small viscosities, whose loss in the bounce goes with eta to the one that is printed (leading
-/// order; the factor C of theory 2.8 is up to 1.2).
+/// Catches a bounce missed or reported twice, and a wrong friction loss. Reference: the Kelvin-Voigt rod at two
+/// small viscosities, whose loss in the bounce tends with eta to the printed one (leading order; the factor C of
+/// theory 2.8 is up to 1.2).
 #[test]
 fn friction_takes_from_a_bounce_what_is_printed() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
@@ -79,7 +79,7 @@ fn friction_takes_from_a_bounce_what_is_printed() {
             lost
         })
         .collect();
-    // What is left at eta = 0, with the factor C and friction on the way to the wall.
+    // Limit at eta = 0, with the factor C and friction on the way to the wall.
     let limit = 2.0 * losses[1] - losses[0];
     assert!((0.9..1.35).contains(&limit), "{losses:?}");
 }
@@ -108,8 +108,8 @@ fn recorded(text: &str, fields: Fields) -> (RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches a strain field that grows with the samples unasked, or is not at even times from start to end; a trajectory that
-/// is thinned with it; a field that was asked for and is not whole.
+/// Catches a strain field that grows with the samples unasked, or is not at equidistant times from start to end; a
+/// trajectory thinned together with it; and an incomplete requested field.
 #[test]
 fn the_strain_field_stays_small_unless_asked_for() {
     let (record, tables) = recorded(VISCOUS, Fields::Some);
@@ -125,7 +125,8 @@ fn the_strain_field_stays_small_unless_asked_for() {
     assert_eq!((tables.len(), record.strain_stride), (1, None));
 }
 
-/// Catches a Poincare section at other times than whole periods, and a period that the run is no multiple of.
+/// Catches a Poincare section at other times than whole periods, and an accepted period that does not divide the
+/// run.
 #[test]
 fn a_section_is_written_at_whole_periods() {
     let text = VISCOUS.replace("samples = 2001", "strobe = 0.05");
@@ -148,8 +149,8 @@ fn a_section_is_written_at_whole_periods() {
     assert!(Scene::parse(&both).is_ok());
 }
 
-/// Catches a ledger that is judged by the size of its energies alone: errors of one tolerance in velocities are errors of
-/// sqrt(E) tolerances in small energies; and NaN that counts as closed.
+/// Catches a ledger judged by the size of its energies alone, since velocity errors of one tolerance are errors of
+/// sqrt(E) tolerances in small energies; and a NaN that counts as closed.
 #[test]
 fn a_ledger_is_judged_by_its_largest_term() {
     let ledger = |kinetic: f64, elastic: f64| Ledger {
@@ -171,8 +172,8 @@ fn a_ledger_is_judged_by_its_largest_term() {
     assert!(!closed(&[ledger(1.0, 0.0), ledger(f64::NAN, 0.0)]));
 }
 
-/// Catches a run that has made or lost energy and says nothing: in a loop the chart of the elastica holds the end to
-/// exp(|p|) roundings only, so that each such run is accurate, or refused, or ends with the reason.
+/// Catches a run that silently makes or loses energy. In a loop the chart of the elastica determines the end only
+/// to exp(|p|) times rounding, so each such run must be accurate, or refused, or end with the reason.
 #[test]
 fn no_open_ledger_passes_in_silence() {
     let mut followed = 0;

@@ -1,4 +1,4 @@
-//! Reference data and comparisons that a NaN, a wrong sign or a missing file cannot pass.
+//! Reference data and comparisons: a NaN, a wrong sign or a missing file fails.
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{
@@ -15,7 +15,7 @@ use snaprod::section::{Linear, Varying};
 use snaprod::study::{ModesRecord, modes};
 use std::path::Path;
 
-/// Directory of the repository: benchmarks, a package within it, read the data of the tests, too.
+/// Directory of the repository: benchmarks, a nested package, read the data of the tests, too.
 pub fn root() -> &'static Path {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut above = package.ancestors();
@@ -134,8 +134,8 @@ pub fn rod(row: &Value) -> Rod {
     rod.expect("a rod")
 }
 
-/// The shapes through which the rod fell in the snap that `run` has just made: they begin at its fold and end at its landing, lose energy all the way,
-/// and have their ends where these are held.
+/// Checks the shapes of the fall in the last snap of `run`: they begin at the fold and end at the landing, lose
+/// energy monotonically, and have their ends in place.
 pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     const SECTIONS: usize = 201;
     let shapes = run.fall(snap).expect("a layer");
@@ -160,7 +160,7 @@ pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     for ((_, shape), (side, bound)) in [first, last].into_iter().zip(sides.iter().zip([0.1, 1e-3]))
     {
         let rod = &side[..];
-        // A tight rod next to its fold may have no shape to tell; where it has landed it has one.
+        // A taut rod near its fold may have no shape; at its landing it has one.
         if rod.is_empty() && std::ptr::eq(side, &sides[0]) {
             continue;
         }
@@ -172,7 +172,7 @@ pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
             let off = (end - given.translation.vector).norm();
             assert!(off < 0.03, "an end is {off:e} off");
         }
-        // Every section lies on the rod as it is there.
+        // Every section lies on the rod's current shape.
         for at in shape {
             let place = base.translation.vector + clamp * at.translation.vector;
             let near = rod
@@ -195,7 +195,7 @@ pub fn number_at(value: &Value, path: &str) -> f64 {
     found.unwrap_or_else(|| panic!("{path} of {value:#}"))
 }
 
-/// Asserts that a number is off by less than this part of what is expected.
+/// Asserts a relative error below the given bound.
 #[cfg(feature = "scene")]
 #[track_caller]
 pub fn near(found: f64, expected: f64, tolerance: f64) {
@@ -203,12 +203,12 @@ pub fn near(found: f64, expected: f64, tolerance: f64) {
     assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
 }
 
-/// What tools/ref_mass*.py gave of rods with mass.
+/// Reference data of rods with mass by tools/ref_mass*.py.
 pub fn mass_data(name: &str) -> Value {
     json(&format!("mass/{name}_given.json"))
 }
 
-/// A number, which may be written as a word.
+/// A number, possibly written as a string.
 pub fn decimal(value: &Value) -> f64 {
     match value {
         Value::String(word) => word.parse().unwrap(),
@@ -229,7 +229,7 @@ pub fn text_of(name: &str) -> String {
     std::fs::read_to_string(folder.join(format!("{name}.toml"))).unwrap()
 }
 
-/// The text with changes, each of something that is there.
+/// The text with replacements, each of which must match.
 #[cfg(feature = "scene")]
 pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
@@ -238,7 +238,7 @@ pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Asserts that this fault was found in a scene and no other, with these words.
+/// Asserts that a scene has exactly this one fault, with the given words.
 #[cfg(feature = "scene")]
 #[track_caller]
 pub fn one_fault(
@@ -288,7 +288,7 @@ force = [1.0, -2.0, 0.5]
 couple = [0.3, 0.2, -0.8]
 "#;
 
-/// The exponential of a matrix: of a part of it by the series, squared again.
+/// The exponential of a matrix: series of a fraction of the matrix, squared repeatedly.
 pub fn exponential<D: Dim>(matrix: &OMatrix<f64, D, D>) -> OMatrix<f64, D, D>
 where
     DefaultAllocator: Allocator<D, D>,

@@ -1,4 +1,4 @@
-//! Sweeps: rows that depend on their points alone, whoever makes them and however often they are begun.
+//! Sweeps: rows depend on their points alone, independent of threads and interruptions.
 
 use crate::program::Place;
 use snaprod::scene::Scene;
@@ -27,7 +27,7 @@ fn swept(vary: &[&str], random: Option<(usize, u64)>, columns: &[&str]) -> Sweep
     Sweep::new(SCENE.to_owned(), Vec::new(), vary, random, columns).unwrap()
 }
 
-/// Catches rows that are another point's, quantities of another run, and chunks that are not the same as the whole.
+/// Catches rows of another point, quantities of another run, and chunks that differ from the whole.
 #[test]
 fn a_row_is_the_run_of_its_scene() {
     let sweep = swept(
@@ -60,12 +60,13 @@ fn a_row_is_the_run_of_its_scene() {
         assert_eq!(row[3], "end_of_time");
         assert_eq!(number(4), end.position().x);
         assert_eq!(number(5), end.ledger.kinetic);
-        // No snap: no time of the last one, and no reason.
+        // Without a snap its time is empty, without a reason.
         assert_eq!(&row[6..], ["0", "", ""]);
     }
 }
 
-/// Catches points at random that follow from the threads' order, leave their range, or are not spread over it; a seed without effect.
+/// Catches random points that depend on the order of threads, leave their range, or are not spread over it; a seed
+/// without effect.
 #[test]
 fn points_at_random_follow_from_seed_and_number() {
     let all = |seed| -> Vec<f64> {
@@ -81,7 +82,7 @@ fn points_at_random_follow_from_seed_and_number() {
     assert!(one.iter().all(|part| (0.0..1.0).contains(part)));
     assert_eq!(one, all(1));
     assert!(one.iter().zip(&other).all(|(a, b)| a != b));
-    // Mean and variance of even numbers, within five standard errors.
+    // Mean and variance of uniform numbers, within five standard errors.
     for sample in [&one, &other] {
         let mean = sample.iter().sum::<f64>() / 4000.0;
         let square = sample.iter().map(|x| (x - 0.5).powi(2)).sum::<f64>() / 4000.0;
@@ -92,7 +93,7 @@ fn points_at_random_follow_from_seed_and_number() {
     }
 }
 
-/// Catches a text that is misread rather than refused, and a refusal that does not say what to write.
+/// Catches a misread text, and a refusal without advice.
 #[test]
 fn what_is_varied_is_read_or_refused() {
     let values = |text: &str| -> Vec<String> {
@@ -102,7 +103,7 @@ fn what_is_varied_is_read_or_refused() {
             .collect()
     };
     assert_eq!(values("a.b.2=1:3:3"), ["1.0", "2.0", "3.0"]);
-    // It is called as it was written, and is the field however it is written.
+    // The path keeps its spelling, and every spelling leads to the same field.
     let vary = Vary::parse("a.b.2=1:3:3").unwrap();
     assert_eq!(vary.path, "a.b.2");
     assert!(
@@ -141,7 +142,8 @@ fn what_is_varied_is_read_or_refused() {
     }
 }
 
-/// Catches work that is lost or done twice when a sweep goes on, a table that depends on the threads, and another sweep's rows in it.
+/// Catches work lost or repeated in a resumed sweep, a table that depends on the threads, and rows of another
+/// sweep.
 #[test]
 fn a_sweep_goes_on_where_it_was_ended() {
     let place = Place::new("sweep");
@@ -168,7 +170,7 @@ fn a_sweep_goes_on_where_it_was_ended() {
         (&12.into(), &3.into())
     );
     let table = place.read("one/sweep.csv");
-    // A mass that is negative has a row that says so.
+    // A negative mass gives a row with the error message.
     let row = fields(table.lines().nth(1).unwrap());
     assert!(row.last().unwrap().contains("body.mass"), "{row:?}");
     assert_eq!(table.lines().count(), 13);
@@ -177,7 +179,7 @@ fn a_sweep_goes_on_where_it_was_ended() {
     command("two", "2", "3").json(0);
     assert_eq!(place.read("two/sweep.csv"), table);
 
-    // As after a kill: chunks that are not there, and one that was being written.
+    // State after a kill: missing chunks, and a partial one.
     std::fs::remove_file(place.join("two/chunks/000003.csv")).unwrap();
     std::fs::remove_file(place.join("two/sweep.csv")).unwrap();
     place.write("two/chunks/000003.17.part", "3,-1.0");
@@ -206,14 +208,15 @@ fn a_sweep_goes_on_where_it_was_ended() {
         "--out",
         "three",
     ]);
-    // Its file is named, whether columns are or not.
+    // The message names the scene's file, with or without columns.
     assert!(refused.refusal().contains("scene.toml: --set body.weight"));
     assert!(!place.join("three").exists());
     let refused = command("three", "100000", "2");
     assert!(refused.refusal().contains("1..=1024"), "{refused:?}");
 }
 
-/// Catches a map whose columns must be asked for once more, and columns of one name: what is varied and what is asked for twice has one.
+/// Catches a map whose columns must be requested again, and duplicate columns, for varied fields that are also
+/// requested.
 #[test]
 fn a_column_stands_in_the_table_once() {
     let place = Place::new("columns");
@@ -247,14 +250,14 @@ fn a_column_stands_in_the_table_once() {
     assert_eq!(names("twice"), [&varied[..], &["end.x", "why"]].concat());
 
     assert!(run("none --map ,").refusal().contains("no column is named"));
-    // What is told of events depends on the point: of none it is told at the end.
+    // Events differ between points: a column found at no point is reported at the end.
     let said = run("events --column events.7.t").stderr;
     assert!(
         said.contains("--column events.7.t: no point has it"),
         "{said}"
     );
 
-    // Names that no point has are told before the sweep is made, and its directory is still anybody's.
+    // Names invalid at every point are reported before the sweep starts, and its directory stays unused.
     for (asked, why) in [
         ("--map end.modes", "did you mean end.mode? end has"),
         ("--column end", "end has"),
@@ -281,8 +284,8 @@ fn a_column_stands_in_the_table_once() {
     run("wrong --map end.mode").json(0);
 }
 
-/// Catches files of others that are removed, rows of a sweep with other values between the same ends, a chunk that is lost for a damage that it could be made
-/// anew after, and a damage that is told as another sweep.
+/// Catches removal of foreign files, rows of a sweep with other values between the same ends, a damaged chunk that
+/// is not recomputed, and damage reported as another sweep.
 #[test]
 fn a_directory_holds_the_rows_of_its_sweep_alone() {
     let place = Place::new("owned");
@@ -344,7 +347,7 @@ fn values_with_line_feeds_stay_whole() {
     assert!(rows.len() == 3 && rows[1..].iter().all(|row| row[2].parse::<f64>().is_ok()));
 }
 
-/// Catches ranges of fields that count, which no scene takes with a point, and numbers that become whole with them.
+/// Catches accepted fractional ranges of integer fields, and real numbers rounded together with them.
 #[test]
 fn fields_that_count_take_whole_numbers() {
     let values = |vary: &str| -> Vec<String> {
@@ -363,7 +366,7 @@ fn fields_that_count_take_whole_numbers() {
     assert!((0..3).all(|point| sweep.scene(point).is_ok()));
 }
 
-/// Catches random numbers of fields that count which no scene takes, or of which some come never or twice as often as others.
+/// Catches invalid random values of integer fields, and values drawn never or twice as often as others.
 #[test]
 fn fields_that_count_are_drawn_whole() {
     let often = |vary: &str| {
@@ -392,7 +395,8 @@ fn fields_that_count_are_drawn_whole() {
     assert!((400..600).contains(&below), "{low:?}");
 }
 
-/// Catches a map, or curves over one field, whose axes are paths, or have no units: those of SI, those of the rod where length, stiffness and mass stay 1, none where one of these varies.
+/// Catches a map, or curves over one field, whose axes are labelled by paths, or without units: SI units, units of
+/// the rod if length, stiffness and mass stay 1, no units if one of these varies.
 #[test]
 fn a_map_has_names_and_units() {
     let place = Place::new("map_names");
@@ -437,7 +441,8 @@ fn a_map_has_names_and_units() {
     }
 }
 
-/// Catches peaks of another run, or of its two ends alone, and a row that has none because the scene asks for few samples.
+/// Catches peaks of another run, or of its two ends alone, and a row without peaks because the scene asks for few
+/// samples.
 #[test]
 fn peaks_are_those_of_the_trajectory() {
     let scene = SCENE.replace("0.3]", "2.5]").replace("0.2\n", "2.0\n");
@@ -468,14 +473,15 @@ fn peaks_are_those_of_the_trajectory() {
         assert!(row[4] == "0" && row[5] == "2.0", "{row:?}");
         assert!(greatest > y[0].max(y[y.len() - 1]) + 1e-3, "no peak inside");
     }
-    // Where two samples are asked for, peaks lie between them.
+    // Peaks between the samples are found even with two samples.
     for (few, many) in rows(2).iter().zip(rows(1200)) {
         let number = |cell: &String| cell.parse::<f64>().unwrap();
         assert!((number(&few[2]) - number(&many[2])).abs() < 1e-3, "{few:?}");
     }
 }
 
-/// Catches states of assemblies and bars, and numbers of summaries and events, without their units, and components that only numbers name.
+/// Catches columns of assemblies and bars, and numbers of summaries and events, without their units, and components
+/// identified only by numbers.
 #[test]
 fn columns_of_every_kind_have_units() {
     let units = |scene: &str, vary: &str, columns: &[(&str, &str)]| {

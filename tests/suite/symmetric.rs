@@ -1,4 +1,4 @@
-//! The structure-preserving steps: symmetric, reversible, of order 12, and what they do for the energy of long motions.
+//! Structure-preserving steps: symmetry, reversibility, order 12, and energy conservation in long motions.
 
 use crate::eightfold::OneByOne;
 use crate::support::worst;
@@ -58,7 +58,7 @@ impl Planet {
     }
 }
 
-/// So many steps of the length `h`, which is less than the tolerance would allow.
+/// Takes `steps` steps of the fixed length `h`, which is below the length allowed by the tolerance.
 fn flown(from: Planet, h: f64, steps: usize, mut look: impl FnMut(&Planet)) -> Planet {
     let mut slope = from;
     from.slope(&mut slope).expect("a slope");
@@ -83,7 +83,7 @@ fn the_order_is_twelve() {
     );
 }
 
-/// Would catch steps that are not their own inverse, as any choice of the step by the error of the last is.
+/// Would catch steps that are not their own inverse, as with any step choice by the error of the last step.
 #[test]
 fn steps_turned_round_lead_back_to_rounding() {
     let start = Planet::new(0.6);
@@ -161,8 +161,9 @@ fn swing_on<'a, M: Multivalued<2>>(
     .expect("a run")
 }
 
-/// The point of the method: what the explicit steps lose grows with time, what these lose does not. Would catch any step that
-/// leaves a defect of one sign, and a choice of steps that looks back. Steps by collocation, as long as their error allows, lose more than these, too.
+/// Long-term energy: the error of explicit steps grows with time, that of symmetric steps does not. Would catch any
+/// step with a defect of one sign, and a step choice that depends on the past. Collocation steps, as long as their
+/// error allows, lose more than symmetric ones, too.
 #[test]
 fn the_energy_in_the_plane_does_not_drift() {
     let body = Body::<2>::new(1.0)
@@ -184,7 +185,7 @@ fn the_energy_in_the_plane_does_not_drift() {
     );
 }
 
-/// Rows of a reference motion of 30-digit care, whose start is at rest on the equilibrium of lowest energy.
+/// Reference motion computed with 30 digits, from rest on the equilibrium of lowest energy.
 fn reference(name: &str, body: &Body<2>, tolerance: f64) -> f64 {
     let path = format!(
         "{}/tests/data/motion_{name}.json",
@@ -248,7 +249,7 @@ fn a_snap_in_the_plane_is_the_reference() {
     assert!((end.ledger.total() - total).abs() < 1e-10 * end.ledger.largest());
 }
 
-/// A body on a bent rod in space, kicked; with a second one that hangs on it by such a rod.
+/// A body on a bent rod in space, kicked; optionally with a second body hung on the first by an equal rod.
 fn start(second: bool) -> (Assembly, Configuration) {
     let law = Linear::diagonal([1.0, 1.3], 0.8)
         .and_then(|law| law.with_shear([120.0, 120.0])?.with_axial(300.0))
@@ -297,9 +298,9 @@ fn ended<'a>(motion: &mut dyn Motion<'a>) {
     assert_eq!(outcome, Some(Outcome::EndOfTime));
 }
 
-/// Would catch a part of a run that knows forward from backward: velocities that are turned round after a whole run lead back to the start
-/// turned round, in the plane and in space, of one body and of two. (The two runs fit their steps each for itself and end by a shortened one, so
-/// that they agree to the tolerance, not to rounding.)
+/// Would catch a part of a run that distinguishes forward from backward: after reversal of the final velocities a
+/// run returns to the reversed start, in the plane and in space, of one body and of two. (The two runs choose their
+/// steps independently and end by a shortened one, so that they agree to the tolerance, not to rounding.)
 #[test]
 fn whole_runs_turned_round_lead_back() {
     let body = Body::<2>::new(1.0)
@@ -346,7 +347,7 @@ const PLANE: f64 = 1e-9;
 const ONE: f64 = 1e-12;
 const TWO: f64 = 1e-12;
 
-/// Would catch a clock of the steps that is not the same in both directions, and samples off the motion.
+/// Would catch a step clock that differs between the two directions, and samples off the motion.
 #[test]
 fn the_energy_in_space_stays_and_the_motion_is_the_same() {
     let [first, all] = errors(&mut kicked(Method::Symmetric, 60.0, 1e-6), 30.0);
@@ -383,8 +384,8 @@ fn the_energy_in_space_stays_and_the_motion_is_the_same() {
     }
 }
 
-/// A strip that is hard to bend out of its plane snaps in space where the elastica does, by steps that pass through the fold; implicit
-/// ones leave the fold to explicit ones.
+/// A strip that is hard to bend out of its plane snaps in space where the elastica does, by steps that pass through
+/// the fold; implicit ones leave the fold to explicit ones.
 #[test]
 fn a_snap_in_space_is_that_of_the_plane() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");

@@ -1,4 +1,4 @@
-//! Rods pulled taut: their force and the hold of their end given.
+//! Taut rods, charted by their force and their end pose.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
@@ -38,8 +38,8 @@ fn small(what: &str, off: f64, bound: f64) {
     assert!(off <= bound, "{what}: {off:.1e} > {bound:.0e}");
 }
 
-/// Against the base wrench, which is good below lam = 12: any law, bent and looped rods, their stiffness, index and shape. Catches
-/// a wrong term of the variations, of the second variation, of the elimination.
+/// Against the base wrench, which is accurate below lam = 12: any law, bent and looped rods, their stiffness, index
+/// and shape. Catches a wrong term of the variations, of the second variation, of the elimination.
 #[test]
 fn taut_rods_are_those_of_the_base_wrench() {
     let mut seed = 12345_u64;
@@ -177,7 +177,7 @@ fn taut_rods_of_other_programs() {
         let base = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
         for tolerance in [1e-13, 1e-9] {
             let found = rod.taut(&base, &tip, None, tolerance).unwrap();
-            // The numbers given, and rounding.
+            // Digits of the reference, and rounding.
             let bound = 0.1 * tolerance + 2e-14;
             let place = (found.end.position - vector(&case["position"])).amax();
             small("place", place, bound);
@@ -195,7 +195,7 @@ fn taut_rods_of_other_programs() {
                     10.0 * bound * lam,
                 );
             }
-            // Of the inextensible rods the stiffness is by lam^3 of the error.
+            // The stiffness of inextensible rods has lam^3 times the error.
             let off = if case["stiffness"].is_array() {
                 let wanted = Matrix6::from_fn(|i, j| number(&case["stiffness"][i][j]));
                 (stiffness(&found, false) - wanted).amax() / wanted.amax()
@@ -210,8 +210,8 @@ fn taut_rods_of_other_programs() {
     }
 }
 
-/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l, over cosh l,
-/// k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
+/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l,
+/// over cosh l, k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
 #[test]
 fn a_straight_rod_under_tension_is_a_beam_column() {
     for lam in [3.0, 10.0, 30.0, 100.0, 1e3, 1e4_f64] {
@@ -290,7 +290,7 @@ fn wire(lam: f64, axial: f64, joint: Joint) -> Assembly {
     Assembly::new(vec![carrier], links).unwrap()
 }
 
-/// The state at `t` and how far the ledger has opened.
+/// The state at `t`, and the energy error.
 fn moved(
     assembly: Assembly,
     start: &Configuration,
@@ -312,8 +312,9 @@ fn moved(
     (last, opened)
 }
 
-/// A mass in the middle of a tight wire, struck across: a cycle of the harmonic oscillator of string and beam, whose force grows
-/// with the cube of the way. Catches a chart that drifts, a force that is not that of the place.
+/// A mass in the middle of a tight wire, struck across: a cycle of the anharmonic oscillator of string and beam,
+/// whose force has a term in the cube of the displacement. Catches a drifting chart, and a force that does not
+/// match the position.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_mass_on_a_tight_wire_swings() {
@@ -334,8 +335,8 @@ fn a_mass_on_a_tight_wire_swings() {
     }
 }
 
-/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches, whose charts these halves leave and
-/// enter on the way.
+/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches; these halves leave
+/// and re-enter the base-wrench charts during the motion.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_wire_moves_as_another_program_has_it() {
@@ -379,8 +380,9 @@ fn a_wire_moves_as_another_program_has_it() {
     }
 }
 
-/// Statics of one rod, inextensible, in the limit of the string (exact up to exp(-lam)): n at an angle g from the clamp,
-/// r = (1 - (4/lam) sin^2(g/4), -(2/lam) sin(g/2)) along and across it. From the force, from the place, and the shape in between.
+/// Statics of one rod, inextensible, in the limit of the string (exact up to exp(-lam)): n at an angle g from the
+/// clamp, r = (1 - (4/lam) sin^2(g/4), -(2/lam) sin(g/2)) along and across it. From the force, from the place, and
+/// the shape in between.
 #[test]
 fn equilibria_of_taut_rods() {
     let rod = |b: f64| Rod::new(2.0, Linear::diagonal([b, b], 0.7 * b).unwrap()).unwrap();
@@ -400,7 +402,7 @@ fn equilibria_of_taut_rods() {
             let couple = 3.0 / 2.0 * 2.0 * lam * (0.5 * angle).sin();
             small("m(0)", (found.base[1] / couple - 1.0).abs(), 1e-11);
             assert_eq!(problem.index_at(&found.base).unwrap(), 0);
-            // Half way exp(-lam/2) is left of the layer.
+            // Half way along, the layer has decayed to exp(-lam/2).
             let shape = problem.shape(&found.base, 3).unwrap();
             let middle = place - along;
             let off = (shape[1].position - middle).norm();
@@ -408,16 +410,16 @@ fn equilibria_of_taut_rods() {
             let held = Problem::new(rod(3.0), EndConditions::ball(place), 1e-12).unwrap();
             let found = held.solve(None).unwrap();
             let n = found.base.fixed_rows::<3>(3) - along * tension;
-            // Places are rounded, and the force is by lam of that.
+            // Positions are rounded, and the force by lam times that.
             small("force", n.norm() / tension, 1e-14 * lam + 1e-12);
             assert_eq!(found.index, 0);
-            // Welded as it stands, with a twist.
+            // Welded at the current pose, with an additional twist.
             let turn = found.end.pose().rotation
                 * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 0.2);
             let held = Problem::new(rod(3.0), EndConditions::pose(place, turn), 1e-12).unwrap();
             let found = held.solve(None).unwrap();
             let torque = found.end.couple.dot(&along) - 0.2 * 0.7 * 3.0 / 2.0;
-            // The layers leave their plane by the twist over lam, and turn the rod by that.
+            // The layers leave their plane by the twist over lam, and rotate the rod by as much.
             small("torque", torque.abs(), 0.5 / lam);
             let n = found.base.fixed_rows::<3>(3) - along * tension;
             small("force with a twist", n.norm() / tension, 5.0 / (lam * lam));
@@ -425,7 +427,8 @@ fn equilibria_of_taut_rods() {
     }
 }
 
-/// The steel wire of the scene: string and bending, B' = B v3, l = lam sqrt(v3) of a half, k = T/(L v3 (1 - tanh l/l)) each.
+/// The steel wire of the scene: string and bending, B' = B v3, l = lam sqrt(v3) of a half, k = T/(L v3 (1 - tanh
+/// l/l)) each.
 #[cfg(feature = "scene")]
 #[test]
 fn the_wire_of_the_scenes_swings_as_string_and_beam() {
@@ -465,9 +468,10 @@ fn the_wire_of_the_scenes_swings_as_string_and_beam() {
     );
 }
 
-/// Catches unstable rods where stable ones are, and none where an unstable one is: a force far back along the clamp turns a rod about its
-/// stiffer axis, up to about 120 degrees; beyond, the rod leaves that plane. The integrals of a rod under a dead force, m . n = 0 and
-/// m . B^-1 m/2 + n . d3 = |n|, hold at the clamp, and what turns out of the plane stores less than what stays in it.
+/// Catches unstable rods instead of stable ones, and a search without result where an unstable one exists. A force
+/// pointing back along the clamp turns a rod about its stiffer axis, up to about 120 degrees; beyond, the rod
+/// leaves that plane. The integrals of a rod under a dead force, m . n = 0 and m . B^-1 m/2 + n . d3 = |n|, hold at
+/// the clamp, and out of the plane the rod stores less than in it.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn forces_far_back_turn_rods_out_of_their_plane() {
@@ -492,7 +496,7 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
                 0.5 * (m.x * m.x / bending[0] + m.y * m.y / bending[1] + m.z * m.z / torsion);
             let integral = stored / force + pull.z - 1.0;
             small(&format!("{what}: integral"), integral.abs(), 1e-9);
-            // What a pendulum of stiffness B stores from this angle on.
+            // Energy stored by a pendulum of stiffness B from this angle on.
             let planar = |b: f64| 2.0 * (b * force).sqrt() * (1.0 - (0.5 * angle).cos());
             let none = |x: f64| x.abs() < 1e-6 * size;
             if !(none(m.z) && (none(m.x) || none(m.y))) {
@@ -508,13 +512,14 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
     }
 }
 
-/// Catches a rod that is lost between two evaluations of a motion whose pull falls fast, where the guess leads to the other side: a rod turned by more than pi from its clamp into the pull
-/// is led on that way from one with two thirds of the force, whose couple is far from its own.
+/// Catches a rod lost between two evaluations of a motion with a fast falling pull, where the guess leads to the
+/// other side. A rod turned by more than pi from its clamp into the pull must be continued from one with two thirds
+/// of the force, whose couple differs strongly.
 #[test]
 fn the_equilibrium_that_is_meant_is_led_to() {
     let rod = Rod::new(1.0, Linear::diagonal([1.2, 1.0], 0.8).unwrap()).unwrap();
     let pull = |lam: f64, angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos()) * lam * lam;
-    // In small steps: first about the clamp, then with more force.
+    // Small steps: first about the clamp, then with more force.
     let turning = (0..=30).map(|k| (17.8, PI * (0.75 + 0.01 * f64::from(k))));
     let pulling = (1..=43).map(|k| (17.8 + 0.1 * f64::from(k), 1.05 * PI));
     let mut on_the_way: Vec<Taut> = Vec::new();

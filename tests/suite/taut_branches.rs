@@ -19,9 +19,9 @@ fn turned(by: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
     Some(UnitQuaternion::from_scaled_axis(by))
 }
 
-/// Every kind of end at lam = 9.5, where the base wrench is seen, and beyond, where both ends are: the derivatives by the unknowns against
-/// central differences, the derivative by a parameter that moves the end condition, and a determinant that does not change its sign from
-/// one to the other.
+/// Every kind of end at lam = 9.5, in the form with the base wrench, and beyond, in the form with both ends. The
+/// derivatives by the unknowns are compared with central differences, as is the derivative by a parameter that
+/// moves the end condition. The determinant keeps its sign between the forms.
 #[test]
 fn equations_of_both_forms_have_one_sign_and_their_derivatives() {
     type Make = fn(Vector3<f64>, f64) -> EndConditions;
@@ -88,7 +88,7 @@ fn equations_of_both_forms_have_one_sign_and_their_derivatives() {
             let off = (slope - &there.slope).norm() / (1.0 + there.slope.norm());
             assert!(off < 1e-6, "{name} at {lam}: d/dc {off:.1e}");
             signs.push(there.jacobian.determinant().signum());
-            // Both see the same end, energy and index.
+            // Both forms give the same end, energy and index.
             let state = family.state(&x, 0.0).unwrap();
             let apart = (state.end.position - found.end.position).norm();
             assert!(apart < 1e-9, "{name} at {lam}: {apart:.1e}");
@@ -139,8 +139,9 @@ fn followed(family: &dyn Statical, x: nalgebra::DVector<f64>, options: Options) 
     (specials, last, points)
 }
 
-/// A rod whose end is held near full reach and twisted: its branch goes through folds into loops and back out, with lam between 6 and 12, from
-/// one form of the equations to the other. Against the base wrench, which is good there. Catches an equilibrium that is taken for another.
+/// A rod whose end is held near full reach and twisted. Its branch goes through folds into loops and back out, with
+/// lam between 6 and 12, from one form of the equations to the other. Reference: the base wrench, accurate there.
+/// Catches a confusion of equilibria.
 #[test]
 fn a_twisted_rod_folds_alike_in_both() {
     let rod = Rod::new(1.0, bent()).unwrap();
@@ -165,8 +166,9 @@ fn a_twisted_rod_folds_alike_in_both() {
     }
 }
 
-/// Loads that grow from nothing to lam = 1e4 in one branch, of a rod whose end is free, bears a body beside it, or is held along one axis: where
-/// it comes to is the equilibrium found there at once, stable all along, in some hundred steps.
+/// Loads that grow from nothing to lam = 1e4 in one branch, of a rod whose end is free, bears a body beside it, or
+/// is held along one axis. The end of the branch is the equilibrium found there directly, stable throughout, in
+/// some hundred steps.
 #[test]
 #[ignore = "second tier: 56 s"]
 fn branches_lead_from_slack_rods_to_strings() {
@@ -212,8 +214,9 @@ fn branches_lead_from_slack_rods_to_strings() {
     }
 }
 
-/// A straight rod that is pulled along and wound up: it buckles where its variation under the dead force is neutral. Both charts, and a scan of the
-/// base wrench's determinant in between, at lam = 20. A clamped end that only turns: |m| = 2 sqrt(B F) and a little more.
+/// A straight rod that is pulled along and wound up: it buckles where its variation under the dead force is neutral.
+/// Both charts, and a scan of the base wrench's determinant in between, at lam = 20. A clamped end that only turns:
+/// |m| = 2 sqrt(B F) and a little more.
 #[test]
 fn a_wound_wire_buckles_where_the_base_wrench_says() {
     let rod = Rod::new(1.0, Linear::diagonal([1.1, 1.0], 0.75).unwrap()).unwrap();
@@ -284,8 +287,8 @@ fn branches_in_a_plane_stay_in_it() {
     assert!((spatial.end.position - alone.end.position).norm() < 1e-14);
 }
 
-/// A load that turns with the end has no chart that is better than the base wrench: nothing is solved from both ends there, where a branch would
-/// come to branch points that are rounding.
+/// A load that turns with the end has no better chart than the base wrench: the form with both ends is not used,
+/// where branch points would be rounding artefacts.
 #[test]
 fn following_loads_stay_with_the_base_wrench() {
     let rod = Rod::new(1.0, Linear::diagonal([1.1, 1.0], 0.75).unwrap()).unwrap();

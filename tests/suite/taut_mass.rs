@@ -1,4 +1,4 @@
-//! The mass of a taut planar rod to first order (theory 2.9).
+//! First-order mass of a taut planar rod (theory 2.9).
 
 use crate::eightfold::OneByOne;
 use crate::support::worst;
@@ -21,8 +21,8 @@ fn rows() -> Vec<[f64; 9]> {
     text.lines().skip(1).map(row).collect()
 }
 
-/// By how much A and b are off from those of a row, relative to the largest term that each entry may have.
-fn off(row: &[f64; 9], side: f64, found: &AddedInertia) -> f64 {
+/// Error of A and b against those of a row, relative to the largest term that each entry may have.
+fn off(row: &[f64; 9], side: f64, found: &Added) -> f64 {
     let [_, _, direction, a11, a12, a22, b1, b2, _] = *row;
     let (sin, cos) = (side * direction).sin_cos();
     let turn = Matrix2::new(cos, -sin, sin, cos);
@@ -42,8 +42,10 @@ fn off(row: &[f64; 9], side: f64, found: &AddedInertia) -> f64 {
     )
 }
 
-/// Catches digits that cancel, a wrong term of the field or of its second derivatives, and a mirror image that is none: mass and force against differences of the
-/// pendulum in 80 digits, of rods almost straight, bent, and with half a loop at the clamp, lam = 20.5 to 1000. Where theta functions still serve they are another way to the same.
+/// Catches cancellation of digits, a wrong term of the field or of its second derivatives, and a wrong mirror
+/// image: mass and force against differences of the pendulum in 80 digits, of rods almost straight, bent, and with
+/// half a loop at the clamp, lam = 20.5 to 1000. Within the range of theta functions they are an independent second
+/// method.
 #[test]
 fn mass_and_force_of_a_taut_rod_keep_their_digits() {
     let still = Vector2::zeros();
@@ -66,7 +68,7 @@ fn mass_and_force_of_a_taut_rod_keep_their_digits() {
     }
 }
 
-/// Catches too few nodes for what is asked, or nodes in the wrong place, from bends at the clamp to loops that leave it.
+/// Catches too few or misplaced nodes for the required accuracy, from bends at the clamp to loops that leave it.
 #[test]
 fn integrals_along_a_taut_rod_are_as_good_as_asked() {
     let (v, still) = (Vector2::new(0.7, -0.3), Vector2::zeros());
@@ -90,8 +92,8 @@ fn integrals_along_a_taut_rod_are_as_good_as_asked() {
     assert!(followed > 30, "{followed}");
 }
 
-/// What is felt of a rod of mass 1 that is pulled with lam, on a clamp that may move, and its energies.
-fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (EndInertia<2>, [f64; 2]) {
+/// Added inertia of a rod of mass 1 under the pull lam, on a clamp that may move, and its energies.
+fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
     let start = Equilibrium::from_lambda_p(lam, lam - f64::ln(2.0 * t)).unwrap();
     let (q, v) = (Vector2::new(start.p, start.w), Vector2::new(0.7, -0.3));
     let rod = LightRod {
@@ -103,8 +105,9 @@ fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (EndInertia<2>, [f64; 2])
     (felt, rod.energies(frame, [&q, &v], 1e-12).unwrap())
 }
 
-/// Catches a weight, a power of the clamp or an energy that one of both ways has wrong: all that is felt goes on smoothly where the one takes over from the other, at
-/// lam = 20 and where a bend is at the clamp enough, on a clamp that stands and on one that shakes and turns.
+/// Catches a weight, power of the clamp or energy that is wrong in one of two methods. The added inertia is
+/// continuous at the transition between them, at lam = 20 and where the bend at the clamp is large enough. The
+/// clamp is fixed, or shakes and turns.
 #[test]
 fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
     let support = Support::<2>::new(Vector2::new(0.2, -0.1), 0.6).unwrap();
@@ -142,7 +145,8 @@ fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
     }
 }
 
-/// Steps of a motion that is thrown at the end of its rod, and how taut that becomes; a rod of mass `eps` is felt all the time.
+/// Number of steps of a motion thrown outwards at the end of its rod, and the largest tautness; a rod of mass `eps`
+/// acts all the time.
 fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usize, f64) {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
     let mut body = Body::new(1.0).unwrap();
@@ -169,7 +173,7 @@ fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usiz
         let error = (ledger.total() - first) / ledger.largest();
         assert!(error.abs() < 1e-9, "{speed} {eps:?}: {error:e}");
         assert!((ledger.rod_kinetic > 0.0) == eps.is_some() && ledger.dissipated == 0.0);
-        // That of the equilibrium: what decelerates the rod does not reach the body.
+        // Pull of the equilibrium: the force that decelerates the rod does not reach the body.
         let taut = manifold.point(&now.phase.q).unwrap().force;
         pull = pull.max(taut.norm().sqrt());
     }
@@ -177,8 +181,8 @@ fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usiz
     (steps, pull)
 }
 
-/// Catches a mass that is given up in a hard bounce, energy that is lost or got there, and steps that collapse: at lam = 29 to 1600 a bounce with the mass of the
-/// rod takes about as many as without, one slope after the other.
+/// Catches a mass switched off in a hard bounce, energy lost or gained there, and collapsing steps: at lam = 29 to
+/// 1600 a bounce with the mass of the rod takes about as many steps as without, with sequential slopes.
 #[test]
 fn hard_bounces_keep_the_mass_of_the_rod() {
     for speed in [1.0, 2.0, 4.0, 8.0] {
@@ -192,8 +196,8 @@ fn hard_bounces_keep_the_mass_of_the_rod() {
     }
 }
 
-/// Catches a taut rod that is followed where it is as good as straight, or a loop that has left the clamp beyond lam = 30, and one that is lost between; not followed, it is
-/// found again further inside.
+/// Catches a taut rod followed although practically straight, or with a loop off the clamp beyond lam = 30, and a
+/// rod lost between these limits; a rod given up is found again further inside.
 #[test]
 fn taut_rods_are_followed_where_they_are_bent_at_the_clamp() {
     let rod = LightRod {

@@ -67,9 +67,8 @@ impl Law {
             .acos()
             .tan()
     }
-    /// Where it lands from the upper fold. With t = tan(angle / 2), z(a) = z reads
-    /// t^4 + p t^3 + r t - 1 = 0, p = 2 (1 + sigma + L)/(sigma z); the fold is its double root s,
-    /// which leaves t^2 + (p + 2 s) t - 1/s^2 = 0.
+    /// Landing from the upper fold. With t = tan(angle / 2), z(a) = z reads t^4 + p t^3 + r t - 1 = 0, p = 2 (1 +
+    /// sigma + L)/(sigma z). The fold is its double root s, which leaves t^2 + (p + 2 s) t - 1/s^2 = 0.
     fn landing(self) -> f64 {
         let a = self.fold();
         let s = (0.5 * a.atan()).tan();
@@ -155,8 +154,8 @@ fn difference(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
         / h
 }
 
-/// Catches a wrong sign of the force, a factor in the energy of either spring, a Jacobian that is not
-/// the derivative of the pose, and an index that does not count the held truss's falling directions.
+/// Catches a wrong sign of the force, a factor in the energy of either spring, a Jacobian that is not the
+/// derivative of the pose, and an index that does not count the unstable directions of the held truss.
 #[test]
 fn manifold_is_lagrangian() {
     const STEP: f64 = 0.004;
@@ -215,8 +214,7 @@ fn manifold_is_lagrangian() {
     assert!(SOFT.truss().index(&one(f64::NAN)).unwrap_err().is_domain());
 }
 
-/// Catches a fold off its place or named where there is none: against the bar's angle there, and the
-/// pose against the astroid.
+/// Catches a misplaced or false fold: against the bar's angle there, and the pose against the astroid.
 #[test]
 fn folds_in_closed_form() {
     for law in [
@@ -257,8 +255,8 @@ fn folds_in_closed_form() {
     assert!(with(critical * (1.0 + 1e-12)).fold().is_none());
 }
 
-/// Catches a sheet or an equilibrium lost, an unstable one passed off as stable, a wrong order by
-/// energy, a layer that runs the wrong way or leaves a stable point.
+/// Catches a sheet or an equilibrium lost, an unstable one marked as stable, a wrong order by energy, a layer that
+/// runs the wrong way or leaves a stable point.
 #[test]
 fn stable_equilibria_and_layer() {
     let truss = SOFT.truss();
@@ -310,8 +308,8 @@ fn stable_equilibria_and_layer() {
     assert_eq!(truss.sheet(&one(0.1)).mode, 1);
 }
 
-/// Catches an integrator or a location of the fold that is off in the 12th digit, a wrong mass, a
-/// landing or a released energy that is not the closed form's.
+/// Catches an integrator or a location of the fold with errors in the 12th digit, a wrong mass, and a landing or
+/// released energy that differs from the closed form.
 #[test]
 fn fold_time_against_quadrature() {
     let (truss, f, landing) = (SOFT.truss(), SOFT.fold(), SOFT.landing());
@@ -438,8 +436,8 @@ fn ledger_closes() {
     }
 }
 
-/// Catches a location of the fold of lower order than the integration, or an error that tolerance does
-/// not control: order 8 with local control gives an error in proportion to the tolerance.
+/// Catches a location of the fold of lower order than the integration, or an error not controlled by the tolerance:
+/// order 8 with local control gives an error in proportion to the tolerance.
 #[test]
 fn fold_time_follows_tolerance() {
     let (truss, body) = (SOFT.truss(), Body::new(1.0).unwrap());
@@ -488,8 +486,8 @@ fn fold_time_follows_tolerance() {
     }
 }
 
-/// Catches a fold that is not seen as one, a snap to the wrong side, a start at rest that stays for
-/// ever or leaves late, an end of time inside the first step off the fold that is missed.
+/// Catches a fold not recognised, a snap to the wrong side, a start at rest that never leaves or leaves late, and a
+/// missed end time inside the first step off the fold.
 #[test]
 fn starts_on_a_fold() {
     let (truss, f) = (SOFT.truss(), SOFT.fold());
@@ -497,7 +495,7 @@ fn starts_on_a_fold() {
     let body = Body::new(1.0).unwrap();
     for side in [1.0, -1.0] {
         for wobble in [0.0, 1.0, -1.0] {
-            // Onto the sheet, with velocity or from rest: the truss itself pushes it there.
+            // Onto the sheet, with velocity or from rest: the truss itself pushes in this direction.
             let start = one(side * fold * (1.0 + wobble * 1e-15));
             for v in [0.0, 0.4, 3.0] {
                 for a in [0.4, 0.5, 0.9] {
@@ -520,7 +518,7 @@ fn starts_on_a_fold() {
                     assert!(off.abs() < 1e-12, "v = {v}, a = {a}: pose off by {off:e}");
                 }
             }
-            // Out of it: it snaps at once.
+            // Off the sheet: an immediate snap.
             for v in [-0.4, -3.0] {
                 let mut run =
                     Run::new(&truss, &body, start, one(side * v), options(1.0, 1e-10)).unwrap();
@@ -582,7 +580,7 @@ fn rest_stays_at_rest() {
         let now = run.now();
         let drift = (now.phase.q[0] - a).abs() + now.phase.v[0].abs();
         println!("drift {drift:e}");
-        // The weight is off by rounding; steps of tolerance 1e-10 may make that of it, not more.
+        // The weight is balanced up to rounding; steps of tolerance 1e-10 may amplify the imbalance to 1e-10 only.
         assert!(
             drift <= if a.abs() == 1.0 { 0.0 } else { 1e-10 },
             "{drift:e}"
@@ -590,7 +588,7 @@ fn rest_stays_at_rest() {
     }
 }
 
-/// Catches a landing rule that ignores its sheet, and a branch that is not the run it stands for.
+/// Catches a landing rule that ignores its sheet, and a branch that differs from the corresponding run.
 #[test]
 fn landing_rules() {
     let (truss, body) = (SOFT.truss(), Body::new(1.0).unwrap());
@@ -609,7 +607,7 @@ fn landing_rules() {
 
     let mut named = run(LandingRule::Named(LOWER));
     let (named_snaps, outcome) = finish(&mut named, |_| {});
-    // Down as named; back up the rule leaves nothing.
+    // Down as named; on the way back up the rule admits no equilibrium.
     let first = Snap {
         base: nalgebra::UnitQuaternion::identity(),
         choices: named_snaps[0].choices,

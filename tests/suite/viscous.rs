@@ -78,7 +78,7 @@ fn samples(run: &mut Planar, times: &[f64]) -> Vec<Sample> {
     watched(run, times).0
 }
 
-/// The same, and the layers of the run.
+/// Samples of a run, and its layers.
 fn watched(run: &mut Planar, times: &[f64]) -> (Vec<Sample>, Vec<Layer>) {
     let (mut found, mut layers) = (Vec::new(), Vec::new());
     while let Some(event) = run.next() {
@@ -160,7 +160,7 @@ fn planar_runs_agree_with_independent_ones() {
                 near(sample.ledger.elastic, number(&row["U"]), bound, "U");
                 let lost = number(&row["dissipated"]) + number(&row["drag_loss"]);
                 near(sample.ledger.dissipated, lost, bound, "dissipated");
-                // A wrench is a velocity over the mobility of the end, which is small where the rod is nearly straight.
+                // A wrench is a velocity over the mobility of the end, which is small for a nearly straight rod.
                 let n1 = pair(&row["n1"]);
                 let rate = number(&reference["eta"]) / number(&row["G_min"]);
                 let off = (sample.flow.wrench - n1).norm();
@@ -229,7 +229,7 @@ fn jacobian_in_the_form(hold: Hold) {
         let times = linear.times(&unit);
         let balance = difference(k, &|y, out| system.balance(y, out));
         for i in (0..n).filter(|i| !idle.contains(i)) {
-            // The place is carried along: nothing of the slope's own form depends on it.
+            // The position is integrated separately: the slope's own form does not depend on it.
             if i < idle.start {
                 near(
                     times[i],
@@ -263,8 +263,8 @@ fn jacobian_in_the_form(hold: Hold) {
     }
 }
 
-/// Catches wrong memory: a snap that comes long after loading, by Maxwell branches, against an independent code, and how
-/// its delay depends on the load.
+/// Catches wrong memory: a snap long after loading, by Maxwell branches, against an independent code, and the
+/// dependence of its delay on the load.
 #[test]
 fn snaps_are_delayed_by_relaxation() {
     let reference = data("viscous_prony");
@@ -311,7 +311,7 @@ fn snaps_are_delayed_by_relaxation() {
             }
         }
     }
-    // Pseudo-bistability: the nearer to the threshold the longer the wait; without branches there is none.
+    // Pseudo-bistability: the delay grows towards the threshold; without branches there is none.
     for delay in reference["delays"].as_array().expect("delays") {
         let (f, wanted) = (number(&delay["f"]), number(&delay["t_crossing"]));
         let body = loaded(f);
@@ -353,7 +353,7 @@ fn three_snaps() -> (Body<2>, Equilibrium) {
     )
 }
 
-/// Catches a run that is right only where nothing is stiff: through three snaps against an independent code.
+/// Catches a run that is accurate only without stiffness: through three snaps against an independent code.
 #[test]
 fn three_snaps_agree_with_an_independent_run() {
     let (body, rest) = three_snaps();
@@ -385,8 +385,8 @@ fn three_snaps_agree_with_an_independent_run() {
     }
 }
 
-/// Catches a limit eta -> 0 that is not the elastic run with viscous landings: order 1 on the sheet, before and after
-/// each of three snaps, 2/3 for the delay of a snap; and work that would not stay bounded.
+/// Catches a limit eta -> 0 that is not the elastic run with viscous landings: order 1 on the sheet, before and
+/// after each of three snaps, 2/3 for the delay of a snap; and unbounded work.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn vanishing_viscosity_leaves_the_elastic_run() {
@@ -453,7 +453,7 @@ fn vanishing_viscosity_leaves_the_elastic_run() {
             .zip(&elastic.1)
             .map(|(l, s)| l.peak - s.t)
             .collect();
-        // What the layers dissipate is what the snaps of the elastic run release.
+        // Dissipation in the layers equals the energy released by the elastic run's snaps.
         for (layer, snap) in snaps.iter().zip(&elastic.1) {
             let share = layer.dissipated / snap.released;
             assert!((0.85..1.0).contains(&share), "eta = {eta}: {share}");

@@ -46,7 +46,7 @@ where
     panic!("the run was over before it began")
 }
 
-/// Numbers without pattern in (-1, 1).
+/// Pseudo-random numbers in (-1, 1).
 fn noise(k: usize) -> f64 {
     ((k as f64 + 1.0) * 12.9898).sin() * 43758.5453 % 1.0
 }
@@ -83,8 +83,8 @@ fn field<const M: usize>(grid: &Grid, active: &[usize; M], number: usize) -> Vec
 
 const HALF_WIDTHS: [f64; 2] = [0.1, 0.25];
 
-/// Every kind of law that the strains allow, with two Maxwell branches, full matrices and a rest that is not straight; one without memory, which is a
-/// constant one.
+/// Laws of every kind for the given strains, with two Maxwell branches, full matrices and a rest shape that is not
+/// straight; one law without memory, with constant matrices.
 fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
     let base = Linear::full(full([1.0, 1.4, 0.8, 30.0, 40.0, 60.0], 3))
         .and_then(|law| law.rigid(rigid)?.with_rest([0.2, -0.3], 0.4))
@@ -232,7 +232,8 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     rough_is_whole(&what, &mut system, y);
 }
 
-/// Under no end wrench nothing turns with the rod, and a rough Jacobian is all of it: products and solutions of every form agree.
+/// Without end wrench no term depends on the rod's rotation, and the rough Jacobian is exact: products and
+/// solutions of every form agree.
 fn rough_is_whole<K, B, const M: usize, const D: usize>(
     what: &str,
     system: &mut ViscousSystem<'_, K, B, M, D>,
@@ -270,8 +271,8 @@ fn rough_is_whole<K, B, const M: usize, const D: usize>(
     }
 }
 
-/// By place, the slopes of several states at once are those of each: nine of them, more than fit in a register, one with `scaled` curvatures,
-/// which the nodes may not resolve: then shapes are found one by one.
+/// By position, the slopes of several states at once are those of each state: nine of them, more than fit in a
+/// register, one with `scaled` curvatures, which may be unresolved by the nodes: then shapes are found one by one.
 fn stages_are_states<K, B, const M: usize, const D: usize>(
     what: &str,
     system: &mut ViscousSystem<'_, K, B, M, D>,
@@ -292,7 +293,7 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
                 1.0 + 0.01 * k as f64
             };
             for node in 0..layout.nodes {
-                // Curvatures alone: other strains are near the edge of some laws.
+                // Curvatures alone are scaled: other strains are near the edge of some laws.
                 for e in 0..M.min(3) {
                     y[node * M + e] *= size;
                 }
@@ -323,7 +324,7 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     let wide = K::PLACE != 2 && Registers::in_use().is_some();
     assert_eq!(together, wide && scaled < 10.0, "{what}");
     assert_eq!(rod.material.constant().is_some(), layout.branches == 0);
-    // Once there is room for all of it, a right-hand side asks for no memory.
+    // After its workspace is allocated, a right-hand side allocates no memory.
     if scaled < 10.0 {
         for hold in [Hold::Velocity, Hold::Together, Hold::Place] {
             system.hold = hold;
@@ -365,8 +366,8 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
     }
 }
 
-/// Catches a wrong sign, block or transpose anywhere between strains, memory, velocity and wrench, for every law, strain
-/// set and end.
+/// Catches a wrong sign, block or transpose anywhere between strains, memory, velocity and wrench, for every law,
+/// strain set and end.
 #[test]
 fn jacobians() {
     let (welded, point) = (welded(), point());
@@ -388,7 +389,7 @@ fn jacobians() {
     }
 }
 
-/// A law that is not smooth along the rod in its rates alone cuts the grid all the same.
+/// A law whose rates alone are discontinuous along the rod splits the grid into elements, too.
 #[test]
 fn viscosity_along_the_rod_cuts_the_grid() {
     use snaprod::section::Varying;

@@ -18,7 +18,7 @@ fn full() -> Viscosity {
     Viscosity::full(coupled()).unwrap()
 }
 
-/// The built-in laws as formulas, for automatic differentiation: another road to inverse and derivatives.
+/// Formulas of the built-in laws, for automatic differentiation: an independent way to inverse and derivatives.
 #[derive(Debug, Clone, Copy)]
 struct Formula {
     /// Exponent of Carreau's law; 1 leaves it out.
@@ -55,7 +55,7 @@ impl DissipationPotential for Formula {
     }
 }
 
-/// Joined in strains and rates, with no closed form.
+/// Coupled in strains and rates, without a closed form.
 #[derive(Debug)]
 struct Joined;
 
@@ -102,7 +102,7 @@ fn laws() -> Vec<(&'static str, Arc<dyn RateLaw>)> {
     ]
 }
 
-/// Numbers in (-1, 1) without a pattern.
+/// Pseudo-random numbers in (-1, 1).
 fn vector(seed: usize) -> Vector6<f64> {
     Vector6::from_fn(|i, _| ((7 * i + 13 * seed + 1) as f64 * 1.7).sin())
 }
@@ -284,8 +284,9 @@ fn carreau_goes_from_plateau_to_power() {
     }
 }
 
-/// At the rate that a flexure is given for, about the weakest axis of the section there, friction is 2^((p - 1)/2) of its plateau, and this overstress
-/// brings that rate about. Catches the axis of another place, or the stronger one, also where the axes turn along the rod and are far from alike.
+/// At the flexure rate given for the weakest axis of the local section, friction is 2^((p - 1)/2) of its plateau,
+/// and the corresponding overstress gives about that rate. Catches the axis of another section, or the stronger
+/// one, also for axes that turn along the rod and are far from alike.
 #[test]
 fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
     let (p, flexure) = (0.4, 0.3);
@@ -313,8 +314,8 @@ fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
     }
 }
 
-/// Catches a friction that does not keep the section from total compression (7.14), also under bending: (Omega c + 1) d_t
-/// = g.H^-1 w with g and c from the cone by hand; and depths that are not between delta and 2 delta.
+/// Catches a friction that does not keep the section from total compression (7.14), also under bending: (Omega c + 1)
+/// d_t = g.H^-1 w with g and c from the cone by hand; and depths that are not between delta and 2 delta.
 #[test]
 fn friction_slows_the_approach_to_total_compression() {
     let law = FrictionBarrier::new(full(), HALF_WIDTHS, STRENGTH).unwrap();
@@ -368,8 +369,8 @@ fn total_compression_takes_for_ever() {
     assert_close(time, want, 1e-8, 0.0, "time");
 }
 
-/// Catches a viscosity that is not that of the place: tapered tables, and time x tangent of linear, tapered and
-/// nonlinear laws, with rigid strains kept.
+/// Catches a viscosity of another section: tapered tables, and time x tangent of linear, tapered and nonlinear
+/// laws, with rigid strains kept.
 #[test]
 fn viscosities_follow_the_rod() {
     let table = |a, b| Along::table(&[(0.0, a), (0.5, b), (1.0, b)]).unwrap();
@@ -402,14 +403,14 @@ fn viscosities_follow_the_rod() {
     assert!((h.matrix * h.inverse - Matrix6::identity()).amax() <= 1e-12);
 }
 
-/// Catches a viscosity that lands in the place of another, or scaled, on the way through a law.
+/// Catches a viscosity stored in the place of another, or scaled, on the way through a law.
 #[test]
 fn a_diagonal_viscosity_is_the_diagonal_that_is_given() {
     let viscosity = Viscosity::diagonal([0.7, 1.1], 0.4)
         .and_then(|h| h.with_shear([2.0, 3.0])?.with_axial(5.0))
         .and_then(|h| h.at(0.0))
         .unwrap();
-    // Of u1, u2, u3, v1, v2, v3.
+    // Components in the order u1, u2, u3, v1, v2, v3.
     let given = Vector6::new(0.7, 1.1, 0.4, 2.0, 3.0, 5.0);
     assert_eq!(viscosity.matrix, Matrix6::from_diagonal(&given));
     let inverse = Matrix6::from_diagonal(&given.map(|x| 1.0 / x));
@@ -458,7 +459,7 @@ impl DissipationPotential for Faulty {
     }
 }
 
-/// Catches bad input that passes, or that is refused with a message that does not name it.
+/// Catches accepted bad input, and a refusal that does not name the fault.
 #[test]
 fn every_bad_law_has_its_message() {
     let said = &mut Vec::new();

@@ -38,7 +38,7 @@ fn rates(s: f64, which: u8) -> Vector6<f64> {
     }
 }
 
-/// The first three strains, and of the others those that M has.
+/// The first three strains, and the further strains of M.
 fn part<const M: usize>(e: &Vector6<f64>) -> Local<M> {
     Local::from_fn(|k, _| e[if k < 3 { k } else { k + 6 - M }])
 }
@@ -164,8 +164,8 @@ fn constant_strains_make_a_helix() {
     }
 }
 
-/// Strains that vary, and an arc, against another integration: spectral convergence at the nodes, the end twice as fast,
-/// and a defect that does not hide the errors of the nodes.
+/// Strains that vary, and an arc, against another integration: spectral convergence at the nodes, the end twice as
+/// fast, and a defect that does not hide the errors of the nodes.
 #[test]
 fn the_curve_converges_spectrally() {
     let fields: [fn(f64) -> Vector6<f64>; 2] = [
@@ -188,7 +188,7 @@ fn the_curve_converges_spectrally() {
                     .max(distance(&shape.positions()[i], &r));
             }
             let defect = Kinematics::<6, 6>::defect(&Space::new(), &grid, &shape);
-            // What the other integration rounds.
+            // Rounding of the reference integration.
             let known = inside.max(1e-13);
             assert!(
                 inside <= 5.0 * defect.max(2e-14),
@@ -243,7 +243,7 @@ fn many_turns_take_many_nodes() {
     }
 }
 
-/// Elements change nothing: a strain field on one element and the same on three.
+/// A strain field on one element and on three gives the same curve.
 #[test]
 fn elements_agree_with_one() {
     let (one, three) = (Grid::uniform(28), Grid::new(&[0.15, 0.6], &[16, 20, 18]));
@@ -412,8 +412,8 @@ fn derivatives_agree_with_differences() {
     }
 }
 
-/// A change of the strains at one node alone is a polynomial of full degree. The end moves as weight_j Q_j^T has it all
-/// the same; the loads follow up to what the nodes do not resolve of such a change, 0.4/n^2.
+/// A change of the strains at one node alone is a polynomial of full degree. The end moves exactly as weight_j
+/// Q_j^T; the loads follow up to the unresolved part of such a change, 0.4/n^2.
 #[test]
 fn changes_at_one_node() {
     let space = Space::<6, 6>::new();
@@ -471,7 +471,7 @@ fn planar_strains_stay_planar() {
     assert_eq!(shape.end().translation.vector.y, 0.0);
 }
 
-/// Strains that are no numbers give no shape, and neither do those whose curve is none.
+/// NaN strains give no shape, nor do strains with a NaN curve.
 #[test]
 fn no_curve_without_numbers() {
     let grid = Grid::uniform(12);

@@ -122,7 +122,7 @@ fn planar_references() {
     }
 }
 
-/// The start of the reference on other nodes and by other methods: one run.
+/// The reference start on other nodes and by other methods: the same run.
 #[test]
 fn nodes_and_methods_agree() {
     let data = json("viscous_planar.json");
@@ -319,13 +319,13 @@ fn spatial_references() {
     }
 }
 
-/// Where a planar scene goes in space: bending u2 about d2, x -> z, y -> x.
+/// Map of planar positions into space: bending u2 about d2, x -> z, y -> x.
 fn lifted(r: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(r.y, 0.0, r.x)
 }
 
-/// The reference in space: inextensible it is the planar run; with shear and stretch it tends to it with order 1 in the
-/// compliance.
+/// The reference in space: the inextensible rod gives the planar run; with shear and stretch the difference is of
+/// order 1 in the compliance.
 #[test]
 fn the_plane_inside_space() {
     let last = 1.5;
@@ -449,7 +449,8 @@ fn resisting(shear: bool, elastic: bool, friction: bool) -> Viscoelastic {
     Viscoelastic::new(law, rate).expect("a section")
 }
 
-/// Throws a body at the clamp; the strains must stay inside the cone at nodes and between. Its end and the outcome.
+/// Throws a body at the clamp; the strains must stay inside the cone at nodes and between. Returns the end and the
+/// outcome.
 fn thrown<const M: usize>(
     active: [usize; M],
     law: Viscoelastic,
@@ -577,7 +578,7 @@ fn impacts_onto_the_barrier() {
     }
 }
 
-/// A planar run to its end, or why it was refused: state, energy drift, steps.
+/// State, energy drift and steps of a planar run, or the reason of its refusal.
 fn whole(
     eta: f64,
     body: &Body<2>,
@@ -599,7 +600,7 @@ fn whole(
 }
 
 trait Capped {
-    /// A run that takes more steps than any here should ends at the step limit, not after minutes.
+    /// Step limit above the need of these tests, to end a faulty run early.
     fn capped(self) -> Self;
 }
 
@@ -610,8 +611,8 @@ impl Capped for Options {
     }
 }
 
-/// A straight inextensible rod: G is singular. It hangs or stands at rest, starts sideways like one that is bent by
-/// nothing to speak of, cannot be stretched.
+/// A straight inextensible rod: G is singular. It hangs or stands at rest, starts sideways like a rod with
+/// infinitesimal bend, and cannot be stretched.
 #[test]
 fn straight_starts() {
     let body = Body::new(1.0).expect("a body");

@@ -19,8 +19,8 @@ fn at(width: &str, place: &Place, arguments: &[&str]) -> Answer {
     Answer::of(command.env(VARIABLE, width).output().unwrap())
 }
 
-/// Catches a kernel that is wrong at one width alone, and a cap that changes nothing: narrow registers must give
-/// the results of wide ones, but not to the last digit of all of them.
+/// Catches a kernel wrong at one width alone, and a cap without effect: narrow registers must give the results of
+/// wide ones, but not to the last digit of all of them.
 #[test]
 fn narrow_registers_give_what_wide_ones_do() {
     let mut apart = false;
@@ -68,7 +68,7 @@ fn narrow_registers_give_what_wide_ones_do() {
             }
         }
     }
-    // A processor with two lanes or more gives other last digits than one number at a time.
+    // A processor with two or more lanes gives other last digits than scalar arithmetic.
     assert!(
         apart || Width::in_use() == Width::Scalar,
         "the cap changes no digit"
@@ -84,7 +84,7 @@ fn numbers(table: &Table, column: &str) -> Option<Vec<f64>> {
         .collect()
 }
 
-/// Catches a misspelt cap that is taken for none, so that a bug report shows another width than it says.
+/// Catches a misspelt cap that is ignored, so that a bug report shows another width than stated.
 #[test]
 fn a_cap_that_is_no_width_is_refused() {
     let place = Place::new("widths-refused");
@@ -94,7 +94,7 @@ fn a_cap_that_is_no_width_is_refused() {
     for word in [VARIABLE, "avx1024", "scalar", "avx2", "unset"] {
         assert!(answer.stderr.contains(word), "no {word}: {}", answer.stderr);
     }
-    // The width in use never exceeds the cap under which the suite itself runs.
+    // The width in use never exceeds the cap of the whole suite.
     if let Some(cap) = Width::from_environment().unwrap() {
         assert!(Width::in_use() <= cap);
     }

@@ -8,7 +8,7 @@ use snaprod::rod::{EndConditions, Rod};
 use snaprod::section::Linear;
 use std::f64::consts::PI;
 
-/// B4: cantilevers under a transverse load, and under a couple that closes them.
+/// B4: cantilevers under a transverse load, and under a couple that bends one into a closed circle.
 pub fn cantilevers(data: &Value) -> Result<Vec<Number>> {
     let source = "Mattiasson 1981";
     let printed = [

@@ -8,7 +8,7 @@ use snaprod::rod::{EndConditions, Problem};
 use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
-/// B1: the loads at which the straight rod's branch is crossed by others.
+/// B1: bifurcation loads of the straight rod.
 pub fn euler_loads(data: &Value) -> Result<Vec<Number>> {
     let source = "Timoshenko & Gere 1961";
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
@@ -54,7 +54,7 @@ pub fn euler_loads(data: &Value) -> Result<Vec<Number>> {
     Ok(numbers)
 }
 
-/// B2: the cantilever beyond its Euler load, and the pinned elastica whose ends meet, as two halves.
+/// B2: the cantilever beyond its Euler load, and the pinned elastica with its ends together, as two halves.
 pub fn beyond_the_euler_load(data: &Value) -> Result<Vec<Number>> {
     let source = "Timoshenko & Gere 1961";
     let euler = 0.25 * PI * PI;

@@ -1,4 +1,4 @@
-//! Every number, found the way a user would find it; the test suite reads this file too.
+//! All published numbers, computed through the public interface; the test suite reads this file too.
 
 mod beams;
 mod columns;
@@ -14,7 +14,7 @@ use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special_points::Special;
 
-/// A number and what it is compared with.
+/// A computed number with the values for comparison.
 pub struct Number {
     case: &'static str,
     what: String,
@@ -23,7 +23,7 @@ pub struct Number {
     printed: Option<(f64, &'static str)>,
 }
 
-/// The distance to the number computed apart that is allowed; the worst is 1e-11.
+/// Largest accepted distance from the independent value; the worst is 1e-11.
 pub const BAR: f64 = 1e-10;
 
 impl Number {
@@ -42,7 +42,7 @@ impl Number {
         self
     }
 
-    /// Relative distance to the number computed apart, absolute where that is 0; infinite for NaN.
+    /// Relative distance from the independent value, absolute if that is 0; infinite for NaN.
     pub fn distance(&self) -> f64 {
         relative(self.ours, self.computed)
     }
@@ -76,10 +76,11 @@ impl std::fmt::Display for Number {
     }
 }
 
-/// All of them, in the order of the benchmarks.
+/// All numbers, in the order of the benchmarks.
 ///
 /// # Errors
-/// Those of the rods.
+///
+/// A failed computation of a rod.
 pub fn all() -> Result<Vec<Number>> {
     let data: Value = serde_json::from_str(include_str!("../../../tests/data/rod_branch.json"))
         .expect("the reference data");
@@ -125,8 +126,7 @@ fn loaded(rod: Rod, force: Vector3<f64>) -> Result<Equilibrium> {
     solve(rod, EndConditions::load(force, Vector3::zeros()))
 }
 
-/// Special points along the branch of `problem` from p = `from` on, with the
-/// equilibria there: `count` of them at most.
+/// Special points along the branch of `problem` from p = `from` on, with their equilibria: at most `count`.
 fn specials(
     problem: impl Fn(f64) -> Result<Problem>,
     guess: Vector6<f64>,
@@ -154,7 +154,7 @@ fn specials(
         .collect()
 }
 
-/// The states at growing p, followed from the one found at the first.
+/// Stable states at growing p, continued from the state found at the first p.
 fn stable_states(problem: impl Fn(f64) -> Result<Problem>, values: &[f64]) -> Result<Vec<State>> {
     let [from, to] = [values[0], values[values.len() - 1]];
     let first = problem(from)?.solve(None)?;

@@ -1,4 +1,4 @@
-//! Rods that snap or lose their stability: B9 to B11, B13.
+//! Rods that snap or become unstable: B9 to B11, B13.
 
 use super::{Number, number, planar_rod, rows, specials, tilt};
 use nalgebra::{UnitQuaternion, Vector3, Vector6};
@@ -9,7 +9,7 @@ use snaprod::section::Linear;
 use snaprod::solve::special_points::{Special, SpecialKind};
 use std::f64::consts::PI;
 
-/// How the far end is held when one clamp is turned.
+/// Condition of the far end while one clamp is turned.
 #[derive(Clone, Copy, PartialEq)]
 enum Far {
     Clamped,
@@ -18,8 +18,8 @@ enum Far {
     Turned,
 }
 
-/// One clamp turned by the angle p, the ends a distance 1 - s apart, the rod bent away from the turn at first: the special
-/// points up to the fold.
+/// Special points up to the fold of a rod with one clamp turned by the angle p. The ends are 1 - s apart, and the
+/// rod is at first bent away from the turn.
 fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special, State)>> {
     let end = Vector3::z() * (1.0 - s);
     let problem = move |a: f64| {
@@ -64,7 +64,7 @@ fn extrapolated(samples: &[f64]) -> f64 {
     row[0]
 }
 
-/// B9: the same for vanishing shortening, by extrapolation in s.
+/// B9: the fold values for vanishing shortening, by extrapolation in s.
 pub fn shallow_snaps(data: &Value) -> Result<Vec<Number>> {
     let outputs = &data["B9"]["outputs"];
     let mut numbers = Vec::new();
@@ -161,7 +161,7 @@ pub fn catapults(data: &Value) -> Result<Vec<Number>> {
             )
         };
         let buckled = problem(0.0)?.solve(None)?;
-        // The clamp turns away from the side the rod leans to.
+        // The clamp turns away from the side to which the rod leans.
         let side = -buckled.end.position.x.signum();
         let problem = |phi: f64| problem(side * phi);
         let found = specials(problem, buckled.base, (0.0, PI), 1)?;
@@ -230,7 +230,8 @@ pub fn twisted_rods(data: &Value) -> Result<Vec<Number>> {
 
 /// The couple at which a twisted ring, cut and clamped, becomes unstable: by bisection on the index.
 fn michells_couple(torsion: f64) -> Result<f64> {
-    // The plane of the ring may turn about the clamp's d3, which counts as one or none: what matters is the jump.
+    // The plane of the ring may turn about the clamp's d3, a neutral mode counted as one or none: only the jump of
+    // the index matters.
     let index = |couple: f64| {
         let base = Vector6::new(0.0, 2.0 * PI, couple, 0.0, 2.0 * PI * couple, 0.0);
         let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], torsion)?)?;
