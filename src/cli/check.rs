@@ -1,4 +1,4 @@
-//! `snaprod check SCENE`.
+//! `snaprod check SCENE`: the faults of a scene; the scene argument of all commands.
 
 use super::files::{print, print_json};
 use super::{Ending, Refusal};

@@ -1,4 +1,4 @@
-//! `snaprod elastica`.
+//! `snaprod elastica`: one equilibrium of the elastica.
 
 use super::files::{number, pair, print, print_json};
 use super::{Ending, Refusal};

@@ -1,4 +1,4 @@
-//! `snaprod equilibria`.
+//! `snaprod equilibria`: all equilibria of the elastica with the end at a point.
 
 use super::files::{number, pair, print, print_json};
 use super::{Ending, Refusal};

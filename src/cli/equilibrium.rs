@@ -1,4 +1,4 @@
-//! `snaprod equilibrium SCENE`.
+//! `snaprod equilibrium SCENE`: the equilibrium of a scene of statics.
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, print, print_json, settled};

@@ -1,4 +1,4 @@
-//! `snaprod folds`.
+//! `snaprod folds`: fold curves of the elastica.
 
 use super::files::{print, print_json};
 use super::signals::Signals;

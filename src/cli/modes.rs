@@ -1,4 +1,4 @@
-//! `snaprod modes SCENE`.
+//! `snaprod modes SCENE`: natural frequencies and mode shapes.
 
 use super::check::{SceneArgs, no_start, read_modes};
 use super::files::{json_text, print, print_json, rounded};

@@ -1,4 +1,4 @@
-//! `snaprod plan SCENE`.
+//! `snaprod plan SCENE`: forecast of the computations and the cost of a run.
 
 use super::check::{SceneArgs, no_start, refuse};
 use super::files::{print, print_json};
@@ -11,8 +11,8 @@ pub struct PlanArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Seconds of processor time of the trial run for the cost; 0: no trial. The trial takes up to four times as long
-    /// while its forecast falls, while it has covered less than 1 % of the run, or to end a run of about three times
-    /// its seconds.
+    /// while its forecast falls, or while it has covered less than 1 % of the run. A run of up to about three times
+    /// these seconds is followed to its end.
     #[arg(long, default_value_t = 1.0)]
     pub seconds: f64,
     /// Print one JSON object.

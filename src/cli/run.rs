@@ -1,4 +1,5 @@
-//! `snaprod run SCENE`: trajectory.csv, strain.csv, events.json, summary.json, resolved.toml and figures.
+//! `snaprod run SCENE`, the motion of a scene: trajectory.csv, strain.csv, events.json, summary.json, resolved.toml
+//! and figures.
 
 use super::check::SceneArgs;
 use super::files::{json_text, print, print_error, print_json, toml_text};

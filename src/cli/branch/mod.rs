@@ -1,4 +1,4 @@
-//! `snaprod branch SCENE`.
+//! `snaprod branch SCENE`: a branch of equilibria in one parameter, with its figures.
 
 mod figures;
 

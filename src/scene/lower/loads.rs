@@ -1,4 +1,4 @@
-//! A point mass with its loads; loads in time.
+//! Loads of point masses and rigid bodies, constant and time-dependent.
 
 use crate::body::{Body, RigidBody, Support, TimeLoad};
 use crate::error::Result;

@@ -1,4 +1,4 @@
-//! Assemblies whose rods have mass.
+//! Assemblies with the full mass of their rods.
 
 use super::super::heavy::{grain, in_space};
 use super::{AssemblySetup, FINE, attachment, vector};
