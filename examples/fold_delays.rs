@@ -304,7 +304,7 @@ fn axis(curvature: &dyn Fn(&[f64]) -> Vec<f64>) -> Vec<Vector2<f64>> {
 }
 
 /// The shape at the fold, and its derivative along the critical direction towards the landing.
-fn critical(fold: &Crossed) -> [Vec<Vector2<f64>>; 2] {
+fn critical(fold: &LightSnap) -> [Vec<Vector2<f64>>; 2] {
     let q = &fold.snap.from.q;
     let fold = Equilibrium::new(q[0], q[1]).expect("the fold is in the chart");
     let rod = RodInertia::new(q[0], q[1]).expect("the fold is not taut");

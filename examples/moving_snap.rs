@@ -52,7 +52,7 @@ fn main() -> Result<(), Failure> {
         let end = still.rods[0].last().ok_or("no rod")?;
         let off = (end.translation.vector - still.now.bodies[0].0.translation.vector).norm();
         // Shapes of the layer are as accurate as the choice of the landing requires.
-        let bound = if still.place == Place::Layer {
+        let bound = if still.place == PictureRole::Layer {
             1e-3
         } else {
             1e-9

@@ -604,7 +604,7 @@ fn refusals() {
         let rod = straight(1.0, [1.0, 1.0], 0.7, Some(1e3));
         Link::new(rod, from, Attachment::body(to, at(0.0)), Joint::Weld)
     };
-    let bodies = |n: usize| vec![Carrier::rigid(ball([0.1; 3])); n];
+    let bodies = |n: usize| vec![HeavyBody::rigid(ball([0.1; 3])); n];
     // No support, and a force on one of the bodies.
     let floating = vec![link(Attachment::body(0, at(0.0)), 1)];
     let pushed = ball([0.1; 3]).with_dead_force(Vector3::x() * 1e-3);

@@ -46,7 +46,7 @@ fn all_equilibria_match_the_scan() {
                 continue;
             } else {
                 // The single roots beside the double one have full accuracy.
-                let is = |f: &&snaprod::elastica::Found| {
+                let is = |f: &&snaprod::elastica::FoundEquilibrium| {
                     close(f.equilibrium.lambda, number(want, "lam"), tolerance, 1.0)
                         && close(f.equilibrium.kappa, number(want, "kap"), tolerance, 0.01)
                 };

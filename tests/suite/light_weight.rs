@@ -66,7 +66,7 @@ fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
 }
 
 /// Configuration with the bodies at the given poses and the rods in equilibrium.
-fn held(assembly: &Assembly, bodies: Vec<Place>) -> Configuration {
+fn held(assembly: &Assembly, bodies: Vec<BodyMotion>) -> Configuration {
     let mut now = assembly.held(bodies, 1e-12);
     for (link, q) in assembly.links().iter().zip(&mut now.charts) {
         let point = link.point(0.0, &now.bodies, q, 1e-13).expect("a point");

@@ -22,7 +22,7 @@ fn rows() -> Vec<[f64; 9]> {
 }
 
 /// Error of A and b against those of a row, relative to the largest term that each entry may have.
-fn off(row: &[f64; 9], side: f64, found: &Added) -> f64 {
+fn off(row: &[f64; 9], side: f64, found: &AddedInertia) -> f64 {
     let [_, _, direction, a11, a12, a22, b1, b2, _] = *row;
     let (sin, cos) = (side * direction).sin_cos();
     let turn = Matrix2::new(cos, -sin, sin, cos);
@@ -93,7 +93,7 @@ fn integrals_along_a_taut_rod_are_as_good_as_asked() {
 }
 
 /// Added inertia of a rod of mass 1 under the pull lam, on a clamp that may move, and its energies.
-fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (Felt<2>, [f64; 2]) {
+fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (EndInertia<2>, [f64; 2]) {
     let start = Equilibrium::from_lambda_p(lam, lam - f64::ln(2.0 * t)).unwrap();
     let (q, v) = (Vector2::new(start.p, start.w), Vector2::new(0.7, -0.3));
     let rod = LightRod {

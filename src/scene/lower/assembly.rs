@@ -43,7 +43,7 @@ pub struct AssemblySetup {
     /// True for a rod that begins at its `to` in the library, because its `from` is a ball joint. All rods, those with
     /// a free end last.
     reversed: Vec<bool>,
-    guess: Option<Vec<Place>>,
+    guess: Option<Vec<BodyMotion>>,
     /// Twists (angular velocity, velocity) of the bodies at the start of a motion.
     twists: Vec<Vector6<f64>>,
     unloaded: bool,

@@ -41,7 +41,7 @@ pub struct ElasticSpace {
     /// Mass of the rod, if its inertia is of first order.
     light: Option<LightRod>,
     /// The body in the world frame and the turning clamp, for a run in the world frame.
-    in_world: Option<(Carried, Support<3>)>,
+    in_world: Option<(TipBody, Support<3>)>,
 }
 
 impl ElasticSpace {

@@ -93,7 +93,7 @@ impl HeavySpace {
     }
 
     /// Pose and twist of the end from the initial strains and strain rates.
-    fn end(&self) -> Result<Place> {
+    fn end(&self) -> Result<BodyMotion> {
         let mut nodes = FIRST;
         loop {
             let rod = self.bare(nodes)?;

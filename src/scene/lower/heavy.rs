@@ -30,7 +30,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct HeavyPlane {
     /// Rod, body and loads.
-    pub given: Given,
+    pub given: RodDescription,
     /// Curvature at the start, or initial guess of the curvature in equilibrium.
     pub curvature: Field,
     /// Curvature at which the Maxwell branches are relaxed; `None`: the initial one.
@@ -50,7 +50,7 @@ pub struct HeavySpace {
     /// Body, clamp and start.
     pub common: InSpace,
     /// Rod, body and loads.
-    pub given: Given,
+    pub given: RodDescription,
     /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub relaxed: Option<SpaceField>,
     /// Initial strain rates, in units of the rod; `None`: the rates of a massless rod that follows its end.

@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 #[derive(Debug, Clone)]
 pub struct InSpace {
     /// The body with its loads.
-    pub carried: Carried,
+    pub carried: TipBody,
     /// Strains at the start, in the scene's units.
     pub strain: SpaceField,
     /// Twist (angular velocity, velocity) of the end at the start.
@@ -279,7 +279,7 @@ impl Inward {
 }
 
 /// The body with its loads in the world frame.
-pub(super) fn in_world(plain: &Dimensionless) -> Result<Carried> {
+pub(super) fn in_world(plain: &Dimensionless) -> Result<TipBody> {
     carried(plain, &Inward(Isometry3::identity()), None)
 }
 

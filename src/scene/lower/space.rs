@@ -19,7 +19,7 @@ pub struct ViscousSpace {
     /// The section, in the scene's units.
     pub section: Viscoelastic,
     /// Strains that can change.
-    pub strains: Moving,
+    pub strains: FreeStrains,
     /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub relaxed: Option<SpaceField>,
 }
