@@ -50,8 +50,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     if largest > 0.0 { off / largest } else { off }
 }
 
-/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, and a text
-/// that contradicts the summary.
+/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, and a text that
+/// contradicts the summary.
 #[test]
 fn a_run_in_space_writes_its_files() {
     let place = Place::new("whirl");
@@ -393,8 +393,8 @@ fn a_twisted_rod_is_a_torsion_pendulum() {
     }
 }
 
-/// Catches an unsupported set of rigid strains that runs as another set, an inadmissible start, and messages
-/// without advice; `check` must find the faults that `run` finds.
+/// Catches an unsupported set of rigid strains that runs as another set, an inadmissible start, and messages without
+/// advice; `check` must find the faults that `run` finds.
 #[test]
 fn what_cannot_run_is_refused_by_name() {
     let place = Place::new("refused");

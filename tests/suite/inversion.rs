@@ -91,8 +91,8 @@ fn targets_on_folds_are_answered() {
     }
 }
 
-/// Catches a root dropped because Newton's method left its box: this happens near folds, and the count of roots
-/// then failed at these points.
+/// Catches a root dropped because Newton's method left its box: this happens near folds, and the count of roots then
+/// failed at these points.
 #[test]
 fn roots_next_to_folds_are_not_dropped() {
     for (x, y) in [

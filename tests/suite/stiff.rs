@@ -442,8 +442,8 @@ fn a_restart_may_change_the_dimension() {
     }
 }
 
-/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and a start
-/// outside is refused.
+/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and a start outside
+/// is refused.
 #[test]
 fn the_end_of_the_domain_is_reported() {
     let problem = Problem::new(

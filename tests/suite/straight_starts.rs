@@ -55,8 +55,8 @@ fn options(duration: f64, tolerance: f64) -> Options {
     options
 }
 
-/// Catches nonlinear friction that stalls or wastes steps where G is nearly singular: the motion of the straight
-/// rod is the limit of those of bent ones, at every tolerance, in the plane and in space.
+/// Catches nonlinear friction that stalls or wastes steps where G is nearly singular: the motion of the straight rod
+/// is the limit of those of bent ones, at every tolerance, in the plane and in space.
 #[test]
 fn power_laws_leave_the_straight_rod() {
     for p in [0.5, 1.0, 2.0] {

@@ -14,8 +14,8 @@ use snaprod::section::Linear;
 /// Energy, and the wrenches on both bodies one after the other.
 type Told = (f64, Vec<f64>);
 
-/// A rod between two bodies under a distributed load, their poses, and its chart: pulled by lam^2 in its middle,
-/// its end turned aside.
+/// A rod between two bodies under a distributed load, their poses, and its chart: pulled by lam^2 in its middle, its
+/// end turned aside.
 struct Case {
     link: Link,
     bodies: [Isometry3<f64>; 2],
@@ -79,18 +79,18 @@ impl Case {
         let mut link = self.link.clone();
         link.seen_as(seen);
         link.beside_spring(spring);
-        // With spherical inertia the mass matrix is independent of orientation: the stiffness is that of the
-        // wrenches alone, at rest or not.
+        // With spherical inertia the mass matrix is independent of orientation: the stiffness is that of the wrenches
+        // alone, at rest or not.
         let ball = |mass: f64| Carrier::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
         let bodies = vec![ball(1.0), ball(2.0)];
         Assembly::new(bodies, vec![link]).unwrap()
     }
 }
 
-/// Catches a load that is missing, or relative to a base that did not turn. Affected are the rod from both ends,
-/// its variations, their second derivative, its potential and its index. Positions, wrenches, energy, stiffness,
-/// index, and accelerations with and without the mass of the rod agree with the base wrench, also with a spring
-/// beside the end.
+/// Catches a load that is missing, or relative to a base that did not turn. Affected are the rod from both ends, its
+/// variations, their second derivative, its potential and its index. Positions, wrenches, energy, stiffness, index,
+/// and accelerations with and without the mass of the rod agree with the base wrench, also with a spring beside the
+/// end.
 #[test]
 fn loaded_rods_are_taut_as_their_base_wrench_says() {
     let mut random = random();
@@ -142,8 +142,7 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
                 let mut slope = state.clone();
                 let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
                 moved.unwrap();
-                // The forces have equal derivatives; the couple at the base of a taut chart is a dependent
-                // quantity.
+                // The forces have equal derivatives; the couple at the base of a taut chart is a dependent quantity.
                 let chart = slope.as_slice()[assembly.chart_slots(0)][3..].to_vec();
                 let with = slope.rows(0, assembly.chart_slots(0).start).into_owned();
                 (
@@ -221,9 +220,9 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
     }
 }
 
-/// Checks loads beyond sqrt(n L^2/B) of ten, where the base wrench is inaccurate. The wrenches on both ends are
-/// minus the derivatives of stored energy and potential by the pose of either end. The stiffness is the derivative
-/// of the wrenches, by differences.
+/// Checks loads beyond sqrt(n L^2/B) of ten, where the base wrench is inaccurate. The wrenches on both ends are minus
+/// the derivatives of stored energy and potential by the pose of either end. The stiffness is the derivative of the
+/// wrenches, by differences.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn loaded_taut_rods_give_back_their_work() {

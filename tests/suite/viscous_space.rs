@@ -412,8 +412,8 @@ fn derivatives_agree_with_differences() {
     }
 }
 
-/// A change of the strains at one node alone is a polynomial of full degree. The end moves exactly as weight_j
-/// Q_j^T; the loads follow up to the unresolved part of such a change, 0.4/n^2.
+/// A change of the strains at one node alone is a polynomial of full degree. The end moves exactly as weight_j Q_j^T;
+/// the loads follow up to the unresolved part of such a change, 0.4/n^2.
 #[test]
 fn changes_at_one_node() {
     let space = Space::<6, 6>::new();
