@@ -14,8 +14,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let grid = sheet_grid(sheet, 40, 56)?;
 
-    // The last column is the seam w = pi, with an inflection at the clamp. There lam = 2K, and in axes turned by alpha
-    // = 2 asin k the end lies at (2E/K - 1, 0) (AMV (3.17)).
+    // The last column is the seam w = pi, with an inflection at the clamp. There lam = 2K, and in axes turned by
+    // alpha = 2 asin k the end lies at (2E/K - 1, 0) (AMV (3.17)).
     for q in grid
         .points
         .chunks(grid.columns)

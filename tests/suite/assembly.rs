@@ -582,7 +582,7 @@ fn a_scene_without_damping_runs_as_an_elastic_rod() {
     let events = place.json("out/flywheel/events.json");
     let snap = &events[0];
     assert_eq!(snap["kind"], "snap");
-    // The energy falls by what is released; a landing is stable.
+    // The energy falls by the energy released; a landing is stable.
     let (from, to) = (
         number(&snap["from"], "elastic"),
         number(&snap["to"], "elastic"),

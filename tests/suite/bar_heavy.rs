@@ -36,7 +36,7 @@ fn pushed(eps: f64) -> Bar {
     .expect("a bar")
 }
 
-/// A bar with a mass 1 at its end and no load, let go from a uniform stretch.
+/// A bar with a mass 1 at its end and no load, released from a uniform stretch.
 fn released(material: Material, stretch: f64) -> Bar {
     let force = History::Constant(0.0);
     let bar = Bar::new(

@@ -98,8 +98,8 @@ points = 400
 
 /// Catches bars between ball joints whose mass or friction is left out, and a spin about their chord with momentum;
 /// also an omitted mass of the body. Four elastic bars, as a flat pyramid, have their fold in closed form. With tip
-/// height z, length L, half span b: P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5. For z moved by 1: M0
-/// = body + 4 (m/3 + j (b/L^2)^2), D0 = 4 EA (z/L)^2.
+/// height z, length L, half span b: P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5. For z moved by 1:
+/// M0 = body + 4 (m/3 + j (b/L^2)^2), D0 = 4 EA (z/L)^2.
 #[test]
 fn a_pyramid_of_bars_has_its_closed_form() {
     let (b, stiffness, mass, rotary, tip) = (0.96_f64, 20.0, 0.3, 0.004, 0.5);

@@ -215,8 +215,8 @@ fn a_turned_clamp_turns_everything() {
     }
 }
 
-/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of
-/// the wrong sign.
+/// Catches a start from an equilibrium or a pose with strains that differ from statics, or forces on the body of the
+/// wrong sign.
 #[test]
 fn an_equilibrium_stays_where_it_is() {
     let place = Place::new("stays");

@@ -138,7 +138,7 @@ fn a_rod_stops_where_its_end_touches_it() {
     assert_eq!(contact.rods, [0, 0]);
     assert_touching(&contact, brute(&sample, [here; 2], [0, 0], d), d);
     assert!(opened < 1e-10, "the ledger opens by {opened:e}");
-    // The same time whatever the steps.
+    // The contact time does not depend on the steps.
     let (rough, ..) = stopped(&case, 0.1, 1e-7);
     assert!((rough.time() - sample.time()).abs() < 1e-7);
     let (_, none, _) = stopped(&thrown(&[link], 0.0), 0.03, 1e-9);

@@ -147,7 +147,7 @@ fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
     assert_eq!(count, 1, "the data have a groove");
 }
 
-/// A rigid body, its centre of mass beside the groove, with a rotor and drag, on two rods.
+/// A rigid body, its centre of mass off the groove, with a rotor and drag, on two rods.
 fn slider(groove: Groove) -> (Assembly, Configuration) {
     let inertia = Matrix3::new(0.3, 0.02, 0.01, 0.02, 0.2, -0.03, 0.01, -0.03, 0.25);
     let body = RigidBody::new(2.0, inertia)
@@ -274,7 +274,7 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
 }
 
 /// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a
-/// groove whose curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
+/// groove without its curvature, interchanged freedoms of the body, and a false equilibrium.
 #[test]
 fn statics_in_a_groove_is_that_of_the_energy() {
     let (assembly, now) = slider(wavy(true));

@@ -264,7 +264,7 @@ fn roots(f: impl Fn(f64) -> f64, count: usize) -> Vec<f64> {
     found
 }
 
-/// Each closed form among what was found, to a relative 1e-8.
+/// Asserts that every closed form is among the values found, to a relative 1e-8.
 fn all_among(found: &[f64], wanted: &[f64], what: &str) {
     for want in wanted {
         let nearest = found.iter().map(|x| (x / want - 1.0).abs());
@@ -556,8 +556,8 @@ fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
 }
 
 /// Catches modes of an assembly in other units, of the wrong nodes, or with wrong friction. Two bodies on an
-/// unsupported rod have the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2 s
-/// + omega^2 = 0.
+/// unsupported rod have the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2
+/// s + omega^2 = 0.
 #[test]
 fn modes_of_a_free_pair_are_those_of_a_beam() {
     let body =

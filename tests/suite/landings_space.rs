@@ -31,8 +31,8 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
     (outcome, first, motion.now().pose().translation.vector)
 }
 
-/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of
-/// the plane is z here, y is x.
+/// A strip stiff in out-of-plane bending and twist: stability in the plane implies stability in space. x of the plane
+/// is z here, y is x.
 fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
     let mass = Body::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))

@@ -354,8 +354,8 @@ fn relaxation_falls_from_glassy_to_relaxed() {
     assert!(kernel.modes().iter().all(|mode| mode.rate > 0.0));
 }
 
-/// Catches a wrong verdict on (6.15): against C L - L C(1) formed by hand, and against what the kernel remembers. Joins
-/// of flexure and shear matter in their plane alone; varying rates matter even to an unshearable rod.
+/// Catches a wrong verdict on (6.15): against C L - L C(1) formed by hand, and against the memory of the kernel.
+/// Couplings of flexure and shear matter in their plane alone; varying rates matter even to an unshearable rod.
 #[test]
 fn memory_is_what_6_15_says() {
     let joined = uniform(

@@ -45,8 +45,8 @@ where
     found
 }
 
-/// The end wrench of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 = A_end V
-/// + R(inf) d + sum f_k h_k/rate_k. The solution is the exponential of the matrix. `parts` are the active components
+/// The end wrench of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 = A_end
+/// V + R(inf) d + sum f_k h_k/rate_k. The solution is the exponential of the matrix. `parts` are the active components
 /// of the end.
 fn with_memory(
     kernel: &MemoryKernel,

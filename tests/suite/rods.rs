@@ -103,7 +103,7 @@ fn the_error_falls_with_high_order() {
                 "{}: {error:e} at {tolerance:e}",
                 row["name"]
             );
-            // One step is as long as the rod, whatever the tolerance.
+            // Steps are limited by the length of the rod, at every tolerance.
             if error > 1e-13 && end.steps > 1 {
                 points.push(((end.steps as f64).ln(), error.ln()));
             }

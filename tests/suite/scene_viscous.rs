@@ -324,7 +324,7 @@ fn full_reach_is_refused_with_the_reason() {
     }
 }
 
-/// The first problem anybody tries: a steel strip held horizontally and let go.
+/// A typical first problem: a steel strip held horizontally and released.
 const STRIP: &str = r#"
 units = "si"
 [rod]

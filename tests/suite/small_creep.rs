@@ -175,7 +175,7 @@ fn rung_down(x: &[f64], step: f64) -> Eigenvalue {
     root.ln() / step
 }
 
-/// The eigenvalue in the second half of what a run shows, in the coordinate `of`.
+/// The eigenvalue by the second half of a run's record, in the coordinate `of`.
 fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) -> Eigenvalue {
     let text = text.replace(
         "duration = 1.0",

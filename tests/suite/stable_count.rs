@@ -171,7 +171,7 @@ fn points(n: usize) -> Vec<Point> {
     points
 }
 
-/// Beside the axis rods with a loop are stable at loads beyond those of the rest of the disc.
+/// Points near the axis, where rods with a loop are stable at loads beyond those of the rest of the disc.
 const LOOPS: [Point; 5] = [
     [0.6, 0.001],
     [0.7, 0.003],

@@ -74,7 +74,7 @@ fn worst(got: &DVector<f64>, want: &[f64], floor: &[f64]) -> f64 {
 }
 
 /// y' = -rate(t) (y - cos t) - sin t, with time and the integral of y^2, whose row of the Jacobian is left zero.
-/// `noise` stands for rounding of the size of the terms that make y - cos t.
+/// `noise` models rounding of the size of the terms of y - cos t.
 fn decay(rate: impl Fn(f64) -> f64 + Copy + 'static, noise: f64) -> Problem {
     Problem::new(
         move |y, out| {

@@ -144,8 +144,8 @@ fn the_length_of_the_opening_does_not_matter() {
     }
 }
 
-/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force
-/// 1.0595). Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
+/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, released horizontally, undamped, in units of the rod (force 1.0595).
+/// Catches a start with spurious vibrations: the mass swings down, and returns to its start within 1e-3.
 #[test]
 fn the_strip_let_go_swings_back() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;

@@ -94,9 +94,9 @@ fn power_laws_leave_the_straight_rod() {
     }
 }
 
-/// The first problem that anybody tries: a steel strip, 0.3 m x 20 mm x 0.5 mm, E = 200 GPa, with 50 g on its end, held
-/// horizontally and let go, damped by 1 ms. Catches a start from rest at which tension grows as t^2; the position after
-/// 1 s is that of an independent computation.
+/// A typical first problem: a steel strip, 0.3 m x 20 mm x 0.5 mm, E = 200 GPa, with 50 g on its end, released
+/// horizontally, damped by 1 ms. Catches a start from rest at which tension grows as t^2; the position after 1 s is
+/// that of an independent computation.
 #[test]
 fn strip_let_go() {
     let (length, stiffness, mass): (f64, f64, f64) =

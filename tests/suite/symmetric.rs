@@ -227,7 +227,7 @@ fn reference_motions_in_the_plane_are_met_inside_the_steps() {
     assert!(error < 1e-6, "B: {error:e}");
 }
 
-/// A fold is found in long steps, and the motion goes on (theory 2.6).
+/// A fold is found in long steps, and the motion continues (theory 2.6).
 #[test]
 fn a_snap_in_the_plane_is_the_reference() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");

@@ -652,7 +652,7 @@ fn landing_rules() {
     );
 }
 
-/// Catches a tolerance at which runs get stuck, lose a fold or drift far beyond what was asked.
+/// Catches a tolerance at which runs get stuck, lose a fold or drift far beyond the tolerance.
 #[test]
 fn every_tolerance_works() {
     let truss = SOFT.truss();

@@ -204,7 +204,7 @@ fn closed_forms_agree_with_their_potentials() {
     }
 }
 
-/// Catches derivatives that are not those of the rates, by central differences extrapolated to order 4.
+/// Catches derivatives inconsistent with the rates, by central differences extrapolated to order 4.
 #[test]
 fn derivatives_are_those_of_the_rates() {
     for (name, law) in laws() {

@@ -263,7 +263,7 @@ fn elements_agree_with_one() {
                     entries
                 })
                 .collect();
-            // Integrated over all nodes: what a smooth change makes of the loads, and of the motion of the end.
+            // Integrated over all nodes: the effect of a smooth change on the loads, and on the motion of the end.
             let n = grid.len();
             let w = Vector6::new(0.4, -0.7, 0.3, 1.1, 0.9, -0.8);
             let mut stiffness = DMatrix::zeros(6 * n, 6 * n);
