@@ -40,7 +40,7 @@ const AFTER: [f64; 3] = [7.5, 11.7, 15.5];
 /// Delay after a snap at which states are compared, before the bounce.
 const SOON: f64 = 0.005;
 const ETA: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
-/// Up to this viscosity snaps are over before the bounce.
+/// Below this viscosity snaps are over before the bounce.
 const SMALL: f64 = 1.1e-4;
 /// Viscosities whose first layer is drawn, and the interval of stretched time shown.
 const DRAWN: [f64; 3] = [1e-4, 1e-5, 1e-6];
