@@ -1,9 +1,9 @@
 //! Instructions per kernel under callgrind, compared with a snapshot: `cargo bench --bench instructions` fails if a
 //! kernel takes 5 % more than benches/instructions.json; `-- renew` rewrites the file.
 //!
-//! Counts do not depend on the load of the machine. They depend on the compiler, its checks and the registers of
-//! the processor: the file has counts by all three, and only equal combinations are compared. Valgrind does not
-//! show 512-bit registers, so gains from them are not measured.
+//! Counts do not depend on the load of the machine. They depend on the compiler, its checks and the registers of the
+//! processor: the file has counts by all three, and only equal combinations are compared. Valgrind does not show
+//! 512-bit registers, so gains from them are not measured.
 
 use nalgebra::{DVector, Vector1, Vector2, Vector6};
 use serde_json::{Map, Value, json};

@@ -94,9 +94,9 @@ fn work_precision() {
     }
 }
 
-/// A pendulum: mass 1 on a ball joint, pull 20 B/L^2, a straight rod of bending stiffness 1. The speed at its
-/// lowest point is 0.01. An initial extra stretch `stretched` excites axial vibrations. One unit of time is 0.8
-/// periods of the swing.
+/// A pendulum: mass 1 on a ball joint, pull 20 B/L^2, a straight rod of bending stiffness 1. The speed at its lowest
+/// point is 0.01. An initial extra stretch `stretched` excites axial vibrations. One unit of time is 0.8 periods of
+/// the swing.
 fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
     let pull = 20.0;
     let law = Linear::diagonal([1.0, 1.3], 0.8)
@@ -422,8 +422,8 @@ fn decades(periods: f64, period: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Energy error, reversal error and mean rate of separation of neighbours after 1, 10, 100, ... periods. The
-/// reversal error is the distance from the start after running back, from at most `turned` periods.
+/// Energy error, reversal error and mean rate of separation of neighbours after 1, 10, 100, ... periods. The reversal
+/// error is the distance from the start after running back, from at most `turned` periods.
 fn long_runs<const N: usize>(
     motion: &str,
     swing: &impl Swing<N>,
@@ -463,8 +463,8 @@ fn part<const N: usize>(motion: &str, swing: &impl Swing<N>, periods: f64) {
     );
 }
 
-/// Mean growth rate per period of the logarithmic distance of a neighbour over the first 1, 10, 100, ... periods;
-/// the neighbour is moved close again after each period.
+/// Mean growth rate per period of the logarithmic distance of a neighbour over the first 1, 10, 100, ... periods; the
+/// neighbour is moved close again after each period.
 fn parting<const N: usize>(swing: &impl Swing<N>, periods: f64) -> Vec<f64> {
     const NEAR: f64 = 1e-8;
     let mut here = swing.start();

@@ -81,8 +81,8 @@ fn branch_by_base_wrench(bencher: Bencher) {
     branch(bencher, Spatial);
 }
 
-/// Chart by the force on an end without couple: three unknowns, in space. The command takes this chart if branches
-/// are switched.
+/// Chart by the force on an end without couple: three unknowns, in space. The command takes this chart if branches are
+/// switched.
 #[divan::bench(sample_count = 10)]
 fn branch_by_end_force(bencher: Bencher) {
     branch(bencher, FreeEnd);

@@ -1,8 +1,8 @@
 //! Viscoelastic runs, error against time and nodes: `cargo bench --bench viscous`.
 //!
-//! Four tables: the planar reference (theory Sec. 5; its digits from an independent code) by tolerance and nodes,
-//! with every method that the program and the user can choose; the cost of a right-hand side; a Kelvin-Voigt
-//! cantilever in space over 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
+//! Four tables: the planar reference (theory Sec. 5; its digits from an independent code) by tolerance and nodes, with
+//! every method that the program and the user can choose; the cost of a right-hand side; a Kelvin-Voigt cantilever in
+//! space over 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
 use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};

@@ -1,8 +1,8 @@
 //! Stress in a bar under a sine load after the wave has broken: the schemes of the thesis and finite volumes, 60
 //! cells.
 //!
-//! Draws the stress along the bar to the SVG file named, if any: each scheme in a panel of its own, under the
-//! solution with finer cells.
+//! Draws the stress along the bar to the SVG file named, if any: each scheme in a panel of its own, under the solution
+//! with finer cells.
 //!
 //! cargo run --release --example bar_schemes -- figures/bar_schemes.svg
 

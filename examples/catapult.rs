@@ -17,7 +17,7 @@ fn main() -> snaprod::Result<()> {
         (1.5, 13.534_475_980_3, 58.138_642_016_9),
         (3.0, 62.715_628_570_4, 95.840_238_350_1),
     ] {
-        // A weight at the free end of a rod that stands on a clamp turned by the angle phi about y.
+        // A weight at the free end of a rod on a clamp turned by the angle phi about y.
         let column = |phi: f64| {
             let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * phi);
             let rod = Rod::new(1.0, Linear::diagonal([40.0, 1.0], 40.0)?)?

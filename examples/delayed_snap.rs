@@ -1,10 +1,10 @@
 //! Delayed snap (pseudo-bistability) of a viscoelastic rod, and its delay.
 //!
-//! A rod of glassy stiffness 1 + 0.5 + 0.8 and long-time stiffness 1 has been held buckled downwards until its
-//! Maxwell branches relaxed. At t = 0 the dead load on its mass becomes (-4, f). The relaxed rod bears f up to
-//! 1.6628, the frozen rod up to 4.4490. For f between the two the rod waits, creeps, and snaps. The delay grows as
-//! 1/sqrt(f - 1.6628), with a factor that follows from equilibria alone: creep passes a fold slowly. Without
-//! branches the mass swings and snaps already for f > 1.5534, past a saddle: that delay grows only logarithmically.
+//! A rod of glassy stiffness 1 + 0.5 + 0.8 and long-time stiffness 1 has been held buckled downwards until its Maxwell
+//! branches relaxed. At t = 0 the dead load on its mass becomes (-4, f). The relaxed rod bears f up to 1.6628, the
+//! frozen rod up to 4.4490. For f between the two the rod waits, creeps, and snaps. The delay grows as 1/sqrt(f -
+//! 1.6628), with a factor that follows from equilibria alone: creep passes a fold slowly. Without branches the mass
+//! swings and snaps already for f > 1.5534, past a saddle: that delay grows only logarithmically.
 //!
 //! `cargo run --release --example delayed_snap`; with a directory as argument it writes its figure there:
 //! `cargo run --release --example delayed_snap -- figures`
@@ -169,10 +169,10 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
 
 /// Fold of the relaxed equilibria under (-4, f), with the speed of the passage.
 ///
-/// The passage is slow: the branches act as viscosities E time, and inertia is negligible. Let y be the height of
-/// the mass along the equilibria, whose load is f*(y). Then viscosity times int (d theta'/dy)^2 ds dy/dt = f -
-/// f*(y), where f* = load - bend (y - y0)^2/2. Hence the time is pi viscosity int (d theta'/dy)^2 ds
-/// sqrt(2/bend)/sqrt(f - load).
+/// The passage is slow: the branches act as viscosities E time, and inertia is negligible. Let y be the height of the
+/// mass along the equilibria, whose load is f*(y). Then viscosity times int (d theta'/dy)^2 ds dy/dt = f - f*(y),
+/// where f* = load - bend (y - y0)^2/2. Hence the time is pi viscosity int (d theta'/dy)^2 ds sqrt(2/bend)/sqrt(f -
+/// load).
 struct Bottleneck {
     load: f64,
     /// delay x sqrt(f - load), in the limit.

@@ -1,9 +1,9 @@
 //! Delay of a rod with friction or mass at a fold (theory 2.8), and its limits by the normal form of the fold.
 //!
 //! Three snaps. Friction alone: half of the released energy is lost at 2.338107 T_v after the fold as the viscosity
-//! goes to 0, extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i
-//! as the rod's mass goes to 0, extrapolated in eps^(1/5). Friction alone in an assembly: two arches with a turning
-//! heavy body between them, one of which passes its fold.
+//! goes to 0, extrapolated in eta^(1/3). Mass alone: the amplitude of the critical shape crosses 0 at 0.715359 T_i as
+//! the rod's mass goes to 0, extrapolated in eps^(1/5). Friction alone in an assembly: two arches with a turning heavy
+//! body between them, one of which passes its fold.
 //!
 //! `cargo run --release --example fold_delays`, forty seconds.
 
@@ -238,8 +238,8 @@ fn half_release(scene: &Scene, eta: f64) -> Result<f64, Failure> {
     Ok(late / passage(&fold)?.viscous(eta))
 }
 
-/// Time from the fold to the zero of the amplitude of the critical shape, in units of T_i. The rod is light until
-/// 10 T_i before the fold.
+/// Time from the fold to the zero of the amplitude of the critical shape, in units of T_i. The rod is light until 10
+/// T_i before the fold.
 fn zero(
     scene: &dyn Fn(&[String]) -> Result<Scene, Failure>,
     set: &[String],

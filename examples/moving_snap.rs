@@ -2,8 +2,8 @@
 //!
 //! The rod follows its mass to the fold, falls through the shapes of its viscous layer, in which time stands still,
 //! and flies on. Every frame is a shape computed at its time; none is interpolated.
-//! `cargo run --release --example moving_snap -- figures` writes `snap_moving.svg` there; without a directory it
-//! only checks.
+//! `cargo run --release --example moving_snap -- figures` writes `snap_moving.svg` there; without a directory it only
+//! checks.
 
 use snaprod::elastica::fold_curve;
 use snaprod::motion::{Event, Outcome};

@@ -9,8 +9,8 @@ use snaprod::solve::arclength::{Continuation, Item, Options};
 use snaprod::solve::special_points::SpecialKind;
 use std::f64::consts::PI;
 
-/// Turns the clamp of an arch of length 1, with ends 1 - s apart, to the fold. Returns the angle a and the thrust
-/// at the fold.
+/// Turns the clamp of an arch of length 1, with ends 1 - s apart, to the fold. Returns the angle a and the thrust at
+/// the fold.
 fn snap(s: f64) -> snaprod::Result<(f64, f64)> {
     let turned = |a: f64| {
         let clamp = UnitQuaternion::from_scaled_axis(Vector3::y() * a);

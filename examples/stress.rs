@@ -2,13 +2,13 @@
 //!
 //! cargo run --release --example stress -- FROM TO [LOG [SECONDS]]
 //!
-//! Runs the seeds FROM to TO - 1. The outcome of each seed is a line of LOG (default stress.log); seeds already in
-//! LOG are left out, so a run can be interrupted and resumed. A scene is interrupted after SECONDS (default 3),
-//! which is a valid outcome: this allows many scenes over a short time, or fewer of them further.
+//! Runs the seeds FROM to TO - 1. The outcome of each seed is a line of LOG (default stress.log); seeds already in LOG
+//! are left out, so a run can be interrupted and resumed. A scene is interrupted after SECONDS (default 3), which is a
+//! valid outcome: this allows many scenes over a short time, or fewer of them further.
 //!
-//! Panics, NaN and infinite numbers, spurious energy, and scenes that do not end within two minutes are reported
-//! with their seeds; `stress SEED` prints the scene of a seed. Without arguments twenty scenes are run, and no log
-//! is written.
+//! Panics, NaN and infinite numbers, spurious energy, and scenes that do not end within two minutes are reported with
+//! their seeds; `stress SEED` prints the scene of a seed. Without arguments twenty scenes are run, and no log is
+//! written.
 
 #[path = "../tests/suite/stress_scenes.rs"]
 mod stress_scenes;

@@ -1,9 +1,9 @@
 //! Error and cost of taut rods against sqrt(F L^2/B), compared with the base wrench: a table of docs/rods.md.
 //!
-//! A uniform inextensible rod in a plane is pulled at 0.3 rad from its clamp, its end turned by 0.5. Errors are
-//! those of the end position: from sqrt(F L^2/B) = 30 on against the closed form of the string limit (exact up to
-//! exp(-lam)), below against the finest mesh. Costs are times of an evaluation with all derivatives, relative to
-//! the base wrench at lam = 10. Taut rods start from the rod under a pull one per cent less.
+//! A uniform inextensible rod in a plane is pulled at 0.3 rad from its clamp, its end turned by 0.5. Errors are those
+//! of the end position: from sqrt(F L^2/B) = 30 on against the closed form of the string limit (exact up to
+//! exp(-lam)), below against the finest mesh. Costs are times of an evaluation with all derivatives, relative to the
+//! base wrench at lam = 10. Taut rods start from the rod under a pull one per cent less.
 
 use nalgebra::{Matrix3, Rotation3, Vector3, Vector6};
 use snaprod::Result;

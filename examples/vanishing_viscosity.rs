@@ -3,8 +3,8 @@
 //!
 //! On the sheets the error is of order eta, once drag has removed the memory of earlier snaps. A fold is passed
 //! slowly: the snap is late by a time of order eta^(2/3), and right after the snap the errors of position and lost
-//! energy have the same order. In this scene the mass bounces off the circle of the straight rod 0.02 after each
-//! snap. The bounce dissipates a further part, of order eta with a large factor: the total loss is off by a eta - b
+//! energy have the same order. In this scene the mass bounces off the circle of the straight rod 0.02 after each snap.
+//! The bounce dissipates a further part, of order eta with a large factor: the total loss is off by a eta - b
 //! eta^(2/3).
 //!
 //! `cargo run --release --example vanishing_viscosity`; with a directory as argument it writes its figures there:
@@ -40,7 +40,7 @@ const AFTER: [f64; 3] = [7.5, 11.7, 15.5];
 /// Delay after a snap at which states are compared, before the bounce.
 const SOON: f64 = 0.005;
 const ETA: [f64; 7] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
-/// Up to this viscosity snaps are over before the bounce.
+/// Below this viscosity snaps are over before the bounce.
 const SMALL: f64 = 1.1e-4;
 /// Viscosities whose first layer is drawn, and the interval of stretched time shown.
 const DRAWN: [f64; 3] = [1e-4, 1e-5, 1e-6];
@@ -226,8 +226,8 @@ impl Viscous {
         Ok(found)
     }
 
-    /// The first layer in stretched time, counted from its largest rate of dissipation; energies are counted from
-    /// its beginning.
+    /// The first layer in stretched time, counted from its largest rate of dissipation; energies are counted from its
+    /// beginning.
     fn stretched(&self) -> Result<(Vec<f64>, Vec<&Moment>), Failure> {
         let largest = (1..self.first.len() - 1)
             .max_by(|i, j| self.first[*i].power.total_cmp(&self.first[*j].power));

@@ -72,7 +72,7 @@ const ROD_MASS: [Heavy; 5] = [
     (100.0, 99.0, [0.3, 0.1], [-11_000.0, -7500.0], 0.1),
 ];
 
-/// One line on what following the mass of the rod to first order costs.
+/// One line on the cost of following the rod's mass to first order.
 fn rod_mass((lam, p, v, load, duration): Heavy, tolerance: f64) -> String {
     let start = Equilibrium::from_lambda_p(lam, p).unwrap();
     let options = Options::new(duration)

@@ -99,8 +99,8 @@ impl Curve {
         )
     }
 
-    /// The order p of error ~ work^-p: slope of a straight line through the logarithms of errors above the
-    /// reference's own.
+    /// The order p of error ~ work^-p: slope of a straight line through the logarithms of errors above the reference's
+    /// own.
     fn order(&self, floor: f64) -> Option<f64> {
         let told = |p: &&Point| (10.0 * floor..1e-2).contains(&p.error);
         let points = self.points.iter().filter(told);

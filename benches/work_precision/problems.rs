@@ -270,9 +270,9 @@ fn full() -> Problem {
     }
 }
 
-/// All of the rod's mass without friction, released from the straight rod: a problem within the reach of
-/// PyElastica. The release excites waves along the rod that no grid resolves, and the velocities are noisy; the
-/// position of the end converges.
+/// All of the rod's mass without friction, released from the straight rod: a problem within the reach of PyElastica.
+/// The release excites waves along the rod that no grid resolves, and the velocities are noisy; the position of the
+/// end converges.
 fn let_go() -> Problem {
     let place = |nodes: f64, tolerance: f64| {
         let mut ran = moved(

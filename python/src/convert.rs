@@ -107,8 +107,8 @@ pub fn refused(error: &snaprod::Error) -> PyErr {
     })
 }
 
-/// Deepest nesting of sequences and dicts, equal to that of the TOML reader. A list that contains itself ends at
-/// this limit.
+/// Deepest nesting of sequences and dicts, equal to that of the TOML reader. A list that contains itself ends at this
+/// limit.
 const DEEPEST: usize = 80;
 
 /// A value as TOML; numbers are read back as the same double. Messages call the value `field`.
@@ -148,8 +148,8 @@ fn written(field: &str, value: &Bound<'_, PyAny>, levels: usize) -> PyResult<Str
         }
         return Ok(format!("{{ {} }}", fields.join(", ")));
     }
-    // NumPy scalars become Python's by tolist(), arrays lists. Scalars longer than a double are unchanged by
-    // tolist(); the nearest double is taken.
+    // NumPy scalars become Python's by tolist(), arrays lists. Scalars longer than a double are unchanged by tolist();
+    // the nearest double is taken.
     if let Ok(plain) = value.call_method0("tolist") {
         if !plain.get_type().is(value.get_type()) {
             return inner(&plain);

@@ -1,8 +1,8 @@
 //! The module `snaprod._core`: studies as functions that take text and numbers, and return plain Python values with
 //! NumPy arrays.
 //!
-//! The public interface, with types and documentation, is Python code in `python/snaprod`. Nothing is computed in
-//! this crate: every function calls one of `snaprod::study`.
+//! The public interface, with types and documentation, is Python code in `python/snaprod`. Nothing is computed in this
+//! crate: every function calls one of `snaprod::study`.
 
 mod convert;
 mod fit;
@@ -161,8 +161,7 @@ fn modes<'py>(py: Python<'py>, given: Given) -> PyResult<Bound<'py, PyDict>> {
     pieces(py, &[table], &summary)
 }
 
-/// Small motions of the end of a viscoelastic rod at `points` times, over the given range or one chosen for the
-/// rod.
+/// Small motions of the end of a viscoelastic rod at `points` times, over the given range or one chosen for the rod.
 #[pyfunction]
 fn memory<'py>(
     py: Python<'py>,
@@ -296,8 +295,8 @@ pub(crate) fn pieces<'py>(
 
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    // The first array looks up NumPy's functions, which panics if Ctrl-C is pending. None can be pending here, and
-    // the functions are known later.
+    // The first array looks up NumPy's functions, which panics if Ctrl-C is pending. None can be pending here, and the
+    // functions are known later.
     module.py().check_signals()?;
     PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;

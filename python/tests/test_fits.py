@@ -39,7 +39,7 @@ def test_a_fit_by_rows_is_the_regression(tmp_path):
     file.write_text("# measured\nbody.mass," + OMEGA + "\n" + "\n".join(lines) + "\n")
     again = snaprod.fit(SWING, file, {"rod__bending_stiffness": "0.5:4"}, by_row="body.mass", starts=1)
     assert again.values == found.values
-    # By the name that was given, or any other way to write it.
+    # By the given path, or any equivalent spelling.
     assert again.values["rod__bending_stiffness"] == again.values[path] and again.intervals["rod__bending_stiffness"]
     with pytest.raises(KeyError, match="the fit has the fields rod.bending_stiffness"):
         again.values["rod.length"]

@@ -18,7 +18,7 @@ def test_the_reference_snap_and_its_ledger(snap, tmp_path):
     """Catches a run that is another scene's, columns under wrong names, and units or words that are lost."""
     run = snaprod.run(snap)
     assert (run.outcome, run.reason, len(run.events)) == ("end_of_time", None, 1)
-    # README's numbers, of references of 30 digits.
+    # README's numbers, from references with 30 digits.
     assert abs(run.events[0]["t"] - 0.025570197858) < 1e-10
     assert abs(run.events[0]["released"] - 10.263064640) < 1e-7
     data = run.data
@@ -59,7 +59,7 @@ def test_shapes_are_elasticas_that_end_at_the_mass(snap):
     arm = tips[:, None] - shape[:, 1:-1, :2]
     couple = arm[..., 1] * run["fx"][rows][:, None] - arm[..., 0] * run["fy"][rows][:, None]
     assert abs(bending - couple).max() < 2e-3 * abs(couple).max()
-    # Times between samples, and of any shape.
+    # Times between samples, in arrays of any shape.
     between = run.shape([[0.0123, 0.4567]], 11)
     assert between.shape == (1, 2, 11, 3)
     assert run.shape([], 11).shape == (0, 11, 3)
@@ -83,7 +83,7 @@ def test_equilibria_broadcast_and_hold_the_end():
         assert one.index == found["index"][row]
     lowest = found.lowest()
     assert lowest[1, 1] == alone["elastic"][alone["index"] == 0].min()
-    # Beyond its reach the rod has no equilibrium, and what is no number is refused.
+    # Beyond its reach the rod has no equilibrium, and NaN is refused.
     assert snaprod.equilibria([0.7, 0.9, 0.7], [0.45, 0.45, 0.9], 10.0).counts.tolist() == [found.counts[1, 1], 0, 0]
     with pytest.raises(ValueError, match="x, y = 0.3, nan at the flat index 1: every position must be finite"):
         snaprod.equilibria(0.3, [0.2, np.nan])
@@ -150,7 +150,7 @@ def test_faults_come_together_with_their_fields(snap):
         snaprod.run(snap, body__mass=-2.0)
     with pytest.raises(TypeError, match="body.mass: .* is no value of a scene"):
         snaprod.check(snap, body__mass=object())
-    # What has no end is refused before the stack ends, with its name.
+    # A self-containing value is refused by name before the stack overflows.
     endless, table, deep = [], {}, 1.0
     endless.append(endless)
     table["mass"] = table
@@ -166,7 +166,7 @@ def test_faults_come_together_with_their_fields(snap):
         snaprod.check("nowhere.toml")
     with pytest.raises(ValueError, match="lam with kappa or p"):
         snaprod.elastica(lam=6.3)
-    # Nobody wrote lines in a dict; one slip is one fault; paths are not text in which more can be set.
+    # A dict has no line numbers; one slip is one fault; a path cannot set further fields.
     with pytest.raises(snaprod.SceneError, match="start.p = 0.5: must be left out where start.kappa is given;") as caught:
         snaprod.run({**snap, "start": {**snap["start"], "p": 0.5}})
     assert caught.value.faults[0].allowed == "left out where start.kappa is given"
@@ -176,12 +176,12 @@ def test_faults_come_together_with_their_fields(snap):
     for path in ("", "body.mass=3;x"):
         with pytest.raises(snaprod.SceneError, match=f'"{path}": must be the path of a field'):
             snaprod.run(snap, **{path: 1})
-    # What is longer than a double is the nearest one.
+    # A number longer than a double becomes the nearest double.
     long = {"rod.length": np.longdouble(1), "start.velocity": np.array([0.0, -0.5], np.longdouble)}
     np.testing.assert_array_equal(snaprod.run(snap, **long)["x"], snaprod.run(snap)["x"])
     with pytest.raises(TypeError, match="body.mass: .* is no value of a scene"):
         snaprod.run(snap, body__mass=np.clongdouble(2))
-    # What check returns is the scene again.
+    # The result of check is the scene.
     whole = snaprod.check(snap, **{"start.velocity.1": -0.25})
     assert whole["start"]["velocity"] == [0.0, -0.25] and whole == snaprod.check(whole)
 
@@ -232,13 +232,13 @@ def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
     with pytest.raises(ZeroDivisionError):
         snaprod.run(snap, run__duration=1e6, progress=interrupt)
     inside = len(ticks)
-    # Programs that are started in the background inherit that they ignore it.
+    # Background processes inherit the ignored signal.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         snaprod.run(snap, run__duration=1e6)
-    # An elastica has no steps at which it could ask.
+    # An elastica has no steps at which to check for signals.
     before = len(ticks)
     timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
@@ -247,7 +247,7 @@ def test_threads_run_side_by_side_and_ctrl_c_is_heard(snap):
     assert len(ticks) > before + 5
     running = False
     thread.join()
-    # The other thread went on while Rust worked.
+    # The other Python thread ran during the work in Rust.
     assert inside > 5 and len(ticks) > inside
     told = []
     snaprod.run(snap, progress=lambda fraction, at: told.append(fraction))
@@ -288,7 +288,7 @@ def test_every_result_is_drawn(snap, scenes: Path):
         assert (axes.get_xlabel(), axes.get_ylabel(), axes.get_aspect()) == (f"{x} [m]", f"{y} [m]", 1.0)
         rods = [line.get_xydata() for line in axes.lines]
         np.testing.assert_array_equal(np.concatenate(rods), np.stack([arch[x], arch[y]], axis=-1))
-    # What is drawn over the parameter is neither held nor the parameter itself: the columns that the program draws.
+    # The column drawn over the parameter is neither held nor the parameter itself: the same as in the program.
     measures = {"lateral": "base_my", "heavy_column": "z"}
     for name, column in measures.items():
         assert snaprod.branch(scenes / f"{name}.toml").plot().get_ylabel().startswith(column)

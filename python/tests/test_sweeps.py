@@ -34,7 +34,7 @@ def test_a_sweep_is_its_runs(snap, tmp_path):
     again = snaprod.sweep(snap, vary, columns=COLUMNS, out=tmp_path / "one")
     assert (tmp_path / "one/chunks/000003.csv").stat().st_mtime_ns == before
     np.testing.assert_array_equal(again["end.x"], swept["end.x"])
-    # Other values between the same ends are another sweep.
+    # Other values between the same ends make another sweep.
     vary["body.mass"][1] = 1.5
     with pytest.raises(snaprod.SceneError, match="holds another sweep"):
         snaprod.sweep(snap, vary, columns=COLUMNS, out=tmp_path / "one")
@@ -101,7 +101,7 @@ def test_dask_makes_the_same_files_though_a_worker_dies(snap, tmp_path):
             snap, VARY, columns=COLUMNS, out=together, client=client, progress=kill, run__duration=2.0
         )
         assert killed and killed[0][1] < swept.data.rows
-        # All is there: nothing is run again.
+        # The sweep is complete: nothing is run again.
         made = {path.name: path.stat().st_mtime_ns for path in (together / "chunks").iterdir()}
         again = snaprod.sweep(snap, VARY, columns=COLUMNS, out=together, client=client, run__duration=2.0)
         assert made == {path.name: path.stat().st_mtime_ns for path in (together / "chunks").iterdir()}

@@ -36,7 +36,7 @@ fn sources(directory: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// Catches `use crate::` (or a path) of a module further right, such as a figure that computes.
+/// Catches a use of a module further right by `use crate::` or a path, for example a figure with computations.
 #[test]
 fn no_arrow_points_back() {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,5 +1,5 @@
-//! Bodies on elastic rods in space: comparison with other programs in 80-bit arithmetic (tests/data/space; each
-//! file names its recipe), and invariants: the ledger, and the gap between charts and poses.
+//! Bodies on elastic rods in space: comparison with other programs in 80-bit arithmetic (tests/data/space; each file
+//! names its recipe), and invariants: the ledger, and the gap between charts and poses.
 
 use crate::support::{json, list, number, quaternion, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -105,8 +105,8 @@ fn clamp() -> Attachment {
     Attachment::ground(Isometry3::identity())
 }
 
-/// A complete run: states at the given times, snaps and bounces, the largest change of the ledger's total, the
-/// largest gap between charts and poses.
+/// A complete run: states at the given times, snaps and bounces, the largest change of the ledger's total, the largest
+/// gap between charts and poses.
 struct Course {
     samples: Vec<AssemblySample>,
     snaps: Vec<Snap>,
@@ -384,8 +384,8 @@ fn chains_and_loops_move_as_another_program_has_it() {
     }
 }
 
-/// A shaken base, and a base that turns to and fro about a skew axis through another point. Would catch a wrong
-/// power of the support, or a base velocity that the rod does not feel.
+/// A shaken base, and a base that turns to and fro about a skew axis through another point. Would catch a wrong power
+/// of the support, or a base velocity that the rod does not feel.
 #[test]
 fn supports_move_rods_as_another_program_has_it() {
     let data = json("space/support_groove_given.json");
@@ -469,8 +469,8 @@ fn supports_move_rods_as_another_program_has_it() {
     }
 }
 
-/// A planar start in space moves as the elastica, through the snap, the swings after it and a bounce off full reach
-/// at lam = 47. Would catch a difference of two models that share no code between the scene and the integrator.
+/// A planar start in space moves as the elastica, through the snap, the swings after it and a bounce off full reach at
+/// lam = 47. Would catch a difference of two models that share no code between the scene and the integrator.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_planar_start_in_space_moves_as_the_elastica() {
@@ -584,7 +584,7 @@ fn a_scene_without_damping_runs_as_an_elastic_rod() {
     let events = place.json("out/flywheel/events.json");
     let snap = &events[0];
     assert_eq!(snap["kind"], "snap");
-    // The energy falls by what is released; a landing is stable.
+    // The energy falls by the energy released; a landing is stable.
     let (from, to) = (
         number(&snap["from"], "elastic"),
         number(&snap["to"], "elastic"),

@@ -174,8 +174,8 @@ fn folds_of_half(span: f64) -> Vec<f64> {
     folds.map(|at| at.point.p).collect()
 }
 
-/// Catches fold curves of assemblies off their folds. Moving one support of the arch gives the folds of its half
-/// with the support moved half as far.
+/// Catches fold curves of assemblies off their folds. Moving one support of the arch gives the folds of its half with
+/// the support moved half as far.
 #[test]
 fn fold_curves_of_an_arch_whose_support_moves() {
     let record = followed(
@@ -236,8 +236,8 @@ fn deflation_finds_the_arch_pushed_through() {
     assert!(nearest < 1e-8, "{nearest:e} off");
 }
 
-/// Catches a backward branch in the wrong order or missing: both directions together have the points of two
-/// branches, one each way.
+/// Catches a backward branch in the wrong order or missing: both directions together have the points of two branches,
+/// one each way.
 #[test]
 fn an_arch_is_followed_both_ways() {
     let how = |more: &str| format!("parameter = \"body.crown.force.z\"\nfrom = 5.0\n{more}");

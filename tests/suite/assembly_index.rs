@@ -9,7 +9,7 @@ use snaprod::body::RigidBody;
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
 
-/// A rod that only bends and twists; unloaded, its directors are parallel.
+/// A rod with bending and twist only; unloaded, the directors are parallel to those of the base.
 #[derive(Clone)]
 struct Kirchhoff {
     stiffness: Vector3<f64>,
@@ -79,8 +79,8 @@ impl Chain {
         (energy, gap)
     }
 
-    /// Number of negative eigenvalues of the second variation under the constraint, and the distance of the
-    /// spectrum from 0.
+    /// Number of negative eigenvalues of the second variation under the constraint, and the distance of the spectrum
+    /// from 0.
     fn index(&self, strains: &[f64]) -> (usize, f64) {
         const STEP: f64 = 3e-4;
         let (count, held) = (strains.len(), self.energy(strains).1.len());
@@ -142,8 +142,8 @@ fn place(x: &[f64]) -> Isometry3<f64> {
     Isometry3::from_parts(Vector3::new(x[0], x[1], x[2]).into(), turn)
 }
 
-/// Would catch an index that omits a rod's own index, a lever of a load or an attachment, or a ball joint's
-/// rotation. Wrenches are random and the loads keep the bodies in equilibrium: all degrees of instability occur.
+/// Would catch an index that omits a rod's own index, a lever of a load or an attachment, or a ball joint's rotation.
+/// Wrenches are random and the loads keep the bodies in equilibrium: all degrees of instability occur.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn indices_of_assemblies_agree_with_discretised_second_variations() {
@@ -194,8 +194,8 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
                 )
             };
             let turn = at.rotation.inverse();
-            // Balance of the body before this rod, for the force n of the rod: -n0 + n + force = 0, -m0 + m + arms
-            // x forces = 0 about the reference point.
+            // Balance of the body before this rod, for the force n of the rod: -n0 + n + force = 0, -m0 + m + arms x
+            // forces = 0 about the reference point.
             let begun = |n: &Vector3<f64>| {
                 let (m, force) = match (ended, places.last()) {
                     (Some((m0, n0)), Some(body)) => {
@@ -213,7 +213,7 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
             };
             let mut n = drawn(3) * size;
             if k == bodies && ball {
-                // Force n for which the last rod bears no couple at its end.
+                // Force n for a last rod without end couple.
                 let couple = |n: &Vector3<f64>| {
                     rod.rod()
                         .end(&begun(n).0, 1e-13)

@@ -224,8 +224,8 @@ fn networks_are_in_equilibrium_where_they_should_be() {
     }
 }
 
-/// Catches a sign in the reversal of a rod: the network with rods started at their other ends has the same
-/// equilibrium and frequencies.
+/// Catches a sign in the reversal of a rod: the network with rods started at their other ends has the same equilibrium
+/// and frequencies.
 #[test]
 fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     let cases = data("network_statics");
@@ -243,8 +243,8 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
     for (a, b) in a.frequencies.iter().zip(&b.frequencies) {
         close(*b, *a, 1e-10);
     }
-    // A law that varies along the rod, coupled and curved, with a break: the reversed rod leads from the end back
-    // to the base.
+    // A law that varies along the rod, coupled and curved, with a break: the reversed rod leads from the end back to
+    // the base.
     let law = Varying::diagonal(
         [Along::polynomial(&[1.0, 0.5]).unwrap(), Along::from(1.3)],
         Along::table(&[(0.0, 0.8), (0.5, 0.9), (0.5, 1.4), (1.5, 0.7)]).unwrap(),
@@ -749,9 +749,9 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
     );
 }
 
-/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation. The branch in
-/// the load passes both limit points; frequencies and index are compared. Between the limit points the arch is
-/// unstable although each rod is stable.
+/// The deep arch of DaDeppo and Schmidt, clamped and hinged, from an independent 80-bit computation. The branch in the
+/// load passes both limit points; frequencies and index are compared. Between the limit points the arch is unstable
+/// although each rod is stable.
 #[test]
 fn a_deep_arch_is_followed_through_its_limit_points() {
     let cases = data("network_statics");
@@ -812,8 +812,8 @@ fn a_deep_arch_is_followed_through_its_limit_points() {
 }
 
 /// Catches a long search if the rods are too short, and rods that reach, but are called too short. Three rods of
-/// lengths 1, 0.6, 0.8 form a chain over two bodies with 0.5 and 0.3 between attachments; longer rods form a
-/// detour. The reach is the sum of the rods and bodies.
+/// lengths 1, 0.6, 0.8 form a chain over two bodies with 0.5 and 0.3 between attachments; longer rods form a detour.
+/// The reach is the sum of the rods and bodies.
 #[test]
 fn rods_too_short_are_refused_at_once() {
     let at = |x: f64| Isometry3::translation(x, 0.0, 0.0);

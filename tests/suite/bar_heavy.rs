@@ -1,5 +1,5 @@
-//! Bars with a heavy end: comparison with a converged element of another program, closed forms, and finite volumes
-//! of another program.
+//! Bars with a heavy end: comparison with a converged element of another program, closed forms, and finite volumes of
+//! another program.
 
 use crate::support::{assert_close, json, number, rows};
 use serde_json::Value;
@@ -36,7 +36,7 @@ fn pushed(eps: f64) -> Bar {
     .expect("a bar")
 }
 
-/// A bar with a mass 1 at its end and no load, let go from a uniform stretch.
+/// A bar with a mass 1 at its end and no load, released from a uniform stretch.
 fn released(material: Material, stretch: f64) -> Bar {
     let force = History::Constant(0.0);
     let bar = Bar::new(
@@ -176,9 +176,8 @@ fn release(case: &Value, cells: usize) -> Vec<[f64; 3]> {
     found.collect()
 }
 
-/// Catches a wrong coupling of mass and bar, and a wrong loss in shocks. The position r must agree within five
-/// stated uncertainties and the rounding of its digits. Without shocks the error is of second order and is
-/// extrapolated away.
+/// Catches a wrong coupling of mass and bar, and a wrong loss in shocks. The position r must agree within five stated
+/// uncertainties and the rounding of its digits. Without shocks the error is of second order and is extrapolated away.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn releases_with_shocks_match_finite_volumes_of_another_program() {

@@ -1,5 +1,5 @@
-//! Laws of bars, Riemann problems and breaking: comparison with closed forms in 30 digits and hulls built by
-//! another program (tests/data/waves).
+//! Laws of bars, Riemann problems and breaking: comparison with closed forms in 30 digits and hulls built by another
+//! program (tests/data/waves).
 
 use crate::support::{assert_close, json, list, number, rows};
 use snaprod::bar::{Material, Stress, Wave, WaveKind};

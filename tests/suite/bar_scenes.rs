@@ -279,9 +279,9 @@ fn heavy_bar_follows_its_next_order() {
     );
 }
 
-/// Catches an envelope bound that knows only the reflection of the load's own wave. A bar is compressed at the
-/// start, and its load compresses it further. The first shock is predicted if the base holds the bar. With a free
-/// base another wave comes first, and no shock is predicted.
+/// Catches an envelope bound that knows only the reflection of the load's own wave. A bar is compressed at the start,
+/// and its load compresses it further. The first shock is predicted if the base holds the bar. With a free base
+/// another wave comes first, and no shock is predicted.
 #[test]
 fn breaking_is_told_before_any_other_wave_alone() {
     let told = |base: &str| {

@@ -20,7 +20,7 @@ fn gap(state: &Snapshot, fine: &Snapshot) -> f64 {
     gaps.sum::<f64>() / state.x.len() as f64
 }
 
-/// Catches schemes that are not those of the thesis: the given data of the same schemes on 60 elements.
+/// Catches deviations from the schemes of the thesis: given data of these schemes on 60 elements.
 #[test]
 fn schemes_of_the_thesis_fail_as_they_did() {
     let data = json("waves/rod_examples_given.json");

@@ -50,8 +50,8 @@ fn error(law: &Material, ahead: f64, behind: f64, cells: usize) -> f64 {
     sum / (cells as f64 * (behind - ahead).abs())
 }
 
-/// Catches a scheme that keeps a jump although the hull of the stress has a fan and a shock: the error then stays
-/// at 2 % for any number of cells. Catches also one that overshoots the edge of a law.
+/// Catches a scheme that keeps a jump although the hull of the stress has a fan and a shock: the error then stays at 2
+/// % for any number of cells. Catches also one that overshoots the edge of a law.
 #[test]
 fn compound_waves_converge_to_their_hulls() {
     for (coefficients, ahead, behind) in [

@@ -1,5 +1,5 @@
-//! The three examples of the thesis: comparison with closed forms of simple waves and shocks, and with finite
-//! volumes of another program (tests/data/waves).
+//! The three examples of the thesis: comparison with closed forms of simple waves and shocks, and with finite volumes
+//! of another program (tests/data/waves).
 
 use crate::bar_laws::mooney;
 use crate::support::{assert_close, json, list, number, rows};
@@ -342,8 +342,8 @@ fn sine_breaks_and_its_shocks_meet() {
     assert_close(wall.max, 78.0, 1e-2, 0.0, "wall");
 }
 
-/// Catches finite volumes that choose a wave forbidden by the hull: Riemann problems with compound waves, and
-/// impacts on walls.
+/// Catches finite volumes that choose a wave forbidden by the hull: Riemann problems with compound waves, and impacts
+/// on walls.
 #[test]
 fn compound_waves_are_found_by_finite_volumes() {
     let law = Material::new(

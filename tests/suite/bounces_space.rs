@@ -1,5 +1,4 @@
-//! Bounces of taut rods in space and in assemblies: comparison with the planar rod and closed forms of the bent
-//! ends.
+//! Bounces of taut rods in space and in assemblies: comparison with the planar rod and closed forms of the bent ends.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
 use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
@@ -26,8 +25,8 @@ fn options(duration: f64) -> Options {
         .unwrap()
 }
 
-/// The bounces of a run, each with the state at the rod's end on the body: stored energy, force on the rod along
-/// the base's directors, position.
+/// The bounces of a run, each with the state at the rod's end on the body: stored energy, force on the rod along the
+/// base's directors, position.
 fn bounces(
     assembly: Assembly,
     start: &Configuration,
@@ -51,8 +50,8 @@ fn bounces(
     found
 }
 
-/// A planar start in space, the rod stiffer out of its plane. Would catch a bounce whose definition differs from
-/// the plane's, a bounce missed or counted twice, and a wrong unit of stiffness.
+/// A planar start in space, the rod stiffer out of its plane. Would catch a bounce whose definition differs from the
+/// plane's, a bounce missed or counted twice, and a wrong unit of stiffness.
 #[test]
 fn a_planar_bounce_is_the_same_in_space() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
@@ -177,8 +176,7 @@ fn a_bounce_of_a_rod_welded_at_both_ends() {
     close("energy", bounce.elastic, before + 8.0 / give, 0.05);
 }
 
-/// Would catch false bounces: of a body that vibrates slowly along a taut rod under a load, and of an extensible
-/// rod.
+/// Would catch false bounces: of a body that vibrates slowly along a taut rod under a load, and of an extensible rod.
 #[test]
 fn what_shakes_under_a_load_or_stretches_does_not_bounce() {
     let law = || Linear::diagonal([2.0, 1.0], 0.8).unwrap();

@@ -1,5 +1,5 @@
-//! Delay of rods of known mass at the folds of branches: comparison with closed forms, small motions of rods with
-//! full mass, and nearby folds.
+//! Delay of rods of known mass at the folds of branches: comparison with closed forms, small motions of rods with full
+//! mass, and nearby folds.
 
 use crate::support::near;
 use nalgebra::Vector2;
@@ -128,10 +128,9 @@ to = -2.0
 back = true
 "#;
 
-/// Catches a wrong critical direction, work of the load or mass of a free end. Near the fold, at the load distance
-/// d, omega^2 = 2 sqrt(A B d)/M0 of the rod with full mass, with a body of a millionth of it at the end. Friction
-/// tau damps the vibration at the rate tau D0/(2 M0). Both hold up to the order of sqrt(d), which two loads
-/// eliminate.
+/// Catches a wrong critical direction, work of the load or mass of a free end. The rod has full mass, and the body at
+/// its end a millionth of it. Near the fold, at the load distance d, omega^2 = 2 sqrt(A B d)/M0. Friction tau damps
+/// the vibration at the rate tau D0/(2 M0). Both hold up to the order of sqrt(d), which two loads eliminate.
 #[test]
 fn free_ends_vibrate_as_the_normal_form_says() {
     const TAU: f64 = 1e-3;
@@ -195,8 +194,8 @@ duration = 0.1
 }
 
 /// Catches a wrong work of the held pose, or of its turn. A rod is welded at both ends, bent and twisted in space
-/// while its end is turned. At the distance d from the fold the vibrations of the held rod have omega^2 = 2 sqrt(A
-/// B d)/M0.
+/// while its end is turned. At the distance d from the fold the vibrations of the held rod have omega^2 = 2 sqrt(A B
+/// d)/M0.
 #[test]
 fn welded_ends_vibrate_as_the_normal_form_says() {
     let text = r#"
@@ -228,9 +227,8 @@ back = true
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a work of a couple that is not that of the turn of the end, and chart-dependent numbers. Force and
-/// couple reach the same fold, with the same B, M0, D0, and along the curve of folds A_force dforce + A_couple
-/// dcouple = 0.
+/// Catches a work of a couple that is not that of the turn of the end, and chart-dependent numbers. Force and couple
+/// reach the same fold, with the same B, M0, D0, and along the curve of folds A_force dforce + A_couple dcouple = 0.
 #[test]
 fn couples_reach_the_fold_of_a_force() {
     let by_force = |couple: f64| {

@@ -1,5 +1,5 @@
-//! Delay of assemblies and taut rods at the folds of their branches: comparison with single rods, closed forms,
-//! small motions, and another chart.
+//! Delay of assemblies and taut rods at the folds of their branches: comparison with single rods, closed forms, small
+//! motions, and another chart.
 
 use crate::assembly_branches::arch;
 use crate::support::near;
@@ -47,9 +47,8 @@ fn at_the_fold(of: [f64; 3]) -> f64 {
     (4.0 * b - a) / 3.0
 }
 
-/// Catches a wrong length of the critical direction of bodies and rods, and a wrong mass or friction of rods that
-/// move at both ends. The arch with a massless crown is twice its half, whose end slides in a groove under half the
-/// load.
+/// Catches a wrong length of the critical direction of bodies and rods, and a wrong mass or friction of rods that move
+/// at both ends. The arch with a massless crown is twice its half, whose end slides in a groove under half the load.
 #[test]
 fn an_arch_leaves_its_folds_as_its_half_does() {
     let whole = folds(&followed(&format!(
@@ -99,8 +98,8 @@ points = 400
 
 /// Catches bars between ball joints whose mass or friction is left out, and a spin about their chord with momentum;
 /// also an omitted mass of the body. Four elastic bars, as a flat pyramid, have their fold in closed form. With tip
-/// height z, length L, half span b: P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5, M0 = body + 4 (m/3
-/// + j (b/L^2)^2), D0 = 4 EA (z/L)^2 for z moved by 1.
+/// height z, length L, half span b: P = 4 EA (1/L - 1) z, fold at L^3 = b^2, B = 6 EA b^2 z/L^5. For z moved by 1:
+/// M0 = body + 4 (m/3 + j (b/L^2)^2), D0 = 4 EA (z/L)^2.
 #[test]
 fn a_pyramid_of_bars_has_its_closed_form() {
     let (b, stiffness, mass, rotary, tip) = (0.96_f64, 20.0, 0.3, 0.004, 0.5);
@@ -133,8 +132,8 @@ from = {{ position = [{x}, {y}, 0.0], joint = \"ball\" }}\nto = {{ body = \"tip\
 }
 
 /// Catches a load that turns with its body, treated as a load with a potential. Near the fold an eigenvalue of the
-/// small motions of the bodies on light rods has -s^2 = 2 sqrt(A B d)/M0. A, B and M0 are projections on the left
-/// null vector, which differs from the critical motion.
+/// small motions of the bodies on light rods has -s^2 = 2 sqrt(A B d)/M0. A, B and M0 are projections on the left null
+/// vector, which differs from the critical motion.
 #[test]
 fn loads_that_turn_with_bodies_have_their_own_fold() {
     let text = heavy_arch(1e-9, 1.0).replace(
@@ -180,8 +179,8 @@ fn loads_that_turn_with_bodies_have_their_own_fold() {
     near(at_the_fold(squares), expected, 1e-4);
 }
 
-/// Catches a fold in the chart of taut rods with other numbers than by the base wrench, which is accurate there:
-/// lam is between 6 and 12.
+/// Catches a fold in the chart of taut rods with other numbers than by the base wrench, which is accurate there: lam
+/// is between 6 and 12.
 #[test]
 fn taut_rods_fold_alike_in_both_charts() {
     let law = Linear::diagonal([1.1, 1.0], 0.75)

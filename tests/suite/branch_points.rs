@@ -3,7 +3,7 @@
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
 
-/// A rod that the body on its end pushes along its axis, or twists about it.
+/// A rod under axial push or twist by the body on the end.
 const STRAIGHT: &str = r#"
 [rod]
 model = "cosserat"
@@ -27,8 +27,8 @@ fn ended(set: &[&str]) -> (&'static str, f64, String) {
 }
 
 /// Catches a run that goes on along an unstable straight rod, slows down before the instability, or reports a fold.
-/// Between clamps a strut buckles at P (1 - P/EA) = 4 pi^2, a twisted rod at tan x = x, x half the couple
-/// (Greenhill), at times known in closed form. Round, nearly round and other sections, explicit and symmetric
+/// Between clamps a strut buckles at P (1 - P/EA) = 4 pi^2. A twisted rod buckles at tan x = x, x half the couple
+/// (Greenhill). The times are known in closed form. Round, nearly round and other sections, explicit and symmetric
 /// steps.
 #[test]
 fn straight_rods_stop_at_their_buckling_loads() {

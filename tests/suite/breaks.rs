@@ -17,7 +17,7 @@ fn recorded(text: &str) -> RunRecord {
     record
 }
 
-/// A rod unloaded to its fold, which is reached at t = [`FOLD`].
+/// A rod under decreasing load, with a fold at t = [`FOLD`].
 fn unloading(duration: f64, tolerance: f64, loads: &str) -> String {
     format!(
         "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n\
@@ -28,8 +28,8 @@ fn unloading(duration: f64, tolerance: f64, loads: &str) -> String {
 
 const FOLD: f64 = 0.025570197858357242;
 
-/// Catches a run that ends as stuck although only its end time, or a break of a load, lies at a fold or just before
-/// it, where time nearly stands still.
+/// Catches a run that ends as stuck because its end time, or a break of a load, lies at a fold or just before it,
+/// where time nearly stands still.
 #[test]
 fn ends_and_breaks_next_to_a_fold() {
     let before = [
@@ -72,8 +72,8 @@ fn a_break_within_a_rough_step() {
     assert!((rough - fine).norm() < 1e-8, "{rough} {fine}");
 }
 
-/// Catches a rod reported as lost at a break of its clamp's motion, because the last observation was behind the
-/// break. Time is slowed for a rod near a fold, in an assembly and alone.
+/// Catches a rod reported as lost at a break of its clamp's motion, because the last observation was behind the break.
+/// Time is slowed for a rod near a fold, in an assembly and alone.
 #[test]
 fn a_clamp_breaks_where_time_is_slowed() {
     let rod =
@@ -126,8 +126,8 @@ fn a_straight_start_on_a_turned_clamp() {
     }
 }
 
-/// Catches symmetric steps that stay short for good after a rejected step that had been cut at a break, in the
-/// plane and in space. Close rows of a table made thousands of steps out of a hundred.
+/// Catches symmetric steps that stay short for good after a rejected step that had been cut at a break, in the plane
+/// and in space. Close rows of a table made thousands of steps out of a hundred.
 #[test]
 fn a_break_shortens_no_symmetric_steps_behind_it() {
     let plane = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n\

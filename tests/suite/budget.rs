@@ -1,5 +1,4 @@
-//! Unit of processor time in which `.ci/run` counts the suite: fixed work that no change of the library makes
-//! faster.
+//! Unit of processor time in which `.ci/run` counts the suite: fixed work that no change of the library makes faster.
 
 /// Steps of a map on [0, 4], some three seconds of sines, roots and divisions.
 #[test]

@@ -51,8 +51,8 @@ fn plans_of_all_scenes() {
     }
 }
 
-/// Would catch a trial run that differs from the run. For a short scene the trial is the whole run, with its work;
-/// for a long one the steps per time predict the whole.
+/// Would catch a trial run that differs from the run. For a short scene the trial is the whole run, with its work; for
+/// a long one the steps per time predict the whole.
 #[test]
 fn trials_are_runs() {
     let pair = &pairs()[0];

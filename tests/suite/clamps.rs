@@ -97,8 +97,8 @@ fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair
 }
 
 /// Catches a wrong or missing inertial term in the frame of the clamp (Euler, Coriolis, centrifugal, acceleration),
-/// and a wrong start velocity. Reference: the motion in the world, m v' = R F + loads with q' = Dr^-1 (R^T (v - c'
-/// ) - angle' J r), integrated by Runge and Kutta's classical method.
+/// and a wrong start velocity. Reference: the motion in the world, m v' = R F + loads with q' = Dr^-1 (R^T (v - c' ) -
+/// angle' J r), integrated by Runge and Kutta's classical method.
 #[test]
 fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     let (amplitude, w, tilt) = (0.7, 2.0, 0.4);
@@ -159,8 +159,8 @@ fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
 }
 
 /// Catches an acceleration of the clamp that is not equivalent to the load -m c'' on the body, in elastic and
-/// viscoelastic motion, explicit and implicit; also a ledger without the support's work. A clamp of constant
-/// velocity changes nothing.
+/// viscoelastic motion, explicit and implicit; also a ledger without the support's work. A clamp of constant velocity
+/// changes nothing.
 #[test]
 fn a_shaken_clamp_is_a_load_in_time() {
     let direction = vector![0.6, 1.1];
@@ -306,8 +306,8 @@ fn late(rate: f64, drag: f64) -> f64 {
     }
     let start = vector![low, FRAC_PI_2];
     let lean = Elastica.point(&start).unwrap().pose.y;
-    // A turn towards the leaning side would only rotate the column. In the upright position the world's x axis is
-    // the clamp's -y axis.
+    // A turn towards the leaning side would only rotate the column. In the upright position the world's x axis is the
+    // clamp's -y axis.
     let clamp = Support::<2>::new(Pair::zeros(), FRAC_PI_2)
         .and_then(|s| {
             s.with_turning(History::Rate {
@@ -331,9 +331,9 @@ fn late(rate: f64, drag: f64) -> f64 {
     run.time() * rate - CATAPULT.to_radians()
 }
 
-/// Catches a clamp that turns at another rate than stated. A column under a dead load on a clamp turning past
-/// upright snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448 degrees at 1.5
-/// times Euler's load). The delay grows with the rate.
+/// Catches a clamp that turns at another rate than stated. A column under a dead load on a clamp turning past upright
+/// snaps back near the angle at which its equilibrium ends (Armanini et al. 2017: 13.53448 degrees at 1.5 times
+/// Euler's load). The delay grows with the rate.
 #[test]
 fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
     let late = [0.016, 0.002].map(|rate: f64| late(rate, 3.0));
@@ -342,8 +342,8 @@ fn a_catapult_turned_slowly_snaps_back_where_statics_says() {
     assert!((3.0..5.5).contains(&(late[0] / late[1])), "{late:?}");
 }
 
-/// The undamped catapult. The mass leaves an equilibrium that ends at the tabulated angle, with a delay as the rate
-/// to the power 4/5 (a ramp through a fold). Catches energy gained or lost by an elastic run over thousands of
+/// The undamped catapult. The mass leaves an equilibrium that ends at the tabulated angle, with a delay as the rate to
+/// the power 4/5 (a ramp through a fold). Catches energy gained or lost by an elastic run over thousands of
 /// oscillations.
 #[test]
 fn a_catapult_without_drag_is_late_by_the_power_of_four_fifths() {
@@ -385,8 +385,8 @@ fn a_short_pulse_is_not_passed_over() {
     assert!((kick - impulse / mass).norm() < 1e-5, "{kick}");
     let much_later = elastic_end(&struck, 0.9) - elastic_end(&plain(), 0.9);
     assert!(much_later.norm() > 0.1, "{much_later}");
-    // For any preceding step size: a third of these runs were stuck just before the pulse, because their steps saw
-    // too much of it.
+    // For any preceding step size: a third of these runs were stuck just before the pulse, because their steps saw too
+    // much of it.
     let exact = elastic_end(&struck, 0.9);
     for k in 0..24 {
         let tolerance = 10f64.powf(-8.0 - f64::from(k) / 6.0);
@@ -402,8 +402,8 @@ fn a_short_pulse_is_not_passed_over() {
     }
 }
 
-/// Catches wrong rates of change, kinks that are not breaks, and a smooth table other than the spline of degree 5
-/// at rest at its ends: a polynomial of that degree at rest at its ends must be reproduced.
+/// Catches wrong rates of change, kinks that are not breaks, and a smooth table other than the spline of degree 5 at
+/// rest at its ends: a polynomial of that degree at rest at its ends must be reproduced.
 #[test]
 fn histories_are_what_they_say() {
     let step = |t: f64| {

@@ -26,8 +26,8 @@ fn entry(object: &Value, matrix: &str, i: usize, j: usize) -> f64 {
     object[matrix][i][j].as_f64().unwrap()
 }
 
-/// Catches wrong numbers, and a table, figure or JSON file that disagrees with the printed text: the planar rod
-/// with a branch is a spring, a dashpot and a Maxwell element in parallel.
+/// Catches wrong numbers, and a table, figure or JSON file that disagrees with the printed text: the planar rod with a
+/// branch is a spring, a dashpot and a Maxwell element in parallel.
 #[test]
 fn a_planar_rod_with_a_branch() {
     let place = Place::new("memory-planar");

@@ -50,8 +50,8 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     if largest > 0.0 { off / largest } else { off }
 }
 
-/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, and a text
-/// that contradicts the summary.
+/// Catches columns, keys and files that are missing or in another order, a ledger that does not close, and a text that
+/// contradicts the summary.
 #[test]
 fn a_run_in_space_writes_its_files() {
     let place = Place::new("whirl");
@@ -215,8 +215,8 @@ fn a_turned_clamp_turns_everything() {
     }
 }
 
-/// Catches a start from an equilibrium or a pose whose strains are not those of the statics, or forces on the body of
-/// the wrong sign.
+/// Catches a start from an equilibrium or a pose with strains that differ from statics, or forces on the body of the
+/// wrong sign.
 #[test]
 fn an_equilibrium_stays_where_it_is() {
     let place = Place::new("stays");
@@ -393,8 +393,8 @@ fn a_twisted_rod_is_a_torsion_pendulum() {
     }
 }
 
-/// Catches an unsupported set of rigid strains that runs as another set, an inadmissible start, and messages
-/// without advice; `check` must find the faults that `run` finds.
+/// Catches an unsupported set of rigid strains that runs as another set, an inadmissible start, and messages without
+/// advice; `check` must find the faults that `run` finds.
 #[test]
 fn what_cannot_run_is_refused_by_name() {
     let place = Place::new("refused");

@@ -59,8 +59,8 @@ fn ctrl_c_and_sigterm_keep_what_was_computed() {
     }
 }
 
-/// Catches figures drawn in spite of a second Ctrl-C, and data lost by it: a pipe holds up the first figure until
-/// the second signal has come.
+/// Catches figures drawn in spite of a second Ctrl-C, and data lost by it: a pipe holds up the first figure until the
+/// second signal has come.
 #[cfg(unix)]
 #[test]
 fn a_second_ctrl_c_skips_the_figures() {
@@ -133,7 +133,7 @@ fn an_interrupted_branch_is_written() {
     }
 }
 
-/// Catches two runs that mix their tables in one directory, a lock that outlives its process, and files of an
+/// Catches two runs that mix their tables in one directory, and a lock that outlives its process. Catches files of an
 /// earlier run that are lost or cut if the next run is killed.
 #[cfg(unix)]
 #[test]
@@ -189,7 +189,7 @@ fn files_of_an_earlier_run_go() {
     assert_eq!(place.files("out"), expected);
 }
 
-/// A command; the files removed by it, each with the option that makes the file again.
+/// A command and the files removed by the command, each with the option for making the file again.
 type Removal<'a> = (&'a [&'a str], &'a [(&'a str, &'a str)]);
 
 /// Catches a page, archive or figure of an earlier run that a command removes silently. Catches also a message if
@@ -280,8 +280,8 @@ fn a_figure_that_cannot_be_made_is_a_warning() {
     assert!(place.join("out/surface.svg").exists());
 }
 
-/// Catches a warning of missing figures over time for a motion of zero duration: a body at the end of its groove
-/// that moves outward.
+/// Catches a warning of missing figures over time for a motion of zero duration: a body at the end of its groove that
+/// moves outward.
 #[test]
 fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
     let place = Place::new("at_start");
@@ -298,7 +298,7 @@ fn a_run_that_ends_at_its_start_has_no_motion_to_draw() {
     assert!(!answer.stderr.contains("is missing"), "{answer:?}");
 }
 
-/// Catches a starter scene that does not run, and one that overwrites an existing file.
+/// Catches a faulty starter scene, and one written over an existing file.
 #[test]
 fn new_scenes_are_sound() {
     let place = Place::new("new");
@@ -382,8 +382,8 @@ fn resolved_scenes_run_the_same() {
     }
 }
 
-/// Catches a resolved scene that is refused or differs, for every kind of scene that is bundled or that
-/// `snaprod new` writes.
+/// Catches a resolved scene that is refused or differs, for every kind of scene that is bundled or that `snaprod new`
+/// writes.
 #[test]
 fn resolved_scenes_are_scenes() {
     for folder in ["scenes", "src/cli/templates"] {

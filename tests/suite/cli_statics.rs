@@ -136,8 +136,8 @@ fn an_equilibrium_balances() {
     close(&found["energy"], stored, 1e-8);
 }
 
-/// Catches a wrong sign or frame, against independent numbers (a cantilever under a transverse force, and a rod
-/// bent to most of a circle); text whose numbers differ from the JSON; unrequested files.
+/// Catches a wrong sign or frame, against independent numbers (a cantilever under a transverse force, and a rod bent
+/// to most of a circle); text whose numbers differ from the JSON; unrequested files.
 #[test]
 fn cantilevers_agree_with_independent_numbers() {
     let place = Place::new("cantilever");
@@ -319,8 +319,7 @@ fn fold_curves_are_those_of_the_elastica() {
     let mut checked = 0;
     for i in 0..p.len() {
         let lambda = fx[i].hypot(fz[i]).sqrt();
-        // Beyond this load rods have a tight loop, and wrench and angle of a row no longer determine the rod to
-        // 1e-6.
+        // Beyond this load rods have a tight loop, and wrench and angle of a row no longer determine the rod to 1e-6.
         if lambda > 15.0 {
             continue;
         }
@@ -341,7 +340,7 @@ fn fold_curves_are_those_of_the_elastica() {
         );
     }
     assert!(checked > 100, "only {checked} rows");
-    // The index is empty only for loops so tight that the next fold cannot be distinguished.
+    // Very tight loops have an empty index: the next fold is too near to be distinguished.
     for (i, index) in table.texts("index").iter().enumerate() {
         let tight = fx[i].hypot(fz[i]) > 12.5 * 12.5;
         assert!(
@@ -354,8 +353,8 @@ fn fold_curves_are_those_of_the_elastica() {
     assert!(figure.contains("CP1") && figure.contains("end.position.z"));
 }
 
-/// Catches branches that are not switched at their branch points, or wrong ones: Euler's loads, and the
-/// post-buckled cantilever of the tables on both sides.
+/// Catches branches that are not switched at their branch points, or wrong ones: Euler's loads, and the post-buckled
+/// cantilever of the tables on both sides.
 #[test]
 fn switching_follows_buckled_columns() {
     let place = Place::new("switch");
@@ -459,8 +458,8 @@ fn deflation_finds_the_other_side() {
     }
 }
 
-/// Catches bad input that is accepted, panics or leaves files, and a message without the field, the admissible
-/// values or advice.
+/// Catches bad input that is accepted, panics or leaves files, and a message without the field, the admissible values
+/// or advice.
 #[test]
 fn bad_statics_are_refused() {
     let place = Place::new("bad-statics");

@@ -119,8 +119,8 @@ fn assert_touching(contact: &Contact, found: (f64, [f64; 2]), d: f64) {
     assert!(contact.gap.abs() < 1e-12);
 }
 
-/// Would catch a contact found late, at another pair, or between neighbours along the rod, and a contact found
-/// without request.
+/// Would catch a contact found late, at another pair, or between neighbours along the rod, and a contact found without
+/// request.
 #[test]
 fn a_rod_stops_where_its_end_touches_it() {
     let here = Isometry3::identity();
@@ -138,7 +138,7 @@ fn a_rod_stops_where_its_end_touches_it() {
     assert_eq!(contact.rods, [0, 0]);
     assert_touching(&contact, brute(&sample, [here; 2], [0, 0], d), d);
     assert!(opened < 1e-10, "the ledger opens by {opened:e}");
-    // The same time whatever the steps.
+    // The contact time does not depend on the steps.
     let (rough, ..) = stopped(&case, 0.1, 1e-7);
     assert!((rough.time() - sample.time()).abs() < 1e-7);
     let (_, none, _) = stopped(&thrown(&[link], 0.0), 0.03, 1e-9);
@@ -180,8 +180,8 @@ fn two_rods_stop_where_they_touch_each_other() {
     assert!(opened < 1e-9, "the ledger opens by {opened:e}");
 }
 
-/// Would catch a thickness that is not taken from the section or not scaled, a report without names and units, and
-/// a run from a start in contact.
+/// Would catch a thickness that is not taken from the section or not scaled, a report without names and units, and a
+/// run from a start in contact.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_stop_at_contact_and_say_where() {
@@ -247,8 +247,8 @@ fn scenes_stop_at_contact_and_say_where() {
             "joint = \"ball\"\n[start]\npose = { position = [0.3, 0.1, 0.3] }\n",
             "",
         );
-    // Without a support the start is not an equilibrium. A groove would hold the body, but lies across its
-    // velocity; a force is used.
+    // Without a support the start is not an equilibrium. A groove would hold the body, but lies across its velocity; a
+    // force is used.
     let at = ran(&scene("contact_diameter = 0.0\n")).branches[0]
         .first
         .force;

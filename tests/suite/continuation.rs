@@ -415,7 +415,7 @@ fn mixed(x: &SVector<f64, 6>, p: f64) -> Option<Parts<6>> {
         j[(k, 1)] = -(p * stiff).sin();
         s[k] = -(p * stiff).cos() * stiff * y[1];
     }
-    // Rows are mixed too, so that no entry is special.
+    // Rows are mixed too, to make all entries generic.
     let back = mixer::<6>().transpose() * SMatrix::from_fn(|i, k| if i == k { 1.0 } else { 0.1 });
     let mut parts = (back * f, back * j * mix, back * s);
     for i in 0..6 {
@@ -736,7 +736,7 @@ impl Family2 for CuspForm {
     }
 }
 
-/// The cusp in three mixed unknowns, two of them slaved with curved graphs of their own.
+/// The cusp in three mixed unknowns, two of them slaved with curved graphs.
 struct MixedCusp;
 
 impl Family2 for MixedCusp {

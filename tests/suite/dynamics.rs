@@ -213,8 +213,8 @@ fn the_error_falls_with_the_tolerance() {
     assert!(errors[3] < 1e-8, "{errors:?}");
 }
 
-/// Catches asymmetry between left and right: a chart evaluated differently for p < 0, a signed threshold. The
-/// mirrored run must agree to the last bit.
+/// Catches asymmetry between left and right: a chart evaluated differently for p < 0, a signed threshold. The mirrored
+/// run must agree to the last bit.
 #[test]
 fn the_mirror_image_of_a_run_is_the_run_of_the_mirror_image() {
     let (q, v) = snapping();
@@ -365,8 +365,8 @@ fn starts_on_folds_and_cusps_get_under_way() {
     }
 }
 
-/// Catches a viscous layer that "lands" on its own fold or does not settle, mostly near the straight rod (all is
-/// small there) and for loops (the energy is flat).
+/// Catches a viscous layer that "lands" on its own fold or does not settle, mostly near the straight rod (all is small
+/// there) and for loops (the energy is flat).
 #[test]
 fn every_fold_lands_lower_and_stable() {
     for number in 1..=2 {
@@ -389,9 +389,9 @@ fn every_fold_lands_lower_and_stable() {
     }
 }
 
-/// Catches a departure too far from the fold, or a fall in steps too coarse, which ends in another basin.
-/// Reference: the flow whose shapes are shown, ten times as accurate, from nearer the fold and in shorter steps,
-/// along the first fold curve up to lam = 14.
+/// Catches a departure too far from the fold, or a fall in steps too coarse, which ends in another basin. Reference:
+/// the flow whose shapes are shown, ten times as accurate, from nearer the fold and in shorter steps, along the first
+/// fold curve up to lam = 14.
 #[test]
 fn landings_are_those_of_a_more_careful_flow() {
     for k in 0..20 {

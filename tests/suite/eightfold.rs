@@ -127,8 +127,8 @@ fn came(
 }
 
 /// Catches vectorised slopes, samples inside long steps, folds and bounces that differ from those of sequential
-/// slopes; an omitted load in time or term of a moving clamp; and an unused fast path on wide registers: its steps
-/// are less than half as many.
+/// slopes; an omitted load in time or term of a moving clamp; and an unused fast path on wide registers: its steps are
+/// less than half as many.
 #[test]
 fn eight_at_once_are_one_by_one() {
     let wide = Registers::in_use().is_some();

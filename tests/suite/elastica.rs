@@ -200,9 +200,9 @@ fn slight_rods_keep_their_derivatives() {
     }
 }
 
-/// Catches cusps lost or doubled on steep curves (the loads of the twentieth change by 1.8 while p changes by
-/// 0.02), and points assigned to another curve. Each half of a fold curve has two cusps, at which its image
-/// reverses its direction.
+/// Catches cusps lost or doubled on steep curves (the loads of the twentieth change by 1.8 while p changes by 0.02),
+/// and points assigned to another curve. Each half of a fold curve has two cusps, at which its image reverses its
+/// direction.
 #[test]
 fn every_fold_curve_has_two_cusps() {
     for number in [1, 2, 5, 10, 16, 17, 18, 20] {
@@ -421,8 +421,8 @@ proptest! {
     }
 }
 
-/// Catches a load direction found as a small difference of angles, which destroys a small deflection. Reference:
-/// the beam under the axial load, y = F (1 - tanh b/b)/N under a pull N = b^2, F (tan b/b - 1)/|N| under a push.
+/// Catches a load direction found as a small difference of angles, which destroys a small deflection. Reference: the
+/// beam under the axial load, y = F (1 - tanh b/b)/N under a pull N = b^2, F (tan b/b - 1)/|N| under a push.
 #[test]
 fn a_load_nearly_along_the_rod_deflects_it_as_a_beam() {
     for along in [-2.3, -1.0, -1e-3, 1e-3, 1.0, 30.0, 2500.0, 1e5] {
@@ -463,8 +463,8 @@ fn the_index_grows_with_the_mode() {
     assert!(Elastica.index(&Vector2::new(far.p, far.w)).is_err());
 }
 
-/// Catches a rod at rest that does not balance its load, is unstable, or leans to the wrong side. Loads from slight
-/// to enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; a
+/// Catches a rod at rest that does not balance its load, is unstable, or leans to the wrong side. Loads from slight to
+/// enormous in all directions, and the cantilevers of the literature (transverse dead load, Mattiasson 1981; a
 /// slightly pushed column at 1.5 times Euler's load).
 #[test]
 fn a_settled_rod_carries_its_load() {

@@ -1,5 +1,4 @@
-//! Extreme scenes: units, tolerances, positions and loads at the ends of their ranges, and the effect of the last
-//! bit.
+//! Extreme scenes: units, tolerances, positions and loads at the ends of their ranges, and the effect of the last bit.
 
 use crate::stress_scenes::judged;
 use crate::support::worst;
@@ -190,8 +189,8 @@ fn apart(one: &[Track], other: &[Track]) -> f64 {
     most
 }
 
-/// A derived number, and the relative size of the input changes for its slope: small compared with the distance
-/// from a fold.
+/// A derived number, and the relative size of the input changes for its slope: small compared with the distance from a
+/// fold.
 struct Question {
     name: &'static str,
     at: Vec<f64>,
@@ -216,8 +215,8 @@ impl Question {
         }
     }
 
-    /// Condition number (relative change of the answer over that of the inputs): by differences, and by changes in
-    /// the last bits.
+    /// Condition number (relative change of the answer over that of the inputs): by differences, and by changes in the
+    /// last bits.
     fn condition(&self) -> (f64, f64) {
         let answer = (self.answer)(&self.at);
         let moved = |k: usize, by: f64| {
@@ -310,8 +309,8 @@ fn questions() -> Vec<Question> {
     ]
 }
 
-/// Catches a length, time or force of fixed size instead of one in the scene's units. Masses and stiffnesses over
-/// 40 decades are powers of two, which cause no rounding, so the motion is the same to the last bit.
+/// Catches a length, time or force of fixed size instead of one in the scene's units. Masses and stiffnesses over 40
+/// decades are powers of two, which cause no rounding, so the motion is the same to the last bit.
 #[test]
 fn masses_and_stiffnesses_over_forty_decades_are_units() {
     let home = Units([0; 3]);
@@ -359,9 +358,9 @@ fn the_finest_tolerances_are_kept() {
     }
 }
 
-/// Catches starts at the ends of the chart, with loads of a million, that panic, give NaN or infinite numbers, or
-/// are refused without a message: the end on an axis, on the clamp, at the largest distance below full reach, and
-/// rods taut or straight to the last bit.
+/// Catches starts at the ends of the chart, with loads of a million, that panic, give NaN or infinite numbers, or are
+/// refused without a message: the end on an axis, on the clamp, at the largest distance below full reach, and rods
+/// taut or straight to the last bit.
 #[test]
 fn starts_at_the_ends_of_the_chart_end_in_a_stated_outcome() {
     let places = [

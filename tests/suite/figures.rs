@@ -1,4 +1,4 @@
-//! Committed figures agree with those that the program draws.
+//! Agreement of the committed figures with the program's.
 
 use crate::program::{Place, parts};
 use snaprod::scene::Scene;
@@ -91,8 +91,8 @@ impl Hooks for Draws {
     }
 }
 
-/// Catches paths drawn from samples alone (the mass is thrown back ten times between two samples), paths that leave
-/// the motion or go back in time, costs for runs without figures, and times just after a step that no step
+/// Catches paths drawn from samples alone: the mass is thrown back ten times between two samples. Catches paths that
+/// leave the motion or go back in time, costs for runs without figures, and times just after a step that no step
 /// contains.
 #[test]
 #[ignore = "second tier: 6 s"]
@@ -146,8 +146,8 @@ fn motions_are_drawn_closer_than_their_samples() {
     }
 }
 
-/// Catches figures, of all kinds of runs, without descriptions for screen readers, with descriptions that are
-/// invalid XML, or with NaN; and a small motion drawn as a dot in a large disc.
+/// Catches figures, of all kinds of runs, without descriptions for screen readers, with descriptions that are invalid
+/// XML, or with NaN; and a small motion drawn as a dot in a large disc.
 #[test]
 fn figures_have_words_and_small_motions_a_panel() {
     let place = Place::new("words");

@@ -33,8 +33,8 @@ fn start() -> Equilibrium {
     Equilibrium::from_lambda_kappa(1.4, -0.9232).unwrap()
 }
 
-/// Ledgers at the start and the end of a planar motion with initial velocity `v` relative to the clamp; final
-/// position and velocity in the world.
+/// Ledgers at the start and the end of a planar motion with initial velocity `v` relative to the clamp; final position
+/// and velocity in the world.
 fn followed(
     at: &Equilibrium,
     support: &Support<2>,
@@ -102,15 +102,15 @@ fn lifted(v: &Vector2<f64>) -> Vector3<f64> {
     Vector3::new(v.x, v.y, 0.0)
 }
 
-/// Catches a missing or wrong centrifugal, Coriolis or Euler force of the rod. Reference: the rod in space between
-/// a support of the same motion and a point mass, with its inertia by its sections in the world.
+/// Catches a missing or wrong centrifugal, Coriolis or Euler force of the rod. Reference: the rod in space between a
+/// support of the same motion and a point mass, with its inertia by its sections in the world.
 #[test]
 fn the_plane_is_the_assembly_of_one_rod_on_the_same_support() {
     agrees_with_space(&start(), Vector2::new(0.2, 0.3), 0.3);
 }
 
-/// Planar and spatial first-order mass agree through a hard bounce, after which the mass is slow. Catches an
-/// inertia of the taut rod other than that of its sections.
+/// Planar and spatial first-order mass agree through a hard bounce, after which the mass is slow. Catches an inertia
+/// of the taut rod other than that of its sections.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn the_plane_is_the_assembly_through_a_hard_bounce() {
@@ -220,8 +220,8 @@ fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample
 }
 
 /// Catches inertia by velocities relative to the clamp: in the frame of the clamp and in the world, motion and
-/// energies are the same. Under a load along the rod, on a clamp that does not turn, the potential is counted from
-/// the clamp, and so is the clamp's work.
+/// energies are the same. Under a load along the rod, on a clamp that does not turn, the potential is counted from the
+/// clamp, and so is the clamp's work.
 #[test]
 fn a_clamp_in_space_is_a_support() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));

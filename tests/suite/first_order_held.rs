@@ -94,8 +94,8 @@ fn open([first, last]: &[AssemblySample; 2]) -> (f64, f64) {
     (change, last.ledger.work)
 }
 
-/// Catches inertia without the support's acceleration, and a support without the reaction: the ledger closes, with
-/// the work of a support that shakes and turns.
+/// Catches inertia without the support's acceleration, and a support without the reaction: the ledger closes, with the
+/// work of a support that shakes and turns.
 #[test]
 fn supports_that_move_do_the_work_of_what_the_rods_gain() {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.5, 0.2));
@@ -140,7 +140,7 @@ fn uniform_motion_is_not_felt() {
     assert!(work.abs() > 0.05 && error.abs() < 1e-10, "{work} {error:e}");
 }
 
-/// Catches inertia that moves a body across its groove, or ignores the groove's curvature.
+/// Catches inertia that moves a body across the groove, or ignores the groove's curvature.
 #[test]
 fn grooves_do_no_work() {
     let rod = Rod::new(1.2, linear()).unwrap();

@@ -25,8 +25,8 @@ fn between(rod: Rod, [a, b]: [Isometry3<f64>; 2]) -> Link {
     Link::pinned(rod, Attachment::body(0, a), Attachment::body(1, b))
 }
 
-/// Catches a wrong inertia of a straight bar. For any turn and stretch its velocity is linear between its ends, so
-/// the bar adds m/6 [2 1; 1 2] to the masses of its ends, and no force.
+/// Catches a wrong inertia of a straight bar. For any turn and stretch its velocity is linear between its ends, so the
+/// bar adds m/6 [2 1; 1 2] to the masses of its ends, and no force.
 #[test]
 fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
     let (masses, mass, stretch, axial) = ([1.3, 0.4], 0.3, 0.05, 300.0);
@@ -107,9 +107,9 @@ fn buckled() -> (Assembly, Configuration) {
     (assembly, now)
 }
 
-/// Catches a chart of a round rod that turns within the rod's curve although the spin is measured about the chord,
-/// and implicit steps without the spin: energy and momenta are constant with both kinds of steps, and both lead to
-/// the same end.
+/// Catches a chart of a round rod that turns within the rod's curve although the spin is measured about the chord, and
+/// implicit steps without the spin: energy and momenta are constant with both kinds of steps, and both lead to the
+/// same end.
 #[test]
 fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     let ends = [(Method::Explicit, 1e-10), (Method::Implicit, 1e-7)].map(|(method, bound)| {
@@ -139,8 +139,8 @@ fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
     assert!(a.1.turn.angle_to(&b.1.turn) < 1e-6 && (a.1.rate - b.1.rate).abs() < 1e-6);
 }
 
-/// Catches a fold found too late, and rod energy lost unrecorded where the mass is switched off before a fold, or
-/// on again after the landing: the ledger is closed at every event.
+/// Catches a fold found too late, and rod energy lost unrecorded where the mass is switched off before a fold, or on
+/// again after the landing: the ledger is closed at every event.
 #[test]
 fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     let (link, chart) = bent_against_its_rest_shape();
@@ -180,9 +180,9 @@ fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     assert!((coarser / unfelt - 1.0).abs() < 1e-4, "{coarser} {unfelt}");
 }
 
-/// Catches rod inertia with a constrained spin in small motions. A point on a crooked rod to the ground vibrates
-/// along the chord. Its frequency falls by the kinetic energy of the sections per change of the chord, less the
-/// part removed by a spin about it.
+/// Catches rod inertia with a constrained spin in small motions. A point on a crooked rod to the ground vibrates along
+/// the chord. Its frequency falls by the kinetic energy of the sections per change of the chord, less the part removed
+/// by a spin about it.
 #[test]
 fn small_motions_leave_the_spin_to_itself() {
     let (mass, body) = (0.01, 1.3);
@@ -247,9 +247,9 @@ fn small_motions_leave_the_spin_to_itself() {
     );
 }
 
-/// Catches a start with a spurious spin. Bodies set in motion by blows move the rod between them with the least
-/// energy compatible with their velocities, about its chord too (Kelvin). Any other spin rate has more energy,
-/// equally on both sides.
+/// Catches a start with a spurious spin. Bodies set in motion by blows move the rod between them with the least energy
+/// compatible with their velocities, about its chord too (Kelvin). Any other spin rate has more energy, equally on
+/// both sides.
 #[test]
 fn a_rod_between_moving_bodies_begins_with_the_least_energy() {
     let law = Linear::diagonal([1.0, 1.6], 0.8).unwrap();

@@ -35,8 +35,8 @@ fn pair(inertia: &str, eps: f64) -> String {
     )
 }
 
-/// Catches a spin equation, or a reaction of the spin on the bodies, that is wrong to first order. Compared with
-/// the full rod the bodies are off by the square of the rod's mass; without the correction, by its first power.
+/// Catches a spin equation, or a reaction of the spin on the bodies, that is wrong to first order. Compared with the
+/// full rod the bodies are off by the square of the rod's mass; without the correction, by its first power.
 #[test]
 #[ignore = "second tier: 23 s"]
 fn the_error_is_of_second_order_in_the_mass() {
@@ -50,8 +50,8 @@ fn the_error_is_of_second_order_in_the_mass() {
     assert!(order(1) > 1.7, "{errors:?}");
 }
 
-/// Catches a change of frequency that is not reported, or in wrong units: each of three straight bars from the
-/// ground adds a third of its mass to a point, for motion in any direction.
+/// Catches a change of frequency that is not reported, or in wrong units: each of three straight bars from the ground
+/// adds a third of its mass to a point, for motion in any direction.
 #[test]
 fn bars_lower_the_frequency_by_a_third_of_their_mass() {
     let (length, mass, body) = (0.7, 0.02, 1.5);

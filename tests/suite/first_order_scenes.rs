@@ -124,9 +124,9 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     assert!(damped.mass_notes().is_empty());
 }
 
-/// Catches a missing or wrong mass of a rod released from the straight shape, while still straight. Compared with
-/// the full rod, the end is off by the square of the mass; without the correction by the first power. The positions
-/// of the full rod at t = 0.4 are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and
+/// Catches a missing or wrong mass of a rod released from the straight shape, while still straight. Compared with the
+/// full rod, the end is off by the square of the mass; without the correction by the first power. The positions of the
+/// full rod at t = 0.4 are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and
 /// run.tolerance = 1e-7; with 8 nodes and 1e-9 they are the same to 1e-8.
 #[test]
 fn a_rod_that_is_held_straight_and_let_go_is_followed_to_first_order() {
@@ -167,9 +167,9 @@ tolerance = 1e-9
     assert!(told.contains("is followed to first order"), "{told}");
 }
 
-/// Catches the mass of a rod without its energy, weight or clamp motion, for rods that start straight or pass the
-/// straight shape, on a clamp that turns to and fro too. Catches vibrations there that exhaust the steps, and
-/// energy lost in the change of coordinates: each run has an energy of some 0.05 to 0.3, the last one 12.5.
+/// Catches a rod's mass without its energy, weight or clamp motion, for rods that start straight or pass the straight
+/// shape; the clamp may turn to and fro. Catches vibrations there that exhaust the steps, and energy lost in the
+/// change of coordinates: each run has an energy of some 0.05 to 0.3, the last one 12.5.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn straight_starts_keep_the_energy_of_the_rod() {
@@ -269,9 +269,9 @@ fn rods_of_assemblies_are_followed_too() {
     }
 }
 
-/// Order of the correction in space: the position of the body differs from that of the full rod by the order 2 of
-/// the rod's mass, without the correction by the order 1 (theory 3.9). A rod under its weight would start from
-/// another shape, so a dead load bends it.
+/// Order of the correction in space: the position of the body differs from that of the full rod by the order 2 of the
+/// rod's mass, without the correction by the order 1 (theory 3.9). A rod under its weight would start from another
+/// shape, so a dead load bends it.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn first_order_in_space_is_off_by_the_square_of_the_mass() {
@@ -315,8 +315,8 @@ fn first_order_in_space_is_off_by_the_square_of_the_mass() {
 
 /// Catches a mass that is lost, or vibrations, where the rod's end passes the straight shape. Driven across to and
 /// fro, the end differs from that of the full rod by the square of the mass. The positions of the full rod at t = 2
-/// are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance = 1e-7.
-/// Without its mass the end is off by 8.3e-3 and 2.5e-3.
+/// are those of `snaprod run` of this scene with rod.inertia = "full", rod.nodes = 4 and run.tolerance = 1e-7. Without
+/// its mass the end is off by 8.3e-3 and 2.5e-3.
 #[test]
 fn a_rod_passes_the_straight_one_with_its_mass() {
     let text = r#"
@@ -414,8 +414,8 @@ velocity = [0.1, 0.02, 0.03]
 duration = 0.25
 "#;
 
-/// Catches forces of the equilibrium alone, without the inertia and weight of the rod that the body feels. Mass
-/// times acceleration, by differences of velocities, is the force of rod, groove and gravity.
+/// Catches forces of the equilibrium alone, without the inertia and weight of the rod that the body feels. Mass times
+/// acceleration, by differences of velocities, is the force of rod, groove and gravity.
 #[test]
 fn forces_are_those_that_the_body_feels() {
     let weight = "loads.gravity=[0.3,-0.6]";
@@ -471,9 +471,9 @@ fn the_moment_at_which_mass_is_given_up_is_that_of_no_step() {
     }
 }
 
-/// A mass is shaken past the straight rod, swings and snaps. Catches a mass switched off although no fold is near:
-/// far from folds the normal form may predict a near one. In the plane the rod was without its mass for 0.207 and
-/// snapped 4e-4 too early, an error of the end of 1.8e-3. In space the base wrench locates folds.
+/// A mass is shaken past the straight rod, swings and snaps. Catches a mass switched off although no fold is near: far
+/// from folds the normal form may predict a near one. In the plane the rod was without its mass for 0.207 and snapped
+/// 4e-4 too early, an error of the end of 1.8e-3. In space the base wrench locates folds.
 #[test]
 fn mass_is_given_up_before_snaps_only() {
     let loads = |across: &str, dead: &str| {
@@ -501,9 +501,8 @@ fn mass_is_given_up_before_snaps_only() {
 }
 
 /// Catches a mass switched off or on at the end of a step, or not at all if the interval is shorter than a step.
-/// Catches a passage by the straight rod that begins or ends so, or is misplaced by rounding. Catches a loss of
-/// digits at the transition from push to pull, which made a hundred times as many steps. Ends were up to 0.08
-/// apart.
+/// Catches a passage by the straight rod that begins or ends so, or is misplaced by rounding. Catches a loss of digits
+/// at the transition from push to pull, which made a hundred times as many steps. Ends were up to 0.08 apart.
 #[test]
 fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     let clamp = "[clamp]\nposition = [0.2, -0.3]\nangle = 0.4\nmotion = { translate = { direction = [1.0, 0.5], amplitude = 0.1, frequency = 0.8, phase = 0.3 }, \
@@ -540,9 +539,9 @@ fn what_is_felt_of_a_mass_does_not_depend_on_the_tolerance() {
     }
 }
 
-/// Two rods in space that are pressed in and pulled out, without snaps. Catches a mass switched off or on at the
-/// end of a step, or not at all if the interval is shorter than a step (an end was off by 2e-4). Catches energy
-/// created when the mass is switched on again (0.28, with an initial energy of 0.25).
+/// Two rods in space that are pressed in and pulled out, without snaps. Catches a mass switched off or on at the end
+/// of a step, or not at all during a short interval (an end was off by 2e-4). Catches energy created when the mass is
+/// switched on again (0.28, with an initial energy of 0.25).
 #[test]
 #[ignore = "second tier: 37 s"]
 fn what_is_felt_of_a_mass_in_space_does_not_depend_on_the_tolerance() {

@@ -48,8 +48,8 @@ fn form(assembly: &Assembly, now: &Configuration, a: &[Vector6<f64>], b: &[Vecto
     0.5 * (energy(1.0) - energy(-1.0))
 }
 
-/// A cube whose centre of mass may be off its reference point.
-pub fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
+/// A cube; `offset` leads from the reference point to the centre of mass.
+pub fn block(mass: f64, offset: [f64; 3]) -> Carrier {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
     HeavyBody::rigid(body.with_centre(offset.into()).unwrap())

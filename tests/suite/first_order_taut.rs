@@ -1,5 +1,5 @@
-//! First-order mass of taut rods (theory 3.6, 3.9): comparison with the base wrench, closed forms and the integrals
-//! of the motion.
+//! First-order mass of taut rods (theory 3.6, 3.9): comparison with the base wrench, closed forms and the integrals of
+//! the motion.
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
@@ -44,8 +44,8 @@ fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
     HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
 }
 
-/// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without end couple at a
-/// ball joint.
+/// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without end couple at a ball
+/// joint.
 fn pulled(link: &Link, lam: f64, random: &mut impl FnMut() -> f64) -> Vector6<f64> {
     let pull = Vector3::new(0.6 * random(), 0.6 * random(), 1.0).normalize();
     let axis = Vector3::z().cross(&pull);
@@ -61,9 +61,9 @@ fn pulled(link: &Link, lam: f64, random: &mut impl FnMut() -> f64) -> Vector6<f6
     found.base.component_div(&link.units())
 }
 
-/// Catches a wrong variation, term of the second derivative, position of a rate or unit. Accelerations of two free
-/// bodies, and energy, centre and momenta of the rod between them, must agree between the chart by the base wrench
-/// and the chart by the force and both ends. At a ball joint the base wrench loses exp(2 lam) times rounding.
+/// Catches a wrong variation, term of the second derivative, position of a rate or unit. Compared are accelerations of
+/// two free bodies, and energy, centre and momenta of the rod between them. The chart by the base wrench and the chart
+/// by the force and both ends must agree. At a ball joint the base wrench loses exp(2 lam) times rounding.
 #[test]
 fn taut_rods_weigh_what_their_base_wrench_says() {
     let mut random = random();
@@ -161,9 +161,9 @@ fn across(lam: f64) -> f64 {
     (straight + layer + 2.0 * both) / (lam - t).powi(2)
 }
 
-/// Catches loss of digits where the base wrench has none. On a straight tight wire the transverse mass at the end
-/// is that of the beam's static shape, in the limit a third of the rod's; the axial mass and the inertia about the
-/// axis are a third.
+/// Catches loss of digits where the base wrench has none. On a straight tight wire the transverse mass at the end is
+/// that of the beam's static shape, in the limit a third of the rod's; the axial mass and the inertia about the axis
+/// are a third.
 #[test]
 fn a_tight_wire_weighs_a_third() {
     for lam in [30.0, 100.0, 300.0, 1000.0_f64] {
@@ -354,8 +354,8 @@ duration = 0.08
 tolerance = 1e-9
 "#;
 
-    /// Catches a wrong mass matrix of a taut rod in the frequencies of small motions. A rod with full mass lowers
-    /// the lowest frequency equally, up to the order of the mass.
+    /// Catches a wrong mass matrix of a taut rod in the frequencies of small motions. A rod with full mass lowers the
+    /// lowest frequency equally, up to the order of the mass.
     #[test]
     #[ignore = "second tier: 3 s"]
     fn frequencies_of_a_taut_pendulum_are_those_of_the_full_rod() {
@@ -394,8 +394,8 @@ tolerance = 1e-9
             .collect()
     }
 
-    /// Order of the correction on a taut rod: the position of the body differs from that of the full rod by the
-    /// order 2 of the rod's mass, without the correction by the order 1.
+    /// Order of the correction on a taut rod: the position of the body differs from that of the full rod by the order
+    /// 2 of the rod's mass, without the correction by the order 1.
     #[test]
     #[ignore = "second tier: 10 s"]
     fn first_order_of_a_taut_rod_is_off_by_the_square_of_the_mass() {

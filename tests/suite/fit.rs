@@ -45,9 +45,9 @@ fn fit(scene: &str, data: &str, free: &[&str], given: &[&str], noise: &[(&str, f
     fit.best(found, 3, &mut Silent).unwrap()
 }
 
-/// Frequencies at five masses with explicit errors: omega = x g with x = sqrt(EI) is linear in x, so that the best
-/// x and its standard error are those of a regression through the origin. Catches a wrong weight, Jacobian,
-/// variance or degree of freedom.
+/// Frequencies at five masses with explicit errors: omega = x g with x = sqrt(EI) is linear in x, so that the best x
+/// and its standard error are those of a regression through the origin. Catches a wrong weight, Jacobian, variance or
+/// degree of freedom.
 #[test]
 fn frequencies_give_the_stiffness_of_the_regression() {
     let errors = [0.011, -0.007, 0.004, -0.012, 0.009];
@@ -88,8 +88,8 @@ fn frequencies_give_the_stiffness_of_the_regression() {
         }
         assert_eq!(found.freedom, 4);
     }
-    // With known noise the standard error follows from the noise, whatever the residual; a repeated measurement
-    // counts twice.
+    // With known noise the standard error follows from the noise, whatever the residual; a repeated measurement counts
+    // twice.
     let twice = data.clone() + data.split_once('\n').unwrap().1;
     let noise = [("modes.angular_frequencies.0", 0.02)];
     let free = ["rod.bending_stiffness=0.5:4"];
@@ -132,8 +132,8 @@ fn what_the_data_do_not_tell_is_said() {
     );
 }
 
-/// Positions determine EI/m alone. Catches a rank decided below the accuracy of the differences, which gave errors
-/// of 42511 in ranges of length 2. Catches remarks that name no fields or wrong ones, and a determined field called
+/// Positions determine EI/m alone. Catches a rank decided below the accuracy of the differences, which gave errors of
+/// 42511 in ranges of length 2. Catches remarks that name no fields or wrong ones, and a determined field called
 /// undetermined.
 #[test]
 fn fields_that_a_motion_does_not_tell_apart_are_named() {
@@ -264,8 +264,8 @@ fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     );
 }
 
-/// A noiseless trajectory gives back its parameters, with missing cells and rows in any order: catches columns or
-/// rows that are mixed up.
+/// A noiseless trajectory gives back its parameters, with missing cells and rows in any order: catches columns or rows
+/// that are mixed up.
 #[test]
 fn a_trajectory_gives_back_what_made_it() {
     let noise = [("x", 1e-3), ("vy", 1e-3)];
@@ -289,8 +289,8 @@ fn a_trajectory_gives_back_what_made_it() {
     for (one, truth) in found.parameters.iter().zip([1.7, 0.2]) {
         assert!((one.value / truth - 1.0).abs() < 1e-6, "{one:?}");
     }
-    // A drag whose range excludes the true value stays at its bound: stiffness and standard error are those for
-    // this drag.
+    // A drag whose range excludes the true value stays at its bound: stiffness and standard error are those for this
+    // drag.
     let walled = fit(SCENE, &data, &[free[0], "loads.drag=0.3:0.5"], &[], &noise);
     let alone = fit(
         &SCENE.replace("drag = 0.2", "drag = 0.3"),
@@ -329,8 +329,8 @@ fn measured(scene: &str, vary: &str, columns: &[&str]) -> String {
     names + "\n" + &rows.lines().map(row).collect::<String>()
 }
 
-/// Catches an empty cell compared with the model: without a snap there is no snap time, in the measurement and in
-/// the fit.
+/// Catches an empty cell compared with the model: without a snap there is no snap time, in the measurement and in the
+/// fit.
 #[test]
 fn what_was_not_measured_is_not_asked() {
     let snap = include_str!("../../scenes/snap.toml");
@@ -350,8 +350,8 @@ fn what_was_not_measured_is_not_asked() {
     assert!((mass.value - 1.0).abs() < 1e-6, "{mass:?}");
 }
 
-/// Catches a field moved by rounding to an end of its range: a force in the plane of 2 and 3 has no effect on
-/// bending out of it.
+/// Catches a field moved by rounding to an end of its range: a force in the plane of 2 and 3 has no effect on bending
+/// out of it.
 #[test]
 fn a_field_on_which_nothing_depends_is_told() {
     let beam = r#"
@@ -384,12 +384,12 @@ force = [0.0, -0.5, 0.0]
     assert!(found.remarks.iter().any(told), "{:?}", found.remarks);
 }
 
-/// Catches a missing number of the model used as if present: the differences were NaN, and the field was said to
-/// have no effect.
+/// Catches a missing number of the model used as if present: the differences were NaN, and the field was said to have
+/// no effect.
 #[test]
 fn a_model_without_a_number_is_refused_by_row_and_column() {
-    // Released straight under its load, the rod with friction starts far from equilibria; the row before has
-    // nothing to compare.
+    // Released straight under its load, the rod with friction starts far from equilibria; the row before has nothing
+    // to compare.
     let scene =
         SWING.replace("[body]", "damping = 0.5\n[body]") + "[loads]\ngravity = [0.0, -1.0]\n";
     let data = Data::parse("t,lam,y\n0.01,,\n0.02,,0.0\n0.05,2.1,\n0.1,2.2,0.1\n").unwrap();

@@ -1,5 +1,5 @@
-//! Fold passages of rods with friction and mass in assemblies: comparison with a single rod, the light assembly,
-//! and the statics of the rod.
+//! Fold passages of rods with friction and mass in assemblies: comparison with a single rod, the light assembly, and
+//! the statics of the rod.
 
 use crate::support::number_at;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
@@ -55,22 +55,22 @@ fn kicked(ends: &str) -> Scene {
     ))
 }
 
-/// Catches wrong strains, ends or units of a link. One rod between the ground and a body passes its fold together
-/// with the same rod in a scene without names, counted from either end.
+/// Catches wrong strains, ends or units of a link. One rod between the ground and a body passes its fold together with
+/// the same rod in a scene without names, counted from either end.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     let from = format!(
         "from = {{ position = [0.0, 0.0, 0.0], quaternion = {ALONG_X} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n"
     );
-    // Directors at the rod's end: those at its beginning turned by pi about d1.
+    // End directors of the rod: the initial ones turned by pi about d1.
     let back = "from = { body = \"m\", joint = \"ball\" }\n\
                 to = { position = [0.0, 0.0, 0.0], quaternion = [-0.7071067811865476, 0.0, 0.7071067811865476, 0.0] }\n";
     let assembly = kicked(&from);
     let setup = AssemblySetup::new(&assembly).unwrap();
     let (start, _) = setup.start().unwrap();
     let record = ran(&assembly);
-    // The equilibrium of a rod with as many nodes.
+    // Start position by the discretised rod of the assembly.
     let place = record.branches[0].first.bodies[0].pose.translation.vector;
     let wrench = setup.base_wrenches(&start).unwrap()[0];
     let text = format!(
@@ -108,8 +108,8 @@ fn one_rod_of_an_assembly_passes_the_fold_of_the_single_rod() {
     }
 }
 
-/// Two arches of different length and stiffness in a row, with a heavy body between them that turns and tilts; in
-/// the units of the first.
+/// Two arches of different length and stiffness in a row, with a heavy body between them that turns and tilts; in the
+/// units of the first.
 fn arches(of: &str) -> Scene {
     parsed(&format!(
         "[[rod]]\nname = \"right\"\nmodel = \"cosserat\"\nlength = 1.25\n{of}\
@@ -124,9 +124,9 @@ fn arches(of: &str) -> Scene {
     ))
 }
 
-/// Catches a fold of another rod, at another time or place. Integrated from the wrench of the event, the rod ends
-/// at the body's position at that time, and its end map is singular there. The light rods snap at that time, up to
-/// the first power of mass and friction.
+/// Catches a fold of another rod, at another time or place. Integrated from the wrench of the event, the rod ends at
+/// the body's position at that time, and its end map is singular there. The light rods snap at that time, up to the
+/// first power of mass and friction.
 #[test]
 #[ignore = "second tier: 6 s"]
 fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
@@ -148,8 +148,8 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
 
-/// Asserts a fold of the right arch under the wrench of the event, with the end at the body and the ground; the
-/// same for the landing.
+/// Asserts a fold of the right arch under the wrench of the event, with the end at the body and the ground; the same
+/// for the landing.
 fn held_by(scene: &Scene, fold: &Value) {
     let t = number_at(fold, "/t");
     let prepared = AssemblyPrepared::new(scene).unwrap();

@@ -1,5 +1,5 @@
-//! Fold passages in space, by rods with friction or mass, of the light rod: comparison with the plane, and with
-//! light rods in space.
+//! Fold passages in space, by rods with friction or mass, of the light rod: comparison with the plane, and with light
+//! rods in space.
 
 use crate::support::number_at;
 use serde_json::Value;
@@ -51,8 +51,8 @@ fn flat(set: &[&str]) -> Scene {
     Scene::parse_with(PLANE, set).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-/// The planar scene as a rod in space, stiff out of the plane of x and y: its base has d1 across the plane, d3
-/// along x.
+/// The planar scene as a rod in space, stiff out of the plane of x and y: its base has d1 across the plane, d3 along
+/// x.
 fn lifted(set: &[&str]) -> Scene {
     let at = Equilibrium::from_lambda_p(6.3, 0.6_f64.atanh()).unwrap();
     let curvature = at.section(0.0).unwrap().curvature;
@@ -95,7 +95,7 @@ const OUT: [&str; 3] = [
     "run.duration=0.03",
 ];
 
-/// An arch between two clamps, one of them a heavy body that turns and tilts.
+/// An arch between two clamps, one of them a heavy body with spin and tilt.
 fn arch(set: &[&str]) -> Scene {
     let text = r#"
 [rod]
@@ -123,9 +123,9 @@ tolerance = 1e-8
     scene
 }
 
-/// Catches a fold at another time or place, another landing, or another normal form than in the plane, where the
-/// chart is different. Catches energies other than those at the fold, taken between two steps. A, B, M0, D0 belong
-/// to a length in the chart; the delays and eta D0 T_i/(eps M0) do not.
+/// Catches a fold at another time or place, another landing, or another normal form than in the plane, where the chart
+/// is different. Catches energies other than those at the fold, taken between two steps. A, B, M0, D0 belong to a
+/// length in the chart; the delays and eta D0 T_i/(eps M0) do not.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_planar_rod_passes_the_same_fold_in_space() {
@@ -160,7 +160,7 @@ fn a_planar_rod_passes_the_same_fold_in_space() {
     }
 }
 
-/// As the friction goes to 0 the fold passage of a rod tends to the snap of the elastic rod, at the same place and
+/// Limit of vanishing friction: the fold passage of a rod tends to the snap of the elastic rod, at the same place and
 /// with the same landing. A rod on a ball joint that leaves its plane, and a welded one. Catches a fold that is
 /// missed, out of place, or on another sheet.
 #[test]
@@ -201,8 +201,8 @@ fn folds_in_space_come_to_the_snaps_of_light_rods() {
     }
 }
 
-/// As its mass goes to 0 a rod with full mass passes the fold together with the rod with friction alone, by the
-/// order of the mass; the energies balance.
+/// As its mass goes to 0 a rod with full mass passes the fold together with the rod with friction alone, by the order
+/// of the mass; the energies balance.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn folds_in_space_come_to_those_of_rods_without_mass() {
@@ -236,9 +236,9 @@ fn folds_in_space_come_to_those_of_rods_without_mass() {
     assert!((0.9..1.3).contains(&order), "{late:?}");
 }
 
-/// Catches a wrong delay. The time from the fold of the light rod to the largest dissipation tends to 2.338 T_v of
-/// theory 2.8 as the friction goes to 0, with a polynomial in eta^(1/3). Fold, delay and layer are computed
-/// independently: by the accompanying light rod, its normal form, the strains of the rod.
+/// Catches a wrong delay between the fold of the light rod and the largest dissipation: 2.338 T_v of theory 2.8 in the
+/// limit of vanishing friction, with a polynomial in eta^(1/3). Fold, delay and layer are computed independently: by
+/// the accompanying light rod, its normal form, the strains of the rod.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn rods_with_friction_leave_their_fold_when_the_normal_form_says() {

@@ -59,8 +59,8 @@ fn assert_end(found: &Value, want: &Isometry3<f64>, what: &str) {
     assert!(off <= 1e-7, "{what}: the end is turned {off:e} too far");
 }
 
-/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is detached from
-/// its base.
+/// Would catch a rod with a free end that loads its base, stores energy, counts in the index, or is detached from its
+/// base.
 #[test]
 fn at_rest_a_free_rod_rides_and_bears_nothing() {
     let (with, without) = (

@@ -1,5 +1,5 @@
-//! Friction and memory of rods with variable or anisotropic sections: comparison with the reversed rod, and with
-//! the plane.
+//! Friction and memory of rods with variable or anisotropic sections: comparison with the reversed rod, and with the
+//! plane.
 
 use snaprod::scene::Scene;
 use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
@@ -24,8 +24,8 @@ fn ended<const N: usize>(text: &str, names: [&str; N]) -> [f64; N] {
     names.map(|name| *tables[0].reals(name).last().unwrap())
 }
 
-/// A planar rod of EI = 1.3 in the strongly thinning range, released bent under its weight, and the same rod in
-/// space about its weak axis. Catches a thinning onset by the stiffness of the wrong axis, which is 130.
+/// A planar rod of EI = 1.3 in the strongly thinning range, released bent under its weight, and the same rod in space
+/// about its weak axis. Catches a thinning onset by the stiffness of the wrong axis, which is 130.
 #[test]
 fn a_power_of_the_rate_about_the_weak_axis_is_that_of_the_plane() {
     let rest = "[run]\nduration = 0.3\ntolerance = 1e-9\nsamples = 2\n[body]\nmass = 1.0\n";
@@ -52,8 +52,8 @@ fn a_power_of_the_rate_about_the_weak_axis_is_that_of_the_plane() {
     }
 }
 
-/// A tapered rod with power-law friction moves as the reversed rod, which is thin at the base. Catches an onset by
-/// the stiffness of the section at the base.
+/// A tapered rod with power-law friction moves as the reversed rod, which is thin at the base. Catches an onset by the
+/// stiffness of the section at the base.
 #[test]
 fn a_power_of_the_rate_does_not_know_the_base() {
     let scene = |ends: &str, bending: [&str; 2]| {
@@ -79,8 +79,8 @@ fn a_power_of_the_rate_does_not_know_the_base() {
     }
 }
 
-/// A branch in proportion to the section requires a constant stiffness along the rod, but not constant rest
-/// strains. Catches a curved rod called variable, a modulus other than the section's, and an accepted tapered rod.
+/// A branch in proportion to the section requires a constant stiffness along the rod, but not constant rest strains.
+/// Catches a curved rod called variable, a modulus other than the section's, and an accepted tapered rod.
 #[test]
 fn branches_are_in_proportion_to_rods_that_are_bent_at_rest() {
     const FULL: &str = "stiffness = [[1.0, 0.1, 0.2, 0.5, 0.0, 0.3], [0.1, 1.6, -0.1, 0.0, 0.2, 0.4], [0.2, -0.1, 0.7, 0.1, 0.3, -0.6], \

@@ -1,5 +1,5 @@
-//! Properties of the scene reader and of the kernels for arbitrary input. `fuzz/` generates inputs with a fuzzer;
-//! the suite uses the inputs kept in `fuzz/seeds/`.
+//! Properties of the scene reader and of the kernels for arbitrary input. `fuzz/` generates inputs with a fuzzer; the
+//! suite uses the inputs kept in `fuzz/seeds/`.
 
 use nalgebra::{Vector2, Vector6};
 use snaprod::elastica::{
@@ -15,8 +15,7 @@ use snaprod::section::Linear;
 /// `Err` with a description if a required property fails.
 pub type Held = Result<(), String>;
 
-/// A scene; lines that begin with `--set ` are overrides. The scene is read, or every fault has its place and
-/// message.
+/// A scene; lines that begin with `--set ` are overrides. The scene is read, or every fault has its place and message.
 pub fn reader(input: &[u8]) -> Held {
     let Ok(text) = std::str::from_utf8(input) else {
         return match Scene::from_bytes(input) {

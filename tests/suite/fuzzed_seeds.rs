@@ -33,8 +33,8 @@ fn kernels_answer_whatever_they_are_given() {
     });
 }
 
-/// Catches a field of another kind of scene that is read although it was reported: a block, which only bars have,
-/// of a mass on a strip. Its own fields were reported, too, and with assertions compiled the reader aborted.
+/// Catches a field of another kind of scene that is read although it was reported: a block, which only bars have, of a
+/// mass on a strip. Its own fields were reported, too, and with assertions compiled the reader aborted.
 #[test]
 fn a_field_of_another_kind_is_reported_once() {
     let text = r#"

@@ -38,8 +38,7 @@ fn statics_ends_where_the_groove_does() {
     );
 }
 
-/// Catches bodies that slide out of a groove from its very end, on light and heavy rods, and bodies that cannot
-/// enter.
+/// Catches bodies that slide out of a groove from its very end, on light and heavy rods, and bodies that cannot enter.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn bodies_leave_the_end_at_once_or_come_back() {
@@ -116,8 +115,8 @@ fn no_body_turns_back_beyond_the_end() {
     }
 }
 
-/// Catches the wrong one of two bodies that reach the ends of their grooves within one step, or a wrong moment:
-/// with another body in a slightly longer groove, the first ends its run as when alone.
+/// Catches the wrong one of two bodies that reach the ends of their grooves within one step, or a wrong moment: with
+/// another body in a slightly longer groove, the first ends its run as when alone.
 #[test]
 fn the_first_of_two_bodies_ends_the_run() {
     let part = |name: &str, x: f64, end: f64| {

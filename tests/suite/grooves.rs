@@ -76,8 +76,8 @@ fn a_groove_is_drawn_beside_the_way() {
     assert!(spline.beside(&[], 1.0).is_empty());
 }
 
-/// Would catch a wrong curve, sign or mass in the equation along the groove, or a groove force that differs from
-/// the other program's.
+/// Would catch a wrong curve, sign or mass in the equation along the groove, or a groove force that differs from the
+/// other program's.
 #[test]
 fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
     let data = json("space/support_groove_given.json");
@@ -147,7 +147,7 @@ fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
     assert_eq!(count, 1, "the data have a groove");
 }
 
-/// A rigid body, its centre of mass beside the groove, with a rotor and drag, on two rods.
+/// A rigid body, its centre of mass off the groove, with a rotor and drag, on two rods.
 fn slider(groove: Groove) -> (Assembly, Configuration) {
     let inertia = Matrix3::new(0.3, 0.02, 0.01, 0.02, 0.2, -0.03, 0.01, -0.03, 0.25);
     let body = RigidBody::new(2.0, inertia)
@@ -210,8 +210,8 @@ fn wavy(closed: bool) -> Groove {
 }
 
 /// Rates of momentum and of angular momentum about the centre of mass, by differences in time, equal the action of
-/// rods, loads and groove; the groove force is normal to the groove. Would catch a groove force with a wrong lever
-/// or mass, a spin without its share, knots inside steps, a groove that does work.
+/// rods, loads and groove; the groove force is normal to the groove. Would catch a groove force with a wrong lever or
+/// mass, a spin without its share, knots inside steps, a groove that does work.
 #[test]
 fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
     let circle = Groove::circle(
@@ -274,7 +274,7 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
 }
 
 /// The stiffness against second differences of the energy with the rods' ends held, at an equilibrium. Would catch a
-/// groove whose curvature is left out, or a body whose freedoms are mixed up; and an equilibrium that is none.
+/// groove without its curvature, interchanged freedoms of the body, and a false equilibrium.
 #[test]
 fn statics_in_a_groove_is_that_of_the_energy() {
     let (assembly, now) = slider(wavy(true));
@@ -352,8 +352,8 @@ fn a_body_stops_at_the_end_of_its_groove() {
     assert!(last.time() > 0.0 && last.time() < 2.0);
 }
 
-/// Splines: interpolation, four continuous derivatives, a circle to the order of the degree, correct ends. Would
-/// catch a wrong coefficient or a wrong row of their equations.
+/// Splines: interpolation, four continuous derivatives, a circle to the order of the degree, correct ends. Would catch
+/// a wrong coefficient or a wrong row of their equations.
 #[test]
 fn splines_are_smooth_and_go_through_their_points() {
     let on = |a: f64| Vector3::new(a.cos(), a.sin(), 0.3 * (2.0 * a).cos());
@@ -403,9 +403,9 @@ fn splines_are_smooth_and_go_through_their_points() {
     assert!(Groove::line(Vector3::zeros(), Vector3::zeros()).is_err());
 }
 
-/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove
-/// in statics. Would catch a groove that is not scaled or not relative to its clamp, columns missing or in the
-/// wrong axes, an accepted start beside the groove.
+/// The data's mass in its circular groove as scenes in odd units, alone and as an assembly, and a straight groove in
+/// statics. Would catch a groove that is not scaled or not relative to its clamp, columns missing or in the wrong
+/// axes, an accepted start beside the groove.
 #[cfg(feature = "scene")]
 #[test]
 fn scenes_have_grooves_and_report_their_force() {

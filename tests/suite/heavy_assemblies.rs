@@ -264,7 +264,7 @@ fn roots(f: impl Fn(f64) -> f64, count: usize) -> Vec<f64> {
     found
 }
 
-/// Each closed form among what was found, to a relative 1e-8.
+/// Asserts that every closed form is among the values found, to a relative 1e-8.
 fn all_among(found: &[f64], wanted: &[f64], what: &str) {
     for want in wanted {
         let nearest = found.iter().map(|x| (x / want - 1.0).abs());
@@ -302,8 +302,8 @@ fn on(body: usize) -> Attachment {
 }
 
 /// Catches wrong multipliers of a closed loop, rod lengths, bases on bodies, free bases, ends on ball joints, and
-/// masses omitted or counted twice. Frequencies of straight beams against their closed forms, with rotary inertia,
-/// in both planes.
+/// masses omitted or counted twice. Frequencies of straight beams against their closed forms, with rotary inertia, in
+/// both planes.
 #[test]
 fn frequencies_are_those_of_beams() {
     let none = Vector3::zeros();
@@ -560,8 +560,8 @@ fn scene_of(rods: &[(&str, &str)], bodies: &[&str], more: &str) -> String {
 }
 
 /// Catches modes of an assembly in other units, of the wrong nodes, or with wrong friction. Two bodies on an
-/// unsupported rod have the closed forms of the beam; under friction proportional to the stiffness s^2 + eta
-/// omega^2 s + omega^2 = 0.
+/// unsupported rod have the closed forms of the beam; under friction proportional to the stiffness s^2 + eta omega^2
+/// s + omega^2 = 0.
 #[test]
 fn modes_of_a_free_pair_are_those_of_a_beam() {
     let body =
@@ -610,8 +610,8 @@ fn modes_of_a_free_pair_are_those_of_a_beam() {
     assert!((end - Vector3::new(0.3, 0.1, 0.6)).amax() < 1e-12, "{end}");
 }
 
-/// Catches a floating scene that is refused or torn apart, and modes about a false start: bodies without ground fly
-/// as one.
+/// Catches a floating scene that is refused or torn apart, and modes about a false start: bodies without ground fly as
+/// one.
 #[test]
 fn nothing_needs_to_hold_the_bodies() {
     let body = |velocity: &str| {
@@ -647,8 +647,7 @@ fn nothing_needs_to_hold_the_bodies() {
     assert!(told.to_string().contains("rest = \"straight\""), "{told}");
 }
 
-/// Catches a run that leaves an open groove, or rods that pass through each other: the run must end at these
-/// events.
+/// Catches a run that leaves an open groove, or rods that pass through each other: the run must end at these events.
 #[test]
 fn runs_end_where_grooves_end_and_rods_touch() {
     let damped = "damping = { proportional = 0.02 }\n";

@@ -4,7 +4,7 @@ use snaprod::elastica::equilibria_at;
 use snaprod::scene::Scene;
 use snaprod::study::{Silent, Table, run};
 
-/// A mass thrown outwards by a bent rod, whose pull reverses it at lambda = 29.
+/// A mass thrown outwards by a bent rod and reversed by the pull at lambda = 29.
 const THROWN: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\nmass = 1e-3\ninertia = \"none\"\n[body]\nmass = 1.0\n\
                       [start]\nlambda = 2.0\nkappa = 0.3\nvelocity = [1.0, 2.0]\n[run]\nduration = 0.05\n";
 
@@ -34,9 +34,9 @@ fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
     beyond.collect()
 }
 
-/// Catches a wrong number of the rod's mass. Below 1 a bounce excites no vibrations, at 2 a thousandth of its
-/// energy, at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/mass.md). Before the bounce
-/// there are almost none.
+/// Catches a wrong number of the rod's mass. Below 1 a bounce excites no vibrations, at 2 a thousandth of its energy,
+/// at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/mass.md). Before the bounce there are
+/// almost none.
 #[test]
 fn a_bounce_leaves_vibrations_as_its_number_says() {
     let light = prepared(&[]);
@@ -91,8 +91,8 @@ fn end(inertia: &str, t: f64) -> [f64; 2] {
     ["x", "y"].map(|name| table.reals(name)[0])
 }
 
-/// Catches a mass switched off or wrong on the taut rod. After a hard bounce with the number 3.7 the end differs
-/// from that of the full rod by a tenth of the difference without mass.
+/// Catches a mass switched off or wrong on the taut rod. After a hard bounce with the number 3.7 the end differs from
+/// that of the full rod by a tenth of the difference without mass.
 #[test]
 fn the_mass_to_first_order_counts_in_a_hard_bounce() {
     let [none, first, full] = ["none", "first-order", "full"].map(|inertia| end(inertia, 0.2));

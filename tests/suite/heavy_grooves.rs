@@ -80,8 +80,8 @@ fn settled_bodies_stay() {
     assert!(groove.norm() > 0.1, "the groove bears: {groove}");
 }
 
-/// A body that slides and turns, from an equilibrium and from strains: the ledger closes, the columns are those of
-/// a single rod and agree with the scene written as an assembly. Catches frames, units and starts that differ.
+/// A body that slides and turns, from an equilibrium and from strains: the ledger closes, the columns are those of a
+/// single rod and agree with the scene written as an assembly. Catches frames, units and starts that differ.
 #[test]
 fn a_single_rod_is_an_assembly_of_one() {
     let sliding = replaced(
@@ -231,8 +231,8 @@ fn light_rods_are_the_limit() {
     assert!((0.85..1.15).contains(&order), "{errors:?}");
 }
 
-/// Frequencies of a straight clamped rod whose body slides across it. In the plane of the groove they are those of
-/// a beam with a body at its end, across it those of a beam with a pinned end. Catches modes that ignore a groove.
+/// Frequencies of a straight clamped rod whose body slides across it. In the plane of the groove they are those of a
+/// beam with a body at its end, across it those of a beam with a pinned end. Catches modes that ignore a groove.
 #[test]
 fn frequencies_are_those_of_beams() {
     let text = replaced(
@@ -286,8 +286,8 @@ fn frequencies_are_those_of_beams() {
     }
 }
 
-/// The first frequencies of a clamped beam of length 1 with two conditions at its end on (w, w', w'', w'''). The
-/// beam equation is EI w'''' + omega^2 (J w'' - rho w) = 0.
+/// The first frequencies of a clamped beam of length 1 with two conditions at its end on (w, w', w'', w'''). The beam
+/// equation is EI w'''' + omega^2 (J w'' - rho w) = 0.
 fn beam(
     stiffness: f64,
     density: f64,

@@ -1,5 +1,5 @@
-//! Rods with mass in closed loops and without ground: comparison with the same on the ground, light rods,
-//! conservation laws; and rods cut in two.
+//! Rods with mass in closed loops and without ground: comparison with the same on the ground, light rods, conservation
+//! laws; and rods cut in two.
 
 use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld};
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
@@ -20,8 +20,8 @@ use std::sync::Arc;
 /// Nodes of every rod.
 const NODES: usize = 12;
 
-/// Two bodies joined by two rods of different length and stiffness, which bend each other. `first` is a body, or
-/// the ground in its place.
+/// Two bodies joined by two rods of different length and stiffness, which bend each other. `first` is a body, or the
+/// ground in its place.
 fn loop_of_two(first: &str, bodies: &str, more: &str) -> Scene {
     let rod = |name: &str, own: &str, from: &str, to: &str| {
         format!(
@@ -68,8 +68,8 @@ fn begun(scene: &Scene) -> (HeavyAssembly, DVector<f64>) {
 }
 
 /// Catches an unsupported equilibrium that is held, or strained by a weight under which all parts fall; a drifting
-/// search; and rates that do not close the loop. A floating loop has its weightless shape on the ground, falls as
-/// one, and in motion keeps its momenta and its energy.
+/// search; and rates that do not close the loop. A floating loop has its weightless shape on the ground, falls as one,
+/// and in motion keeps its momenta and its energy.
 #[test]
 fn a_loop_in_the_air_settles() {
     let still = body_a("mass = 0.8\ninertia = [0.05, 0.06, 0.05]");
@@ -289,8 +289,8 @@ fn untilted(at: &BodyMotion) -> BodyMotion {
     place
 }
 
-/// Compares ends of motions with beads of a mass, and of half of it, with the end without a bead: the difference is
-/// of first order in the mass, the remainder of the linear extrapolation of second order.
+/// Compares ends of motions with beads of a mass, and of half of it, with the end without a bead: the difference is of
+/// first order in the mass, the remainder of the linear extrapolation of second order.
 fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     let [far, near] = ends.map(|end| end - whole);
     let ratio = far.norm() / near.norm();
@@ -307,9 +307,9 @@ fn tends(ends: [Vector3<f64>; 2], whole: Vector3<f64>, what: &str) {
     );
 }
 
-/// Catches wrongly transferred wrenches at links, and accelerations of a base other than those of the end before
-/// it. A rod cut in two, with a bead between its halves whose mass goes to zero, moves as the whole rod, in space
-/// with a rigid body at its end, and in a plane with a point mass.
+/// Catches wrongly transferred wrenches at links, and accelerations of a base other than those of the end before it. A
+/// rod is cut in two, with a bead between the halves whose mass goes to zero. It moves as the whole rod, in space with
+/// a rigid body at its end, and in a plane with a point mass.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_rod_cut_in_two_moves_as_one() {
@@ -387,8 +387,8 @@ fn a_rod_cut_in_two_moves_as_one() {
 }
 
 /// Catches a stiffness or mass of linked rods other than the rod's. About the equilibrium under its weight a small
-/// bead in the middle changes the frequencies of the whole rod by d(omega^2) = -omega^2 mass v^2 for modes of mass
-/// 1. As its mass goes to zero they are those of the whole rod.
+/// bead in the middle changes the frequencies of the whole rod by d(omega^2) = -omega^2 mass v^2 for modes of mass 1.
+/// As its mass goes to zero they are those of the whole rod.
 #[test]
 fn a_rod_cut_in_two_rings_as_one() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);

@@ -79,10 +79,10 @@ fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// Catches a branch missing in small motions, a modulus or time in other units, an omitted creeping motion. Small
-/// motions of a straight clamped rod with a heavy end are those of a beam of modulus E(s) = 1 + eta s + E tau s/(1
-/// + tau s). For every k with 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0 the eigenvalues are the
-/// roots of eps s^2 + k^4 E(s) = 0.
+/// Catches a branch missing in small motions, a modulus or time in other units, an omitted creeping motion. A straight
+/// clamped rod with a heavy end is in small motions a beam of modulus E(s) = 1 + eta s + E tau s/(1 + tau s). Let k
+/// satisfy 1 + cosh k cos k + k/eps (cos k sinh k - sin k cosh k) = 0. The eigenvalues are then the roots of eps s^2 +
+/// k^4 E(s) = 0.
 #[test]
 fn small_motions_are_those_of_a_beam_with_memory() {
     let straight = replaced(
@@ -148,8 +148,8 @@ fn bisected(f: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
 }
 
 /// The sum of energies is constant: body and rod, springs, losses of dashpots and friction; in the plane, in space,
-/// and with the body in a groove, where the rod runs as an assembly. Catches a spring without energy, a wrong loss
-/// of the dashpots, dashpots that do not follow.
+/// and with the body in a groove, where the rod runs as an assembly. Catches a spring without energy, a wrong loss of
+/// the dashpots, dashpots that do not follow.
 #[test]
 fn energy_is_kept_with_memory() {
     let grooved = replaced(
@@ -271,8 +271,8 @@ fn column(rods: usize, own: &str) -> String {
 }
 
 /// Two straight rods whose friction and memory are in proportion to their stiffness: every undamped vibration gives
-/// s^2 + omega^2 (1 + eta s + E tau s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another
-/// rod, and the multiple eigenvalues of unloaded dashpots, on which the eigenvalue search stalls.
+/// s^2 + omega^2 (1 + eta s + E tau s/(1 + tau s)) = 0, all three roots. Catches a branch on the rows of another rod,
+/// and the multiple eigenvalues of unloaded dashpots, on which the eigenvalue search stalls.
 #[test]
 fn rods_of_an_assembly_ring_down_with_their_memory() {
     let (eta, modulus, tau) = (0.02, 0.7, 0.15);
@@ -330,8 +330,8 @@ fn many_rods_are_held_against_a_coarser_grid() {
     }
 }
 
-/// As the mass goes to zero, the rod tends to the light one with the same branches, with an error of first power of
-/// the mass. Catches wrong initial dashpots, or a resultant of a branch that differs from the light rod's.
+/// Limit of vanishing mass: the rod tends to the light one with the same branches, with an error of first power of the
+/// mass. Catches wrong initial dashpots, or a resultant of a branch that differs from the light rod's.
 #[test]
 fn the_light_rod_with_memory_is_the_limit() {
     let light = PLANE.replace("mass = 0.2\ninertia = \"full\"\n", "");
@@ -350,8 +350,8 @@ fn the_light_rod_with_memory_is_the_limit() {
     }
 }
 
-/// Very fast dashpots have no effect; very slow ones give springs (1 + E) about the relaxed shape, with errors of
-/// the first power of tau and of 1/tau. Catches an interchanged time, a spring without its rest.
+/// Very fast dashpots have no effect; very slow ones give springs (1 + E) about the relaxed shape, with errors of the
+/// first power of tau and of 1/tau. Catches an interchanged time, a spring without its rest.
 #[test]
 fn fast_branches_rub_and_slow_ones_are_springs() {
     let both = "relaxation = [{ stiffness = 0.7, time = 0.15 }, { stiffness = 0.3, time = 1.5 }]\n";

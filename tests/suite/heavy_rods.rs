@@ -55,8 +55,8 @@ fn compare(found: &Equilibrium, row: &serde_json::Value, side: f64, what: &str) 
     assert_eq!(found.index, 0, "{what}: index");
 }
 
-/// Catches any error in the balance laws, in the continuation of the load from zero, or in the choice of a chart,
-/// for every path.
+/// Catches any error in the balance laws, in the continuation of the load from zero, or in the choice of a chart, for
+/// every path.
 #[test]
 fn heavy_cantilevers_hang_as_given() {
     let data = json("mass/selfweight_given.json");
@@ -234,8 +234,8 @@ fn buckles(family: &impl Statical, size: usize) {
     assert_eq!(sides, 0.0);
 }
 
-/// Catches a tangent that is not the derivative of its function: central differences at two steps, whose errors
-/// fall by four.
+/// Catches a tangent that is not the derivative of its function: central differences at two steps, whose errors fall
+/// by four.
 #[test]
 fn tangents_are_derivatives() {
     let law = Linear::diagonal([1.0, 0.7], 0.6)
@@ -388,8 +388,7 @@ fn the_clamp_balances_end_load_and_weight() {
     assert!((last.position - found.end.position).norm() < 1e-11);
 }
 
-/// Catches energies that do not belong to the equilibria: d(U + V)/dq = V/q for a rod in equilibrium whose load
-/// grows.
+/// Catches energies that do not belong to the equilibria: d(U + V)/dq = V/q for a rod in equilibrium whose load grows.
 #[test]
 fn energy_and_potential_belong_together() {
     let direction = Vector3::new(0.3, -0.8, 0.4);

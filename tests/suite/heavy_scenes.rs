@@ -50,8 +50,8 @@ fn the_heavy_column_buckles_at_greenhills_load() {
     }
 }
 
-/// Catches a weight other than mass times gravity, for every form of the mass, or without the distributed force or
-/// the factor.
+/// Catches a weight other than mass times gravity, for every form of the mass, or without the distributed force or the
+/// factor.
 #[test]
 fn weights_are_those_of_mass_density_and_force() {
     let wire = r#"

@@ -85,8 +85,8 @@ fn followed(gravity: f64, duration: f64) -> (Vec<Snap>, Vec<Fold>) {
     (snaps, folds)
 }
 
-/// Catches a chart that ends where the rod becomes neutral under dead force, which is before its fold (at g = 5 at
-/// t = 2.50); a confusion of equilibria, a false landing, a first fold too early or too late.
+/// Catches a chart that ends where the rod becomes neutral under dead force, which is before its fold (at g = 5 at t =
+/// 2.50); a confusion of equilibria, a false landing, a first fold too early or too late.
 #[test]
 #[ignore = "second tier: 43 s"]
 fn a_twisted_rod_goes_through_its_folds() {
@@ -94,7 +94,7 @@ fn a_twisted_rod_goes_through_its_folds() {
     {
         let (snaps, folds) = followed(gravity, duration);
         assert_eq!(snaps.len(), count, "g = {gravity}");
-        // Relative error within a tenth of this bound, which falls with the tolerance.
+        // Relative error within a tenth of the bound, which falls with the tolerance.
         if let Some((_, t, released)) = FIRST.iter().find(|row| row.0 == gravity) {
             let late = (snaps[0].t / t - 1.0).abs();
             let more = (snaps[0].released / released - 1.0).abs();

@@ -272,10 +272,10 @@ fn implicit_steps_eliminate_the_branches() {
     }
 }
 
-/// Catches a wrong time scale of strain rates in the shortest wave of the grid on a straight uniform rod, k = pi
-/// n/L. By energy a rate corresponds to a strain times 1/omega: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of
-/// torsion, K k^2/mu of shear and stretch. By response it makes a strain times 1/(omega + omega^2 D/K). The time
-/// scale is the root of the product.
+/// Catches a wrong time scale of strain rates in the shortest wave of the grid on a straight uniform rod, k = pi n/L.
+/// By energy a rate corresponds to a strain times 1/omega: omega^2 = K k^4/(mu + J k^2) of bending, K k^2/J of
+/// torsion, K k^2/mu of shear and stretch. By response it makes a strain times 1/(omega + omega^2 D/K). The time scale
+/// is the root of the product.
 #[test]
 fn delays_are_those_of_waves_and_of_friction() {
     let (length, mass, nodes) = (2.0, 0.3, 6);
@@ -346,8 +346,8 @@ fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
         - y[integrals + 2]
 }
 
-/// Catches a wrong kinematic term in space that planar motions hide: the same motion in the plane, whose rotations
-/// are an integral, and in space, where they are not.
+/// Catches a wrong kinematic term in space that planar motions hide: the same motion in the plane, whose rotations are
+/// an integral, and in space, where they are not.
 #[test]
 fn a_planar_motion_in_space() {
     let turn = |v: Vector3<f64>| Vector3::new(0.0, -v.y, v.x);
@@ -429,8 +429,8 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
 const MASS: f64 = 0.05;
 
 /// Catches a wrong or missing gyroscopic term: a round rod with a round body under gravity along its clamp, in a
-/// motion in space. By rotational symmetry the angular momentum about the clamp's axis, without that of the
-/// sections about their own, is constant, and so is the energy.
+/// motion in space. By rotational symmetry the angular momentum about the clamp's axis, without that of the sections
+/// about their own, is constant, and so is the energy.
 #[test]
 fn a_round_rod_keeps_its_momentum() {
     let gravity = Vector3::new(0.0, 0.0, -1.5);

@@ -92,8 +92,8 @@ fn targets_on_folds_are_answered() {
     }
 }
 
-/// Catches a root dropped because Newton's method left its box: this happens near folds, and the count of roots
-/// then failed at these points.
+/// Catches a root dropped because Newton's method left its box: this happens near folds, and the count of roots then
+/// failed at these points.
 #[test]
 fn roots_next_to_folds_are_not_dropped() {
     for (x, y) in [
@@ -126,8 +126,8 @@ fn unreachable_positions_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever equilibrium is taken, the search at its end position finds it again, and its mirror
-    /// image at the mirrored position.
+    /// For any equilibrium, the search at its end position finds it again, and its mirror image at the mirrored
+    /// position.
     #[test]
     fn every_equilibrium_is_found_again(p in 0.02..6.0f64, lam in 1.0..13.5f64, side in proptest::bool::ANY) {
         let p = if side { p } else { -p };

@@ -58,8 +58,8 @@ fn ended(place: &Place, words: &[&str], out: &str) -> Duration {
     start.elapsed()
 }
 
-/// Kills the process after a random time, evenly over the undisturbed duration. Every other time the kill comes
-/// after the first result has appeared or vanished, that is, while files take their names.
+/// Kills the process after a random time, evenly over the undisturbed duration. Every other time the kill comes after
+/// the first result has appeared or vanished, that is, while files take their names.
 fn killed(mut child: Child, dice: &mut Dice, taken: Duration, out: &Path) {
     if dice.chance(0.5) {
         std::thread::sleep(taken.mul_f64(dice.within(0.0, 1.1)));
@@ -220,7 +220,7 @@ fn disturb(test: &str, kills: [usize; 3]) {
     let dice = &mut Dice::new(1);
     let bundled = |name: &str| format!("{}/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     let [snap, lateral] = ["snap", "lateral"].map(bundled);
-    // A hundred files of shapes, so that renaming all of them takes some time.
+    // A hundred files of shapes, for a long phase of renaming.
     let run = [
         "run",
         &snap,
@@ -245,8 +245,8 @@ fn disturb(test: &str, kills: [usize; 3]) {
     disturb_sweeps(&place, dice, kills[2]);
 }
 
-/// Catches a truncated result, files of different runs side by side, leftovers of a killed run that the next one
-/// keeps, and a killed sweep that restarts from nothing, or ends with another result.
+/// Catches a truncated result, files of different runs side by side, and leftovers of a killed run that the next one
+/// keeps. Catches a killed sweep that restarts from nothing, or ends with another result.
 #[test]
 fn a_killed_program_leaves_whole_files_or_none() {
     disturb("kills", [4, 3, 4]);

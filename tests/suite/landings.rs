@@ -39,8 +39,8 @@ fn landings_of<M: Multivalued<N>, const N: usize>(
     [chosen.len(), above]
 }
 
-/// Catches a landing above the fold, by the flow or by rule, and an omitted one below: along the first two fold
-/// curves of the elastica, and at the folds of trusses.
+/// Catches a landing above the fold, by the flow or by rule, and an omitted one below: along the first two fold curves
+/// of the elastica, and at the folds of trusses.
 #[test]
 fn no_landing_from_a_fold_gains_energy() {
     let (mut several, mut above) = (0, 0);
@@ -99,9 +99,9 @@ mod scenes {
         snaps.map(|snap| (snap.released, snap.reached)).collect()
     }
 
-    /// Catches a run that lands above its fold under any rule, in the plane, in space and in an assembly; a rule
-    /// "all" that follows more or fewer equilibria than those below; and a run that marks no landing, or two, as
-    /// that of the flow.
+    /// Catches a run that lands above its fold under any rule, in the plane, in space and in an assembly; a rule "all"
+    /// that follows more or fewer equilibria than those below; and a run that marks no landing, or two, as that of the
+    /// flow.
     #[test]
     fn no_run_lands_above_its_fold() {
         let thrown = "velocity = [0.0, -0.5]\n";

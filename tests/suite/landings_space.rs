@@ -31,8 +31,8 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
     (outcome, first, motion.now().pose().translation.vector)
 }
 
-/// A strip that is hard to bend out of its plane and to twist: what is stable in the plane is stable in space. x of
-/// the plane is z here, y is x.
+/// A strip stiff in out-of-plane bending and twist: stability in the plane implies stability in space. x of the plane
+/// is z here, y is x.
 fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
     let mass = Body::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))
@@ -79,8 +79,8 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
 }
 
 /// Rods that fold simultaneously, or almost, as in a symmetric assembly: neither rod's clock applies to the other's
-/// chart. Each must snap as if alone. Would catch steps that collapse between the folds, a rod passed over, a rod
-/// that turns back on its old sheet.
+/// chart. Each must snap as if alone. Would catch steps that collapse between the folds, a rod passed over, a rod that
+/// turns back on its old sheet.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn rods_that_fold_together_snap_as_each_alone() {
@@ -134,8 +134,8 @@ fn rods_that_fold_together_snap_as_each_alone() {
     }
 }
 
-/// Kinks of a load near a fold. Would catch a step in slowed time across an unnoticed kink, and a kink that hides
-/// the fold behind it: the ledger opens, or the snap comes late.
+/// Kinks of a load near a fold. Would catch a step in slowed time across an unnoticed kink, and a kink that hides the
+/// fold behind it: the ledger opens, or the snap comes late.
 #[test]
 fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -173,8 +173,8 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     assert!(off.norm() < 1e-9, "the mass is {off} off");
 }
 
-/// Short strong pulses before a fold, the last while time is slowed. Would catch a step to the start, top or end of
-/// a pulse that evaluates the load behind that point.
+/// Short strong pulses before a fold, the last while time is slowed. Would catch a step to the start, top or end of a
+/// pulse that evaluates the load behind that point.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn short_pulses_are_felt_in_space_as_in_the_plane() {
@@ -212,8 +212,8 @@ fn short_pulses_are_felt_in_space_as_in_the_plane() {
     }
 }
 
-/// A tiny load that begins just behind the end of a step inside a pulse. Would catch a step treated as ending at
-/// the kink before reaching it: the missing time is 5e-13, with 1e-5 or more of the impulse.
+/// A tiny load that begins just behind the end of a step inside a pulse. Would catch a step treated as ending at the
+/// kink before reaching it: the missing time is 5e-13, with 1e-5 or more of the impulse.
 #[test]
 fn steps_go_on_to_the_very_kink() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -251,8 +251,8 @@ fn steps_go_on_to_the_very_kink() {
     }
 }
 
-/// Would catch a stable equilibrium missed by the search in space, the fold itself among the landings, a branch
-/// that starts from another landing, a rule that takes another landing.
+/// Would catch a stable equilibrium missed by the search in space, the fold itself among the landings, a branch that
+/// starts from another landing, a rule that takes another landing.
 #[test]
 fn a_strip_lands_in_space_where_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(7.2, 0.8).expect("an equilibrium");
@@ -353,8 +353,8 @@ fn a_strip_falls_as_the_elastica_does() {
     assert!(seen > 20, "{seen} shapes compared");
 }
 
-/// Would catch a landing rule read from the scene but not used, a tree of an assembly that differs from that of the
-/// rod alone, and a viscous landing missing among all landings.
+/// Would catch a landing rule read from the scene but not used, and a tree of an assembly that differs from that of
+/// the rod alone. Would catch a viscous landing missing among all landings.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 3 s"]
@@ -425,9 +425,8 @@ fn scenes_in_space_branch_alone_and_in_an_assembly() {
     );
 }
 
-/// Catches a spurious spin of the end, made by rounding at the fold: a welded body keeps its angular velocity
-/// through a snap. On a ball joint the angular velocity of the end is not reported at the fold, where it is
-/// infinite.
+/// Catches a spurious spin of the end, made by rounding at the fold: a welded body keeps its angular velocity through
+/// a snap. On a ball joint the angular velocity of the end is not reported at the fold, where it is infinite.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 8 s"]
@@ -483,8 +482,8 @@ fn ends_spin_as_they_are_held_at_snaps() {
     assert_eq!(Some(unknown("wx") as u64), folds);
 }
 
-/// Catches a motion changed by observation: searches for observers of a taut rod must not affect the start of its
-/// next search.
+/// Catches a motion changed by observation: searches for observers of a taut rod must not affect the start of its next
+/// search.
 #[cfg(feature = "scene")]
 #[test]
 fn taut_rods_move_alike_whoever_looks() {
@@ -509,9 +508,9 @@ fn taut_rods_move_alike_whoever_looks() {
     assert_eq!(ends[0], ends[1]);
 }
 
-/// Catches an error reported as a snap: at a coarse tolerance the rod lost its path of equilibria, and a "fold"
-/// there released 1e5 times the total energy. A run that reaches its end is accurate to about its tolerance; any
-/// other names its tolerance as the cause. Rounding decides which of the coarse runs reach their end.
+/// Catches an error reported as a snap: at a coarse tolerance the rod lost its path of equilibria, and a "fold" there
+/// released 1e5 times the total energy. A run that reaches its end is accurate to about its tolerance; any other names
+/// its tolerance as the cause. Rounding decides which of the coarse runs reach their end.
 #[cfg(feature = "scene")]
 #[test]
 #[ignore = "second tier: 3 s"]

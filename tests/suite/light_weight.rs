@@ -125,8 +125,8 @@ fn ledger_is_closed(states: &[AssemblySample], within: f64) {
 
 /// One rod, started at its ground end or at its body end: relative to the ground its load is fixed, relative to the
 /// body the load turns. Catches any error of a load in a turning base frame: in the end pose, in the couples and
-/// forces at both ends, in the tangents, in the potential, in loads counted from the other end; out of equilibrium
-/// and in motion.
+/// forces at both ends, in the tangents, in the potential, in loads counted from the other end; out of equilibrium and
+/// in motion.
 #[test]
 fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     let both = [false, true].map(|at_body| one_body(at_body, Joint::Weld));
@@ -171,9 +171,9 @@ fn a_rod_begun_on_the_body_is_that_begun_on_the_ground() {
     assert_close(potential[0], potential[1], 1e-9, 1.0, "potential");
 }
 
-/// A loaded rod between two bodies, written in either direction. Both ends belong to bodies, so the stiffness
-/// includes the effect of a turning base at both ends (for a rod started on the only body the couple at the other
-/// end does not enter). Catches any error there, such as a load that turns along.
+/// A loaded rod between two bodies, written in either direction. Both ends belong to bodies, so the stiffness includes
+/// the effect of a turning base at both ends. For a rod started on the only body the couple at the other end does not
+/// enter. Catches any error there, such as a load that turns along.
 #[test]
 fn a_loaded_rod_between_two_bodies_is_its_reverse() {
     let site = place([0.1, 0.05, -0.1], [0.2, 0.3, -0.4]);
@@ -222,8 +222,8 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
 }
 
 /// The rod at rest under its load, with the body, agrees with statics; a motion started there stays there; small
-/// motions have the frequencies given by static equilibria under small forces and couples. Catches a load applied
-/// at one point of the rod.
+/// motions have the frequencies given by static equilibria under small forces and couples. Catches a load applied at
+/// one point of the rod.
 #[test]
 fn rest_and_small_motions_are_those_of_statics() {
     let ground = place([0.2, -0.1, 0.3], [0.4, -0.7, 0.2]);
@@ -282,8 +282,8 @@ fn rest_and_small_motions_are_those_of_statics() {
     }
 }
 
-/// Two bodies far from other objects, joined by a loaded rod: the total load changes their momenta, about every
-/// axis. Catches a load lost between the rod and its ends, in position or in motion.
+/// Two bodies far from other objects, joined by a loaded rod: the total load changes their momenta, about every axis.
+/// Catches a load lost between the rod and its ends, in position or in motion.
 #[test]
 fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     let free = |inertia: [f64; 3]| {
@@ -377,8 +377,8 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
     assert!((got - want).norm() < 1e-9, "moments: {got} {want}");
 }
 
-/// A point mass on a ball joint under the weight of its rod: the chart without end couple. Catches the rows of m(1)
-/// in tangents and drive of a turning base.
+/// A point mass on a ball joint under the weight of its rod: the chart without end couple. Catches the rows of m(1) in
+/// tangents and drive of a turning base.
 #[test]
 fn a_ball_joint_bears_no_couple_under_a_load() {
     let ground = place([0.0; 3], [0.4, -0.7, 0.2]);

@@ -33,8 +33,8 @@ fn end(table: &Table, last: bool) -> Vector3<f64> {
 const PLANE: &str = "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n";
 
 /// Catches a break of the load inside an integration step, and a table that differs from the scene's: a rod under a
-/// load with a kink against scipy, split there (`tools/ref_load_table.py`), and tables that are polynomials, at
-/// rest and in motion.
+/// load with a kink against scipy, split there (`tools/ref_load_table.py`), and tables that are polynomials, at rest
+/// and in motion.
 #[test]
 fn tables_along_the_rod_are_exact() {
     let law = Linear::diagonal([1.0, 2.0], 1.0).expect("a law");
@@ -226,9 +226,8 @@ fn thrown(eta: f64, more: &str, run: &str) -> String {
     )
 }
 
-/// Catches a planar elastic rod without its load, or with a wrong sign or unit. Its motion is the limit of
-/// vanishing friction, and also the limit of the rod with mass, whose inertia makes a difference of the order of
-/// its mass.
+/// Catches a planar elastic rod without its load, or with a wrong sign or unit. Its motion is the limit of vanishing
+/// friction, and also the limit of the rod with mass, whose inertia makes a difference of the order of its mass.
 #[test]
 fn light_rods_of_the_plane_are_the_limit_of_friction_and_of_mass() {
     let run = "duration = 0.8\nsamples = 3\ntolerance = 1e-10";
@@ -289,8 +288,8 @@ fn the_ledger_closes_through_a_snap_under_a_load() {
     }
 }
 
-/// Catches weights and loads of rods in assemblies that differ from those of single rods, for either direction of
-/// the rod, and rods that cannot bear a load.
+/// Catches weights and loads of rods in assemblies that differ from those of single rods, for either direction of the
+/// rod, and rods that cannot bear a load.
 #[test]
 fn rods_of_assemblies_bear_their_weight() {
     let one = ran(&in_space(
@@ -371,10 +370,9 @@ fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     }
 }
 
-/// Catches a rod of known mass that is refused as a single rod, or whose equilibrium differs from that in an
-/// assembly. A taut wire on two clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod.
-/// The frequencies of the vertical wire are closed forms: 3.14702982 across with full mass, and that of an axial
-/// spring.
+/// Catches a rod of known mass that is refused as a single rod, or whose equilibrium differs from that in an assembly.
+/// A taut wire on two clamps rests, stays at rest, and vibrates as the wire of an assembly of one rod. The frequencies
+/// of the vertical wire are closed forms: 3.14702982 across with full mass, and that of an axial spring.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
@@ -403,8 +401,8 @@ fn taut_rods_of_known_mass_run_alone_as_in_assemblies() {
     }
 }
 
-/// Catches a refused planar rod where a rod in space is accepted: a taut pendulum under a distributed load rests
-/// and runs, its clamp down, aside and across.
+/// Catches a refused planar rod where a rod in space is accepted: a taut pendulum under a distributed load rests and
+/// runs, its clamp down, aside and across.
 #[test]
 fn taut_planar_rods_under_a_load_run() {
     for angle in [-std::f64::consts::FRAC_PI_2, -1.2, 0.0, 1.2] {
@@ -422,9 +420,9 @@ fn taut_planar_rods_under_a_load_run() {
     }
 }
 
-/// Catches a distributed load that is missing, or applied at the wrong end, on a static branch that becomes taut.
-/// The derivative of the total energy by the end force is the position of the end; by the distributed load, the
-/// potential of that load. Both hold for slack and taut rods.
+/// Catches a distributed load that is missing, or applied at the wrong end, on a static branch that becomes taut. The
+/// derivative of the total energy by the end force is the position of the end; by the distributed load, the potential
+/// of that load. Both hold for slack and taut rods.
 #[test]
 fn branches_under_a_load_become_taut() {
     let rod = "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nmass = 3.0\nsection = { bending = [1.0, 1.3], torsion = 0.8, axial = 20000.0 }\n";

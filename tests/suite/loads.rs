@@ -88,9 +88,9 @@ fn both_ways(start: &str, mass: &str, along: &str) -> [String; 2] {
 }
 
 /// Catches a load, support or scale that the two kinds of scenes read, turn or measure differently: the single rod
-/// uses the frame of its clamp with inertial forces on the body, an assembly the world frame. The second start is
-/// an equilibrium with follower loads. With a distributed load, which turns relative to a moving clamp, the single
-/// rod uses the world frame, too: catches a body, start or event left in the frame of the clamp.
+/// uses the frame of its clamp with inertial forces on the body, an assembly the world frame. The second start is an
+/// equilibrium with follower loads. With a distributed load, which turns relative to a moving clamp, the single rod
+/// uses the world frame, too: catches a body, start or event left in the frame of the clamp.
 #[test]
 fn a_rod_moves_alike_in_both_kinds_of_scenes() {
     let along = "distributed = { polynomial = [[0.2, -0.1, 0.3], [0.0, 0.4, -0.2]] }\n";
@@ -139,8 +139,8 @@ fn a_rod_moves_alike_in_both_kinds_of_scenes() {
 }
 
 /// Catches a planar rod that leaves its plane, or starts relative to the clamp without the clamp's motion. Under a
-/// distributed load, on a clamp that shakes and turns, the rod equals a rod in space that is stiff out of its
-/// plane. If `lambda` and `kappa` give the end position, they refer to the clamp at t = 0.
+/// distributed load, on a clamp that shakes and turns, the rod equals a rod in space that is stiff out of its plane.
+/// If `lambda` and `kappa` give the end position, they refer to the clamp at t = 0.
 #[test]
 fn planar_rods_bear_their_loads_on_clamps_that_turn() {
     let rod = |inertia: &str| format!("length = 0.8\nmass = 0.02\ninertia = \"{inertia}\"\n");
@@ -192,8 +192,8 @@ fn planar_rods_bear_their_loads_on_clamps_that_turn() {
     }
 }
 
-/// Catches a wrong phase, frequency or sign of a shaken support: bodies on feet shaken together move, relative to
-/// the feet, as under the force -m a sin''. The work of the supports is the difference of the energies.
+/// Catches a wrong phase, frequency or sign of a shaken support: bodies on feet shaken together move, relative to the
+/// feet, as under the force -m a sin''. The work of the supports is the difference of the energies.
 #[test]
 fn shaken_feet_are_an_inertial_force() {
     // The force is 0 at t = 0: both settle alike.
@@ -265,8 +265,8 @@ fn shaken_feet_are_an_inertial_force() {
     assert!(work.abs() > 0.05);
 }
 
-/// Catches a frequency in radians instead of cycles, a lost phase, an amplitude times the length of its direction:
-/// a mass driven across a straight rod, k = 3 EI/L^3, from rest.
+/// Catches a frequency in radians instead of cycles, a lost phase, an amplitude times the length of its direction: a
+/// mass driven across a straight rod, k = 3 EI/L^3, from rest.
 #[test]
 fn a_small_sine_drives_an_oscillator() {
     let (mass, amplitude, frequency) = (0.3, 2e-6, 0.7);
@@ -339,9 +339,9 @@ fn roots_of(k: [[f64; 2]; 2], m: f64, j: f64) -> Vec<Complex<f64>> {
     all.filter(|s| s.im >= -1e-12 * s.norm()).collect()
 }
 
-/// Catches a follower that does not turn with the body in small motions, or a stiffness treated as symmetric. A
-/// column with a body on its end under a follower force along it, by the stiffness of beam-columns, below and in
-/// flutter; straight and inextensible, so that only the compliance exists. As one rod and as an assembly.
+/// Catches a follower that does not turn with the body in small motions, or a stiffness treated as symmetric. A column
+/// with a body on its end under a follower force along it, by the stiffness of beam-columns, below and in flutter;
+/// straight and inextensible, so that only the compliance exists. As one rod and as an assembly.
 #[test]
 fn a_column_under_a_follower_flutters() {
     let (length, bending, torsion) = (0.8_f64, [0.5, 0.7_f64], 0.4);

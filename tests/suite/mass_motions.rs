@@ -255,8 +255,8 @@ fn a_rod_without_friction_is_let_go() {
 }
 
 /// Catches a start whose curvature does not vanish at the free end, with so little friction that the first nodes
-/// follow an unresolvable layer there: the step size collapsed at t = 3e-7. The first row's position and velocity
-/// are those of another program (Galerkin, 7 and 9 functions).
+/// follow an unresolvable layer there: the step size collapsed at t = 3e-7. The first row's position and velocity are
+/// those of another program (Galerkin, 7 and 9 functions).
 #[test]
 #[ignore = "second tier: 17 s"]
 fn a_moment_at_the_free_end_is_let_go_under_little_friction() {

@@ -1,5 +1,5 @@
-//! Estimated effects of the mass of rods in space, reported for light rods: comparison with the plane, closed
-//! forms, and rods with full mass.
+//! Estimated effects of the mass of rods in space, reported for light rods: comparison with the plane, closed forms,
+//! and rods with full mass.
 
 use crate::support::{near, number_at};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
@@ -57,9 +57,9 @@ fn laid(link: &Link, at: &Equilibrium, v: &Vector2<f64>) -> Configuration {
     }
 }
 
-/// Catches a wrong stiffness, mass or constraint of the held rod. Straight rods have closed forms, x^4 with cos x
-/// cosh x = 1 for clamped ends and tan x = tanh x for one pinned end; friction in proportion to the stiffness gives
-/// a decay of half that multiple.
+/// Catches a wrong stiffness, mass or constraint of the held rod. Straight rods have closed forms, x^4 with cos x cosh
+/// x = 1 for clamped ends and tan x = tanh x for one pinned end; friction in proportion to the stiffness gives a decay
+/// of half that multiple.
 #[test]
 fn straight_rods_have_the_vibrations_of_beams() {
     for (joint, root) in [
@@ -107,9 +107,8 @@ fn bent_rods_vibrate_as_in_the_plane() {
     }
 }
 
-/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 the spatial
-/// one equals the planar one. A, B, M0, D0 depend on the length of the critical direction; the delays and D0/M0 do
-/// not.
+/// Catches a wrong null vector, stiffness or unit of the normal form: at the three folds of theory 2.8 the spatial one
+/// equals the planar one. A, B, M0, D0 depend on the length of the critical direction; the delays and D0/M0 do not.
 #[test]
 fn folds_have_the_normal_form_of_the_plane() {
     let assembly = single(flat(), Joint::Ball);
@@ -171,8 +170,8 @@ duration = 0.1
 tolerance = 1e-9
 "#;
 
-/// Catches numbers of a spatial run in other units or of another moment: the planar rod under a tiny distributed
-/// load runs in space, with the values of its planar closed form.
+/// Catches numbers of a spatial run in other units or of another moment: the planar rod under a tiny distributed load
+/// runs in space, with the values of its planar closed form.
 #[test]
 fn a_run_in_space_tells_what_it_tells_in_the_plane() {
     let (plane, _) = ran(SNAP, &[]);
@@ -227,9 +226,9 @@ settled = true
 duration = 1.0
 "#;
 
-/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about
-/// the same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that
-/// of the held rod. Both hold up to the order of the mass; so does the decay.
+/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about the
+/// same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that of the
+/// held rod. Both hold up to the order of the mass; so does the decay.
 #[test]
 fn small_motions_in_space_tell_what_the_mass_changes() {
     let weld = [
@@ -260,8 +259,8 @@ fn small_motions_in_space_tell_what_the_mass_changes() {
     }
 }
 
-/// Two clamped rods of different length and mass, but equal EI/L^2, with a body between them, which does not turn
-/// in transverse motion.
+/// Two clamped rods of different length and mass, but equal EI/L^2, with a body between them, which does not turn in
+/// transverse motion.
 const BRIDGE: &str = r#"
 [[rod]]
 name = "left"
@@ -291,8 +290,8 @@ inertia = [0.02, 0.03, 0.02]
 duration = 0.01
 "#;
 
-/// Catches a rod omitted, or counted about another base or with another body. Straight beams have 13/35 of their
-/// mass in a transverse motion of one end, and the stiffness 12 EI/L^3; held rods vibrate between two clamps.
+/// Catches a rod omitted, or counted about another base or with another body. Straight beams have 13/35 of their mass
+/// in a transverse motion of one end, and the stiffness 12 EI/L^3; held rods vibrate between two clamps.
 #[test]
 fn rods_of_an_assembly_have_the_numbers_of_beams() {
     let clamped = 4.730_040_744_862_704_f64.powi(2);
@@ -364,9 +363,9 @@ gravity = [0.0, 0.02, -0.03]
     }
 }
 
-/// Catches a wrong unit, wrench or end in branches. A straight column under a push P with a held end vibrates with
-/// a tanh b = b tan a, where a^2 and -b^2 are the roots of x^2 - P x = omega^2 m L^3/B. For an assembly the numbers
-/// are those of its equilibria.
+/// Catches a wrong unit, wrench or end in branches. A straight column under a push P with a held end vibrates with a
+/// tanh b = b tan a. Here a^2 and -b^2 are the roots of x^2 - P x = omega^2 m L^3/B. For an assembly the numbers are
+/// those of its equilibria.
 #[test]
 fn branches_tell_what_the_mass_changes() {
     const COLUMN: &str = r#"

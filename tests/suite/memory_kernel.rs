@@ -71,8 +71,8 @@ fn near(got: &Matrix6<f64>, want: &Matrix6<f64>, tolerance: f64, what: &str) {
     }
 }
 
-/// Catches wrong factors of the length, or spurious memory of a spring with a dashpot: stretch and twist of a
-/// uniform rod, (6.3).
+/// Catches wrong factors of the length, or spurious memory of a spring with a dashpot: stretch and twist of a uniform
+/// rod, (6.3).
 #[test]
 fn longitudinal_motion_is_a_spring_and_a_dashpot() {
     let (length, a, b) = (2.5, 3.0, 12.0);
@@ -112,9 +112,9 @@ fn proportional_viscosity_has_no_memory() {
     assert!(kernel.kernel(0.1).amax() <= 1e-11 * relaxed.amax());
 }
 
-/// Catches a wrong kernel: flexure and shear of a uniform rod in one plane, closed form. With Y(p) = (L^3/12/(A_b p
-/// + B_b) + L/(A_s p + B_s))^-1 the force per displacement is Y. The couple per displacement is -L/2 Y in the plane
-/// of u2, v1 and +L/2 Y in that of u1, v2.
+/// Catches a wrong kernel: flexure and shear of a uniform rod in one plane, closed form. With Y(p) = (L^3/12/(A_b p +
+/// B_b) + L/(A_s p + B_s))^-1 the force per displacement is Y. The couple per displacement is -L/2 Y in the plane of
+/// u2, v1 and +L/2 Y in that of u1, v2.
 #[test]
 fn flexure_and_shear_remember_by_one_exponential() {
     let length: f64 = 1.4;
@@ -247,8 +247,8 @@ fn rates_over_four_decades_are_resolved() {
     }
 }
 
-/// Catches inconsistent matrices: G(p) by Simpson's rule against the sum of exponentials, for a coupled, tapered
-/// rod, with a welded end and with one free to turn.
+/// Catches inconsistent matrices: G(p) by Simpson's rule against the sum of exponentials, for a coupled, tapered rod,
+/// with a welded end and with one free to turn.
 #[test]
 fn stiffness_is_the_inverse_of_the_compliance() {
     let length = 1.3;
@@ -268,8 +268,8 @@ fn stiffness_is_the_inverse_of_the_compliance() {
     }
 }
 
-/// Catches wrong relaxation of Maxwell branches (one of rank 1): the compliance with B + sum E p time/(1 + p time),
-/// by Simpson's rule; and (6.14) or a verdict of no memory in spite of branches.
+/// Catches wrong relaxation of Maxwell branches (one of rank 1): the compliance with B + sum E p time/(1 + p time), by
+/// Simpson's rule; and (6.14) or a verdict of no memory in spite of branches.
 #[test]
 fn branches_are_memory_of_the_section() {
     let line = Vector6::new(0.3, -1.0, 0.5, 2.0, 1.0, -4.0);
@@ -354,8 +354,8 @@ fn relaxation_falls_from_glassy_to_relaxed() {
     assert!(kernel.modes().iter().all(|mode| mode.rate > 0.0));
 }
 
-/// Catches a wrong verdict on (6.15): against C L - L C(1) formed by hand, and against what the kernel remembers. Joins
-/// of flexure and shear matter in their plane alone; varying rates matter even to an unshearable rod.
+/// Catches a wrong verdict on (6.15): against C L - L C(1) formed by hand, and against the memory of the kernel.
+/// Couplings of flexure and shear matter in their plane alone; varying rates matter even to an unshearable rod.
 #[test]
 fn memory_is_what_6_15_says() {
     let joined = uniform(

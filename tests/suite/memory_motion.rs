@@ -45,9 +45,9 @@ where
     found
 }
 
-/// The end wrench of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 =
-/// A_end V + R(inf) d + sum f_k h_k/rate_k. The solution is the exponential of the matrix. `parts` are the active
-/// components of the end.
+/// The end wrench of the linear motion with memory: mass V' = -w1, d' = V, h_k' = -rate_k h_k + f_k.V and w1 = A_end
+/// V + R(inf) d + sum f_k h_k/rate_k. The solution is the exponential of the matrix. `parts` are the active components
+/// of the end.
 fn with_memory(
     kernel: &MemoryKernel,
     modes: &[Mode],
@@ -121,8 +121,8 @@ fn options(duration: f64) -> Options {
 }
 
 /// Catches a kernel that differs from the nonlinear rod's, and a wrong factor or sign between the two. The planar
-/// elastica with a Maxwell branch is released from a small deflection in which it has been held for long. The
-/// wrench over the amplitude a tends to that of the kernel with a^2; without its a^2 term it agrees to 1e-9.
+/// elastica with a Maxwell branch is released from a small deflection in which it has been held for long. The wrench
+/// over the amplitude a tends to that of the kernel with a^2; without its a^2 term it agrees to 1e-9.
 #[test]
 fn a_small_planar_motion_remembers_by_the_kernel() {
     let (viscosity, branch, time, mass, duration) = (1.5, 2.0, 0.4, 0.8, 3.0);
@@ -163,8 +163,8 @@ fn a_small_planar_motion_remembers_by_the_kernel() {
     assert!(off(&linear(&[])) > 0.02, "{:e}", off(&linear(&[])));
 }
 
-/// Small motions in space, where shear and flexure retard at different times: six components at once. The wrench
-/// over the amplitude a is off by a (twist couples with bending), its part odd in a by a^2.
+/// Small motions in space, where shear and flexure retard at different times: six components at once. The wrench over
+/// the amplitude a is off by a (twist couples with bending), its part odd in a by a^2.
 #[test]
 fn a_small_motion_in_space_remembers_by_the_kernel() {
     let stiffness = [1.0, 1.4, 0.8, 8.0, 12.0, 15.0];

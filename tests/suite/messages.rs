@@ -143,7 +143,7 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
         let value: f64 = digits
             .parse()
             .unwrap_or_else(|_| panic!("{digits} in {text}"));
-        // The unit of a list stands behind its end, and the word before its beginning.
+        // Lists have the unit behind their end, and the word before their beginning.
         let (before, after) = match (text[..start].rfind('['), text[at..].find(']')) {
             (Some(open), Some(close)) if !text[open..start].contains(']') => {
                 (&text[..open], &text[at + close + 1..])
@@ -212,7 +212,7 @@ fn messages_are_in_the_units_of_the_scene() {
             motion(&s.spatial(&inertia(s), &format!("angular_velocity = {w:?}")))
         }),
         ("couple", &|s| {
-            // The search stops so early that its position, rounding only, is printed as zero.
+            // An early stop: the position is printed as zero, with rounding only.
             statics(&s.guess([1e12, 0.0, 0.0, 1e12, 0.0, 0.0]))
         }),
         ("force", &|s| {

@@ -54,9 +54,9 @@ fn are_among(found: &ModesRecord, exact: &[[f64; 2]], tolerance: f64) {
 }
 
 /// Catches stability of a single rod with mass judged by the symmetric part of its stiffness under a follower load,
-/// and eigenvalues of too few vibrations. Beck's column flutters from P = 20.05 EI/L^2 on. Exact eigenvalues s
-/// satisfy det = 0 for w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0, w = w' = 0 at the clamp and w'' = w''' = 0 at
-/// the end without a body (mpmath, 30 digits).
+/// and eigenvalues of too few vibrations. Beck's column flutters from P = 20.05 EI/L^2 on. For exact eigenvalues s the
+/// ansatz w = sum c_k exp(k x), B k^4 + P k^2 + s^2 = 0, has det = 0. The conditions are w = w' = 0 at the clamp and
+/// w'' = w''' = 0 at the end without a body (mpmath, 30 digits).
 #[test]
 fn becks_column_flutters() {
     let slow = [
@@ -86,8 +86,8 @@ fn becks_column_flutters() {
     }
 }
 
-/// Catches eigenvalues of too few vibrations. A mass of 0.3 with drag 1.5 at the end gives w'' = 0 and B w''' =
-/// (0.3 s^2 + 1.5 s) w, with B k^4 + s^2 = 0 (mpmath, 30 digits). With 24 vibrations the eigenvalues were off by
+/// Catches eigenvalues of too few vibrations. A mass of 0.3 with drag 1.5 at the end gives w'' = 0 and B w''' = (0.3
+/// s^2 + 1.5 s) w. The rod has B k^4 + s^2 = 0 (mpmath, 30 digits). With 24 vibrations the eigenvalues were off by
 /// 4e-8.
 #[test]
 fn drag_at_the_end_of_a_rod_with_mass() {
@@ -103,9 +103,9 @@ fn drag_at_the_end_of_a_rod_with_mass() {
     }
 }
 
-/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency along a rigid direction, and
-/// a growth rate reported as a frequency. Closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the
-/// plane and in space.
+/// Catches a wrong stiffness across the straight rod, wrong scales, a second frequency along a rigid direction, and a
+/// growth rate reported as a frequency. Closed forms of the beam under a pull N = b^2 EI/L^2 and a push, in the plane
+/// and in space.
 #[test]
 fn a_mass_on_a_straight_rod() {
     let unit = 5.0 / (0.5 * 8.0);
@@ -192,8 +192,8 @@ fn bent_rods_in_the_plane_and_in_space() {
 }
 
 /// Catches loss of digits for nearly straight rods, which are nearly rigid axially. The slightly bent rod has the
-/// transverse frequency of the straight one, up to the square of the deflection and rounding divided by it, and no
-/// stable rod is called unstable.
+/// transverse frequency of the straight one, up to the square of the deflection and rounding divided by it. No stable
+/// rod is called unstable.
 #[test]
 fn next_to_the_straight_rod() {
     for across in [1e-2, 1e-3, 1e-4, 1e-5, 1e-7] {
@@ -260,8 +260,8 @@ fn small_oscillations_of_a_run() {
     }
 }
 
-/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an
-/// oscillator. A rotor splits whirls but keeps the product of all eigenvalues, det K/det M.
+/// Catches drag with a wrong sign or scale, and a rotor that does work: a mode of the plane decays as an oscillator. A
+/// rotor splits whirls but keeps the product of all eigenvalues, det K/det M.
 #[test]
 fn drag_and_rotors() {
     let drag = 0.3;

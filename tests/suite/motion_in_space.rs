@@ -69,8 +69,8 @@ fn solid(inertia: [f64; 3]) -> RigidBody {
     RigidBody::new(1.0, Matrix3::from_diagonal(&inertia.into())).expect("a body")
 }
 
-/// Two bodies on one rod without support keep momentum and angular momentum. Would catch unequal wrenches at the
-/// two ends, a wrong lever arm, a rotor that turns with the wrong frame.
+/// Two bodies on one rod without support keep momentum and angular momentum. Would catch unequal wrenches at the two
+/// ends, a wrong lever arm, a rotor that turns with the wrong frame.
 #[test]
 fn bodies_that_hold_only_each_other_keep_their_momenta() {
     let bodies = [
@@ -134,9 +134,9 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
     );
 }
 
-/// A straight rod with equal bending and a body of revolution. Symmetry: turning everything about the clamp's axis
-/// and back about the body's axis changes nothing. Hence the difference of the angular momenta about the two axes
-/// is constant, under gravity along the clamp too. Would catch a couple about a wrong axis or point.
+/// A straight rod with equal bending and a body of revolution. Symmetry: turning everything about the clamp's axis and
+/// back about the body's axis changes nothing. Hence the difference of the angular momenta about the two axes is
+/// constant, under gravity along the clamp too. Would catch a couple about a wrong axis or point.
 #[test]
 fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
     let body = solid([0.3, 0.3, 0.1])
@@ -182,8 +182,8 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
 
 /// A body on a ball joint at its centre of mass rotates freely, tumbling about its intermediate axis (Dzhanibekov).
 /// Its angular velocity is an elliptic function of time, with period T; after T/2 the components along the axes of
-/// least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37). Would catch
-/// wrong gyroscopic terms, and a ball joint that bears a couple.
+/// least and intermediate inertia have changed their signs (Landau, Lifshitz, Mechanics, Sec. 37). Would catch wrong
+/// gyroscopic terms, and a ball joint that bears a couple.
 #[test]
 fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     let inertia = [0.1, 0.25, 0.32];
@@ -235,8 +235,8 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     }
 }
 
-/// A pendulum on an inextensible rod with wide swings near folds, where time is slowed, again and again. Would
-/// catch states inside a step computed under another clock than the step's.
+/// A pendulum on an inextensible rod with wide swings near folds, where time is slowed, again and again. Would catch
+/// states inside a step computed under another clock than the step's.
 #[test]
 fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
     let law = Linear::diagonal([1.0, 1.0], 0.77)
@@ -322,8 +322,8 @@ fn a_motion_turned_round_goes_back() {
     assert!(off < 1e-8, "it comes back {off:e} beside its start");
 }
 
-/// Would catch steps of a lower order (slopes not smooth along the rod, charts corrected to their poses too
-/// roughly), and an error not bounded by the tolerance.
+/// Would catch steps of a lower order (slopes not smooth along the rod, charts corrected to their poses too roughly),
+/// and an error not bounded by the tolerance.
 #[test]
 fn the_error_falls_with_the_eighth_power_of_the_steps() {
     let end = 2.0;

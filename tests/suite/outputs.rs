@@ -1,5 +1,5 @@
-//! Completeness of docs/output.md: every column of every table and every number of summary.json and events.json,
-//! with unit and meaning.
+//! Completeness of docs/output.md: every column of every table and every number of summary.json and events.json, with
+//! unit and meaning.
 
 use crate::program::Place;
 use serde_json::Value;
@@ -282,9 +282,9 @@ fn reals(file: &[u8]) -> BTreeMap<String, (String, Vec<f64>)> {
     arrays
 }
 
-/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass or whose directors are not
-/// orthonormal, a snap without its two rows, and ParaView files with other numbers, or stale ones of an earlier run
-/// with more files.
+/// Catches arrays that differ from the CSV by a bit, shapes that do not end on the mass, directors that are not
+/// orthonormal, and a snap without its two rows. Catches ParaView files with other numbers, or stale ones of an
+/// earlier run with more files.
 #[test]
 fn arrays_and_grids_hold_the_motion() {
     let place = Place::new("outputs");
@@ -383,7 +383,7 @@ fn arrays_and_grids_hold_the_motion() {
     assert!((mass[0] - of("x")[6]).hypot(mass[1] - of("y")[6]) < 1e-14);
 }
 
-/// Catches a run with early end that loses its results or shapes when shapes are requested.
+/// Catches lost results or shapes of a run with early end and requested shapes.
 #[test]
 fn a_run_that_ends_short_keeps_its_shapes() {
     let place = Place::new("short");

@@ -76,9 +76,8 @@ fn decoded(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// Catches frames that are not states of the motion: an end off the mass, a rod of another length, a snap without
-/// its two sides, a layer that does not fall from one side to the other; and texts of the scene that break the
-/// page.
+/// Catches frames that are not states of the motion: an end off the mass, a rod of another length, a snap without its
+/// two sides, a layer that does not fall from one side to the other; and texts of the scene that break the page.
 #[test]
 fn a_page_holds_the_motion() {
     let place = Place::new("page");
@@ -189,8 +188,8 @@ fn a_film_is_the_motion() {
     }
 }
 
-/// Catches wrong shapes of branch points: an end off the position given by the parameter, or a special point
-/// without a shape.
+/// Catches wrong shapes of branch points: an end off the position given by the parameter, or a special point without a
+/// shape.
 #[test]
 fn a_page_holds_the_branch() {
     let place = Place::new("branch-page");
@@ -218,7 +217,7 @@ fn a_page_holds_the_branch() {
     assert!((parameter[fold] + 0.612021928).abs() < step);
 }
 
-/// Catches rods that differ from their nodes, and counts that differ from the map.
+/// Catches rods off their nodes, and counts in conflict with the map.
 #[test]
 fn a_page_holds_the_sheets() {
     let place = Place::new("sheets-page");
@@ -307,7 +306,7 @@ press("Home"); press(" ");
 setTimeout(() => { report.frame = player.frame; done(); }, 1800);
 "#;
 
-/// Script: steps a page of branches through its special points, and points at them.
+/// Script: steps a page of branches through the special points, and moves the pointer to them.
 const POINT: &str = r#"
 press("Home"); press("]"); report.snap = chosen;
 press("]"); report.next = chosen;
@@ -437,8 +436,8 @@ ready.then(() => {
 });
 "#;
 
-/// Catches a page whose core is out of date with the library (`tools/build_play.sh` renews it), or does not follow
-/// the pointer, snap, or stay within the length of the rod.
+/// Catches a page whose core is out of date with the library (`tools/build_play.sh` renews it), or does not follow the
+/// pointer, snap, or stay within the length of the rod.
 #[test]
 fn a_browser_drags_the_rod() {
     let place = Place::new("browser-play");
@@ -484,7 +483,7 @@ fn a_browser_drags_the_rod() {
     assert!((far - 0.995).abs() < 1e-9, "{far}");
 }
 
-/// Catches pages of branches that miss their special points, or the point under the pointer.
+/// Catches pages of branches without their special points, or with the wrong point under the pointer.
 #[test]
 fn a_browser_points_at_the_branch() {
     let place = Place::new("browser-branch");

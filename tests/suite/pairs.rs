@@ -1,5 +1,5 @@
-//! Scenes that both a cheap computation path and a more general one can run: parts that `snaprod plan` reports as
-//! not computed must change nothing.
+//! Scenes that both a cheap computation path and a more general one can run: parts that `snaprod plan` reports as not
+//! computed must change nothing.
 
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
@@ -24,8 +24,8 @@ pub struct Ran {
 }
 
 impl Ran {
-    /// The first and the last value of a quantity of the rod or body, under the names of a single rod; `None`
-    /// without such a column.
+    /// The first and the last value of a quantity of the rod or body, under the names of a single rod; `None` without
+    /// such a column.
     pub fn ends(&self, name: &str) -> Option<[f64; 2]> {
         let columns = [name.to_owned(), format!("m.{name}")];
         let there = columns

@@ -24,8 +24,8 @@ fn alone(rod: Rod) -> Link {
     Link::pinned(rod, place, Attachment::body(0, Isometry3::identity()))
 }
 
-/// Catches an index that counts the spin, or omits the turning of the base: Euler's column between two hinges
-/// buckles about its weaker axis at pi^2 EI/L^2, then about the other.
+/// Catches an index that counts the spin, or omits the turning of the base: Euler's column between two hinges buckles
+/// about its weaker axis at pi^2 EI/L^2, then about the other.
 #[test]
 fn a_column_between_hinges_buckles_where_euler_says() {
     let link = alone(straight([1.0, 1.5], 1e4));
@@ -192,8 +192,8 @@ fn a_mass_on_three_hinged_rods() {
     assert!(steps > 3);
 }
 
-/// An inextensible rod bent against its rest curvature, with its ends 0.9 apart, and its force along the directors
-/// of its base; then its fold and the energies at both. By shooting along n = lambda r(1) (Runge-Kutta of order 8,
+/// An inextensible rod bent against its rest curvature, with its ends 0.9 apart, and its force along the directors of
+/// its base; then its fold and the energies at both. By shooting along n = lambda r(1) (Runge-Kutta of order 8,
 /// Newton's method for the extremum of the chord, an independent program).
 struct Against {
     bending: [f64; 2],
@@ -377,10 +377,10 @@ fn what_else_is_stable_with_the_same_chord() {
     assert!((back[0] - chart).norm() < 1e-9 * chart.norm());
 }
 
-/// Catches a wrong scale of the null vectors, a stiffness of the couples that does no work, or a spin about the
-/// chord with momentum. With its ends d before the fold, and on the other branch there, the rod has squared
-/// frequencies +-2 sqrt(A' B d)/M0, A' being A per speed of the end. With friction in proportion to its stiffness
-/// the decay at the fold is D0/(2 M0). Sections with large rotary inertia are included.
+/// Catches a wrong scale of the null vectors, a stiffness of the couples that does no work, or a spin about the chord
+/// with momentum. With its ends d before the fold, and on the other branch there, the rod has squared frequencies +-2
+/// sqrt(A' B d)/M0, A' being A per speed of the end. With friction in proportion to its stiffness the decay at the
+/// fold is D0/(2 M0). Sections with large rotary inertia are included.
 #[test]
 fn folds_between_hinges_have_the_normal_form_of_their_vibrations() {
     for turned in [Vector3::zeros(), Vector3::new(1e-2, 1.2e-2, 2.2e-2)] {
@@ -474,8 +474,8 @@ fn two_hinged_rods_snap_at_one_instant() {
     }
 }
 
-/// Catches an endless or unexplained end of a run at Euler's load: the direction of buckling of a straight column
-/// is undetermined, for a round one even the plane.
+/// Catches an endless or unexplained end of a run at Euler's load: the direction of buckling of a straight column is
+/// undetermined, for a round one even the plane.
 #[test]
 fn a_straight_column_stops_at_eulers_load() {
     for (bending, word) in [([1.0, 1.5], "either side"), ([1.0, 1.0], "any way round")] {

@@ -475,8 +475,8 @@ fn the_ledger_is_said_to_close_where_it_does() {
     }
 }
 
-/// Catches a constant that flattens the energies, one subtracted from one term but not from the total, an
-/// unnecessary subtraction, and a motion at rest whose rounding fills the figure.
+/// Catches a constant that flattens the energies, one subtracted from one term but not from the total, an unnecessary
+/// subtraction, and a motion at rest whose rounding fills the figure.
 #[test]
 fn constants_that_hide_the_motion_are_told_apart() {
     let drawn = |elastic: f64, potential: f64, change: f64| {

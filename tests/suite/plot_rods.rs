@@ -257,7 +257,7 @@ fn frame(drawing: &Drawing) -> [f64; 4] {
     [frame[0].0, frame[0].1, frame[2].0, frame[2].1]
 }
 
-/// Catches a mark off its point, and a line that is solid past the fold or dashed before it.
+/// Catches a mark off the point, and a line solid past the fold or dashed before.
 #[test]
 fn the_fold_is_marked_and_the_style_changes_there() {
     let index = [0, 0, 0, 0, 1, 1, 1, 1].map(Some).to_vec();

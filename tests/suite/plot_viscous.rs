@@ -239,9 +239,9 @@ fn figures_are_whole_labelled_and_the_same_each_time() {
     }
 }
 
-/// Catches cells in the wrong place, rows upside down, an asymmetric scale, a wrong or clipped colour, a filled
-/// gap, a floor at the wrong decade. Each cell's colour is looked up in the colour bar, and the position there is
-/// compared with the number.
+/// Catches cells in the wrong place, rows upside down, an asymmetric scale, a wrong or clipped colour, a filled gap, a
+/// floor at the wrong decade. Each cell's colour is looked up in the colour bar, and the position there is compared
+/// with the number.
 #[test]
 fn cells_have_the_colours_of_their_values() {
     let time = [0.0, 0.5, 0.6, 1.0, 3.0, 4.0];
@@ -322,7 +322,7 @@ fn cells_have_the_colours_of_their_values() {
     }
 }
 
-/// Catches a zoom that shows other times, or whose scale includes hidden columns.
+/// Catches a zoom with other times, or with a scale by hidden columns.
 #[test]
 fn a_window_shows_its_times_alone() {
     let data = StrainMap {

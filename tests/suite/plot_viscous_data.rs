@@ -64,7 +64,7 @@ pub fn strain_map_data(columns: usize, rows: usize) -> StrainMap {
     }
 }
 
-/// A rod that changes from q = 1 to q = -1 with its end held.
+/// A rod in transition from q = 1 to q = -1 with a held end.
 fn held(q: f64) -> Curve {
     let slope = |s: f64| {
         2.9 * q * (2.0 * s - 3.0 * s * s)

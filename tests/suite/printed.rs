@@ -1,7 +1,7 @@
 //! Printed examples of README and docs against the output of the program.
 //!
-//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each followed by lines of its output
-//! in order; lines may be left out. Every command is run here, and every line is searched in its output.
+//! A fenced block of the language `console` holds commands, `$ snaprod ...`, each followed by lines of its output in
+//! order; lines may be left out. Every command is run here, and every line is searched in its output.
 
 use crate::program::{Answer, Place, parts};
 use std::fs;
@@ -39,8 +39,8 @@ fn last_digit(number: &str) -> f64 {
     10f64.powi(-(decimals as i32))
 }
 
-/// True if two numbers of a line agree. An estimate of an error (1.6e-11) must agree within a factor of 30, a count
-/// of work within a tenth. Other numbers must agree up to the last digit written, or ten times the uncertainty that
+/// True if two numbers of a line agree. An estimate of an error (1.6e-11) must agree within a factor of 30, a count of
+/// work within a tenth. Other numbers must agree up to the last digit written, or ten times the uncertainty that
 /// follows it.
 fn same(written: &str, printed: &str, counts: bool, uncertainty: Option<f64>) -> bool {
     let [a, b]: [f64; 2] = [written, printed].map(|n| n.parse().expect("a number"));

@@ -13,8 +13,8 @@ fn table() -> Table {
     )
 }
 
-/// Catches a streamed table that differs from the table in memory, a number that does not read back exactly, a
-/// missing value that is printed, a word that breaks its line.
+/// Catches a streamed table that differs from the table in memory, and a number that does not read back exactly.
+/// Catches a missing value that is printed, and a word that breaks its line.
 #[test]
 fn a_table_streams_as_it_is_kept() {
     let rows: [[Cell; 3]; 4] = [

@@ -194,8 +194,8 @@ where
     times.iter().map(reach).collect()
 }
 
-/// The whole rod with initially relaxed branches, for all strains and bodies; the strains must stay uniform along
-/// the rod.
+/// The whole rod with initially relaxed branches, for all strains and bodies; the strains must stay uniform along the
+/// rod.
 pub fn run(
     section: &Viscoelastic,
     carried: &TipBody,
@@ -217,8 +217,8 @@ pub fn run(
     found
 }
 
-/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for
-/// a point mass on a ball joint and for a welded body.
+/// Catches a sign or factor in (6.3), and gravity without its potential: the damped oscillator in closed form, for a
+/// point mass on a ball joint and for a welded body.
 #[test]
 fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
@@ -293,7 +293,7 @@ fn a_strong_dashpot_costs_few_steps() {
     }
 }
 
-/// Catches energies that do not close, or strains that do not stay uniform along the rod, in strongly nonlinear
+/// Catches energies that do not close, or strains that do not stay uniform along the rod. Cases: strongly nonlinear
 /// laws, near total compression, with a branch, drag and a force in time.
 #[test]
 fn a_barrier_keeps_the_energy_balance() {

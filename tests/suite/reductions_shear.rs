@@ -40,8 +40,8 @@ fn with_rigid_flexure_any_shear_is_exact() {
     }
 }
 
-/// Catches an unchecked condition (6.19). Shear is exact if it decays at a root of its oscillator and the load
-/// keeps the stretch that directs the force through the clamp; at another rate it is not.
+/// Catches an unchecked condition (6.19). Shear is exact if it decays at a root of its oscillator and the load keeps
+/// the stretch that directs the force through the clamp; at another rate it is not.
 #[test]
 fn shear_that_dies_out_may_be_exact() {
     let mut viscosity = diagonal(VISCOSITY);
@@ -73,8 +73,8 @@ fn shear_that_dies_out_may_be_exact() {
     );
 }
 
-/// Shear v1 and stretch v3, their first and second derivatives, and lambda in n = lambda v, for the path v3 = a + b
-/// sin t with v1 by (6.19).
+/// For the path v3 = a + b sin t with v1 by (6.19): shear v1 and stretch v3, their first and second derivatives, and
+/// lambda in n = lambda v.
 fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
     let (shear, eta, axial, zeta) = (STIFFNESS[3], VISCOSITY[3], STIFFNESS[5], VISCOSITY[5]);
     let (a, b): (f64, f64) = (1.2, 0.1);
@@ -91,8 +91,8 @@ fn path(t: f64) -> ([f64; 3], [f64; 3], f64) {
     (x, y, lambda)
 }
 
-/// Catches (6.19) checked only for constant forces. A motion in shear and stretch under a load constructed for it
-/// is exact; under another load the start is refused at once, or later, when the rod bends.
+/// Catches (6.19) checked only for constant forces. A motion in shear and stretch under a load constructed for it is
+/// exact; under another load the start is refused at once, or later, when the rod bends.
 #[test]
 fn a_load_can_be_made_for_shear() {
     let section = plain();

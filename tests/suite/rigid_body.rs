@@ -135,9 +135,9 @@ fn carried() -> (RigidBody, Support<3>) {
     (body, clamp)
 }
 
-/// Catches a wrong term of the motion relative to a moving clamp. The motion to second order in time, mapped to the
-/// world by the clamp's pose alone, must have the momenta given by the loads, and the energy supplied by the rod,
-/// the loads and the clamp.
+/// Catches a wrong term of the motion relative to a moving clamp. The motion to second order in time is mapped to the
+/// world by the clamp's pose alone. There it must have the momenta given by the loads, and the energy supplied by the
+/// rod, the loads and the clamp.
 #[test]
 fn a_body_on_a_moving_clamp_obeys_the_laws_of_the_world() {
     let (body, clamp) = carried();

@@ -139,8 +139,8 @@ fn folds_with_the_end_held_agree_with_an_independent_code() {
     }
 }
 
-/// Catches an out-of-plane instability missed or misplaced: the planar elastica with a ball joint leaves its plane
-/// at the points given by the Lame-type equation of the reference.
+/// Catches an out-of-plane instability missed or misplaced: the planar elastica with a ball joint leaves its plane at
+/// the points given by the Lame-type equation of the reference.
 #[test]
 fn the_elastica_leaves_its_plane_where_an_independent_equation_says() {
     let data = json("rod_branch.json");

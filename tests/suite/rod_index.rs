@@ -8,8 +8,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Index of linear rods against explicit steps with their own columns, for loads up to some twenty turns and every
-/// kind of end. Catches an angle that loses half a turn on a long step or at a mixing of columns, and columns mixed
-/// by inconsistent matrices.
+/// kind of end. Catches an angle that loses half a turn on a long step or at a mixing of columns, and columns mixed by
+/// inconsistent matrices.
 #[test]
 fn the_index_of_a_linear_rod_is_that_of_any_rod() {
     let curved = |law: Linear, twist: f64| law.with_rest([0.8, -0.5], twist).expect("a law");
@@ -68,8 +68,8 @@ fn the_index_of_a_linear_rod_is_that_of_any_rod() {
     assert!(most > 15 && count > 400, "{most}, {count}");
 }
 
-/// A mode neutral at given force, but not at given pose: the index equals that on both sides. Catches an index
-/// decided by rounding there, and a refusal.
+/// A mode neutral at given force, but not at given pose: the index equals that on both sides. Catches an index decided
+/// by rounding there, and a refusal.
 #[test]
 fn the_index_goes_on_through_conjugate_points_at_given_force() {
     let law = diagonal([1.0, 1.6]).with_rest([0.8, -0.5], 1.7);
@@ -115,9 +115,8 @@ fn the_index_goes_on_through_conjugate_points_at_given_force() {
     assert!(passed > 12, "{passed}");
 }
 
-/// A column under a dead load loses a mode at each (k - 1/2)^2 pi^2 B of both its stiffnesses. Catches a rough
-/// count accepted although its dead zone hides the mode: the load of a lost mode was off by 1e-6 of it, for every
-/// tolerance.
+/// A column under a dead load loses a mode at each (k - 1/2)^2 pi^2 B of both its stiffnesses. Catches a rough count
+/// accepted although its dead zone hides the mode: the load of a lost mode was off by 1e-6 of it, for every tolerance.
 #[test]
 fn a_column_loses_its_modes_at_the_loads_of_euler() {
     let stiffness = [1.0, 2.3];

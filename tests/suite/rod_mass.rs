@@ -1,4 +1,4 @@
-//! First-order mass of the planar rod, its folds and its own vibrations (theory 2.8, 2.9).
+//! First-order mass of the planar rod: folds and vibrations (theory 2.8, 2.9).
 
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
@@ -33,8 +33,8 @@ fn points() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Catches a wrong velocity field: N is twice the kinetic energy of positions by differences, and that of a full
-/// rod in the reference data.
+/// Catches a wrong velocity field: N is twice the kinetic energy of positions by differences, and that of a full rod
+/// in the reference data.
 #[test]
 fn metric_is_the_kinetic_energy_of_the_rod() {
     let place = |p: f64, lam: f64, s: f64| {
@@ -225,8 +225,8 @@ fn ledger_closes_with_the_mass_of_the_rod() {
     }
 }
 
-/// Catches a switch-off of the mass too late before a fold: far from folds M0 is not computed but assumed to be 1,
-/// an upper bound.
+/// Catches a switch-off of the mass too late before a fold: far from folds M0 is not computed but assumed to be 1, an
+/// upper bound.
 #[test]
 fn the_mass_of_a_critical_shape_is_below_one() {
     let v = Vector2::new(1.0, 0.3);

@@ -38,10 +38,10 @@ fn recorded(text: &str, set: &[&str]) -> (run::RunRecord, Vec<Table>) {
     (record, tables)
 }
 
-/// Catches numbers in other units or of another state, and a wrong verdict on whether a rod comes to rest before
-/// the next event. The delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3) (theory 2.8), the
-/// straight rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of
-/// length, mass and stiffness all are the same.
+/// Catches numbers in other units or of another state, and a wrong verdict on whether a rod comes to rest before the
+/// next event. The delays of the reference snap are 0.2581 eps^(2/5) and 2.2579 eta^(2/3) (theory 2.8), the straight
+/// rod's frequency falls by eps 33/280 and its held vibration has 15.418/sqrt(eps). In other units of length, mass and
+/// stiffness all are the same.
 #[test]
 fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
     let units = [
@@ -93,8 +93,8 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         }
         assert!(found["end"].get("rod_kinetic").is_none());
     }
-    // With friction eta K, a vibration K x = omega^2 M x decays as exp(-eta omega^2 t/2); after five decay times
-    // the rod counts as quiet.
+    // With friction eta K, a vibration K x = omega^2 M x decays as exp(-eta omega^2 t/2); after five decay times the
+    // rod counts as quiet.
     for (eta, quiet) in [(5e-6, false), (1e-5, true)] {
         let damping = format!("rod.damping={{ proportional = {eta:e} }}");
         let record = record(SNAP, &[&damping]);
@@ -120,9 +120,9 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
     assert!(pulled["validity"]["rod_frequency"].is_null());
 }
 
-/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about
-/// the same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that
-/// of the held rod. Both hold up to the order of the mass; so does the decay with friction.
+/// Catches numbers of another equilibrium, mass or unit, against the frequencies of the rod with full mass about the
+/// same equilibrium. The lowest frequency differs by the shift. The first one beyond those of the body is that of the
+/// held rod. Both hold up to the order of the mass; so does the decay with friction.
 #[test]
 fn small_motions_tell_what_the_mass_changes() {
     let set = [
@@ -161,8 +161,8 @@ fn small_motions_tell_what_the_mass_changes() {
     assert!(full.mass.is_none());
 }
 
-/// Catches a start, ledger or column without the mass of the rod, and a reported time without mass that differs
-/// from the time without kinetic energy of the rod.
+/// Catches a start, ledger or column without the mass of the rod, and a reported time without mass that differs from
+/// the time without kinetic energy of the rod.
 #[test]
 fn first_order_runs_through_a_snap_and_reports_the_energy_of_the_rod() {
     let (record, tables) = recorded(
@@ -287,9 +287,9 @@ fn first_order_is_off_by_the_square_of_the_mass() {
     }
 }
 
-/// A rod with friction or mass passes the fold of the light rod without a jump. Its end differs from the elastic
-/// rod's by the order of friction and mass, and so do the fold's time and numbers; the energies balance. Catches a
-/// fold that is missed, found on another sheet, or out of place.
+/// A rod with friction or mass passes the fold of the light rod without a jump. Its end differs from the elastic rod's
+/// by the order of friction and mass, and so do the fold's time and numbers; the energies balance. Catches a fold that
+/// is missed, found on another sheet, or out of place.
 #[test]
 fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     let folds = |set: &[&str]| {
@@ -341,8 +341,8 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     assert!(of("elastic") < 0.0 && of("dissipated") > 0.0, "{sum:?}");
 }
 
-/// Catches frequencies printed to nine digits although the rod is not resolved: a rod pulled taut by a heavy
-/// weight, with its boundary layer.
+/// Catches frequencies printed to nine digits although the rod is not resolved: a rod pulled taut by a heavy weight,
+/// with its boundary layer.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn modes_tell_that_a_rod_is_not_resolved() {

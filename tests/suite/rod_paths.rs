@@ -81,7 +81,7 @@ fn the_plane_gives_what_space_gives() {
     for (rod_name, rod) in planar_rods() {
         for (end_name, end) in planar_ends() {
             for turned in [false, true] {
-                // Partly held ends refer to the world's axes, which must be those of the plane.
+                // Partly held ends refer to the axes of the world, which must coincide with the plane's.
                 let mixed = end.position.iter().flatten().count() == 2;
                 if turned && mixed {
                     continue;
@@ -386,8 +386,8 @@ fn overloaded_columns_are_found_buckled() {
     }
 }
 
-/// Catches searches that end on a coil although the rod can trail along the load, and endless searches: dead forces
-/// of all directions and sizes, whose energy is bounded below, so a stable state exists.
+/// Catches searches that end on a coil although the rod can trail along the load, and endless searches: dead forces of
+/// all directions and sizes, whose energy is bounded below, so a stable state exists.
 #[test]
 fn dead_forces_are_trailed() {
     let laws = [

@@ -7,8 +7,7 @@ use snaprod::rod::{EndConditions, Problem, Rod};
 use snaprod::section::{Along, Linear, Varying};
 use std::f64::consts::{LN_2, PI};
 
-/// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series are an independent
-/// method.
+/// Catches any slip in frame, balance, inverse law, energy or tangent: 80-bit Taylor series are an independent method.
 #[test]
 fn initial_value_problems_agree_with_taylor_series() {
     let data = json("rod_ivp.json");
@@ -104,7 +103,7 @@ fn the_error_falls_with_high_order() {
                 "{}: {error:e} at {tolerance:e}",
                 row["name"]
             );
-            // One step is as long as the rod, whatever the tolerance.
+            // Steps are limited by the length of the rod, at every tolerance.
             if error > 1e-13 && end.steps > 1 {
                 points.push(((end.steps as f64).ln(), error.ln()));
             }
@@ -230,9 +229,9 @@ fn indices_agree_with_discretised_second_variations() {
     assert!(tested >= 20, "only {tested}");
 }
 
-/// Catches an index without the lever of an off-end force. A column with its load on a stiff mast of height h
-/// (below the end for h < 0) buckles at lambda tan lambda = 1/h, lambda^2 the load. Under an excessive load, or one
-/// that pulls sideways on an arm, exactly one of the shapes found is stable and balances it.
+/// Catches an index without the lever of an off-end force. A column with its load on a stiff mast of height h (below
+/// the end for h < 0) buckles at lambda tan lambda = 1/h, lambda^2 the load. Under an excessive load, or one that
+/// pulls sideways on an arm, exactly one of the shapes found is stable and balances it.
 #[test]
 fn a_load_on_a_mast_buckles_the_column_early() {
     let rod = Rod::new(1.0, Linear::diagonal([1.0, 2.0], 0.8).unwrap()).expect("a rod");
@@ -304,9 +303,9 @@ fn a_load_on_a_mast_buckles_the_column_early() {
     }
 }
 
-/// Catches starts of the search that are not mirrored with the problem: images by d1, d2 and both had another
-/// stable state, of the energies 21.31 and 8.46. Laws, targets, couples and turns are mirrored; energy and the cost
-/// of the search are the same.
+/// Catches starts of the search that are not mirrored with the problem: images by d1, d2 and both had another stable
+/// state, of the energies 21.31 and 8.46. Laws, targets, couples and turns are mirrored; energy and the cost of the
+/// search are the same.
 #[test]
 fn mirror_images_have_mirror_images_as_equilibria() {
     let (k, twist) = ([1.5156, -0.2055], 1.4127);

@@ -156,10 +156,10 @@ fn joined(m: Vector3<f64>, n: Vector3<f64>) -> Vector6<f64> {
 
 /// Catches a wrong balance law, a strain that does not belong to its resultant, directors that drift.
 ///
-/// Along a uniform rod H = m.u + n.v - W is constant. With w = dW/de, H is the conjugate energy W*(w). The
-/// resultants' components along the directors have the derivatives m' = -u x m - v x n, n' = -u x n, so dW*/ds =
-/// e.w' = u.(-u x m - v x n) + v.(-u x n) = 0. Intrinsic strains are included, as part of W. The twisting couple m3
-/// is constant if the law is transversely isotropic. |n| and n.m are constant for any rod.
+/// Along a uniform rod H = m.u + n.v - W is constant. With w = dW/de, H is the conjugate energy W*(w). Along the
+/// directors the resultants' components have the derivatives m' = -u x m - v x n, n' = -u x n. Hence dW*/ds = e.w' =
+/// u.(-u x m - v x n) + v.(-u x n) = 0. Intrinsic strains are included, as part of W. The twisting couple m3 is
+/// constant if the law is transversely isotropic. |n| and n.m are constant for any rod.
 #[test]
 fn first_integrals_hold_along_the_rod() {
     let at: Vec<f64> = (0..=40).map(|i| i as f64 / 40.0 * 1.7).collect();
@@ -517,8 +517,7 @@ fn heavy_loads_and_stiffness_ratios_have_their_limits() {
         assert_eq!(found.index, 0);
     }
 
-    // B4 at P = 1: bending in a plane. The stiffnesses out of the plane do not matter; those of shear and stretch
-    // do.
+    // B4 at P = 1: bending in a plane. The stiffnesses out of the plane do not matter; those of shear and stretch do.
     let (deflection, shortening) = (0.301_720_773_8, 0.056_433_236_3);
     for (other, torsion) in [(1e6, 1.0), (1e6, 1e6), (1.0, 1e-3), (1.0, 1e6)] {
         for stiff in [None, Some(1e10)] {

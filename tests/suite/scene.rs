@@ -601,7 +601,7 @@ pub fn damaged(text: &str, edits: &[(usize, usize, usize)], fragments: &[&str]) 
     bytes
 }
 
-/// Numbers that are valid singly, but whose scales, or ratios to them, overflow.
+/// Valid single numbers with overflowing scales or ratios.
 #[test]
 fn scales_that_overflow_are_a_fault() {
     let soft = example("bending_stiffness = 1.0", "bending_stiffness = 1e-30");
@@ -645,8 +645,8 @@ duration = 1.0
 tolerance = 1e-10
 "#;
 
-/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a
-/// section that bends the wrong way, and diameters taken for radii.
+/// EI of a strip that lies flat is E b h^3/12, on edge E h b^3/12; a tube is a disc less its hole. Catches a section
+/// that bends the wrong way, and diameters taken for radii.
 #[test]
 fn a_rod_of_a_material() {
     let parse = |text: &str| Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
@@ -819,7 +819,7 @@ fn loads_and_clamps_in_time() {
     }
 }
 
-/// Catches an override applied elsewhere, or whose fault names a line of the text.
+/// Catches an override of a wrong field, or with a fault attributed to a line of the text.
 #[test]
 fn overrides() {
     let with = |overrides: &[&str]| Scene::parse_with(EXAMPLE, overrides);
@@ -857,8 +857,8 @@ fn overrides() {
     }
 }
 
-/// Catches a wrong element or component chosen by name or letter, and a refused unknown name without the list of
-/// valid names.
+/// Catches a wrong element or component chosen by name or letter, and a refused unknown name without the list of valid
+/// names.
 #[test]
 fn overrides_name_elements() {
     let platform = include_str!("../../scenes/platform.toml");

@@ -1,5 +1,5 @@
-//! Scenes of several rods and bodies: reading, building and scaling as in data of other programs
-//! (tests/data/space), and refusal of scenes that make no assembly.
+//! Scenes of several rods and bodies: reading, building and scaling as in data of other programs (tests/data/space),
+//! and refusal of scenes that make no assembly.
 
 use crate::support::{json, list, number, quaternion, rows, vector3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -132,8 +132,8 @@ fn assert_pose(
     assert!(off <= tolerance, "{what}: turned {off:e} too far");
 }
 
-/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform
-/// on three rods, in plain and in odd units, and the bundled one.
+/// Would catch a wrong scale, place, frame or load anywhere between a scene of statics and the library: a platform on
+/// three rods, in plain and in odd units, and the bundled one.
 #[test]
 fn platforms_rest_as_another_program_has_it() {
     let data = json("space/network_statics_given.json");
@@ -224,7 +224,7 @@ fn the_arch_leans_as_another_program_has_it() {
         assert!(off <= 1e-9, "the crown is turned {off:e} too far");
         assert_eq!(found.index, 0);
     }
-    // The hinge bears no couple; its force is that on the crown, reversed.
+    // The hinge bears no couple; the force is that on the crown, reversed.
     let (at_crown, at_hinge) = (one.rods[1].1, other.rods[1].1);
     let (couple, force) = (at_hinge.fixed_rows::<3>(0), at_hinge.fixed_rows::<3>(3));
     assert!(
@@ -243,8 +243,8 @@ fn the_arch_leans_as_another_program_has_it() {
     assert!((crown - last).norm() <= 1e-8 && (hinge - first).norm() <= 1e-8);
 }
 
-/// Would catch a wrong start, velocity, time scale or column of the trajectory: a chain released unloaded, and a
-/// body on two rods struck at its equilibrium.
+/// Would catch a wrong start, velocity, time scale or column of the trajectory: a chain released unloaded, and a body
+/// on two rods struck at its equilibrium.
 #[test]
 fn chains_and_loops_move_as_another_program_has_it() {
     let data = json("space/network_motion_given.json");
@@ -336,8 +336,8 @@ fn every_fault_of_an_assembly_is_found_at_once() {
     assert!(message.contains("did you mean \"platform\"?"), "{message}");
 }
 
-/// Would catch an impossible inertia accepted in one kind of scene only, and a needle refused with the sole advice
-/// to make it a point mass.
+/// Would catch an impossible inertia accepted in one kind of scene only, and a needle refused with the sole advice to
+/// make it a point mass.
 #[test]
 fn an_inertia_is_that_of_a_body_whatever_carries_it() {
     let rest = "[start]\nrest = \"straight\"\n[run]\nduration = 1.0\n";
@@ -417,8 +417,8 @@ fn rods_must_make_an_assembly() {
     }
 }
 
-/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on
-/// a tilted clamp, and as an assembly.
+/// Would catch a snap without its wrenches, or with those of another unit, end or frame: the flywheel as one rod on a
+/// tilted clamp, and as an assembly.
 #[test]
 fn a_snap_tells_the_wrenches_of_its_rod() {
     let rod = "model = \"cosserat\"\nlength = 0.5\nsection = { bending = [1.2, 1.0], torsion = 0.7, shear = [600.0, 720.0], axial = 1400.0 }\n\
@@ -488,8 +488,8 @@ fn a_start_that_fails_is_told_by_names() {
     );
 }
 
-/// Would catch a parameter of an assembly that changes another number, a limit point or index missing in the
-/// records, and an error bound that is too small: the deep arch pushed through, by the name of its body.
+/// Would catch a parameter of an assembly that changes another number, a limit point or index missing in the records,
+/// and an error bound that is too small: the deep arch pushed through, by the name of its body.
 #[test]
 fn the_arch_is_pushed_through_from_a_scene() {
     let data = json("space/network_statics_given.json");
@@ -563,8 +563,8 @@ fn the_arch_is_pushed_through_from_a_scene() {
     assert!(told.contains("body.crown.force.z"), "{told}");
 }
 
-/// Would catch a rod between two ball joints that bears a couple or a force off its chord: a weight on two such
-/// rods, of different lengths and rest shapes, balanced as a truss.
+/// Would catch a rod between two ball joints that bears a couple or a force off its chord: a weight on two such rods,
+/// of different lengths and rest shapes, balanced as a truss.
 #[test]
 fn a_weight_hangs_on_two_hinged_rods() {
     let rod = |name: &str, foot: &str, curvature: f64| {
@@ -782,8 +782,8 @@ fn a_strip_between_clamps_is_found_in_its_arch() {
     }
 }
 
-/// Catches a search that gives up at the first path that is too long. Two rods that close a loop between clamps at
-/// a chord of 1.1 have a stable equilibrium. Its energy is at most that of the branch on which the far clamp comes
+/// Catches a search that gives up at the first path that is too long. Two rods that close a loop between clamps at a
+/// chord of 1.1 have a stable equilibrium. Its energy is at most that of the branch on which the far clamp comes
 /// nearer from 1.5 (E = 9.5846).
 #[test]
 fn a_path_that_is_too_long_leaves_the_other_starts() {

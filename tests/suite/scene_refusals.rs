@@ -28,7 +28,7 @@ fn refused(text: &str, words: &[&str]) {
     }
 }
 
-/// Catches a model that is not named because its scene looks like one of another model.
+/// Catches models that are not named, of scenes that resemble those of another model.
 #[test]
 fn all_models_are_named() {
     let text = "[rod]\nmodel = \"beam\"\nlength = 1.0\nbending_stiffness = 1.0\n";
@@ -155,8 +155,8 @@ fn unresolved_waves_are_told() {
     );
 }
 
-/// Catches branches that write their strains into one file: each has a file of its own with its own times, and the
-/// run ends with all of them.
+/// Catches branches that write their strains into one file: each has a file of its own with its own times, and the run
+/// ends with all of them.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn branches_have_strains_of_their_own() {

@@ -349,7 +349,7 @@ fn resolved_scene_reads_back() {
     }
 }
 
-/// Catches scene files that do not check. Their results are tested with the branches.
+/// Catches invalid scene files; results are tested with the branches.
 #[test]
 fn scene_files_are_accepted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -560,8 +560,8 @@ step = 2
     assert_eq!(seen, expected);
 }
 
-/// Catches a path to a wrong number: `with` must change exactly the number read by `value`, and the result equals
-/// the scene with that number in its text.
+/// Catches a path to a wrong number: `with` must change exactly the number read by `value`, and the result equals the
+/// scene with that number in its text.
 #[test]
 fn parameters_are_the_numbers_they_name() {
     let all = r#"

@@ -69,9 +69,9 @@ fn load(scene: &Scene, t: f64, v: [f64; 2]) -> [f64; 2] {
 }
 
 proptest! {
-    /// Newton's law holds in both systems of units: the acceleration by the loads, computed in the library's units
-    /// and scaled back, is that computed in the user's. This couples the scales of force, time, velocity,
-    /// acceleration and drag.
+    /// Newton's law holds in both systems of units: the acceleration by the loads, computed in the library's units and
+    /// scaled back, is that computed in the user's. This couples the scales of force, time, velocity, acceleration and
+    /// drag.
     #[test]
     fn newtons_law_scales(
         length in 1e-3..1e3_f64, stiffness in 1e-3..1e3_f64, mass in 1e-3..1e3_f64,
@@ -129,8 +129,8 @@ proptest! {
     }
 }
 
-/// A tilted and moved clamp is equivalent to a world turned and moved the other way. Catches a start, velocity or
-/// load rotated into the frame of the clamp the wrong way, and an omitted clamp motion.
+/// A tilted and moved clamp is equivalent to a world turned and moved the other way. Catches a start, velocity or load
+/// rotated into the frame of the clamp the wrong way, and an omitted clamp motion.
 #[test]
 fn a_tilted_clamp_is_a_turned_world() {
     let text = |start: &str, clamp: &str, gravity: [f64; 2]| {
@@ -173,8 +173,8 @@ fn a_tilted_clamp_is_a_turned_world() {
     }
 }
 
-/// Catches times changed by rounding in the conversion to units of the rod and back: 0.049999999999999996 in place
-/// of 0.05.
+/// Catches times changed by rounding in the conversion to units of the rod and back: 0.049999999999999996 in place of
+/// 0.05.
 #[test]
 fn times_are_those_that_were_asked_for() {
     use snaprod::study::{Silent, Table, run};

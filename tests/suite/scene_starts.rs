@@ -164,8 +164,8 @@ impl EndBody<3> for Whirled {
     }
 }
 
-/// Catches a wrong rigid rotation with the clamp. An arc bent out of the plane of the rotation, at rest in the
-/// frame of a clamp that turns about any axis, moves in that frame under centrifugal and Coriolis forces.
+/// Catches a wrong rigid rotation with the clamp. An arc is bent out of the plane of the rotation, at rest in the
+/// frame of a clamp that turns about any axis. In that frame it moves under centrifugal and Coriolis forces.
 /// with_clamp is the velocity Omega x r of the end of the arc, given in the world.
 #[test]
 fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
@@ -210,8 +210,8 @@ fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
     agree(&ended(&text(weld, &turning)), &with_clamp, 1e-11);
 }
 
-/// Catches a rod at rest on its clamp that cannot start on a clamp moving at t = 0, in any model, or a refusal
-/// without an admissible velocity.
+/// Catches a rod at rest on its clamp that cannot start on a clamp moving at t = 0, in any model, or a refusal without
+/// an admissible velocity.
 #[test]
 fn a_rod_starts_at_rest_on_a_clamp_that_moves() {
     let elastic = PLANE.replace("damping = { proportional = 0.05 }\n", "");
@@ -282,9 +282,9 @@ fn a_straight_rod_lies_along_its_tilted_clamp() {
 }
 
 /// The planar end of a rod of length and stiffness 1 under the force (fx, fz) at the point (a, c) beside its end,
-/// along the directors d1, d3 there. The equation is theta'' = fz sin theta - fx cos theta, from the end, where
-/// theta' is the couple of the force about it, back to the clamp, where theta = 0. Solved by Runge and Kutta's
-/// classical method and the secant method.
+/// along the directors d1, d3 there. The equation is theta'' = fz sin theta - fx cos theta. It is integrated from the
+/// end, where theta' is the couple of the force about it, to the clamp, where theta = 0. Methods: Runge and Kutta's
+/// classical one and the secant method.
 fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     let couple = |theta: f64| {
         let (sin, cos) = theta.sin_cos();
@@ -323,9 +323,8 @@ fn carried(force: [f64; 2], arm: [f64; 2], guess: f64) -> (f64, f64, f64) {
     (-x, -z, end)
 }
 
-/// Catches a weight applied at the end instead of the centre of mass of a body welded beside it, a start that was
-/// once refused. The loads balance on the body, which stays in place, and the planar rod is the one found by
-/// shooting.
+/// Catches a weight applied at the end instead of the centre of mass of a body welded beside it, a start that was once
+/// refused. The loads balance on the body, which stays in place, and the planar rod is the one found by shooting.
 #[test]
 fn a_body_beside_the_end_settles_under_its_weight() {
     let text = |offset: &str, loads: &str| {
@@ -377,9 +376,9 @@ fn a_body_beside_the_end_settles_under_its_weight() {
     assert!(r.y.abs() < 1e-11);
 }
 
-/// Catches a straight rod under a push beyond Euler's load that is left standing, silently or without advice.
-/// Catches an imperfection that buckles the rod to the other side, or under loads below buckling, or whose bend is
-/// not of the given angle.
+/// Catches a straight rod under a push beyond Euler's load that is left standing, silently or without advice. Catches
+/// an imperfection that buckles the rod to the other side, or under loads below buckling, or whose bend is not of the
+/// given angle.
 #[test]
 fn a_push_beyond_euler_asks_for_an_imperfection() {
     let text = |damping: &str, push: f64, start: &str| {

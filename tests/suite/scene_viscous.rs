@@ -303,8 +303,8 @@ fn planar_si_scales() {
     );
 }
 
-/// Catches a rod at almost full reach that starts with NaN strains, or silently straight because the bend at its
-/// clamp falls between the nodes.
+/// Catches a rod at almost full reach that starts with NaN strains, or silently straight because the bend at its clamp
+/// falls between the nodes.
 #[test]
 fn full_reach_is_refused_with_the_reason() {
     for (position, why) in [
@@ -324,7 +324,7 @@ fn full_reach_is_refused_with_the_reason() {
     }
 }
 
-/// The first problem anybody tries: a steel strip held horizontally and let go.
+/// A typical first problem: a steel strip held horizontally and released.
 const STRIP: &str = r#"
 units = "si"
 [rod]
@@ -356,8 +356,8 @@ fn end_of(text: &str) -> [f64; 2] {
     [at.x, at.y]
 }
 
-/// Catches a strip that fails as printed in the issue, damped or undamped, straight by its rest or by its position,
-/// and a damped one with a wrong position after a second. Elastic and damped strips agree while damping has little
+/// Catches a strip that fails as printed in the issue, damped or undamped, straight by its rest or by its position.
+/// Catches a damped one with a wrong position after a second. Elastic and damped strips agree while damping has little
 /// effect.
 #[test]
 fn the_strip_let_go_runs() {
@@ -375,7 +375,7 @@ fn the_strip_let_go_runs() {
 }
 
 /// A force across a straight damped strip at rest, for a hundredth of a second. Catches a switch to explicit steps
-/// while the straight rod is at rest, which cannot be left again, and samples of a nearly straight rod whose
+/// while the straight rod is at rest, which cannot be left again. Catches samples of a nearly straight rod whose
 /// velocity is less accurate than the state's: the ledger was open by 1e-3.
 #[test]
 fn a_pulse_on_a_straight_strip() {

@@ -150,8 +150,8 @@ fn rigid_is_the_limit_of_stiff() {
 }
 
 /// Catches a torsion constant with too few terms (thin strips) or of the wrong side, second moments about the wrong
-/// director, a shear factor not Cowper's. The torsion constants: the series in 30 digits by mpmath, 0.1406 and
-/// 0.229 in Timoshenko and Goodier's table; the shear factors: Cowper's table for nu = 0.3.
+/// director, a shear factor not Cowper's. The torsion constants: the series in 30 digits by mpmath, 0.1406 and 0.229
+/// in Timoshenko and Goodier's table; the shear factors: Cowper's table for nu = 0.3.
 #[test]
 fn shapes_and_materials() {
     for (ratio, want) in [
@@ -320,7 +320,7 @@ fn laws_that_keep_planes() {
         law.with_rest([0.0, 0.0], 0.1).unwrap().planar_about(),
         [false, false]
     );
-    // Couplings by their indices, each with the planes that stay invariant.
+    // Couplings by indices, each with the invariant planes.
     for (i, j, want) in [
         (0, 1, [false, false]),
         (0, 2, [false, true]),

@@ -245,7 +245,7 @@ impl StoredEnergy for Stiffening {
 }
 
 proptest! {
-    /// Catches an inverse that stops early, or derivatives that are not those of the energy given.
+    /// Catches an inverse that stops early, or derivatives inconsistent with the given energy.
     #[test]
     fn users_law_and_its_inverse(
         e in prop::array::uniform6(-3.0..3.0_f64),

@@ -44,9 +44,9 @@ fn of(text: &str) -> ModesRecord {
     modes(&Scene::parse(text).unwrap()).unwrap_or_else(|why| panic!("{why}\n{text}"))
 }
 
-/// Catches the inertia of a shaken or turning clamp, and drag at its speed, among the loads of the settled
-/// equilibrium of a rod with mass; and a start with a spurious velocity, because the clamp's motion was subtracted
-/// at the straight shape.
+/// Catches the inertia of a shaken or turning clamp, and drag at its speed, among the loads of the settled equilibrium
+/// of a rod with mass; and a start with a spurious velocity, because the clamp's motion was subtracted at the straight
+/// shape.
 #[test]
 fn the_motion_of_a_clamp_is_no_load() {
     let full = "inertia = \"full\"\ndamping = { proportional = 0.02 }";
@@ -72,7 +72,7 @@ fn the_motion_of_a_clamp_is_no_load() {
 #[test]
 fn a_rod_settles_alike_from_both_ends() {
     let turning = "motion = { turn = { axis = [0.0, 1.0, 0.0], rate = 1.0 } }";
-    // Started at its other end, a rod leaves its attachment in the opposite direction.
+    // Reversed, a rod leaves the attachment in the opposite direction.
     let back = "quaternion = [0.0, 1.0, 0.0, 0.0]";
     let written = |ends: String| {
         let text = format!(
@@ -153,8 +153,8 @@ fn rods_of_small_mass_settle_under_their_weight() {
 }
 
 /// A stub of steel with a clip, and a strip with a weight on it, in every order: the slow motions of the strip are
-/// those of a cantilever on an almost rigid wall, sqrt(3 EI/(M L^3)) and more, not "free to move". Catches
-/// tolerances for unsupported directions in the units of the rod that comes first.
+/// those of a cantilever on an almost rigid wall, sqrt(3 EI/(M L^3)) and more, not "free to move". Catches tolerances
+/// for unsupported directions in the units of the rod that comes first.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn slow_motions_of_unlike_rods_are_found_in_any_order() {
@@ -194,9 +194,9 @@ fn slow_motions_of_unlike_rods_are_found_in_any_order() {
     }
 }
 
-/// Near the straight rod the transverse frequency is sqrt(3), up to the square of the deflection. Catches digits
-/// lost to the axial stiffness, which grows with the inverse square of the deflection, and a refusal of a rod
-/// straight to rounding.
+/// Near the straight rod the transverse frequency is sqrt(3), up to the square of the deflection. Catches digits lost
+/// to the axial stiffness, which grows with the inverse square of the deflection, and a refusal of a rod straight to
+/// rounding.
 #[test]
 fn frequencies_next_to_straight_keep_their_digits() {
     for across in [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13] {

@@ -1,5 +1,5 @@
-//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and
-//! against the ring-down of runs.
+//! Small motions of a body on a rod with friction: eigenvalues against closed forms of the straight rod, and against
+//! the ring-down of runs.
 
 use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Matrix3, Vector3};
@@ -60,8 +60,7 @@ fn space(section: &str, rod: &str, more: &str) -> String {
 }
 
 /// Catches friction omitted, scaled wrongly, or of the wrong section, and rates of the rod's own among those of the
-/// body: on the straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and
-/// stretch.
+/// body: on the straight rod K(s) = (1 + tau s) K, oscillating and overdamped, rigid and elastic in shear and stretch.
 #[test]
 fn proportional_friction_of_a_straight_rod() {
     for time in [1e-3, 0.3, 2.0, 50.0] {
@@ -89,8 +88,8 @@ fn proportional_friction_of_a_straight_rod() {
     }
 }
 
-/// Catches lost memory, and friction other than at rest: roots of s^2 + omega^2 (1 + tau s + sum k T s/(1 + T s)) =
-/// 0, and a Carreau law at its plateau. Two branches of an isotropic rod have rates of high multiplicity, on which
+/// Catches lost memory, and friction other than at rest: roots of s^2 + omega^2 (1 + tau s + sum k T s/(1 + T s)) = 0,
+/// and a Carreau law at its plateau. Two branches of an isotropic rod have rates of high multiplicity, on which
 /// eigenvalue methods stall.
 #[test]
 fn memory_and_friction_at_rest() {
@@ -138,8 +137,8 @@ fn memory_and_friction_at_rest() {
     );
 }
 
-/// Catches a wrong report of friction for a rod released straight under a distributed load: the modes are about the
-/// final equilibrium.
+/// A rod with friction, released straight under a distributed load. Catches modes about the start instead of the final
+/// equilibrium.
 #[test]
 fn let_go_straight_under_a_load_along_it() {
     let about = |start: &str| {
@@ -176,7 +175,7 @@ fn rung_down(x: &[f64], step: f64) -> Eigenvalue {
     root.ln() / step
 }
 
-/// The eigenvalue in the second half of what a run shows, in the coordinate `of`.
+/// The eigenvalue by the second half of a run's record, in the coordinate `of`.
 fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) -> Eigenvalue {
     let text = text.replace(
         "duration = 1.0",
@@ -192,9 +191,8 @@ fn measured(text: &str, (duration, samples): (f64, usize), from: f64, of: &str) 
     rung_down(&x[first..], duration / (samples - 1) as f64)
 }
 
-/// Catches a geometric stiffness omitted or multiplied with the friction. A rod bent by the weight of its body
-/// rings down, in the plane and in space. Frequency and decay of its last oscillations are those of the slowest
-/// eigenvalue.
+/// Catches a geometric stiffness omitted or multiplied with the friction. A rod bent by the weight of its body rings
+/// down, in the plane and in space. Frequency and decay of its last oscillations are those of the slowest eigenvalue.
 #[test]
 fn a_bent_rod_rings_down_at_its_eigenvalue() {
     let slowest = |text: &str| {
@@ -208,8 +206,7 @@ fn a_bent_rod_rings_down_at_its_eigenvalue() {
         "[loads]\ngravity = [0.0, -4.0]\n",
     );
     let straight = slowest(&plane("damping = { proportional = 0.25 }", ""));
-    // Small enough that quadratic terms stay below the tolerance: at six times the speed they are 1.4e-5 of the
-    // decay.
+    // Small enough that quadratic terms stay below the tolerance: at six times the speed they are 1.4e-5 of the decay.
     let weight = "[start]\nsettled = true\nvelocity = [5e-5, 0.0, 2e-5]\n[loads]\ngravity = [0.0, 1.0, -5.0]\n";
     let on_side = "[clamp]\nrotation = { axis = [0.2, 1.0, 0.0], angle = 1.3 }\n";
     let section = ", shear = [40.0, 60.0], axial = 300.0";

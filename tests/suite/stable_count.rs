@@ -1,5 +1,5 @@
-//! Number of stable equilibria at a point, against 2 less the winding number of the first fold curve about the
-//! point (theory 2.4).
+//! Number of stable equilibria at a point, against 2 less the winding number of the first fold curve about the point
+//! (theory 2.4).
 //!
 //! The curve is computed here independently, from `fold_at` alone, and refined towards each point until no piece is
 //! longer than half its distance from the point; the search for all equilibria does not use the curve.
@@ -73,8 +73,8 @@ fn angle(target: Point, a: Point, b: Point) -> f64 {
     (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
 }
 
-/// Half of the first fold curve, from the straight rod at p = 0 to p = 50. There x = 0.96, on the way back to (1,
-/// 0), next to the axis.
+/// Half of the first fold curve, from the straight rod at p = 0 to p = 50. There x = 0.96, on the way back to (1, 0),
+/// next to the axis.
 struct Curve(Vec<Piece>);
 
 impl Curve {
@@ -127,8 +127,8 @@ fn random() -> impl FnMut() -> f64 {
     }
 }
 
-/// Points for the comparison: three in eight anywhere in the disc, the others at critical positions: beside a fold,
-/// at distances down to 1e-9; around the cusps; beside the axis; along the border of the search's reach.
+/// Points for the comparison: three in eight anywhere in the disc, the others at critical positions: beside a fold, at
+/// distances down to 1e-9; around the cusps; beside the axis; along the border of the search's reach.
 fn points(n: usize) -> Vec<Point> {
     let cusps: Vec<Point> = fold_curve(1, 0.05, 8.0, 0.05)
         .unwrap()
@@ -171,7 +171,7 @@ fn points(n: usize) -> Vec<Point> {
     points
 }
 
-/// Beside the axis rods with a loop are stable at loads beyond those of the rest of the disc.
+/// Points near the axis, where rods with a loop are stable at loads beyond those of the rest of the disc.
 const LOOPS: [Point; 5] = [
     [0.6, 0.001],
     [0.7, 0.003],
@@ -198,8 +198,8 @@ fn check(n: usize) {
     }
 }
 
-/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound the
-/// stable region, and a wrong degree. All 10,000 points: [`ten_thousand_stable_counts`].
+/// Catches a stable equilibrium missed, doubled or invented by the search, a fold curve that does not bound the stable
+/// region, and a wrong degree. All 10,000 points: [`ten_thousand_stable_counts`].
 #[test]
 #[ignore = "second tier: 4 s"]
 fn stable_equilibria_count_as_the_fold_curve_winds() {

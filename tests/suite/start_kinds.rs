@@ -246,8 +246,8 @@ impl Case {
         }
     }
 
-    /// Accepted difference between plane and space, one rod and an assembly: for rods with mass, the rotary inertia
-    /// of sections and the next order.
+    /// Accepted difference between plane and space, one rod and an assembly: for rods with mass, the rotary inertia of
+    /// sections and the next order.
     fn alike(&self) -> f64 {
         match self.kind {
             Kind::Massless | Kind::Viscous => 1e-7,
@@ -256,8 +256,8 @@ impl Case {
     }
 }
 
-/// Catches a start that differs between one rod and an assembly, or between plane and space, such as a rod with
-/// full mass that settles and then moves because its clamp turns; and a kind accepted by only some of the three
+/// Catches a start that differs between one rod and an assembly, or between plane and space. A rod with full mass that
+/// settles and then moves because its clamp turns is an example. Catches a kind accepted by only some of the three
 /// forms.
 #[test]
 fn starts_of_every_kind_are_alike_however_they_are_written() {
@@ -303,8 +303,7 @@ fn starts_of_every_kind_are_alike_however_they_are_written() {
                 let (Some(a), Some(b)) = (first.ends(name), ran.ends(name)) else {
                     continue;
                 };
-                // Skipped: the end of an unsupported circular rod accelerates by an amount that depends on the
-                // nodes.
+                // Skipped: the end of an unsupported circular rod accelerates by an amount that depends on the nodes.
                 if name.starts_with('f') && beginning == Beginning::Bent {
                     continue;
                 }
@@ -338,8 +337,8 @@ const QUANTITIES: [&str; 10] = [
     "potential",
 ];
 
-/// End position of a buckled cantilever: along, and across the line of the clamp. Under an end load of 4 by
-/// elliptic integrals; under a weight of 20 as a light rod, by shooting; ten nodes are off by 4e-6.
+/// End position of a buckled cantilever: along, and across the line of the clamp. Under an end load of 4 by elliptic
+/// integrals; under a weight of 20 as a light rod, by shooting; ten nodes are off by 4e-6.
 const PUSHED: [f64; 2] = [0.2741801869, 0.8024065174];
 const WEIGHED: [f64; 2] = [-0.3342055955, 0.7049142372];
 

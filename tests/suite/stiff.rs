@@ -74,7 +74,7 @@ fn worst(got: &DVector<f64>, want: &[f64], floor: &[f64]) -> f64 {
 }
 
 /// y' = -rate(t) (y - cos t) - sin t, with time and the integral of y^2, whose row of the Jacobian is left zero.
-/// `noise` stands for rounding of the size of the terms that make y - cos t.
+/// `noise` models rounding of the size of the terms of y - cos t.
 fn decay(rate: impl Fn(f64) -> f64 + Copy + 'static, noise: f64) -> Problem {
     Problem::new(
         move |y, out| {
@@ -442,8 +442,8 @@ fn a_restart_may_change_the_dimension() {
     }
 }
 
-/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and a start
-/// outside is refused.
+/// Catches endless loops: a solution that leaves the domain, y = sqrt(1 - t), ends with an error, and a start outside
+/// is refused.
 #[test]
 fn the_end_of_the_domain_is_reported() {
     let problem = Problem::new(

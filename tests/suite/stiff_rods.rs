@@ -1,5 +1,4 @@
-//! Implicit steps of bodies on stiff rods in space: linear theory, explicit steps, and cases without implicit
-//! steps.
+//! Implicit steps of bodies on stiff rods in space: linear theory, explicit steps, and cases without implicit steps.
 
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
@@ -77,8 +76,8 @@ fn apart(a: &AssemblySample, b: &AssemblySample) -> f64 {
     worst(each)
 }
 
-/// Catches steps limited by the fast stretch mode, and inaccurate slow motion with long steps: small swings are
-/// those of the slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
+/// Catches steps limited by the fast stretch mode, and inaccurate slow motion with long steps: small swings are those
+/// of the slowest mode, at the steps' ends and inside. Explicit steps would take some 60000 slopes.
 #[test]
 fn a_small_swing_on_a_stiff_rod_takes_few_steps() {
     let (assembly, mut start) = hanging(1e8, 20.0);

@@ -101,9 +101,9 @@ fn stubs_swing_as_cantilevers_do() {
     }
 }
 
-/// What a rod that is bent to the curvature `k` at rest and has its end moved along it at the speed `v` has of
-/// kinetic energy, welded at its base and on a ball joint at its end, all of it 1 but for `mass` and its stiffness
-/// `axial`: the force along it changes at the rate N, the rod across itself at
+/// Kinetic energy of a rod of rest curvature `k` whose end moves axially at the speed `v`. The rod is welded at its
+/// base and ball-jointed at its end; all its parameters are 1 but `mass` and the axial stiffness `axial`. The axial
+/// force changes at the rate N, and the transverse velocity is y_t:
 /// ```text
 /// y_t = N k (-3 s^2 + 5 s^3 - 2 s^4)/48,     v = N (k^2/320 + 1/axial).
 /// ```
@@ -113,11 +113,11 @@ fn swayed(k: f64, v: f64, mass: f64, axial: f64) -> f64 {
     0.5 * mass * (rate * k).powi(2) * square
 }
 
-/// Catches a nearly straight rod with mass whose transverse motion is smaller than its end motion implies, because
-/// it ends on a slider. Catches a ledger that opens where the slider changes, or where the integration along the
-/// rod loses the digits of its axial compliance. The kinetic energy is the closed form up to the square of the
-/// curvature, for extensible and inextensible rods. The ledger closes to the tolerance over the shortening of the
-/// rod, down to a shortening of 1e-9; below that rounding along the rod opens it.
+/// Catches a nearly straight rod with mass that moves across itself by less than its end motion implies, as if its end
+/// were on a slider. Catches a ledger that opens where the slider changes, or where the integration along the rod
+/// loses the digits of its axial compliance. The kinetic energy is the closed form up to the square of the curvature,
+/// for extensible and inextensible rods. The ledger closes to the tolerance over the shortening of the rod, down to a
+/// shortening of 1e-9; below that rounding along the rod opens it.
 #[test]
 fn all_but_straight_rods_sway_as_their_ends_move() {
     for (k, axial) in [

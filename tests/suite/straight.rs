@@ -103,8 +103,8 @@ fn a_straight_rod_let_go_moves_as_an_independent_integration_has_it() {
     }
 }
 
-/// Catches a result that depends on the length of the opening series: the state within the opening of a long run,
-/// at its end, and beyond. Reference: runs whose opening was cut short by their duration or by a break of a load.
+/// Catches a result that depends on the length of the opening series: the state within the opening of a long run, at
+/// its end, and beyond. Reference: runs whose opening was cut short by their duration or by a break of a load.
 #[test]
 fn the_length_of_the_opening_does_not_matter() {
     let sine = || TimeLoad::sine(vector![0.3, 2.0], 3.0, 0.0).unwrap();
@@ -144,8 +144,8 @@ fn the_length_of_the_opening_does_not_matter() {
     }
 }
 
-/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, held horizontally and let go, undamped, in units of the rod (force
-/// 1.0595). Catches a start that shakes: the mass swings down, and comes back to where it began within 1e-3.
+/// The strip of 0.3 m x 20 x 0.5 mm with 50 g, released horizontally, undamped, in units of the rod (force 1.0595).
+/// Catches a start with spurious vibrations: the mass swings down, and returns to its start within 1e-3.
 #[test]
 fn the_strip_let_go_swings_back() {
     let bending = 200e9 * 0.02 * 0.0005_f64.powi(3) / 12.0;
@@ -175,8 +175,8 @@ fn chart(p: f64, lam: f64) -> Vector2<f64> {
     vector![p, amplitude(p, lam).unwrap()]
 }
 
-/// Catches a run that goes on with an open ledger: for a rod with a tight loop, the chart at lambda = 60, p = -30
-/// lost 2 % of the energy by t = 5e-4 and the run ended normally.
+/// Catches a run that goes on with an open ledger. In a tight loop, the chart at lambda = 60, p = -30 lost 2 % of the
+/// energy by t = 5e-4 and the run ended normally.
 #[test]
 fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
     let body = Body::new(1.0).unwrap();
@@ -233,10 +233,10 @@ fn ends(mut run: Run<'_, Elastica, 2>, most: u64, of: &str) -> Sample<2> {
     run.now()
 }
 
-/// Catches an endless start near the straight rod. The mass oscillates axially with a period of 0.5 kappa, up to
-/// 10^10 times here, each of which used to take 200 steps. Kappa goes from 1e-4 to 3e-11, on both sides, below
-/// Euler's load and beyond, free, pushed and pulled. Each run takes some hundred turns, and at its end agrees with
-/// the averaged motion.
+/// Catches an endless start near the straight rod. The mass oscillates axially with a period of 0.5 kappa, up to 10^10
+/// times here, each of which used to take 200 steps. Kappa goes from 1e-4 to 3e-11, on both sides, below Euler's load
+/// and beyond, free, pushed and pulled. Each run takes some hundred turns, and at its end agrees with the averaged
+/// motion.
 #[test]
 fn every_start_next_to_the_straight_rod_runs() {
     for kappa in [1e-4, -1e-5, 1e-6, -1e-8, 3e-11] {
@@ -246,8 +246,8 @@ fn every_start_next_to_the_straight_rod_runs() {
             let (start, still) = (chart(f64::atanh(kappa), lambda), vector![0.0, 0.0]);
             let run = Run::new(&Elastica, &body, start, still, options(0.3, 1e-10)).unwrap();
             let end = ends(run, 4_000_000, &of);
-            // The average is accurate to a turn's share of the motion, and rounding to its share of a turn, unless
-            // the runs average themselves.
+            // The average is accurate to a turn's share of the motion, and rounding to its share of a turn, unless the
+            // runs average themselves.
             let bound = match kappa.abs() < 1e-7 {
                 true => 1e-5 * kappa.abs(),
                 false => 20.0 * kappa * kappa + 1e-12,
@@ -258,9 +258,9 @@ fn every_start_next_to_the_straight_rod_runs() {
     }
 }
 
-/// Catches a long run near the straight rod under a small transverse load: while the mass crosses the axis every
-/// axial turn took thousands of slopes, forty million in the first case. Transversely the mass moves as on a beam,
-/// y'' = load - 3 y.
+/// Catches a long run near the straight rod under a small transverse load: while the mass crosses the axis every axial
+/// turn took thousands of slopes, forty million in the first case. Transversely the mass moves as on a beam, y'' =
+/// load - 3 y.
 #[test]
 fn a_small_load_across_takes_a_shaking_mass_along_quickly() {
     let cases = [
@@ -297,8 +297,8 @@ fn beam(pull: f64) -> (f64, f64) {
 }
 
 /// Catches a run that stays near the straight rod without axial oscillation: stability alone limited its steps, and
-/// with a load or velocity of 1e-7 across it failed. Pushed, free and pulled, at rest and thrown, the motion is
-/// that of a beam, through the straight rod and back, in some ten steps a period.
+/// with a load or velocity of 1e-7 across it failed. Pushed, free and pulled, at rest and thrown, the motion is that
+/// of a beam, through the straight rod and back, in some ten steps a period.
 #[test]
 fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     let cases = [
@@ -331,9 +331,9 @@ fn next_to_the_straight_rod_a_mass_swings_like_one_on_a_beam() {
     }
 }
 
-/// Catches a mass lost on its slow way through the upright straight rod. Pushed slightly beyond Euler's load it
-/// stops there, or just passes, with or without axial oscillation. It used to turn round along the rod until it ran
-/// out of steps.
+/// Catches a mass lost on its slow way through the upright straight rod. Pushed slightly beyond Euler's load it stops
+/// there, or just passes, with or without axial oscillation. It used to turn round along the rod until it ran out of
+/// steps.
 #[test]
 fn a_mass_falls_slowly_through_the_upright_rod() {
     let body = loaded([-2.6, 0.0]);
@@ -355,8 +355,8 @@ fn a_mass_falls_slowly_through_the_upright_rod() {
     }
 }
 
-/// Catches averaged strides that lose the phase of the axial oscillation, samples off the motion, or an omitted
-/// turn. Reference: the motion turn by turn, which a constantly breaking load enforces.
+/// Catches averaged strides that lose the phase of the axial oscillation, samples off the motion, or an omitted turn.
+/// Reference: the motion turn by turn, which a constantly breaking load enforces.
 #[test]
 fn strides_over_turns_are_the_motion_itself() {
     let (kappa, duration) = (2e-4, 0.05);
@@ -393,10 +393,10 @@ fn strides_over_turns_are_the_motion_itself() {
     }
 }
 
-/// Catches steps wasted where the undamped strip returns to the straight rod, to 7e-9 of its length, and bounces
-/// along it 1500 times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that
-/// found in this chart with the tolerance 1e-12. The bounces amplify rounding by varying factors: of three runs
-/// with neighbouring tolerances the middle one must meet the tolerance, and all of them three tolerances.
+/// Catches steps wasted where the undamped strip returns to the straight rod, to 7e-9 of its length, and bounces along
+/// it 1500 times within 0.04 s: in the chart (p, w) that took 608,000 steps. The position after 1 s is that found in
+/// this chart with the tolerance 1e-12. The bounces amplify rounding by varying factors: of three runs with
+/// neighbouring tolerances the middle one must meet the tolerance, and all of them three tolerances.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn the_undamped_strip_runs_for_a_second() {
@@ -421,8 +421,8 @@ fn the_undamped_strip_runs_for_a_second() {
     assert!(errors[1] < 1e-10 && errors[2] < 3e-10, "{errors:?}");
 }
 
-/// Catches landings on a copy of the fold itself. Near the straight rod 1 - x has no digits in the pose. A rod
-/// started with kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time slightly uphill.
+/// Catches landings on a copy of the fold itself. Near the straight rod 1 - x has no digits in the pose. A rod started
+/// with kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time slightly uphill.
 #[test]
 fn a_rod_next_to_the_straight_one_snaps_once() {
     let body = Body::new(1.0).unwrap();

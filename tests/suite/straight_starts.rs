@@ -55,8 +55,8 @@ fn options(duration: f64, tolerance: f64) -> Options {
     options
 }
 
-/// Catches nonlinear friction that stalls or wastes steps where G is nearly singular: the motion of the straight
-/// rod is the limit of those of bent ones, at every tolerance, in the plane and in space.
+/// Catches nonlinear friction that stalls or wastes steps where G is nearly singular: the motion of the straight rod
+/// is the limit of those of bent ones, at every tolerance, in the plane and in space.
 #[test]
 fn power_laws_leave_the_straight_rod() {
     for p in [0.5, 1.0, 2.0] {
@@ -94,9 +94,9 @@ fn power_laws_leave_the_straight_rod() {
     }
 }
 
-/// The first problem that anybody tries: a steel strip, 0.3 m x 20 mm x 0.5 mm, E = 200 GPa, with 50 g on its end, held
-/// horizontally and let go, damped by 1 ms. Catches a start from rest at which tension grows as t^2; the position after
-/// 1 s is that of an independent computation.
+/// A typical first problem: a steel strip, 0.3 m x 20 mm x 0.5 mm, E = 200 GPa, with 50 g on its end, released
+/// horizontally, damped by 1 ms. Catches a start from rest at which tension grows as t^2; the position after 1 s is
+/// that of an independent computation.
 #[test]
 fn strip_let_go() {
     let (length, stiffness, mass): (f64, f64, f64) =

@@ -6,8 +6,8 @@ use snaprod::study::run::Fields;
 use snaprod::study::{Silent, Table, dispatch};
 use std::time::Duration;
 
-/// Catches panics, NaN and infinite numbers, time running back, spurious or unreported energy, and refusals without
-/// a message, over all models. A scene over its time limit is interrupted, which is a valid outcome.
+/// Catches panics, NaN and infinite numbers, time running back, spurious or unreported energy, and refusals without a
+/// message, over all models. A scene over its time limit is interrupted, which is a valid outcome.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn scenes_drawn_at_random_end_in_a_stated_outcome() {
@@ -21,9 +21,9 @@ fn scenes_drawn_at_random_end_in_a_stated_outcome() {
     assert!(done > 30, "{done} scenes ran");
 }
 
-/// Catches failures found by random scenes: a mesh along a taut rod of absurd length under a couple that grew until
-/// the memory was full, a stiffness that rounded all energies to nothing, and waves so fast that no step moved the
-/// time, or that no interruption was noticed.
+/// Catches failures found by random scenes. A mesh along a taut rod of absurd length under a couple grew until the
+/// memory was full. A stiffness rounded all energies to nothing. Waves were so fast that no step moved the time, or
+/// that no interruption was noticed.
 #[test]
 fn scenes_that_went_wrong_end_in_a_stated_outcome() {
     let long = r#"
@@ -76,8 +76,8 @@ duration = 9e-4
     }
 }
 
-/// Catches a motion below its tolerance that ends as if normal: with a body of 1e-16 the speeds are 2e-8 in units
-/// of the rod, the tolerance is 5e-8, and the energies are those of the steps' errors. A finer tolerance closes the
+/// Catches a motion below its tolerance that ends as if normal: with a body of 1e-16 the speeds are 2e-8 in units of
+/// the rod, the tolerance is 5e-8, and the energies are those of the steps' errors. A finer tolerance closes the
 /// ledger.
 #[test]
 fn motions_below_their_tolerance_are_told() {

@@ -257,7 +257,7 @@ fn spatial(dice: &mut Dice, k: &Scales) -> String {
     )
 }
 
-/// Two stretched or compressed rods that hold a body between them.
+/// A body between two stretched or compressed rods.
 fn pair(dice: &mut Dice, k: &Scales) -> String {
     let apart = k.length * dice.within(1.6, 2.02);
     let joint = dice.one_of(&["weld", "ball"]);
@@ -459,7 +459,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
     Ok(outcome)
 }
 
-/// The first words of an error, which classify it.
+/// Class of an error: the first words.
 fn class(said: &str) -> String {
     let words = said
         .split_whitespace()
@@ -499,9 +499,9 @@ fn number(text: &str, key: &str) -> Option<f64> {
     rest.split([',', ']', '\n']).next()?.parse().ok()
 }
 
-/// Checks the ledger of a run that ended normally. Shapes are known to within the tolerance, in units of the rod.
-/// An energy E is known to within the tolerance times its square root times that of the rod's `unit`, B/L. The
-/// latter matters for E below 1e-10 B/L or so.
+/// Checks the ledger of a run that ended normally. Shapes are known to within the tolerance, in units of the rod. An
+/// energy E is known to within the tolerance times its square root times that of the rod's `unit`, B/L. The latter
+/// matters for E below 1e-10 B/L or so.
 fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
     let total = table.reals("total");
     let terms = [

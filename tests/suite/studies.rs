@@ -28,8 +28,8 @@ fn hold(record: &BranchRecord, tolerance: f64, references: &[(f64, f64)]) {
 
 /// Catches a `+-` without the error of the integration along the rod. References: the lateral scene, where the rod
 /// leaves its plane, by shooting with the linearised equations across the plane (DOP853 of scipy at 2e-14); the
-/// elastica's fold in closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the
-/// turning frame, 40 digits.
+/// elastica's fold in closed form. The twisted rod: matrix exponential of Greenhill's linear equations in the turning
+/// frame, 40 digits.
 #[test]
 fn precision_of_special_points_is_a_bound() {
     let lateral = [(-0.39006674326927, 1e-13), (-0.612021928121196, 1e-15)];
@@ -108,8 +108,8 @@ fn pyramid(stiffness: f64, b: f64) -> (String, Vec<(f64, f64)>) {
     (text, vec![(-load, 1e-13 * load)])
 }
 
-/// Catches a `+-` without rounding, the whole error at the finest tolerances: folds and branch points in closed
-/// form, of sheared rods in space, of assemblies and of bars between ball joints.
+/// Catches a `+-` without rounding, the whole error at the finest tolerances: folds and branch points in closed form,
+/// of sheared rods in space, of assemblies and of bars between ball joints.
 #[test]
 fn rounding_is_within_the_bound() {
     let mut scenes = Vec::new();
@@ -200,8 +200,8 @@ fn no_tolerance_loses_a_branch() {
     }
 }
 
-/// Catches a branch lost silently: a round column, which buckles in any direction, has no isolated branch; record
-/// and summary must report this.
+/// Catches a branch lost silently: a round column, which buckles in any direction, has no isolated branch; record and
+/// summary must report this.
 #[test]
 fn lost_branches_are_told() {
     let (text, _) = column([1.0, 1.0], 23.0, 61.0, true);
@@ -275,8 +275,8 @@ impl Hooks for Impatient {
     }
 }
 
-/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record
-/// marked as complete.
+/// Catches an interrupt that loses the points found so far, goes on with other branches, or leaves the record marked
+/// as complete.
 #[test]
 fn an_interrupted_branch_keeps_its_points() {
     let scene = scene("twist");
@@ -327,8 +327,8 @@ fn the_plane_follows_the_guess() {
     );
 }
 
-/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for, with the messages
-/// of deflation. Catches a branch that ends where the base wrench becomes useless.
+/// A load that pulls a slack rod taut, in the plane and in space, by the path the scene asks for, with the messages of
+/// deflation. Catches a branch that ends where the base wrench becomes useless.
 #[test]
 #[ignore = "second tier: 9 s"]
 fn a_branch_that_becomes_taut_is_solved_from_both_ends() {

@@ -34,9 +34,9 @@ fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
     events.next().expect("a bounce")
 }
 
-/// Catches a bounce missed or reported twice, and a wrong friction loss. Reference: the Kelvin-Voigt rod at two
-/// small viscosities, whose loss in the bounce tends with eta to the printed one (leading order; the factor C of
-/// theory 2.8 is up to 1.2).
+/// Catches a bounce missed or reported twice, and a wrong friction loss. Reference: the Kelvin-Voigt rod at two small
+/// viscosities, whose loss in the bounce tends with eta to the printed one (leading order; the factor C of theory 2.8
+/// is up to 1.2).
 #[test]
 fn friction_takes_from_a_bounce_what_is_printed() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
@@ -125,8 +125,7 @@ fn the_strain_field_stays_small_unless_asked_for() {
     assert_eq!((tables.len(), record.strain_stride), (1, None));
 }
 
-/// Catches a Poincare section at other times than whole periods, and an accepted period that does not divide the
-/// run.
+/// Catches a Poincare section at other times than whole periods, and an accepted period that does not divide the run.
 #[test]
 fn a_section_is_written_at_whole_periods() {
     let text = VISCOUS.replace("samples = 2001", "strobe = 0.05");
@@ -172,8 +171,8 @@ fn a_ledger_is_judged_by_its_largest_term() {
     assert!(!closed(&[ledger(1.0, 0.0), ledger(f64::NAN, 0.0)]));
 }
 
-/// Catches a run that silently makes or loses energy. In a loop the chart of the elastica determines the end only
-/// to exp(|p|) times rounding, so each such run must be accurate, or refused, or end with the reason.
+/// Catches a run that silently makes or loses energy. In a loop the chart of the elastica determines the end only to
+/// exp(|p|) times rounding, so each such run must be accurate, or refused, or end with the reason.
 #[test]
 fn no_open_ledger_passes_in_silence() {
     let mut followed = 0;

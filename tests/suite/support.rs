@@ -134,8 +134,8 @@ pub fn rod(row: &Value) -> Rod {
     rod.expect("a rod")
 }
 
-/// Checks the shapes of the fall in the last snap of `run`: they begin at the fold and end at the landing, lose
-/// energy monotonically, and have their ends in place.
+/// Checks the shapes of the fall in the last snap of `run`: they begin at the fold and end at the landing, lose energy
+/// monotonically, and have their ends in place.
 pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     const SECTIONS: usize = 201;
     let shapes = run.fall(snap).expect("a layer");
@@ -160,7 +160,7 @@ pub fn falls(run: &dyn Motion<'_>, snap: &Snap, energy: f64) -> Vec<Fallen> {
     for ((_, shape), (side, bound)) in [first, last].into_iter().zip(sides.iter().zip([0.1, 1e-3]))
     {
         let rod = &side[..];
-        // A taut rod near its fold may have no shape; at its landing it has one.
+        // A taut rod near a fold may have no shape; after landing the rod has one.
         if rod.is_empty() && std::ptr::eq(side, &sides[0]) {
             continue;
         }
@@ -238,7 +238,7 @@ pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// Asserts that a scene has exactly this one fault, with the given words.
+/// Asserts that a scene has one fault only, with the given words.
 #[cfg(feature = "scene")]
 #[track_caller]
 pub fn one_fault(

@@ -142,8 +142,7 @@ fn what_is_varied_is_read_or_refused() {
     }
 }
 
-/// Catches work lost or repeated in a resumed sweep, a table that depends on the threads, and rows of another
-/// sweep.
+/// Catches work lost or repeated in a resumed sweep, a table that depends on the threads, and rows of another sweep.
 #[test]
 fn a_sweep_goes_on_where_it_was_ended() {
     let place = Place::new("sweep");
@@ -284,8 +283,8 @@ fn a_column_stands_in_the_table_once() {
     run("wrong --map end.mode").json(0);
 }
 
-/// Catches removal of foreign files, rows of a sweep with other values between the same ends, a damaged chunk that
-/// is not recomputed, and damage reported as another sweep.
+/// Catches removal of foreign files, rows of a sweep with other values between the same ends, a damaged chunk that is
+/// not recomputed, and damage reported as another sweep.
 #[test]
 fn a_directory_holds_the_rows_of_its_sweep_alone() {
     let place = Place::new("owned");
@@ -395,8 +394,8 @@ fn fields_that_count_are_drawn_whole() {
     assert!((400..600).contains(&below), "{low:?}");
 }
 
-/// Catches a map, or curves over one field, whose axes are labelled by paths, or without units: SI units, units of
-/// the rod if length, stiffness and mass stay 1, no units if one of these varies.
+/// Catches a map, or curves over one field, whose axes are labelled by paths, or without units: SI units, units of the
+/// rod if length, stiffness and mass stay 1, no units if one of these varies.
 #[test]
 fn a_map_has_names_and_units() {
     let place = Place::new("map_names");

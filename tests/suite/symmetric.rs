@@ -227,7 +227,7 @@ fn reference_motions_in_the_plane_are_met_inside_the_steps() {
     assert!(error < 1e-6, "B: {error:e}");
 }
 
-/// A fold is found in long steps, and the motion goes on (theory 2.6).
+/// A fold is found in long steps, and the motion continues (theory 2.6).
 #[test]
 fn a_snap_in_the_plane_is_the_reference() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
@@ -298,9 +298,9 @@ fn ended<'a>(motion: &mut dyn Motion<'a>) {
     assert_eq!(outcome, Some(Outcome::EndOfTime));
 }
 
-/// Would catch a part of a run that distinguishes forward from backward: after reversal of the final velocities a
-/// run returns to the reversed start, in the plane and in space, of one body and of two. (The two runs choose their
-/// steps independently and end by a shortened one, so that they agree to the tolerance, not to rounding.)
+/// Would catch a part of a run that distinguishes forward from backward: after reversal of the final velocities a run
+/// returns to the reversed start, in the plane and in space, of one body and of two. (The two runs choose their steps
+/// independently and end by a shortened one, so that they agree to the tolerance, not to rounding.)
 #[test]
 fn whole_runs_turned_round_lead_back() {
     let body = Body::<2>::new(1.0)

@@ -1,4 +1,4 @@
-//! Taut rods, charted by their force and their end pose.
+//! Taut rods in the chart by force and end pose.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
@@ -210,8 +210,8 @@ fn taut_rods_of_other_programs() {
     }
 }
 
-/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l,
-/// over cosh l, k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
+/// The straight rod under tension is a beam-column: with B = B' v3, L = L' v3, l = lam sqrt(v3) and t = tanh l, over
+/// cosh l, k_vv = T l t/(L phi) .. , phi = 2/cosh - 2 + l t. All entries of the stiffness, up to lam = 1e4.
 #[test]
 fn a_straight_rod_under_tension_is_a_beam_column() {
     for lam in [3.0, 10.0, 30.0, 100.0, 1e3, 1e4_f64] {
@@ -312,9 +312,8 @@ fn moved(
     (last, opened)
 }
 
-/// A mass in the middle of a tight wire, struck across: a cycle of the anharmonic oscillator of string and beam,
-/// whose force has a term in the cube of the displacement. Catches a drifting chart, and a force that does not
-/// match the position.
+/// A mass in the middle of a tight wire, struck across: a quarter period of the harmonic oscillator of string and
+/// beam, with a small cubic term in the force. Catches a drifting chart, and a force that does not match the position.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_mass_on_a_tight_wire_swings() {
@@ -335,8 +334,8 @@ fn a_mass_on_a_tight_wire_swings() {
     }
 }
 
-/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches; these halves leave
-/// and re-enter the base-wrench charts during the motion.
+/// The motion of a wire of lam = 24 in two halves, in 80-bit arithmetic by their base wrenches; these halves leave and
+/// re-enter the base-wrench charts during the motion.
 #[test]
 #[ignore = "second tier: 3 s"]
 fn a_wire_moves_as_another_program_has_it() {
@@ -469,9 +468,9 @@ fn the_wire_of_the_scenes_swings_as_string_and_beam() {
 }
 
 /// Catches unstable rods instead of stable ones, and a search without result where an unstable one exists. A force
-/// pointing back along the clamp turns a rod about its stiffer axis, up to about 120 degrees; beyond, the rod
-/// leaves that plane. The integrals of a rod under a dead force, m . n = 0 and m . B^-1 m/2 + n . d3 = |n|, hold at
-/// the clamp, and out of the plane the rod stores less than in it.
+/// pointing back along the clamp turns a rod about its stiffer axis, up to about 120 degrees; beyond, the rod leaves
+/// that plane. The integrals of a rod under a dead force, m . n = 0 and m . B^-1 m/2 + n . d3 = |n|, hold at the
+/// clamp, and out of the plane the rod stores less than in it.
 #[test]
 #[ignore = "second tier: 5 s"]
 fn forces_far_back_turn_rods_out_of_their_plane() {
@@ -512,9 +511,9 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
     }
 }
 
-/// Catches a rod lost between two evaluations of a motion with a fast falling pull, where the guess leads to the
-/// other side. A rod turned by more than pi from its clamp into the pull must be continued from one with two thirds
-/// of the force, whose couple differs strongly.
+/// Catches a rod lost between two evaluations of a motion with a fast falling pull, where the guess leads to the other
+/// side. A rod turned by more than pi from its clamp into the pull must be continued from one with two thirds of the
+/// force, whose couple differs strongly.
 #[test]
 fn the_equilibrium_that_is_meant_is_led_to() {
     let rod = Rod::new(1.0, Linear::diagonal([1.2, 1.0], 0.8).unwrap()).unwrap();

@@ -20,8 +20,8 @@ fn turned(by: Vector3<f64>) -> Option<UnitQuaternion<f64>> {
 }
 
 /// Every kind of end at lam = 9.5, in the form with the base wrench, and beyond, in the form with both ends. The
-/// derivatives by the unknowns are compared with central differences, as is the derivative by a parameter that
-/// moves the end condition. The determinant keeps its sign between the forms.
+/// derivatives by the unknowns are compared with central differences, as is the derivative by a parameter that moves
+/// the end condition. The determinant keeps its sign between the forms.
 #[test]
 fn equations_of_both_forms_have_one_sign_and_their_derivatives() {
     type Make = fn(Vector3<f64>, f64) -> EndConditions;
@@ -166,9 +166,9 @@ fn a_twisted_rod_folds_alike_in_both() {
     }
 }
 
-/// Loads that grow from nothing to lam = 1e4 in one branch, of a rod whose end is free, bears a body beside it, or
-/// is held along one axis. The end of the branch is the equilibrium found there directly, stable throughout, in
-/// some hundred steps.
+/// Loads that grow from nothing to lam = 1e4 in one branch, of a rod whose end is free, bears a body beside it, or is
+/// held along one axis. The end of the branch is the equilibrium found there directly, stable throughout, in some
+/// hundred steps.
 #[test]
 #[ignore = "second tier: 56 s"]
 fn branches_lead_from_slack_rods_to_strings() {
@@ -287,8 +287,8 @@ fn branches_in_a_plane_stay_in_it() {
     assert!((spatial.end.position - alone.end.position).norm() < 1e-14);
 }
 
-/// A load that turns with the end has no better chart than the base wrench: the form with both ends is not used,
-/// where branch points would be rounding artefacts.
+/// A load that turns with the end has no better chart than the base wrench: the form with both ends is not used, where
+/// branch points would be rounding artefacts.
 #[test]
 fn following_loads_stay_with_the_base_wrench() {
     let rod = Rod::new(1.0, Linear::diagonal([1.1, 1.0], 0.75).unwrap()).unwrap();

@@ -42,10 +42,9 @@ fn off(row: &[f64; 9], side: f64, found: &AddedInertia) -> f64 {
     )
 }
 
-/// Catches cancellation of digits, a wrong term of the field or of its second derivatives, and a wrong mirror
-/// image: mass and force against differences of the pendulum in 80 digits, of rods almost straight, bent, and with
-/// half a loop at the clamp, lam = 20.5 to 1000. Within the range of theta functions they are an independent second
-/// method.
+/// Catches cancellation of digits, a wrong term of the field or of its second derivatives, and a wrong mirror image:
+/// mass and force against differences of the pendulum in 80 digits, of rods almost straight, bent, and with half a
+/// loop at the clamp, lam = 20.5 to 1000. Within the range of theta functions they are an independent second method.
 #[test]
 fn mass_and_force_of_a_taut_rod_keep_their_digits() {
     let still = Vector2::zeros();
@@ -105,9 +104,9 @@ fn felt(lam: f64, t: f64, frame: Option<&Frame<2>>) -> (EndInertia<2>, [f64; 2])
     (felt, rod.energies(frame, [&q, &v], 1e-12).unwrap())
 }
 
-/// Catches a weight, power of the clamp or energy that is wrong in one of two methods. The added inertia is
-/// continuous at the transition between them, at lam = 20 and where the bend at the clamp is large enough. The
-/// clamp is fixed, or shakes and turns.
+/// Catches a weight, power of the clamp or energy that is wrong in one of two methods. The added inertia is continuous
+/// at the transition between them, at lam = 20 and where the bend at the clamp is large enough. The clamp is fixed, or
+/// shakes and turns.
 #[test]
 fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
     let support = Support::<2>::new(Vector2::new(0.2, -0.1), 0.6).unwrap();
@@ -196,8 +195,8 @@ fn hard_bounces_keep_the_mass_of_the_rod() {
     }
 }
 
-/// Catches a taut rod followed although practically straight, or with a loop off the clamp beyond lam = 30, and a
-/// rod lost between these limits; a rod given up is found again further inside.
+/// Catches a taut rod followed although practically straight, or with a loop off the clamp beyond lam = 30, and a rod
+/// dropped too early. Hysteresis: a rod given up is followed again only further inside.
 #[test]
 fn taut_rods_are_followed_where_they_are_bent_at_the_clamp() {
     let rod = LightRod {

@@ -154,8 +154,8 @@ fn difference(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
         / h
 }
 
-/// Catches a wrong sign of the force, a factor in the energy of either spring, a Jacobian that is not the
-/// derivative of the pose, and an index that does not count the unstable directions of the held truss.
+/// Catches a wrong sign of the force, a factor in the energy of either spring, and a Jacobian that is not the
+/// derivative of the pose. Catches an index that does not count the unstable directions of the held truss.
 #[test]
 fn manifold_is_lagrangian() {
     const STEP: f64 = 0.004;
@@ -486,8 +486,8 @@ fn fold_time_follows_tolerance() {
     }
 }
 
-/// Catches a fold not recognised, a snap to the wrong side, a start at rest that never leaves or leaves late, and a
-/// missed end time inside the first step off the fold.
+/// Catches a fold not recognised, a snap to the wrong side, and a start at rest that never leaves or leaves late.
+/// Catches a missed end time inside the first step off the fold.
 #[test]
 fn starts_on_a_fold() {
     let (truss, f) = (SOFT.truss(), SOFT.fold());
@@ -652,7 +652,7 @@ fn landing_rules() {
     );
 }
 
-/// Catches a tolerance at which runs get stuck, lose a fold or drift far beyond what was asked.
+/// Catches a tolerance at which runs get stuck, lose a fold or drift far beyond the tolerance.
 #[test]
 fn every_tolerance_works() {
     let truss = SOFT.truss();

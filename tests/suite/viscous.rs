@@ -385,8 +385,8 @@ fn three_snaps_agree_with_an_independent_run() {
     }
 }
 
-/// Catches a limit eta -> 0 that is not the elastic run with viscous landings: order 1 on the sheet, before and
-/// after each of three snaps, 2/3 for the delay of a snap; and unbounded work.
+/// Catches a limit eta -> 0 that is not the elastic run with viscous landings: order 1 on the sheet, before and after
+/// each of three snaps, 2/3 for the delay of a snap; and unbounded work.
 #[test]
 #[ignore = "second tier: 4 s"]
 fn vanishing_viscosity_leaves_the_elastic_run() {

@@ -232,8 +232,8 @@ fn differentiates<K, B, const M: usize, const D: usize>(
     rough_is_whole(&what, &mut system, y);
 }
 
-/// Without end wrench no term depends on the rod's rotation, and the rough Jacobian is exact: products and
-/// solutions of every form agree.
+/// Without end wrench no term depends on the rod's rotation, and the rough Jacobian is exact: products and solutions
+/// of every form agree.
 fn rough_is_whole<K, B, const M: usize, const D: usize>(
     what: &str,
     system: &mut ViscousSystem<'_, K, B, M, D>,

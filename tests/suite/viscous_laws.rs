@@ -204,7 +204,7 @@ fn closed_forms_agree_with_their_potentials() {
     }
 }
 
-/// Catches derivatives that are not those of the rates, by central differences extrapolated to order 4.
+/// Catches derivatives inconsistent with the rates, by central differences extrapolated to order 4.
 #[test]
 fn derivatives_are_those_of_the_rates() {
     for (name, law) in laws() {
@@ -284,9 +284,9 @@ fn carreau_goes_from_plateau_to_power() {
     }
 }
 
-/// At the flexure rate given for the weakest axis of the local section, friction is 2^((p - 1)/2) of its plateau,
-/// and the corresponding overstress gives about that rate. Catches the axis of another section, or the stronger
-/// one, also for axes that turn along the rod and are far from alike.
+/// At the flexure rate given for the weakest axis of the local section, friction is 2^((p - 1)/2) of its plateau, and
+/// the corresponding overstress gives about that rate. Catches the axis of another section, or the stronger one, also
+/// for axes that turn along the rod and are far from alike.
 #[test]
 fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
     let (p, flexure) = (0.4, 0.3);
@@ -369,8 +369,8 @@ fn total_compression_takes_for_ever() {
     assert_close(time, want, 1e-8, 0.0, "time");
 }
 
-/// Catches a viscosity of another section: tapered tables, and time x tangent of linear, tapered and nonlinear
-/// laws, with rigid strains kept.
+/// Catches a viscosity of another section: tapered tables, and time x tangent of linear, tapered and nonlinear laws,
+/// with rigid strains kept.
 #[test]
 fn viscosities_follow_the_rod() {
     let table = |a, b| Along::table(&[(0.0, a), (0.5, b), (1.0, b)]).unwrap();

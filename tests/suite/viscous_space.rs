@@ -263,7 +263,7 @@ fn elements_agree_with_one() {
                     entries
                 })
                 .collect();
-            // Integrated over all nodes: what a smooth change makes of the loads, and of the motion of the end.
+            // Integrated over all nodes: the effect of a smooth change on the loads, and on the motion of the end.
             let n = grid.len();
             let w = Vector6::new(0.4, -0.7, 0.3, 1.1, 0.9, -0.8);
             let mut stiffness = DMatrix::zeros(6 * n, 6 * n);
@@ -412,8 +412,8 @@ fn derivatives_agree_with_differences() {
     }
 }
 
-/// A change of the strains at one node alone is a polynomial of full degree. The end moves exactly as weight_j
-/// Q_j^T; the loads follow up to the unresolved part of such a change, 0.4/n^2.
+/// A change of the strains at one node alone is a polynomial of full degree. The end moves exactly as weight_j Q_j^T;
+/// the loads follow up to the unresolved part of such a change, 0.4/n^2.
 #[test]
 fn changes_at_one_node() {
     let space = Space::<6, 6>::new();

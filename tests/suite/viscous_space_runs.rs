@@ -424,7 +424,7 @@ const AXIAL: f64 = 100.0;
 const AXIAL_VISCOSITY: f64 = 2.0;
 const STRENGTH: f64 = 5.0;
 
-/// A section that resists total compression by its elasticity, by friction, or both.
+/// A section with resistance to total compression by elasticity, friction, or both.
 fn resisting(shear: bool, elastic: bool, friction: bool) -> Viscoelastic {
     let mut base = Linear::diagonal([1.0, 1.3], 0.7)
         .and_then(|law| law.with_axial(AXIAL))

@@ -19,8 +19,8 @@ fn at(width: &str, place: &Place, arguments: &[&str]) -> Answer {
     Answer::of(command.env(VARIABLE, width).output().unwrap())
 }
 
-/// Catches a kernel wrong at one width alone, and a cap without effect: narrow registers must give the results of
-/// wide ones, but not to the last digit of all of them.
+/// Catches a kernel wrong at one width alone, and a cap without effect: narrow registers must give the results of wide
+/// ones, but not to the last digit of all of them.
 #[test]
 fn narrow_registers_give_what_wide_ones_do() {
     let mut apart = false;

@@ -18,8 +18,8 @@ enum Far {
     Turned,
 }
 
-/// Special points up to the fold of a rod with one clamp turned by the angle p. The ends are 1 - s apart, and the
-/// rod is at first bent away from the turn.
+/// Special points up to the fold of a rod with one clamp turned by the angle p. The ends are 1 - s apart, and the rod
+/// is at first bent away from the turn.
 fn turning(s: f64, far: Far, count: usize) -> Result<Vec<(Special, State)>> {
     let end = Vector3::z() * (1.0 - s);
     let problem = move |a: f64| {
@@ -230,8 +230,8 @@ pub fn twisted_rods(data: &Value) -> Result<Vec<Number>> {
 
 /// The couple at which a twisted ring, cut and clamped, becomes unstable: by bisection on the index.
 fn michells_couple(torsion: f64) -> Result<f64> {
-    // The plane of the ring may turn about the clamp's d3, a neutral mode counted as one or none: only the jump of
-    // the index matters.
+    // The plane of the ring may turn about the clamp's d3, a neutral mode counted as one or none: only the jump of the
+    // index matters.
     let index = |couple: f64| {
         let base = Vector6::new(0.0, 2.0 * PI, couple, 0.0, 2.0 * PI * couple, 0.0);
         let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.0], torsion)?)?;

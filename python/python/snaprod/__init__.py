@@ -157,7 +157,7 @@ def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress
     Raises ValueError where a coordinate is not finite."""
     xs, ys = np.broadcast_arrays(numbers(x), numbers(y))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
-    # Before any is computed: the others would be lost.
+    # Checked before any computation, whose results an error would discard.
     if (odd := np.flatnonzero(~np.isfinite(flat).all(axis=0))).size:
         raise SceneError([f"x, y = {flat[0][odd[0]]}, {flat[1][odd[0]]} at the flat index {odd[0]}: every position must be finite"])
     with Told(progress, "snaprod equilibria") as told:

@@ -68,7 +68,7 @@ def _measured(data: Any) -> tuple[list[str], list[list[float]]]:
         return _core.data(path, text_of(path))
     if not hasattr(data, "items"):
         raise TypeError(f"data = {data!r}: must be a dict of columns, a DataFrame, or the path of a CSV file")
-    # Pairs, for a DataFrame may have two columns of one name, which the library refuses.
+    # Pairs: a DataFrame may have two columns of one name, which the library refuses.
     columns = [(str(name), _numbers(name, values)) for name, values in data.items()]
     if not columns:
         raise ValueError("data: there is no column; give numbers by the names of what was measured, as in {'t': .., 'x': ..}")

@@ -186,7 +186,7 @@ def _measure(result: _results.Branch) -> str:
         centred = p - p.mean()
         over = float(centred @ centred)
         bent = values - (float(centred @ values) / over if over > 0.0 else 0.0) * centred
-        # The scene's own branch counts more than those found beside it; what follows the parameter shows little.
+        # The scene's own branch has more weight than other branches; a column that follows the parameter shows little.
         return float(np.ptp(bent[own]) + 0.5 * np.ptp(bent) + 1e-3 * np.ptp(values))
 
     places = [name for name in data if name.rpartition(".")[2] in ("x", "y", "z")]

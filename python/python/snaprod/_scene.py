@@ -31,7 +31,7 @@ def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
             f"{_core.toml('scene', name)} = {_core.toml(str(name), value)}" for name, value in scene.items() if value is not None
         )
         return "\n".join(lines) + "\n", overrides, None
-    # One line with = may be either: a directory is called mass=2.
+    # One line with = may be a path or TOML text: a directory may be called mass=2.
     if isinstance(scene, str) and ("\n" in scene or "=" in scene and not exists(scene)):
         return scene, overrides, ""
     path = fspath(scene)

@@ -118,7 +118,7 @@ def _there(made: _core.Sweep, plan: Plan, missing: list[int], client: Client, to
     """Makes the chunks on the workers of a client."""
     from distributed import as_completed
 
-    # Of this call alone: by keys of an earlier one, which was interrupted, Dask would hand out its cancelled results.
+    # Keys unique to this call: for keys of an interrupted call Dask would return the cancelled results.
     name = f"snaprod-{uuid4().hex}"
     keys = [f"{name}-{k:06}" for k in missing]
     futures = client.map(_make, [plan] * len(missing), missing, key=keys, pure=False)
@@ -138,12 +138,12 @@ def _there(made: _core.Sweep, plan: Plan, missing: list[int], client: Client, to
 def _result(made: _core.Sweep, heads: list[str], cells: list[list[str]]) -> SweepResult:
     columns: dict[str, NDArray[Any]] = {}
     for name, one in zip(heads, cells):
-        # The fields that vary come first; a quantity of the same name does not take their place.
+        # Varied fields come first; a quantity of the same name does not replace them.
         columns.setdefault(name, _column(one))
     varied, quantities = made.names
     outcomes, counts = np.unique(columns.get("outcome", np.empty(0, dtype=str)), return_counts=True)
     summary = {"points": made.points, "outcomes": {str(o): int(n) for o, n in zip(outcomes, counts)}}
-    # Where nothing is known of a quantity its name says it all.
+    # An unknown quantity has its name as meaning.
     known = {"point": ["", "number of the point, from 0"], "why": ["", "why the scene has no run"]}
     told = {name: known.get(name) or made.described(name) or ["", ""] for name in columns}
     units, meanings = ({name: one[k] for name, one in told.items()} for k in (0, 1))

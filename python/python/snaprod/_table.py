@@ -45,7 +45,7 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @classmethod
     def _of(cls, raw: Mapping[str, Any]) -> Table:
-        # Words come as a list, which has no type of its own when it is empty; numbers come as arrays.
+        # Words come as a list, whose element type is unknown if empty; numbers come as arrays.
         columns = {
             name: np.asarray(values, dtype=str) if isinstance(values, list) else values for name, _, _, values in raw["columns"]
         }
@@ -57,7 +57,7 @@ class Table(Mapping[str, NDArray[Any]]):
         try:
             return self._columns[name]
         except KeyError:
-            # Of a sweep columns are fields, too, each of which may be written in several ways.
+            # Columns of a sweep may be fields, whose paths can be written in several ways.
             for own in self._columns:
                 if isinstance(name, str) and same(own) == same(name):
                     return self._columns[own]
