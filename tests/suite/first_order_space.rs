@@ -49,7 +49,7 @@ fn form(assembly: &Assembly, now: &Configuration, a: &[Vector6<f64>], b: &[Vecto
 }
 
 /// A cube; `offset` leads from the reference point to the centre of mass.
-pub fn block(mass: f64, offset: [f64; 3]) -> Carrier {
+pub fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
     HeavyBody::rigid(body.with_centre(offset.into()).unwrap())

@@ -78,11 +78,11 @@ impl Case {
 
     fn seen_as(&self, seen: ChartKind, spring: f64) -> Assembly {
         let mut link = self.link.clone();
-        link.seen_as(seen);
-        link.beside_spring(spring);
+        link.set_chart_kind(seen);
+        link.set_end_spring(spring);
         // With spherical inertia the mass matrix is independent of orientation: the stiffness is that of the wrenches
         // alone, at rest or not.
-        let ball = |mass: f64| Carrier::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
+        let ball = |mass: f64| HeavyBody::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
         let bodies = vec![ball(1.0), ball(2.0)];
         Assembly::new(bodies, vec![link]).unwrap()
     }
@@ -99,62 +99,66 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
         let lam = [6.0, 7.0, 8.0][trial % 3];
         let case = Case::new(trial, lam, &mut random);
         let joint = case.link.joint();
-        let told =
-            [(Seen::FromBase, 0.0), (Seen::Taut, 0.0), (Seen::Taut, 9.0)].map(|(seen, spring)| {
-                let mut assembly = case.seen_as(seen, spring);
-                let mut now = Configuration {
-                    bodies: assembly.at_rest(&case.bodies),
-                    charts: vec![case.q],
-                    spins: Vec::new(),
-                };
-                let points = assembly
-                    .points(0.0, &now.bodies, &now.charts, 1e-13)
-                    .unwrap();
-                let point = &points[0];
-                let [base, tip] = point.wrenches();
-                let energy = point.end.energy + point.potential();
-                let stiffness = assembly
-                    .stiffness(0.0, &now.bodies, &points)
-                    .unwrap()
-                    .matrix;
-                let link = assembly.links()[0]
-                    .facing(&point.base.pose.rotation)
-                    .into_owned();
-                let index = link.index(&case.q, &point.held(), 1e-12).unwrap();
-                let at: Vec<f64> = [0.2, 0.5, 0.9].map(|x| x * 1.3).to_vec();
-                let shape = link.shape(&case.q, &point.held(), &at, 1e-13).unwrap();
-                let shape: Vec<_> = shape
-                    .iter()
-                    .map(|at| (at.position, at.couple, at.force))
-                    .collect();
-                now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
-                now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
-                let moving = assembly
-                    .points(0.0, &now.bodies, &now.charts, 1e-13)
-                    .unwrap();
-                let spin = halves(&moving[0].end_twist(&assembly.links()[0])).0;
-                let state = assembly.state(&now, &Integrals::default());
-                let alone = rates(&assembly, &state);
-                let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
-                assembly = assembly.with_light_rods(rods).unwrap();
-                let at = assembly.evaluated(&state, 1e-13).unwrap();
-                let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
-                let apart = point.gap(joint).norm();
-                let mut slope = state.clone();
-                let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
-                moved.unwrap();
-                // The forces have equal derivatives; the couple at the base of a taut chart is a dependent quantity.
-                let chart = slope.as_slice()[assembly.chart_slots(0)][3..].to_vec();
-                let with = slope.rows(0, assembly.chart_slots(0).start).into_owned();
-                (
-                    (base, tip, energy, apart),
-                    stiffness,
-                    index,
-                    shape,
-                    (alone, with, chart, spin),
-                    weighed,
-                )
-            });
+        let told = [
+            (ChartKind::FromBase, 0.0),
+            (ChartKind::Taut, 0.0),
+            (ChartKind::Taut, 9.0),
+        ]
+        .map(|(seen, spring)| {
+            let mut assembly = case.seen_as(seen, spring);
+            let mut now = Configuration {
+                bodies: assembly.at_rest(&case.bodies),
+                charts: vec![case.q],
+                spins: Vec::new(),
+            };
+            let points = assembly
+                .points(0.0, &now.bodies, &now.charts, 1e-13)
+                .unwrap();
+            let point = &points[0];
+            let [base, tip] = point.wrenches();
+            let energy = point.end.energy + point.potential();
+            let stiffness = assembly
+                .stiffness(0.0, &now.bodies, &points)
+                .unwrap()
+                .matrix;
+            let link = assembly.links()[0]
+                .with_base_rotation(&point.base.pose.rotation)
+                .into_owned();
+            let index = link.index(&case.q, &point.held(), 1e-12).unwrap();
+            let at: Vec<f64> = [0.2, 0.5, 0.9].map(|x| x * 1.3).to_vec();
+            let shape = link.shape(&case.q, &point.held(), &at, 1e-13).unwrap();
+            let shape: Vec<_> = shape
+                .iter()
+                .map(|at| (at.position, at.couple, at.force))
+                .collect();
+            now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
+            now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+            let moving = assembly
+                .points(0.0, &now.bodies, &now.charts, 1e-13)
+                .unwrap();
+            let spin = halves(&moving[0].end_twist(&assembly.links()[0])).0;
+            let state = assembly.state(&now, &Integrals::default());
+            let alone = rates(&assembly, &state);
+            let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
+            assembly = assembly.with_light_rods(rods).unwrap();
+            let at = assembly.evaluated(&state, 1e-13).unwrap();
+            let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
+            let apart = point.gap(joint).norm();
+            let mut slope = state.clone();
+            let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
+            moved.unwrap();
+            // The forces have equal derivatives; the couple at the base of a taut chart is a dependent quantity.
+            let chart = slope.as_slice()[assembly.chart_slots(0)][3..].to_vec();
+            let with = slope.rows(0, assembly.chart_slots(0).start).into_owned();
+            (
+                (base, tip, energy, apart),
+                stiffness,
+                index,
+                shape,
+                (alone, with, chart, spin),
+                weighed,
+            )
+        });
         let [from_base, taut, beside] = told;
         let lost = 1e-15 * (2.0 * lam).exp();
         for (other, spring) in [(&taut, 0.0), (&beside, 9.0)] {
