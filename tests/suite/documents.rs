@@ -111,8 +111,19 @@ fn design_names_files_that_exist() {
         documents.push(entry.expect("an entry").path());
     }
     let rooms = [
-        "src/", "core/", "systems/", "waves/", "motion/", "plot/", "python/", "play/", "benches/",
-        "examples/", "docs/", "tests/", "tools/",
+        "src/",
+        "core/",
+        "systems/",
+        "waves/",
+        "motion/",
+        "plot/",
+        "python/",
+        "play/",
+        "benches/",
+        "examples/",
+        "docs/",
+        "tests/",
+        "tools/",
     ];
     let mut named = 0;
     for document in documents {
