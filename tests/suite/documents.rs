@@ -106,19 +106,38 @@ fn data_and_tools_are_listed() {
 /// Catches file names in the design document that are out of date.
 #[test]
 fn design_names_files_that_exist() {
-    let design = read(&root().join("DESIGN.md"));
-    let named: Vec<&str> = design
-        .split('`')
-        .skip(1)
-        .step_by(2)
-        .filter(|name| {
-            ["src/", "core/", "motion/", "docs/", "tests/", "tools/"]
-                .iter()
-                .any(|d| name.starts_with(d))
-        })
-        .collect();
-    assert!(named.len() > 40, "only {} names", named.len());
-    for name in named {
-        assert!(root().join(name).exists(), "DESIGN.md: there is no {name}");
+    let mut documents = vec![root().join("DESIGN.md")];
+    for entry in fs::read_dir(root().join("docs/decisions")).expect("docs/decisions") {
+        documents.push(entry.expect("an entry").path());
     }
+    let rooms = [
+        "src/",
+        "core/",
+        "systems/",
+        "waves/",
+        "motion/",
+        "plot/",
+        "python/",
+        "play/",
+        "benches/",
+        "examples/",
+        "docs/",
+        "tests/",
+        "tools/",
+    ];
+    let mut named = 0;
+    for document in documents {
+        let text = read(&document);
+        for name in text.split('`').skip(1).step_by(2) {
+            if rooms.iter().any(|room| name.starts_with(room)) {
+                named += 1;
+                assert!(
+                    root().join(name).exists(),
+                    "{}: there is no {name}",
+                    document.display()
+                );
+            }
+        }
+    }
+    assert!(named > 80, "only {named} names");
 }
