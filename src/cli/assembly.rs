@@ -5,8 +5,8 @@ use super::equilibrium::EquilibriumArgs;
 use super::files::{json_text, number, print, print_error, print_json, rounded, settled};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, Ran, RunArgs, write_shapes};
-use super::run_text::{chosen, heavy_folds, mass, unfelt};
+use super::run::{FILES, RunArgs, RunResult, write_shapes};
+use super::run_text::{chosen, heavy_folds, mass, omitted_mass_note};
 use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
 use nalgebra::Isometry3;
 use snaprod::assembly::Joint;
@@ -43,7 +43,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let ran = Ran {
+    let ran = RunResult {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
@@ -208,7 +208,7 @@ pub fn run_text(record: &AssemblyRunRecord, out: Option<&Path>) -> String {
         line(bounces);
     }
     if let Some(time) = record.unfelt() {
-        line(unfelt(time, record.units));
+        line(omitted_mass_note(time, record.units));
     }
     if let Some(why) = record.untold() {
         line(format!("note: {why}"));
@@ -233,9 +233,9 @@ fn branch_text(
             "snap of {} at t = {}{}: released {}{}{}",
             record.rods.get(snap.rod).map_or("?", String::as_str),
             rounded(snap.t * k.time, 12),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             rounded(snap.released * k.energy, 9),
-            Units::behind(u.energy()),
+            Units::suffix(u.energy()),
             chosen(snap),
         ));
     }
@@ -254,14 +254,14 @@ fn branch_text(
                 Outcome::EndOfTime => record.duration,
                 _ => last.t,
             }),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             branch.outcome
         ),
         // The reason is printed on the error stream.
         false => format!(
             "t = {}{}: ended short ({})",
             number(last.t),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             branch.outcome.key()
         ),
     });
@@ -269,7 +269,7 @@ fn branch_text(
         let scale = v.amax().max(scale);
         let parts = v.iter().map(|x| rounded(settled(*x, scale), 9));
         let parts: Vec<String> = parts.collect();
-        format!("({}){}", parts.join(", "), Units::behind(symbol))
+        format!("({}){}", parts.join(", "), Units::suffix(symbol))
     };
     for (name, body) in record.bodies.iter().zip(&last.bodies) {
         line(format!(
@@ -281,7 +281,7 @@ fn branch_text(
     line(format!(
         "energy ledger closes to {:.1e}{} ({:.1e} of its largest term); {} steps, {} right-hand sides",
         branch.closing.error,
-        Units::behind(u.energy()),
+        Units::suffix(u.energy()),
         branch.closing.relative(),
         branch.cost.steps,
         branch.cost.evaluations,

@@ -4,7 +4,7 @@ use super::check::no_start;
 use super::files::{number, rounded};
 use super::output::Output;
 use super::progress::Progress;
-use super::run::{FILES, Ran, RunArgs};
+use super::run::{FILES, RunArgs, RunResult};
 use super::{Ending, Refusal, rod_figures, signals};
 use snaprod::plot::{self, AxisUnits, Curve, Lines, Series, StrainMap};
 use snaprod::scene::{Scene, Units};
@@ -36,7 +36,7 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
     let record = bar::run(&prepared, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let ran = Ran {
+    let ran = RunResult {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
@@ -86,7 +86,7 @@ fn snapshots(record: &BarRecord) -> Lines {
             name: format!(
                 "t = {}{}",
                 rounded(*record.times.get(i)?, 4),
-                Units::behind(record.units.time())
+                Units::suffix(record.units.time())
             ),
             x: record.x.clone(),
             y: record.field.get(i)?.clone(),
@@ -129,7 +129,7 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
     let mut line = |line: String| {
         let _ = writeln!(text, "{line}");
     };
-    let with = |x: f64, symbol| format!("{}{}", rounded(x, 6), Units::behind(symbol));
+    let with = |x: f64, symbol| format!("{}{}", rounded(x, 6), Units::suffix(symbol));
     let at = |t, x| format!("t = {}, X = {}", with(t, u.time()), with(x, u.length()));
     let power = match u {
         Units::Si => u.power(),
@@ -162,7 +162,7 @@ fn text(record: &BarRecord, out: Option<&Path>) -> String {
         line(format!(
             "t = {}{}: work {}, kinetic {}, strain {}, lost {}",
             number(last.time),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             with(l.work, u.energy()),
             with(l.kinetic, u.energy()),
             with(l.strain, u.energy()),

@@ -116,7 +116,7 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let record = run_scene(&prepared, fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let ran = Ran {
+    let ran = RunResult {
         summary: record.summary(),
         events: record.events(),
         reason: record.reason(),
@@ -200,14 +200,14 @@ fn try_shapes(
 }
 
 /// Result of a run.
-pub(super) struct Ran {
+pub(super) struct RunResult {
     pub summary: Value,
     pub events: Vec<Value>,
     /// Reason for an early end; `None` for a complete run.
     pub reason: Option<String>,
 }
 
-impl Ran {
+impl RunResult {
     /// Writes the files other than tables, and prints the report.
     pub fn reported(
         self,

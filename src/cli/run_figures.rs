@@ -30,7 +30,7 @@ const MAP_COLUMNS: usize = 400;
 /// Decades of the dissipation density that the colours resolve.
 const DECADES: f64 = 8.0;
 /// Bound on the displacement of the end, in lengths of the rod, up to which a passage counts as a snap: the body stays.
-const STAYS: f64 = 0.05;
+const MAX_SNAP_DISPLACEMENT: f64 = 0.05;
 /// Strains below this part of the largest one are not drawn.
 const SMALL: f64 = 1e-3;
 
@@ -80,7 +80,7 @@ impl RunFigure {
 /// Figures of a run, each with the name of its file; none if the run made no progress. A branched run is drawn along
 /// the line from the trunk to the last branch.
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
-    let line = Drawn::of(record);
+    let line = RunFigures::of(record);
     let goes_on = match (line.way().first(), line.way().last()) {
         (Some(first), Some(last)) => first.t < last.t,
         _ => false,
@@ -182,13 +182,13 @@ pub fn snaps_name(record: &RunRecord) -> &'static str {
 }
 
 /// Data of the figures: one motion, in the units of its labels.
-struct Drawn<'r> {
+struct RunFigures<'r> {
     record: &'r RunRecord,
     line: SingleMotion,
     units: AxisUnits,
 }
 
-impl<'r> Drawn<'r> {
+impl<'r> RunFigures<'r> {
     fn of(record: &'r RunRecord) -> Self {
         Self {
             record,
@@ -512,7 +512,7 @@ impl<'r> Drawn<'r> {
             .collect();
         let (fold, landing) = (inside.first()?, inside.last()?);
         let way = landing.moment.position() - fold.moment.position();
-        if way.norm() > STAYS * self.length() {
+        if way.norm() > MAX_SNAP_DISPLACEMENT * self.length() {
             return None;
         }
         // Even steps of the dissipated energy resolve the change of shape.

@@ -1,6 +1,6 @@
 //! The page of a run, with pictures from a second pass over the motion.
 
-use super::page::{Kind, Page, Scenery, event_rows, motion_data, name, scene_text};
+use super::page::{Kind, MotionContext, Page, event_rows, motion_data, name, scene_text};
 use super::progress::Progress;
 use super::run::RunArgs;
 use super::run_figures::{first_folds, snaps_name};
@@ -52,7 +52,7 @@ pub fn single(
         true => first_folds(&drawn.way, record)?,
         false => Vec::new(),
     };
-    let around = Scenery {
+    let around = MotionContext {
         units: record.units,
         length,
         rods: vec![String::new()],
@@ -97,7 +97,7 @@ pub fn several(
     )?;
     progress.finish();
     let bodies = record.bodies.iter().cloned();
-    let around = Scenery {
+    let around = MotionContext {
         units: record.units,
         length: record.scales.length,
         rods: prepared.names(),

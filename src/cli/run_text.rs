@@ -50,7 +50,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
                 Outcome::EndOfTime => record.duration,
                 _ => branch.last.t,
             }),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             if branch.outcome.is_complete() {
                 branch.outcome.to_string()
             } else {
@@ -62,7 +62,11 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         lines.extend(cost(record, branch));
     }
     lines.extend(record.bounces());
-    lines.extend(record.time_without_mass().map(|time| unfelt(time, u)));
+    lines.extend(
+        record
+            .time_without_mass()
+            .map(|time| omitted_mass_note(time, u)),
+    );
     lines.extend(
         record
             .missing_folds_note()
@@ -86,13 +90,13 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
     format!(
         "snap at t = {}{}: {}released {}{}{}",
         rounded(snap.t * k.time, 12),
-        Units::behind(u.time()),
+        Units::suffix(u.time()),
         match (snap.from.sheet, snap.to.sheet) {
             (Some(from), Some(to)) => format!("{from} -> {to}, "),
             _ => String::new(),
         },
         rounded(snap.released * k.energy, 9),
-        Units::behind(u.energy()),
+        Units::suffix(u.energy()),
         chosen(snap),
     )
 }
@@ -122,12 +126,12 @@ fn passage(layer: &Layer, u: Units) -> String {
         "away from equilibrium from t = {} to {}{}, most at {}: dissipated {}{}, elastic energy released {}{}",
         rounded(layer.from, 6),
         rounded(layer.to, 6),
-        Units::behind(u.time()),
+        Units::suffix(u.time()),
         rounded(layer.peak, 6),
         rounded(layer.dissipated, 6),
-        Units::behind(u.energy()),
+        Units::suffix(u.energy()),
         rounded(layer.elastic_from - layer.elastic_to, 6),
-        Units::behind(u.energy()),
+        Units::suffix(u.energy()),
     )
 }
 
@@ -145,7 +149,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
             .take(axes)
             .map(|x| rounded(settled(*x, scale), decimals));
         let parts: Vec<String> = parts.collect();
-        format!("({}){}", parts.join(", "), Units::behind(symbol))
+        format!("({}){}", parts.join(", "), Units::suffix(symbol))
     };
     let end = &branch.last;
     let on = match (record.kind, &end.labels) {
@@ -164,7 +168,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
 
 /// Closing error of the ledger, and cost of the branch.
 fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
-    let energy = Units::behind(record.units.energy());
+    let energy = Units::suffix(record.units.energy());
     let closing = format!(
         "energy ledger closes to {:.1e}{energy} ({:.1e} of its largest term)",
         branch.closing.error,
@@ -205,9 +209,9 @@ pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String>
             "fold of {of} passed at t = {}{}: it would release {}{}; in the time {} after it the {} {}, the {} motion {}, \
              friction {}",
             rounded(fold.t, 9),
-            Units::behind(u.time()),
+            Units::suffix(u.time()),
             rounded(fold.released, 6),
-            Units::behind(u.energy()),
+            Units::suffix(u.energy()),
             rounded(fold.until_next, 6),
             gains[0],
             rounded(ledger.kinetic, 6),
@@ -230,11 +234,11 @@ pub fn mass(validity: &Validity) -> String {
 }
 
 /// Note on the time during which a run left the mass of a rod out.
-pub fn unfelt(time: f64, u: Units) -> String {
+pub fn omitted_mass_note(time: f64, u: Units) -> String {
     format!(
         "the mass of a light rod is left out for {time:.3e}{} where it could not be followed, as from before a fold to the landing; what energy it had there is \
          booked as dissipated",
-        Units::behind(u.time())
+        Units::suffix(u.time())
     )
 }
 
@@ -244,8 +248,8 @@ fn spring(of: &Spring, u: Units) -> String {
         // Unit per radian, or per length.
         let per = |angle: &str, length: &str| match u {
             Units::Dimensionless => String::new(),
-            Units::Si if Spring::is_angle(name) => Units::behind(angle),
-            Units::Si => Units::behind(length),
+            Units::Si if Spring::is_angle(name) => Units::suffix(angle),
+            Units::Si => Units::suffix(length),
         };
         format!(
             "{name}: spring {}{}, dashpot {}{}",

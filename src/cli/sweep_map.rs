@@ -78,7 +78,7 @@ pub fn curves(sweep: &Sweep, rows: &Rows) -> SweptCurves {
     };
     SweptCurves {
         title: match marked {
-            Some(name) if differ => told(name),
+            Some(name) if differ => column_in_words(name),
             _ => String::new(),
         },
         x: axis(sweep, 0),
@@ -105,7 +105,7 @@ fn label(sweep: &Sweep, column: &str) -> String {
     let unit = sweep
         .described(column)
         .map_or(String::new(), |[unit, _]| unit);
-    Units::label(&told(column), &unit)
+    Units::label(&column_in_words(column), &unit)
 }
 
 /// A field in words with its unit, `start velocity x (m/s)` for `start.velocity[0]`. The unit agrees with figures of
@@ -150,7 +150,7 @@ fn natural(unit: &str) -> &'static str {
 }
 
 /// Name of a column in words: `dissipated at the end` for `end.dissipated`, `t of the last event` for `events.-1.t`.
-fn told(column: &str) -> String {
+fn column_in_words(column: &str) -> String {
     let mut parts: Vec<&str> = column.split('.').collect();
     // Components have letters.
     if let [
@@ -194,7 +194,7 @@ fn where_sheets_are_told(columns: &[String]) -> Option<String> {
         return None;
     };
     let of = mode.strip_suffix("mode")?;
-    (sign.strip_suffix("sign") == Some(of)).then(|| told(&format!("{of}sheet")))
+    (sign.strip_suffix("sign") == Some(of)).then(|| column_in_words(&format!("{of}sheet")))
 }
 
 /// Name of the sheet of "mode sign"; other words stay unchanged.

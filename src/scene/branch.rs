@@ -73,7 +73,7 @@ pub struct Continue {
 
 impl Continue {
     /// Change of the base wrench, in B/L and B/L^2, that counts as much as the whole range of the parameter.
-    pub const TYPICAL: f64 = 10.0;
+    pub const WRENCH_SCALE: f64 = 10.0;
 
     /// Least and greatest parameter value on the branch.
     pub fn range(&self) -> (f64, f64) {

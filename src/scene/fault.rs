@@ -50,14 +50,14 @@ impl fmt::Display for Fault {
             Some(set) => write!(f, "--set {set}: ")?,
             None => write!(f, "{}:{}: ", self.line, self.column)?,
         }
-        Said(self).fmt(f)
+        FaultText(self).fmt(f)
     }
 }
 
 impl Fault {
     /// Text of the fault without its place, for scenes not written as text: the field, the value, the allowed values.
     pub fn without_place(&self) -> impl fmt::Display + '_ {
-        Said(self)
+        FaultText(self)
     }
 
     /// Copy of the fault without the "(line n)" of conflicting fields, for scenes not written as text.
@@ -77,9 +77,9 @@ impl Fault {
     }
 }
 
-struct Said<'a>(&'a Fault);
+struct FaultText<'a>(&'a Fault);
 
-impl fmt::Display for Said<'_> {
+impl fmt::Display for FaultText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let fault = self.0;
         let found = match (fault.field.as_str(), &fault.value) {

@@ -4,7 +4,7 @@ use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
 use serde_json::{Value, json};
 
 /// Mass ratio rod / body from which a rod counts as heavy: first-order inertia is then not the default.
-const LIGHT: f64 = 0.1;
+const LIGHT_MASS_RATIO: f64 = 0.1;
 
 /// Treatment of the mass of an elastic rod whose mass is known, for messages and the record.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,7 +57,7 @@ impl RodMassNote {
 }
 
 /// Reason why time steps of this method exclude first-order inertia in space.
-fn by_steps(method: Method) -> Option<&'static str> {
+fn method_excludes_first_order(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
 }
 
@@ -67,17 +67,23 @@ impl Scene {
         let run = self.run.as_ref()?;
         // Only runs in space take steps of the chosen method. A planar rod under a load along it runs in space, too.
         let closed = self.is_planar() && self.loads.distributed.is_zero();
-        if closed { None } else { by_steps(run.method) }
+        if closed {
+            None
+        } else {
+            method_excludes_first_order(run.method)
+        }
     }
 
     /// Reason why the masses of an assembly's rods cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order_in_assembly(&self) -> Option<&'static str> {
-        by_steps(self.run.as_ref()?.method)
+        method_excludes_first_order(self.run.as_ref()?.method)
     }
 
     /// Chooses first-order inertia for light rods if the scene leaves their inertia open and the run allows it.
     pub(super) fn choose_inertia(&mut self) {
-        let light = |note: &RodMassNote| note.by_default && note.why.is_none() && note.eps < LIGHT;
+        let light = |note: &RodMassNote| {
+            note.by_default && note.why.is_none() && note.eps < LIGHT_MASS_RATIO
+        };
         let rods: Vec<usize> = self
             .rod_masses()
             .filter(|(_, note)| light(note))

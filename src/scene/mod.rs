@@ -92,8 +92,8 @@ pub use fault::{Fault, FaultKind, Faults, ReadError};
 pub use groove::{Groove, GrooveCircle, GrooveLine};
 pub use loads::{Force, Load, LoadAlong, Loads};
 pub use lower::{
-    AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, InSpace, ModelKind,
-    MotionModel, Setup, SpaceField, ViscousPlane, ViscousSpace,
+    AssemblySetup, ElasticPlane, ElasticSpace, HeavyPlane, HeavySpace, ModelKind, MotionModel,
+    Setup, SpaceField, SpaceStart, ViscousPlane, ViscousSpace,
 };
 pub use mass_policy::RodMassNote;
 pub use parameter::Parameter;
@@ -104,7 +104,8 @@ pub use run::Run;
 pub use scales::{Dimensionless, Scales};
 pub use section::{Barrier, Full, Outline, Section};
 pub use start::{
-    EndLoad, EndPose, Place, Relaxed, Sheet, SheetName, Start, Straight, StrainField, StrainRate,
+    EndLoad, EndPose, InitialShape, RelaxedAt, Sheet, SheetName, Start, Straight, StrainField,
+    StrainRate,
 };
 pub use units::Units;
 

@@ -258,7 +258,7 @@ impl Scene {
     /// Value of a parameter; NaN if the scene has no such number ([`Scene::has`]).
     pub fn value(&self, parameter: &Parameter) -> f64 {
         let mut scene = self.clone();
-        scene.slot(parameter).map_or(f64::NAN, |slot| *slot)
+        scene.number_mut(parameter).map_or(f64::NAN, |slot| *slot)
     }
 
     /// The scene with another value of a parameter, not checked. Unchanged if the scene has no such number
@@ -266,7 +266,7 @@ impl Scene {
     #[must_use]
     pub fn with(&self, parameter: &Parameter, value: f64) -> Self {
         let mut scene = self.clone();
-        if let Some(slot) = scene.slot(parameter) {
+        if let Some(slot) = scene.number_mut(parameter) {
             *slot = value;
         }
         scene
@@ -274,7 +274,7 @@ impl Scene {
 
     /// True if the parameter is a number of this scene: present, not rigid, not free, and uniform along the rod.
     pub fn has(&self, parameter: &Parameter) -> bool {
-        self.clone().slot(parameter).is_some()
+        self.clone().number_mut(parameter).is_some()
     }
 
     /// Every parameter of this scene.
@@ -294,16 +294,16 @@ impl Scene {
                 all.extend([FromAngle(k), ToAngle(k)]);
             }
         }
-        let has = |parameter: &Parameter| scene.slot(parameter).is_some();
+        let has = |parameter: &Parameter| scene.number_mut(parameter).is_some();
         all.into_iter().filter(has).collect()
     }
 
     /// Reference to the number in the scene; `None` if the scene has no such number.
-    fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
+    fn number_mut(&mut self, parameter: &Parameter) -> Option<&mut f64> {
         if let Some(assembly) = &mut self.assembly {
             return match *parameter {
                 Gravity(i) => self.loads.gravity.get_mut(i),
-                _ => assembly.slot(parameter),
+                _ => assembly.number_mut(parameter),
             };
         }
         let has_mass = self.rod.mass().is_some();
@@ -377,7 +377,7 @@ impl Scene {
 }
 
 impl AssemblyScene {
-    fn slot(&mut self, parameter: &Parameter) -> Option<&mut f64> {
+    fn number_mut(&mut self, parameter: &Parameter) -> Option<&mut f64> {
         match *parameter {
             BodyForce(k, i) => self.bodies.get_mut(k)?.force.component_mut(i),
             BodyCouple(k, i) => {

@@ -47,7 +47,7 @@ impl Serialize for Scene {
             tables.remove("loads");
         }
         if self.is_planar() {
-            as_of_old(self, &mut tables);
+            drop_planar_defaults(self, &mut tables);
             tables.values_mut().for_each(flatten);
         }
         Value::Object(tables).serialize(serializer)
@@ -56,7 +56,7 @@ impl Serialize for Scene {
 
 /// Leaves out of a planar scene the default clamp, the quaternion of a clamp, the default method and the axis of a
 /// turn.
-fn as_of_old(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
+fn drop_planar_defaults(scene: &Scene, tables: &mut serde_json::Map<String, Value>) {
     if scene.clamp == super::Clamp::default() {
         tables.remove("clamp");
     }

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// Times closer than this part of the duration are identified. Conversion of units rounds, and a step may end this far
 /// from its target.
-const ONE: f64 = 3e-14;
+const SAME_TIME: f64 = 3e-14;
 
 /// Settings of a run: duration, accuracy, time steps, landing rule, output times.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -41,10 +41,10 @@ pub struct Run {
 impl Run {
     /// Time `t` of the motion in the scene's units, where `unit` is one unit of the motion. Output times and the end of
     /// the run come out exactly as the scene gives them, without the rounding of the conversion.
-    pub(crate) fn told(&self, t: f64, unit: f64) -> f64 {
+    pub(crate) fn output_time(&self, t: f64, unit: f64) -> f64 {
         let (told, last) = (t * unit, (self.samples - 1) as f64);
         let asked = self.duration * ((told / self.duration * last).round() / last);
-        match (told - asked).abs() <= ONE * self.duration {
+        match (told - asked).abs() <= SAME_TIME * self.duration {
             true => asked,
             false => told,
         }

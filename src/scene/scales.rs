@@ -1,8 +1,8 @@
 //! Conversion between the user's units and the library's.
 
 use super::{
-    Body, Clamp, ClampMotion, Damping, FrictionLaw, History, Joint, Load, LoadAlong, Loads,
-    Maxwell, Place, Relaxed, Scene, Sine, Start, StrainField, StrainMatrix, StrainRate,
+    Body, Clamp, ClampMotion, Damping, FrictionLaw, History, InitialShape, Joint, Load, LoadAlong,
+    Loads, Maxwell, RelaxedAt, Scene, Sine, Start, StrainField, StrainMatrix, StrainRate,
     Translation, Units,
 };
 use crate::error::{Error, Quantity, Result};
@@ -125,7 +125,7 @@ impl Scales {
         size(i) * size(j) / self.stiffness()
     }
 
-    fn lead_inward(&self, numbers: Vec<Number<'_>>) {
+    fn convert_inward(&self, numbers: Vec<Number<'_>>) {
         for number in numbers {
             *number.value = self.inward(number.of, *number.value);
         }
@@ -135,7 +135,7 @@ impl Scales {
     pub fn loads(&self, mut loads: Loads) -> Loads {
         let mut numbers = Numbers::default();
         numbers.loads(&mut loads);
-        self.lead_inward(numbers.0);
+        self.convert_inward(numbers.0);
         loads
     }
 
@@ -143,7 +143,7 @@ impl Scales {
     pub fn motion(&self, mut motion: ClampMotion) -> ClampMotion {
         let mut numbers = Numbers::default();
         numbers.motion(&mut motion);
-        self.lead_inward(numbers.0);
+        self.convert_inward(numbers.0);
         motion
     }
 
@@ -216,7 +216,7 @@ impl Scene {
             loads: self.loads.clone(),
             duration: self.run()?.duration,
         };
-        scales.lead_inward(plain.numbers());
+        scales.convert_inward(plain.numbers());
         plain.body.mass = 1.0;
         Ok(plain)
     }
@@ -225,13 +225,13 @@ impl Scene {
 /// Reference to a number of a scene, with its quantity and range check.
 struct Number<'a> {
     of: Quantity,
-    check: Check,
+    check: RangeCheck,
     value: &'a mut f64,
 }
 
 /// Range check of a number after conversion to the rod's units: overflow and underflow are excluded.
 #[derive(Clone, Copy, PartialEq)]
-enum Check {
+enum RangeCheck {
     /// The square is finite: energies and powers contain squares.
     Square,
     /// The number, > 0 in the scene, is a normal float: it neither over- nor underflows.
@@ -248,17 +248,17 @@ struct Numbers<'a>(Vec<Number<'a>>);
 
 impl<'a> Numbers<'a> {
     fn add(&mut self, of: Quantity, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(of, Check::Square, values);
+        self.extend(of, RangeCheck::Square, values);
     }
 
     fn positive(&mut self, of: Quantity, values: impl IntoIterator<Item = &'a mut f64>) {
-        self.extend(of, Check::Positive, values);
+        self.extend(of, RangeCheck::Positive, values);
     }
 
     fn extend(
         &mut self,
         of: Quantity,
-        check: Check,
+        check: RangeCheck,
         values: impl IntoIterator<Item = &'a mut f64>,
     ) {
         let number = |value| Number { of, check, value };
@@ -282,7 +282,7 @@ impl<'a> Numbers<'a> {
     }
 
     /// Adds the numbers of a time history of one quantity, whose rate has the other quantity.
-    fn history(&mut self, [size, rate]: [Quantity; 2], check: Check, f: &'a mut History) {
+    fn history(&mut self, [size, rate]: [Quantity; 2], check: RangeCheck, f: &'a mut History) {
         match f {
             History::Constant(x) => self.extend(size, check, [x]),
             History::Rate { rate: x } => self.extend(rate, check, [x]),
@@ -310,7 +310,7 @@ impl<'a> Numbers<'a> {
         }
     }
 
-    fn sine(&mut self, size: Quantity, check: Check, sine: &'a mut Sine) {
+    fn sine(&mut self, size: Quantity, check: RangeCheck, sine: &'a mut Sine) {
         self.extend(size, check, [&mut sine.amplitude]);
         self.extend(Quantity::Rate, check, [&mut sine.frequency]);
     }
@@ -325,18 +325,20 @@ impl<'a> Numbers<'a> {
     fn motion(&mut self, motion: &'a mut ClampMotion) {
         match &mut motion.translate {
             None => {}
-            Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, Check::No, sine),
+            Some(Translation::Sine { sine, .. }) => {
+                self.sine(Quantity::Length, RangeCheck::No, sine)
+            }
             Some(Translation::Table(rows)) => {
                 for row in rows {
                     let (time, place) = row.split_at_mut(1);
-                    self.extend(Quantity::Time, Check::No, time);
-                    self.extend(Quantity::Length, Check::No, place);
+                    self.extend(Quantity::Time, RangeCheck::No, time);
+                    self.extend(Quantity::Length, RangeCheck::No, place);
                 }
             }
         }
         if let Some(turn) = &mut motion.turn {
             let angle = [Quantity::Ratio, Quantity::AngularVelocity];
-            self.history(angle, Check::No, &mut turn.angle);
+            self.history(angle, RangeCheck::No, &mut turn.angle);
         }
     }
 
@@ -348,15 +350,18 @@ impl<'a> Numbers<'a> {
 
     fn start(&mut self, start: &'a mut Start) {
         match &mut start.place {
-            Place::Kappa { .. } | Place::P { .. } | Place::Rest { .. } | Place::Settled { .. } => {}
-            Place::Position { position, .. } => self.add(Quantity::Length, position),
-            Place::Curvature { curvature } => self.add(Quantity::Curvature, curvature),
-            Place::Strain { strain } => self.strains(strain),
-            Place::Equilibrium { equilibrium } => {
+            InitialShape::Kappa { .. }
+            | InitialShape::P { .. }
+            | InitialShape::Rest { .. }
+            | InitialShape::Settled { .. } => {}
+            InitialShape::Position { position, .. } => self.add(Quantity::Length, position),
+            InitialShape::Curvature { curvature } => self.add(Quantity::Curvature, curvature),
+            InitialShape::Strain { strain } => self.strains(strain),
+            InitialShape::Equilibrium { equilibrium } => {
                 self.add(Quantity::Force, &mut equilibrium.force);
                 self.add(Quantity::Couple, &mut equilibrium.couple);
             }
-            Place::Pose { pose } => self.add(Quantity::Length, &mut pose.position),
+            InitialShape::Pose { pose } => self.add(Quantity::Length, &mut pose.position),
         }
         match &mut start.rate {
             None => {}
@@ -368,9 +373,9 @@ impl<'a> Numbers<'a> {
             }
         }
         match &mut start.relaxed {
-            Relaxed::Start | Relaxed::Unloaded => {}
-            Relaxed::Curvature(field) => self.add(Quantity::Curvature, field),
-            Relaxed::Strain(field) => self.strains(field),
+            RelaxedAt::Start | RelaxedAt::Unloaded => {}
+            RelaxedAt::Curvature(field) => self.add(Quantity::Curvature, field),
+            RelaxedAt::Strain(field) => self.strains(field),
         }
         self.add(Quantity::Velocity, &mut start.velocity);
         self.add(Quantity::AngularVelocity, &mut start.angular_velocity);
@@ -395,14 +400,14 @@ impl<'a> Numbers<'a> {
         self.add(Quantity::RotationalDrag, [&mut loads.rotational_drag]);
         for force in &mut loads.force {
             let size = [Quantity::Force, Quantity::ForceRate];
-            self.history(size, Check::Square, &mut force.size);
+            self.history(size, RangeCheck::Square, &mut force.size);
         }
         match &mut loads.couple {
             Load::Constant(couple) => self.add(Quantity::Couple, couple),
             Load::InTime(parts) => {
                 for part in parts {
                     let size = [Quantity::Couple, Quantity::CoupleRate];
-                    self.history(size, Check::Square, &mut part.size);
+                    self.history(size, RangeCheck::Square, &mut part.size);
                 }
             }
         }
@@ -417,9 +422,9 @@ impl Dimensionless {
         if let Some(damping) = &mut self.damping {
             match &mut damping.viscosity {
                 StrainMatrix::Bending(x) => {
-                    all.extend(Quantity::Viscosity(0, 0), Check::Both, [x]);
+                    all.extend(Quantity::Viscosity(0, 0), RangeCheck::Both, [x]);
                 }
-                StrainMatrix::Proportional(x) => all.extend(Quantity::Time, Check::Both, [x]),
+                StrainMatrix::Proportional(x) => all.extend(Quantity::Time, RangeCheck::Both, [x]),
                 matrix => all.matrix(matrix, Quantity::Viscosity),
             }
             match &mut damping.law {
@@ -447,7 +452,11 @@ impl Dimensionless {
             all.add(Quantity::RotationalDrag, rotor);
             for (i, row) in inertia.iter_mut().enumerate() {
                 for (j, entry) in row.iter_mut().enumerate() {
-                    let check = if i == j { Check::Both } else { Check::Square };
+                    let check = if i == j {
+                        RangeCheck::Both
+                    } else {
+                        RangeCheck::Square
+                    };
                     all.extend(Quantity::Inertia, check, [entry]);
                 }
             }
@@ -464,10 +473,10 @@ impl Dimensionless {
             let x = *number.value;
             let (square, normal) = ((x * x).is_finite(), x.is_normal());
             match number.check {
-                Check::Square => square,
-                Check::Positive => normal,
-                Check::Both => square && normal,
-                Check::No => true,
+                RangeCheck::Square => square,
+                RangeCheck::Positive => normal,
+                RangeCheck::Both => square && normal,
+                RangeCheck::No => true,
             }
         })
     }

@@ -9,10 +9,10 @@ use serde::ser::{SerializeMap, Serializer};
 pub struct Start {
     /// The shape of the rod.
     #[serde(flatten)]
-    pub place: Place,
-    /// Strain field at which the Maxwell branches are relaxed; default [`Relaxed::Start`].
-    #[serde(skip_serializing_if = "Relaxed::is_start")]
-    pub relaxed: Relaxed,
+    pub place: InitialShape,
+    /// Strain field at which the Maxwell branches are relaxed; default [`RelaxedAt::Start`].
+    #[serde(skip_serializing_if = "RelaxedAt::is_start")]
+    pub relaxed: RelaxedAt,
     /// Initial strain rates of a rod with mass; `None`: the rates of a massless rod that follows its end.
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
     pub rate: Option<StrainRate>,
@@ -45,7 +45,7 @@ fn is_zero(x: &f64) -> bool {
 /// kappa = 0 is the straight rod for every lambda; -kappa is the mirror image of kappa.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-pub enum Place {
+pub enum InitialShape {
     /// In the plane, by lambda and kappa.
     Kappa {
         /// lambda, in (0, 1e4].
@@ -100,14 +100,14 @@ pub enum Place {
     },
 }
 
-impl Default for Place {
+impl Default for InitialShape {
     fn default() -> Self {
         let strain = StrainField::default();
         Self::Strain { strain }
     }
 }
 
-impl Place {
+impl InitialShape {
     /// Chart coordinates (lambda, p), if the shape is given by them.
     pub fn chart(&self) -> Option<(f64, f64)> {
         match *self {
@@ -204,7 +204,7 @@ pub enum StrainRate {
 ///
 /// In a scene `relaxed = true`, `relaxed = false`, or the strain field, in the plane the curvature `[c0, c1, ...]`.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub enum Relaxed {
+pub enum RelaxedAt {
     /// `true`, the default: the strain field of the start. The branches carry no stress yet.
     #[default]
     Start,
@@ -216,13 +216,13 @@ pub enum Relaxed {
     Strain(StrainField),
 }
 
-impl Relaxed {
+impl RelaxedAt {
     pub(super) fn is_start(&self) -> bool {
         matches!(self, Self::Start)
     }
 }
 
-impl Serialize for Relaxed {
+impl Serialize for RelaxedAt {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Start => true.serialize(serializer),

@@ -106,7 +106,7 @@ impl Units {
     }
 
     /// Symbol after a number: ` m`, or nothing if the symbol is empty.
-    pub fn behind(symbol: &str) -> String {
+    pub fn suffix(symbol: &str) -> String {
         match symbol {
             "" => String::new(),
             _ => format!(" {symbol}"),

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use snaprod::scene::{
-    Fault, FaultKind, Faults, History, LandingRule, Place, ReadError, Scene, Section, Sheet,
+    Fault, FaultKind, Faults, History, InitialShape, LandingRule, ReadError, Scene, Section, Sheet,
     SheetName, Sine, Straight, Units,
 };
 use std::path::{Path, PathBuf};
@@ -74,7 +74,7 @@ fn example_is_accepted() {
         ),
         (1.0, Section::Bending(1.0), 1.0)
     );
-    let place = Place::Kappa {
+    let place = InitialShape::Kappa {
         lambda: 6.3,
         kappa: 0.6,
     };
@@ -101,7 +101,7 @@ fn defaults_are_filled_in() {
     let text = "[rod]\nmodel='elastica'\nlength=1\nbending_stiffness=2\n[body]\nmass=3\n\
                 [start]\nposition=[0, -0.5]\n[run]\nduration=4";
     let scene = Scene::parse(text).unwrap();
-    let place = Place::Position {
+    let place = InitialShape::Position {
         position: [0.0, -0.5, 0.0],
         sheet: Sheet::Stable,
     };
@@ -425,7 +425,7 @@ fn position_is_inside_the_disc() {
         assert!(Scene::parse(&at(inside)).is_ok(), "{inside}");
     }
     // At full reach along the clamp the rod is straight.
-    let straight = Place::Rest {
+    let straight = InitialShape::Rest {
         rest: Straight::Straight,
     };
     assert_eq!(Scene::parse(&at("[1, 0]")).unwrap().start.place, straight);
@@ -469,7 +469,7 @@ fn sheets_and_landings() {
     let place = scene("lambda = 6.3\nkappa = 0.6", &start).start.place;
     assert_eq!(
         place,
-        Place::Position {
+        InitialShape::Position {
             position: [0.1, 0.1, 0.0],
             sheet: Sheet::Named(name)
         }

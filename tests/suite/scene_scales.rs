@@ -1,7 +1,7 @@
 //! Scaling of scenes between the user's units and the library's.
 
 use proptest::prelude::*;
-use snaprod::scene::{ElasticPlane, Force, History, Place, Scene, Section, Sine, Units};
+use snaprod::scene::{ElasticPlane, Force, History, InitialShape, Scene, Section, Sine, Units};
 use std::path::Path;
 
 fn scene_file(name: &str) -> Scene {
@@ -27,7 +27,7 @@ fn si_scales() {
     let free = scene.dimensionless().unwrap();
     close(free.loads.gravity[1], -9.81 / 1.6);
     close(free.duration, 2.0 / 0.3125_f64.sqrt());
-    let Place::Position { position, .. } = free.start.place else {
+    let InitialShape::Position { position, .. } = free.start.place else {
         panic!()
     };
     close(position[0], 0.58);

@@ -3,9 +3,9 @@
 
 use crate::support::{one_fault, text_of};
 use snaprod::scene::{
-    BarrierTerm, Damping, EndLoad, EndPose, FaultKind, FrictionLaw, History, Joint, Load, Method,
-    Orientation, Place, PowerLaw, Relaxed, Scene, Start, StrainField, StrainMatrix, StrainName,
-    Units,
+    BarrierTerm, Damping, EndLoad, EndPose, FaultKind, FrictionLaw, History, InitialShape, Joint,
+    Load, Method, Orientation, PowerLaw, RelaxedAt, Scene, Start, StrainField, StrainMatrix,
+    StrainName, Units,
 };
 
 /// A scene with every table and nearly every field; its lines are counted below.
@@ -139,10 +139,10 @@ fn fields_and_defaults() {
     let bent = field(&[(StrainName::U1, &[0.5, -0.25]), (StrainName::V3, &[1.1])]);
     assert_eq!(bent.at(StrainName::U1, 0.5), Some(0.375));
     assert_eq!(bent.at(StrainName::U2, 0.5), None);
-    assert_eq!(scene.start.place, Place::Strain { strain: bent });
+    assert_eq!(scene.start.place, InitialShape::Strain { strain: bent });
     assert_eq!(
         scene.start.relaxed,
-        Relaxed::Strain(field(&[(StrainName::U2, &[0.3])]))
+        RelaxedAt::Strain(field(&[(StrainName::U2, &[0.3])]))
     );
     assert_eq!(scene.start.velocity, [0.0, 2.0, 0.0]);
     assert_eq!(scene.start.angular_velocity, [0.0, 0.0, 4.0]);
@@ -220,7 +220,7 @@ fn forms_of_damping_and_start() {
     let of = |text: &str| parse(&start(text)).start.place;
     let (force, couple) = ([1.0, 0.0, -2.0], [0.0; 3]);
     let equilibrium = EndLoad { force, couple };
-    let load = Place::Equilibrium { equilibrium };
+    let load = InitialShape::Equilibrium { equilibrium };
     assert_eq!(of("equilibrium = { force = [1, 0, -2] }"), load);
     let pose = EndPose {
         position: [0.3, 0.0, 0.5],
@@ -228,14 +228,14 @@ fn forms_of_damping_and_start() {
     };
     assert_eq!(
         of("pose = { position = [0.3, 0, 0.5] }"),
-        Place::Pose { pose }
+        InitialShape::Pose { pose }
     );
     let welded = edit(
         FULL,
         "strain = { u1 = [0.5, -0.25], v3 = [1.1] }",
         "pose = { position = [0.3, 0, 0.5], quaternion = [0, 1, 0, 0] }",
     );
-    let Place::Pose { pose } = parse(&welded).start.place else {
+    let InitialShape::Pose { pose } = parse(&welded).start.place else {
         panic!()
     };
     assert_eq!(
@@ -504,13 +504,13 @@ fn si_scales() {
         inertia.as_flattened(),
         &[0.008, 0.0, 0.0, 0.0, 0.016, 0.0, 0.0, 0.0, 0.024],
     );
-    let Place::Strain { strain } = &free.start.place else {
+    let InitialShape::Strain { strain } = &free.start.place else {
         panic!()
     };
     all_close(strain.polynomial(StrainName::U1).unwrap(), &[0.25, -0.125]);
     all_close(strain.polynomial(StrainName::V3).unwrap(), &[1.1]);
     let relaxed = field(&[(StrainName::U2, &[0.15])]);
-    assert_eq!(free.start.relaxed, Relaxed::Strain(relaxed));
+    assert_eq!(free.start.relaxed, RelaxedAt::Strain(relaxed));
     close(free.start.velocity[1], 2.0 / 0.8_f64.sqrt());
     close(free.start.angular_velocity[2], 4.0 * time);
     close(free.loads.gravity[2], -9.81 / 1.6);
@@ -553,7 +553,7 @@ fn si_scales() {
         "strain = { u1 = [0.5, -0.25], v3 = [1.1] }",
         "equilibrium = { force = [0.16, 0, 0], couple = [0, 0.04, 0] }",
     );
-    let Place::Equilibrium { equilibrium: load } =
+    let InitialShape::Equilibrium { equilibrium: load } =
         parse(&load).dimensionless().unwrap().start.place
     else {
         panic!()

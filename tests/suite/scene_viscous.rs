@@ -2,8 +2,8 @@
 
 use crate::support::{one_fault, text_of, worst};
 use snaprod::scene::{
-    Damping, Dimensionless, FaultKind, FrictionLaw, LandingRule, Maxwell, Method, Place, PowerLaw,
-    Relaxed, Scene, Setup, StrainMatrix,
+    Damping, Dimensionless, FaultKind, FrictionLaw, InitialShape, LandingRule, Maxwell, Method,
+    PowerLaw, RelaxedAt, Scene, Setup, StrainMatrix,
 };
 
 const PLANAR: &str = r#"[rod]
@@ -56,8 +56,8 @@ fn planar_fields_and_defaults() {
     };
     assert_eq!(scene.rod.relaxation, [branch(0.01, 2.0), branch(0.0, 0.5)]);
     let curvature = vec![1.5, -1.5];
-    assert_eq!(scene.start.place, Place::Curvature { curvature });
-    assert_eq!(scene.start.relaxed, Relaxed::Curvature(vec![0.25]));
+    assert_eq!(scene.start.place, InitialShape::Curvature { curvature });
+    assert_eq!(scene.start.relaxed, RelaxedAt::Curvature(vec![0.25]));
     assert_eq!(scene.run().unwrap().method, Method::Implicit);
 
     let power = PowerLaw {
@@ -95,7 +95,7 @@ fn planar_fields_and_defaults() {
     );
     assert_eq!(planar(&zero), elastic);
     assert_eq!((&elastic.rod.damping, elastic.rod.nodes), (&None, None));
-    assert_eq!(elastic.start.relaxed, Relaxed::Start);
+    assert_eq!(elastic.start.relaxed, RelaxedAt::Start);
     assert_eq!(elastic.run().unwrap().method, Method::Auto);
     assert_eq!(elastic.dimensionless().unwrap().damping, None);
     let damped = planar(&text_of("viscous"));
@@ -104,7 +104,7 @@ fn planar_fields_and_defaults() {
         (Method::Auto, &LandingRule::Viscous)
     );
     assert!(damped.rod.relaxation.is_empty() && damped.rod.nodes.is_none());
-    assert_eq!(planar(&text_of("creep")).start.relaxed, Relaxed::Start);
+    assert_eq!(planar(&text_of("creep")).start.relaxed, RelaxedAt::Start);
 }
 
 /// Catches lost content, and content written in a form that is refused.
@@ -286,8 +286,8 @@ fn planar_si_scales() {
     close(free.relaxation[0].time, 2.0 / time);
     assert_eq!(free.relaxation[1].modulus, StrainMatrix::Bending(0.0));
     let curvature = vec![0.75, -0.75];
-    assert_eq!(free.start.place, Place::Curvature { curvature });
-    assert_eq!(free.start.relaxed, Relaxed::Curvature(vec![0.125]));
+    assert_eq!(free.start.place, InitialShape::Curvature { curvature });
+    assert_eq!(free.start.relaxed, RelaxedAt::Curvature(vec![0.125]));
     // Proportional form: eta = 0.15 s * EI is the viscosity above.
     let other = planar(&edit(PLANAR, "0.003", "{ proportional = 0.15 }"));
     close(viscosity(&other.dimensionless().unwrap()), viscosity(&free));

@@ -36,12 +36,12 @@ pub struct BranchArgs {
 const PICTURES: usize = 240;
 
 /// Hooks of the study: signals, and pictures for a page.
-struct Wishes {
+struct BranchHooks {
     signals: Signals,
     pictures: usize,
 }
 
-impl Hooks for Wishes {
+impl Hooks for BranchHooks {
     fn interrupted(&mut self) -> bool {
         self.signals.interrupted()
     }
@@ -62,7 +62,7 @@ const FILES: &[&str] = &[
 /// Follows the branch of the scene with all requested additions, and writes the results.
 pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
-    let mut wishes = Wishes {
+    let mut wishes = BranchHooks {
         signals: Signals::watched(),
         pictures: if args.html { PICTURES } else { 0 },
     };

@@ -49,7 +49,7 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
                 "C L = L C(end) does not hold: relative defect {}, largest at s = {}{}",
                 short(found.defect),
                 short(found.at),
-                Units::behind(response.units.length())
+                Units::suffix(response.units.length())
             ),
         },
     );
@@ -104,7 +104,7 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
                 times.len(),
                 short(times[0]),
                 short(times[times.len() - 1]),
-                Units::behind(response.units.time()),
+                Units::suffix(response.units.time()),
                 out.display()
             ),
         );
@@ -163,7 +163,7 @@ fn directions(response: &MemoryRecord) -> Vec<String> {
     for &i in &response.shown {
         let spring = kernel.relaxed()[(i, i)];
         let dashpot = kernel.instantaneous()[(i, i)];
-        let stiffness = Units::behind(response.unit(i, i, false));
+        let stiffness = Units::suffix(response.unit(i, i, false));
         let forgotten = response.forgotten(i);
         rows.push(vec![
             response.name(i).to_owned(),
@@ -172,12 +172,12 @@ fn directions(response: &MemoryRecord) -> Vec<String> {
             format!(
                 "{}{}",
                 short(dashpot),
-                Units::behind(response.dashpot_unit(i, i))
+                Units::suffix(response.dashpot_unit(i, i))
             ),
             format!(
                 "{}{}",
                 short(dashpot / spring),
-                Units::behind(response.units.time())
+                Units::suffix(response.units.time())
             ),
             match forgotten > ROUNDING {
                 true => format!("{}%", short(100.0 * forgotten)),
@@ -202,7 +202,7 @@ fn coupled(response: &MemoryRecord, name: &str, matrix: &Matrix6<f64>) -> Option
                     "{} {}{}",
                     response.entry(i, j),
                     short(matrix[(i, j)]),
-                    Units::behind(unit)
+                    Units::suffix(unit)
                 ));
             }
         }
@@ -261,7 +261,7 @@ fn terms(response: &MemoryRecord) -> Vec<String> {
             format!(
                 "{}{}",
                 short(term.rate.recip()),
-                Units::behind(response.units.time())
+                Units::suffix(response.units.time())
             ),
         ];
         let glassy = response.kernel.glassy();

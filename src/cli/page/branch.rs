@@ -1,6 +1,6 @@
 //! Data of branches for a page: points, special points, and shapes of the rods.
 
-use super::numbers::{coarse, units};
+use super::numbers::{quantized, units};
 use serde_json::{Value, json};
 use snaprod::rod::RodSection;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, ShapeRecord};
@@ -29,7 +29,7 @@ pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
             "name": column.name,
             "unit": column.unit,
             "meaning": column.meaning,
-            "values": coarse(&pick(table.reals(&column.name))),
+            "values": quantized(&pick(table.reals(&column.name))),
         })
     });
     let place = |row: usize| rows.binary_search(&row).unwrap_or_default();
@@ -49,7 +49,7 @@ pub fn branch_data(record: &BranchRecord, shown: &str) -> Value {
         "length": record.length,
         "parameter": record.label(),
         "conservative": record.conservative,
-        "at": coarse(&pick(table.reals("parameter"))),
+        "at": quantized(&pick(table.reals("parameter"))),
         "branch": rows.iter().map(|k| numbers[*k]).collect::<Vec<_>>(),
         "index": rows.iter().map(|k| index[*k]).collect::<Vec<_>>(),
         "columns": columns.collect::<Vec<_>>(),
@@ -124,7 +124,7 @@ fn pictures(record: &BranchRecord, place: impl Fn(usize) -> usize) -> Value {
         let across = sections.iter().map(|at| at.directors.column(0));
         json!({
             "sections": count,
-            "at": coarse(&places.collect::<Vec<f64>>()),
+            "at": quantized(&places.collect::<Vec<f64>>()),
             "d1": units(across.flat_map(|d| [d[0], d[1], d[2]])),
         })
     };
@@ -134,7 +134,7 @@ fn pictures(record: &BranchRecord, place: impl Fn(usize) -> usize) -> Value {
     let body = |name: &str| {
         let part = |axis| {
             let all = table.reals(&format!("{name}.{axis}"));
-            coarse(&by_row.keys().map(|row| all[*row]).collect::<Vec<f64>>())
+            quantized(&by_row.keys().map(|row| all[*row]).collect::<Vec<f64>>())
         };
         let place = ["x", "y", "z"].map(part);
         json!({ "name": name, "at": place })
@@ -159,7 +159,8 @@ fn fold_curves(record: &BranchRecord, folds: &FoldCurves) -> Value {
         let own: Vec<usize> = (0..x.len())
             .filter(|k| numbers[*k] == Some(number as i64))
             .collect();
-        let part = |values: &[f64]| coarse(&own.iter().map(|k| values[*k]).collect::<Vec<f64>>());
+        let part =
+            |values: &[f64]| quantized(&own.iter().map(|k| values[*k]).collect::<Vec<f64>>());
         json!({ "x": part(x), "y": part(y) })
     };
     let special = specials.iter().map(|at| {

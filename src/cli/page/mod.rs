@@ -6,7 +6,7 @@ mod numbers;
 mod sheets;
 
 pub use branch::branch_data;
-pub use motion::{Scenery, motion_data};
+pub use motion::{MotionContext, motion_data};
 pub use sheets::sheets_data;
 
 use super::check::SceneArgs;

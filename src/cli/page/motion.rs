@@ -1,6 +1,6 @@
 //! Data of a motion for a page: pictures of rods and bodies, energies, the sheet of a planar elastica.
 
-use super::numbers::{coarse, short, units};
+use super::numbers::{quantized, short, units};
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 use snaprod::Result;
@@ -24,7 +24,7 @@ const GRID: [usize; 2] = [36, 26];
 const FLAT: f64 = 1e-7;
 
 /// Surroundings of a motion.
-pub struct Scenery {
+pub struct MotionContext {
     /// The scene's units.
     pub units: Units,
     /// Length of the rod; of an assembly the length of its first rod.
@@ -51,7 +51,7 @@ pub struct Scenery {
 ///
 /// # Errors
 /// Errors of the sheets, which do not occur in practice.
-pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
+pub fn motion_data(film: &Film, around: &MotionContext) -> Result<Value> {
     let stills = &film.stills;
     let flat = is_flat(stills, around.length);
     let u = around.units;
@@ -70,7 +70,7 @@ pub fn motion_data(film: &Film, around: &Scenery) -> Result<Value> {
         "bodies": bodies(film, around),
         "grooves": grooves(film, around),
         "energies": energies(film),
-        "trace": coarse(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
+        "trace": quantized(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
         "on": names(stills),
     });
     if around.elastica {
@@ -101,7 +101,7 @@ fn is_flat(stills: &[Still], length: f64) -> bool {
 }
 
 /// Each rod: its sections in all pictures on one lattice, and in space also the director d1 of each.
-fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
+fn rods(stills: &[Still], around: &MotionContext, flat: bool) -> Vec<Value> {
     let all = stills.len() * around.rods.len();
     let count = (IN_ALL[usize::from(!flat)] / all.max(1)).clamp(FEWEST, SECTIONS);
     let chosen = |rod: &[Isometry3<f64>]| -> Vec<Isometry3<f64>> {
@@ -120,7 +120,7 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
             "name": name,
             "ground": around.grounds[k],
             "sections": count,
-            "at": coarse(&places.collect::<Vec<f64>>()),
+            "at": quantized(&places.collect::<Vec<f64>>()),
         });
         if !flat {
             let across = sections.iter().map(|at| at.rotation * Vector3::x());
@@ -133,14 +133,14 @@ fn rods(stills: &[Still], around: &Scenery, flat: bool) -> Vec<Value> {
 
 /// Each body: position, rotation and velocity of its frame in all pictures; position and velocity along the trace. Each
 /// component has its own range.
-fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
+fn bodies(film: &Film, around: &MotionContext) -> Vec<Value> {
     let body = |(k, (name, solid)): (usize, &(String, Solid))| {
         let stills: Vec<&TracePoint> = film.stills.iter().map(|at| &at.now).collect();
         let trace: Vec<&TracePoint> = film.trace.iter().collect();
         type Part = fn(&(Isometry3<f64>, Vector3<f64>), usize) -> f64;
         let part = |of: &[&TracePoint], part: Part, i: usize| {
             let all = of.iter().map(|at| part(&at.bodies[k], i));
-            coarse(&all.collect::<Vec<f64>>())
+            quantized(&all.collect::<Vec<f64>>())
         };
         let place: Part = |(pose, _), i| pose.translation.vector[i];
         let velocity: Part = |(_, velocity), i| velocity[i];
@@ -163,11 +163,11 @@ fn bodies(film: &Film, around: &Scenery) -> Vec<Value> {
 }
 
 /// Grooves of the bodies.
-fn grooves(film: &Film, around: &Scenery) -> Vec<Value> {
+fn grooves(film: &Film, around: &MotionContext) -> Vec<Value> {
     let groove = |(k, (_, solid)): (usize, &(String, Solid))| {
         let poses = film.trace.iter().map(|at| &at.bodies[k].0);
         let points = solid.groove_around(poses, around.length);
-        let part = |i: usize| coarse(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
+        let part = |i: usize| quantized(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
         (!points.is_empty()).then(|| json!([part(0), part(1), part(2)]))
     };
     around
@@ -205,7 +205,7 @@ fn energies(film: &Film) -> Vec<Value> {
         let stills = film.stills.iter().map(|at| term(&at.now.ledger));
         let trace = film.trace.iter().map(|at| term(&at.ledger));
         let (values, trace): (Vec<f64>, Vec<f64>) = (stills.collect(), trace.collect());
-        json!({ "name": name, "values": coarse(&values), "trace": coarse(&trace) })
+        json!({ "name": name, "values": quantized(&values), "trace": quantized(&trace) })
     };
     used.into_iter().chain([&total]).map(value).collect()
 }
@@ -226,7 +226,7 @@ fn names(stills: &[Still]) -> Value {
 }
 
 fn folds(folds: &[Curve]) -> Value {
-    let fold = |fold: &Curve| json!({ "x": coarse(&fold.x), "y": coarse(&fold.y) });
+    let fold = |fold: &Curve| json!({ "x": quantized(&fold.x), "y": quantized(&fold.y) });
     folds.iter().map(fold).collect()
 }
 
@@ -237,7 +237,7 @@ fn sheet(stills: &[Still], length: f64) -> Result<Value> {
     let patch = |side| -> Result<Value> {
         let grid = stable_grid(side, rows, columns)?;
         let part = |of: fn(&snaprod::elastica::GridPoint) -> f64, by: f64| {
-            coarse(&grid.iter().map(|q| by * of(q)).collect::<Vec<_>>())
+            quantized(&grid.iter().map(|q| by * of(q)).collect::<Vec<_>>())
         };
         Ok(json!({
             "rows": rows,
@@ -246,7 +246,7 @@ fn sheet(stills: &[Still], length: f64) -> Result<Value> {
         }))
     };
     let path: Vec<[f64; 3]> = stills.iter().map(|at| lifted(&at.rods[0])).collect();
-    let part = |i: usize| coarse(&path.iter().map(|p| p[i]).collect::<Vec<_>>());
+    let part = |i: usize| quantized(&path.iter().map(|p| p[i]).collect::<Vec<_>>());
     Ok(json!({
         "patches": [patch(Sign::Plus)?, patch(Sign::Minus)?],
         "path": [part(0), part(1), part(2)],

@@ -7,7 +7,7 @@ const TOP: f64 = 32767.0;
 
 /// Values of one range as whole numbers of 16 bits: value = mid + step q. The error is at most half a step, 1/131068 of
 /// the range.
-pub fn coarse(values: &[f64]) -> Value {
+pub fn quantized(values: &[f64]) -> Value {
     let finite = values.iter().filter(|x| x.is_finite());
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
         (a.min(*x), b.max(*x))

@@ -1,7 +1,7 @@
 //! Data of the solution sheets for a page: two views of the sheets, the map of stable equilibria over the disc, and
 //! shapes of rods at nodes.
 
-use super::numbers::{base64, coarse};
+use super::numbers::{base64, quantized};
 use crate::cli::sheets::figures::{folds_on, halves};
 use serde_json::{Value, json};
 use snaprod::Result;
@@ -19,7 +19,7 @@ const SECTIONS: usize = 17;
 /// Least distance of the points of a fold curve, in parts of their box.
 const APART: f64 = 0.005;
 /// Ratio by which the sheets exceed the box of the loads, at whose border they are clipped.
-const BEYOND: f64 = 1.5;
+const LOAD_MARGIN: f64 = 1.5;
 /// Tolerance of the end of the rod at a chart point.
 const HELD: f64 = 1e-6;
 /// Stride of the map of stable equilibria in the points of its record.
@@ -32,7 +32,7 @@ const COARSER: usize = 2;
 pub fn sheets_data(record: &SheetsRecord) -> Result<Value> {
     let top = record.top_load;
     let disc = |q: &GridPoint| [q.x, q.y, q.theta1];
-    let load = |q: &GridPoint| [q.lambda.min(BEYOND * top), q.alpha, q.theta1];
+    let load = |q: &GridPoint| [q.lambda.min(LOAD_MARGIN * top), q.alpha, q.theta1];
     Ok(json!({
         "kind": "sheets",
         "sheets": record.over_disc.iter().map(|grid| json!({
@@ -53,7 +53,7 @@ pub fn sheets_data(record: &SheetsRecord) -> Result<Value> {
 fn flat(curve: &Curve) -> Value {
     let points = curve.x.iter().zip(&curve.y).map(|(x, y)| [*x, *y]);
     let points = sparse(points, [1.0; 2]);
-    let part = |i: usize| coarse(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
+    let part = |i: usize| quantized(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
     json!({ "x": part(0), "y": part(1) })
 }
 
@@ -83,7 +83,7 @@ fn sparse<const N: usize>(
 /// Positions of points, encoded with one range per axis.
 fn axes(points: impl Iterator<Item = [f64; 3]>) -> [Value; 3] {
     let points: Vec<[f64; 3]> = points.collect();
-    [0, 1, 2].map(|i| coarse(&points.iter().map(|p| p[i]).collect::<Vec<_>>()))
+    [0, 1, 2].map(|i| quantized(&points.iter().map(|p| p[i]).collect::<Vec<_>>()))
 }
 
 /// Sheets in a box, with the fold curves on them.
@@ -137,12 +137,12 @@ fn nodes(grid: &SheetGrid) -> Result<Value> {
         index.push(Elastica.index(&[q.p, q.w].into()).ok());
     }
     let part =
-        |of: fn(&GridPoint) -> f64| coarse(&chosen.iter().map(|q| of(q)).collect::<Vec<_>>());
+        |of: fn(&GridPoint) -> f64| quantized(&chosen.iter().map(|q| of(q)).collect::<Vec<_>>());
     Ok(json!({
         "rows": rows,
         "columns": columns,
         "sections": SECTIONS,
-        "shape": coarse(&shapes),
+        "shape": quantized(&shapes),
         "index": index,
         "kappa": part(|q| q.p.tanh()),
         "lambda": part(|q| q.lambda),

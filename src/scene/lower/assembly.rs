@@ -2,8 +2,8 @@
 
 mod heavy_assembly;
 
-use super::clamp::moving;
-use super::first_order_mass::light;
+use super::clamp::moving_support;
+use super::first_order_mass::first_order_rod;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
@@ -18,19 +18,19 @@ use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
 use crate::rod::{Distributed, RodSection, Wrench};
 use crate::scene::{
-    AssemblyBody, AssemblyRod, AssemblyScene, LoadAlong, Place as Shape, Scales, Scene, Site,
+    AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Scales, Scene, Site,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::PI;
 
 /// Lower bound on the tolerance of equilibria.
-const FINEST: f64 = 1e-13;
+const LEAST_TOLERANCE: f64 = 1e-13;
 /// Tolerance of rods for the initial guess, and of drawn rods.
-const FINE: f64 = 1e-10;
+const GUESS_TOLERANCE: f64 = 1e-10;
 /// Gap, in radians or lengths, up to which unloaded rods in a loop count as fitting.
-const FITS: f64 = 1e-6;
+const LOOP_GAP: f64 = 1e-6;
 /// Relative residual of the balance up to which the loads count as invariant under a rotation of the whole assembly.
-const TURNED: f64 = 1e-9;
+const ROTATED_RESIDUAL: f64 = 1e-9;
 
 /// An assembly made from a scene, in units of its first rod and its first body, with the conversion to the scene's
 /// units.
@@ -97,7 +97,7 @@ impl AssemblySetup {
             let load = match heavy.is_some() && borne {
                 // For heavy rods the load enters the motion and the settling of the bodies.
                 true => None,
-                false => along(rod, gravity, &scales)?,
+                false => load_along(rod, gravity, &scales)?,
             };
             links.push(match load {
                 None => link,
@@ -105,7 +105,7 @@ impl AssemblySetup {
                 Some(load) => link.with_distributed(load).map_err(named)?,
             });
             reversed.push(turned);
-            masses.push(light(&rod.rod, &scales).map_err(named)?);
+            masses.push(first_order_rod(&rod.rod, &scales).map_err(named)?);
         }
         let free = given.free.iter().map(|rod| {
             let named = |why: Error| why.context(format!("the rod {:?}", rod.name));
@@ -152,7 +152,7 @@ impl AssemblySetup {
             unloaded,
             falls,
             // Equilibria are solved a digit better than asked for.
-            tolerance: (0.1 * scene.solve.tolerance).max(FINEST),
+            tolerance: (0.1 * scene.solve.tolerance).max(LEAST_TOLERANCE),
             heavy,
         })
     }
@@ -164,8 +164,8 @@ impl AssemblySetup {
     /// As [`Assembly::equilibrium`].
     pub fn equilibrium(&self) -> Result<AssemblyEquilibrium> {
         match self.falls {
-            false => self.found(),
-            true => self.found().and_then(|found| self.put_back(found)).map_err(|why| {
+            false => self.search_equilibrium(),
+            true => self.search_equilibrium().and_then(|found| self.move_to_guess(found)).map_err(|why| {
                 why.context(
                     "nothing holds the bodies on the ground, so that they are in equilibrium only where their loads balance each other (weight \
                      apart: what nothing holds falls)",
@@ -176,7 +176,7 @@ impl AssemblySetup {
 
     /// Moves a floating assembly rigidly so that its first body has the pose of its guess, or lies at the origin. The
     /// rotation is left out if it disturbs the balance of the loads.
-    fn put_back(&self, mut found: AssemblyEquilibrium) -> Result<AssemblyEquilibrium> {
+    fn move_to_guess(&self, mut found: AssemblyEquilibrium) -> Result<AssemblyEquilibrium> {
         let origin = Isometry3::identity();
         let wanted = self.guess.as_ref().map_or(origin, |guess| guess[0].pose);
         let charts = &found.now.charts;
@@ -198,7 +198,7 @@ impl AssemblySetup {
         };
         let there = found.now.bodies[0].pose;
         let (turned, left) = carried(wanted * there.inverse())?;
-        found.now.bodies = match left <= TURNED {
+        found.now.bodies = match left <= ROTATED_RESIDUAL {
             true => turned,
             false => {
                 let shift = wanted.translation.vector - there.translation.vector;
@@ -212,13 +212,13 @@ impl AssemblySetup {
         Ok(found)
     }
 
-    fn found(&self) -> Result<AssemblyEquilibrium> {
+    fn search_equilibrium(&self) -> Result<AssemblyEquilibrium> {
         let Some(bodies) = &self.guess else {
             return self.assembly.equilibrium(None, self.tolerance);
         };
         // Out of reach is a cheap test, before a vain search rod by rod.
         self.assembly.within_reach()?;
-        let guess = self.assembly.held(bodies.clone(), FINE);
+        let guess = self.assembly.held(bodies.clone(), GUESS_TOLERANCE);
         let near = self.assembly.equilibrium(Some(&guess), self.tolerance);
         near.or_else(|why| {
             let unloaded = self.assembly.equilibrium(None, self.tolerance);
@@ -230,7 +230,7 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// Errors of the rods.
-    pub fn overdrawn(&self) -> Result<Option<&str>> {
+    pub fn too_short_rod(&self) -> Result<Option<&str>> {
         let Some(bodies) = &self.guess else {
             return Ok(None);
         };
@@ -243,7 +243,7 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// As [`AssemblySetup::equilibrium`]; no equilibrium near the guess.
-    pub fn meant(&self) -> Result<AssemblyEquilibrium> {
+    pub fn start_equilibrium(&self) -> Result<AssemblyEquilibrium> {
         let found = self.equilibrium()?;
         match self.guess.is_some() && !found.route.is_near_guess() {
             false => Ok(found),
@@ -263,12 +263,12 @@ impl AssemblySetup {
             true => {
                 let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.twists.len()];
                 let bodies = self.guess.as_ref().unwrap_or(&origin);
-                let start = self.assembly.let_go(bodies, FINEST)?;
-                self.fits(&start)?;
+                let start = self.assembly.let_go(bodies, LEAST_TOLERANCE)?;
+                self.check_loops_close(&start)?;
                 (start, None)
             }
             false => {
-                let found = self.meant()?;
+                let found = self.start_equilibrium()?;
                 let decides = self.assembly.is_conservative(0.0);
                 (found.now, Some(found.index).filter(|_| decides))
             }
@@ -280,10 +280,10 @@ impl AssemblySetup {
     }
 
     /// Checks that unloaded rods are at rest and, in loops, meet their attachments.
-    fn fits(&self, start: &Configuration) -> Result<()> {
+    fn check_loops_close(&self, start: &Configuration) -> Result<()> {
         let points = self
             .assembly
-            .points(0.0, &start.bodies, &start.charts, FINEST)?;
+            .points(0.0, &start.bodies, &start.charts, LEAST_TOLERANCE)?;
         for (k, (link, point)) in self.assembly.links().iter().zip(&points).enumerate() {
             let rod = self.assembly.rod_name(k);
             if link.distributed().is_some() {
@@ -293,7 +293,7 @@ impl AssemblySetup {
                 )));
             }
             let gap = point.gap(link.joint()).amax();
-            if !(gap <= FITS) {
+            if !(gap <= LOOP_GAP) {
                 return Err(Error::domain(format!(
                     "rest = \"straight\" in [start]: the unloaded rods do not fit together, an end of {rod} is {gap:.1e} (radians or lengths) away \
                      from its attachment; leave rest out, and the bodies start at equilibrium"
@@ -384,7 +384,7 @@ impl AssemblySetup {
     }
 
     fn wrench_of(&self, rod: usize, link: &Link, q: &Wrench) -> Result<Vector6<f64>> {
-        let end = link.end(q, FINE)?;
+        let end = link.end(q, GUESS_TOLERANCE)?;
         let (m, n) = match self.reversed[rod] {
             false => halves(&q.component_mul(&link.units())),
             true => {
@@ -402,7 +402,7 @@ impl AssemblySetup {
     /// As [`FreeRod::shape`].
     pub fn free_ends(&self, t: f64, now: &Configuration) -> Result<Vec<Isometry3<f64>>> {
         let end = |rod: &FreeRod| -> Result<Isometry3<f64>> {
-            let sections = rod.shape(t, &now.bodies, 1, FINE)?;
+            let sections = rod.shape(t, &now.bodies, 1, GUESS_TOLERANCE)?;
             // The two sections are at the base and at the end.
             let mut end = sections[1].pose();
             end.translation.vector *= self.scales.length;
@@ -427,7 +427,7 @@ impl AssemblySetup {
     /// As [`Assembly::shapes`].
     pub fn shapes(&self, t: f64, now: &Configuration, count: usize) -> Result<Vec<RodCurve>> {
         let length = self.scales.length;
-        let shapes = self.assembly.shapes(t, now, count, FINE)?;
+        let shapes = self.assembly.shapes(t, now, count, GUESS_TOLERANCE)?;
         let scaled = shapes
             .iter()
             .zip(&self.reversed)
@@ -465,7 +465,11 @@ fn oriented(section: &RodSection, whole: f64, reversed: bool) -> (f64, UnitQuate
 }
 
 /// Dead load along a rod, its weight included, in the library's units.
-fn along(rod: &AssemblyRod, gravity: [f64; 3], scales: &Scales) -> Result<Option<Distributed>> {
+fn load_along(
+    rod: &AssemblyRod,
+    gravity: [f64; 3],
+    scales: &Scales,
+) -> Result<Option<Distributed>> {
     let load = rod.distributed.with_weight(&rod.rod, gravity)?;
     let unit = scales.inward(Quantity::Distributed, 1.0);
     Ok(load.map(|load| load.mapped(|f| f * unit)))
@@ -484,7 +488,7 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Att
         (Some(body), _) => Attachment::body(body, place),
         (None, None) => Attachment::ground(place),
         (None, Some(motion)) => {
-            Attachment::support(moving(&place, &scales.motion(motion.clone()))?)
+            Attachment::support(moving_support(&place, &scales.motion(motion.clone()))?)
         }
     })
 }

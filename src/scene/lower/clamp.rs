@@ -50,12 +50,12 @@ pub(super) fn spatial(clamp: &Clamp) -> Result<Option<Support<3>>> {
         Vector3::from(clamp.position).into(),
         rotation(&clamp.orientation),
     );
-    moving(&place, motion).map(Some).map_err(named)
+    moving_support(&place, motion).map(Some).map_err(named)
 }
 
 /// The clamp of a planar rod as one in space, in units of the rod; `None` for the default clamp, at rest in the origin
 /// along +x.
-pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
+pub(super) fn clamp_in_space(clamp: &Clamp) -> Result<Option<Support<3>>> {
     if *clamp == Clamp::default() {
         return Ok(None);
     }
@@ -65,7 +65,7 @@ pub(super) fn lifted(clamp: &Clamp) -> Result<Option<Support<3>>> {
     );
     let support = match &clamp.motion {
         None => Support::<3>::new(place.translation.vector, &place.rotation),
-        Some(motion) => moving(&place, &out_of_plane(motion)),
+        Some(motion) => moving_support(&place, &out_of_plane(motion)),
     };
     support.map(Some).map_err(named)
 }
@@ -80,7 +80,7 @@ pub(super) fn out_of_plane(motion: &ClampMotion) -> ClampMotion {
 }
 
 /// A support in space that starts at `place` with the given motion, in units of the rod.
-pub(super) fn moving(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
+pub(super) fn moving_support(place: &Isometry3<f64>, motion: &ClampMotion) -> Result<Support<3>> {
     let mut support = Support::<3>::new(place.translation.vector, &place.rotation)?;
     for (direction, history) in translations(motion, Vector3::from)? {
         support = support.with_translation(direction, history)?;
@@ -97,7 +97,7 @@ impl Scene {
     ///
     /// # Errors
     /// A scene of statics; an invalid motion of the clamp.
-    pub fn standing(&self) -> Result<Self> {
+    pub fn frozen_at_start(&self) -> Result<Self> {
         let plain = self.dimensionless()?;
         let frame = match self.is_planar() {
             true => planar(&plain.clamp)?.map(|support| support.at(0.0).in_space()),
@@ -150,9 +150,9 @@ fn translations<const N: usize>(
 }
 
 /// The clamp of a planar rod at t = 0, for conversion of places and velocities from the world to its frame.
-pub(super) struct Seen(pub Option<Support<2>>);
+pub(super) struct ClampFrame(pub Option<Support<2>>);
 
-impl Seen {
+impl ClampFrame {
     pub fn place(&self, place: [f64; 3]) -> Vector2<f64> {
         let place = in_plane(place);
         self.0.as_ref().map_or(place, |support| {
@@ -176,15 +176,15 @@ impl Seen {
         let frame = support.at(0.0);
         let carried = frame.outward(&frame.carried(end)) * scales.velocity;
         (
-            begun(&frame, end, &velocity, plain),
-            words(about, &[("velocity", carried.as_slice())], plain),
+            initial_relative_velocity(&frame, end, &velocity, plain),
+            start_context(about, &[("velocity", carried.as_slice())], plain),
         )
     }
 }
 
 /// Velocity at t = 0, relative to the moving clamp's frame, of an end at `place` in that frame. `velocity` is its given
 /// velocity along the axes of the world.
-pub(super) fn begun<const D: usize>(
+pub(super) fn initial_relative_velocity<const D: usize>(
     frame: &Frame<D>,
     place: &SVector<f64, D>,
     velocity: &SVector<f64, D>,
@@ -213,7 +213,11 @@ pub(super) fn end_velocity(
 
 /// Extends the text `about` for messages on a rejected start by the velocities with which the clamp carries the end at
 /// t = 0: the user may have forgotten them.
-pub(super) fn words(about: &str, carried: &[(&str, &[f64])], plain: &Dimensionless) -> String {
+pub(super) fn start_context(
+    about: &str,
+    carried: &[(&str, &[f64])],
+    plain: &Dimensionless,
+) -> String {
     let moving = |(_, rates): &(&str, &[f64])| rates.iter().any(|rate| *rate != 0.0);
     if plain.start.with_clamp || !carried.iter().any(moving) {
         return about.to_owned();

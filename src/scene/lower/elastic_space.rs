@@ -1,7 +1,7 @@
 //! An elastic rod in space, made from a scene of motion.
 
-use super::first_order_mass::light;
-use super::in_space::{InSpace, SpaceField, bent, in_world};
+use super::first_order_mass::first_order_rod;
+use super::in_space::{SpaceField, SpaceStart, equilibrium_field, in_world};
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
     Assembly, Attachment, BodyMotion as Held, Configuration, HeavyBody, Joint, LightRod, Link,
@@ -13,20 +13,20 @@ use crate::motion::assembly::AssemblyRun;
 use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
-use crate::scene::{Place, Scene, StrainName};
+use crate::scene::{InitialShape, Scene, StrainName};
 use nalgebra::{Isometry3, Vector3, Vector6};
 
 /// Tolerance of the pose of the end at the start.
 const POSE: f64 = 1e-13;
 /// Tolerance of the equilibrium in a groove at the start.
-const SETTLED: f64 = 1e-11;
+const SETTLING_TOLERANCE: f64 = 1e-11;
 
 /// An elastic rod in space: an assembly of one rod and one body. The frame is that of the clamp, or the world if the
 /// clamp turns and the rod bears a load along it, which would rotate in the clamp's frame.
 #[derive(Debug, Clone)]
 pub struct ElasticSpace {
     /// Body, clamp and start.
-    pub common: InSpace,
+    pub common: SpaceStart,
     rod: Rod,
     /// Chart point at the start.
     chart: Wrench,
@@ -52,13 +52,13 @@ impl ElasticSpace {
     pub fn new(scene: &Scene) -> Result<Self> {
         let measures = scene.scales()?.measures();
         let breaks = scene.cosserat_rod()?.measured(measures).law().breaks();
-        let common = InSpace::new(scene, breaks)?;
+        let common = SpaceStart::new(scene, breaks)?;
         let clamp = common.clamp(0.0).pose();
         let groove = match &scene.body()?.groove {
             Some(groove) => Some(groove.curve(common.scales.length)?),
             None => None,
         };
-        let settled = groove.is_some() && matches!(scene.start.place, Place::Settled { .. });
+        let settled = groove.is_some() && matches!(scene.start.place, InitialShape::Settled { .. });
         let (chart, end) = match &common.strain {
             SpaceField::Equilibrium { problem, base, end } => {
                 let mut end = problem.rod().clamp_pose().inv_mul(end);
@@ -83,7 +83,7 @@ impl ElasticSpace {
         };
         let mut model = Self {
             in_world,
-            light: light(&scene.rod, &scene.scales()?)?,
+            light: first_order_rod(&scene.rod, &scene.scales()?)?,
             rod: common.rod.measured(measures),
             chart,
             end,
@@ -94,7 +94,7 @@ impl ElasticSpace {
         };
         if model.settled {
             let (assembly, now) = model.assembly()?;
-            model.common.start_index = Some(assembly.index(0.0, &now, SETTLED)?);
+            model.common.start_index = Some(assembly.index(0.0, &now, SETTLING_TOLERANCE)?);
         }
         Ok(model)
     }
@@ -111,7 +111,7 @@ impl ElasticSpace {
     pub(super) fn field(&self) -> Result<SpaceField> {
         let (_, start) = self.assembly()?;
         let rod = &self.common.rod;
-        bent(
+        equilibrium_field(
             (rod, self.common.load_outward()),
             rod.outward_wrench(&start.charts[0]),
         )
@@ -167,7 +167,7 @@ impl ElasticSpace {
             assembly = assembly.with_light_rods(vec![Some(light.clone())])?;
         }
         if self.settled {
-            start = assembly.equilibrium(None, SETTLED)?.now;
+            start = assembly.equilibrium(None, SETTLING_TOLERANCE)?.now;
             start.bodies[0].twist = twist;
         }
         Ok((assembly, start))

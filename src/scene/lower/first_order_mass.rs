@@ -58,7 +58,7 @@ fn sections(rod: &Rod, scales: &Scales) -> Result<Option<SectionMass>> {
 ///
 /// # Errors
 /// A rod whose mass is not known.
-pub(super) fn light(rod: &Rod, scales: &Scales) -> Result<Option<LightRod>> {
+pub(super) fn first_order_rod(rod: &Rod, scales: &Scales) -> Result<Option<LightRod>> {
     if !rod.is_light() {
         return Ok(None);
     }
@@ -93,7 +93,7 @@ impl Rod {
 }
 
 /// The rod of a scene of statics, in units of its length, stiffness and own mass.
-pub(crate) struct StandingRod {
+pub(crate) struct StaticRod {
     /// The rod with its mass.
     pub massive: Massive,
     /// The rod between its clamp and its end, held in the equilibrium pose.
@@ -110,7 +110,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::problem`].
-    pub(crate) fn standing_rod(&self, base: &Wrench) -> Result<Option<StandingRod>> {
+    pub(crate) fn standing_rod(&self, base: &Wrench) -> Result<Option<StaticRod>> {
         let (Some(mass), problem) = (self.rod.mass(), self.problem()?) else {
             return Ok(None);
         };
@@ -140,7 +140,7 @@ impl Scene {
             }
         };
         let pose = tied(Isometry3::identity())?.end(&chart, ALONG)?.pose;
-        Ok(Some(StandingRod {
+        Ok(Some(StaticRod {
             massive,
             link: tied(pose)?,
             chart,

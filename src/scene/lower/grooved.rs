@@ -16,7 +16,7 @@ use crate::viscoelastic::resolution::MOST_NODES;
 use nalgebra::{Isometry3, UnitQuaternion};
 
 /// Initial number of nodes of an element for the end of the rod at the start, and tolerance of the curve.
-const FIRST: usize = 16;
+const INITIAL_NODES: usize = 16;
 const SHAPE: f64 = 1e-13;
 
 /// Strains of the massless rod in its equilibrium in the groove.
@@ -42,7 +42,7 @@ impl HeavySpace {
         };
         let here = Isometry3::identity();
         let link = HeavyLink {
-            rod: self.bare(FIRST)?,
+            rod: self.rod_without_body(INITIAL_NODES)?,
             from: Tie {
                 on: Attachment::ground(here),
                 joint: Joint::Weld,
@@ -82,7 +82,7 @@ impl HeavySpace {
     }
 
     /// The rod without its body.
-    fn bare(&self, nodes: usize) -> Result<HeavyRod> {
+    fn rod_without_body(&self, nodes: usize) -> Result<HeavyRod> {
         let given = RodDescription {
             body: None,
             ..self.given.clone()
@@ -94,9 +94,9 @@ impl HeavySpace {
 
     /// Pose and twist of the end from the initial strains and strain rates.
     fn end(&self) -> Result<BodyMotion> {
-        let mut nodes = FIRST;
+        let mut nodes = INITIAL_NODES;
         loop {
-            let rod = self.bare(nodes)?;
+            let rod = self.rod_without_body(nodes)?;
             let field = |f: &dyn Fn(f64) -> Strain| {
                 let nodes = rod.sections.grid.nodes().iter();
                 rod.coordinates(&nodes.map(|s| f(*s)).collect::<Vec<_>>())

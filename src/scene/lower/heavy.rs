@@ -1,11 +1,11 @@
 //! Rods with their full mass, in the plane and in space, made from a scene of motion.
 
-use super::clamp::{self, words};
+use super::clamp::{self, start_context};
 use super::grooved;
-use super::in_space::{InSpace, SpaceField};
+use super::in_space::{SpaceField, SpaceStart};
 use super::loads::point_mass;
 use super::planar::start;
-use super::viscous::Field;
+use super::viscous::CurvatureField;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame, Groove, RigidBody, Support};
 use crate::error::{Error, Result};
@@ -19,7 +19,7 @@ use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
 use crate::scene::{
-    Dimensionless, Model, Place, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
+    Dimensionless, InitialShape, Model, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
 };
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
@@ -32,9 +32,9 @@ pub struct HeavyPlane {
     /// Rod, body and loads.
     pub given: RodDescription,
     /// Curvature at the start, or initial guess of the curvature in equilibrium.
-    pub curvature: Field,
+    pub curvature: CurvatureField,
     /// Curvature at which the Maxwell branches are relaxed; `None`: the initial one.
-    pub relaxed: Option<Field>,
+    pub relaxed: Option<CurvatureField>,
     /// Initial rate of the curvature; `None`: the rate of a massless rod following the end.
     pub rate: Option<Vec<f64>>,
     /// True if the run starts from the stable equilibrium under all loads.
@@ -48,7 +48,7 @@ pub struct HeavyPlane {
 #[derive(Debug, Clone)]
 pub struct HeavySpace {
     /// Body, clamp and start.
-    pub common: InSpace,
+    pub common: SpaceStart,
     /// Rod, body and loads.
     pub given: RodDescription,
     /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
@@ -94,7 +94,10 @@ fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
 ///
 /// # Errors
 /// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia.
-pub(in crate::scene) fn in_space(rod: &Rod, scales: &Scales) -> Result<(Law, f64, Matrix3<f64>)> {
+pub(in crate::scene) fn heavy_law_in_space(
+    rod: &Rod,
+    scales: &Scales,
+) -> Result<(Law, f64, Matrix3<f64>)> {
     let rigid = rod.unclamped()?.law().rigid();
     let active: Vec<usize> = (0..6).filter(|k| *k < 3 || !rigid[*k - 3]).collect();
     Ok((
@@ -105,7 +108,10 @@ pub(in crate::scene) fn in_space(rod: &Rod, scales: &Scales) -> Result<(Law, f64
 }
 
 /// A point of mass 1 on the clamp of the rod, under gravity alone.
-pub(super) fn grain(gravity: Vector3<f64>, support: Option<Support<3>>) -> Result<Body<3>> {
+pub(super) fn unit_point_mass(
+    gravity: Vector3<f64>,
+    support: Option<Support<3>>,
+) -> Result<Body<3>> {
     let grain = Body::new(1.0)?.with_gravity(gravity)?;
     Ok(match support {
         Some(support) => grain.with_support(support),
@@ -120,26 +126,26 @@ impl HeavyPlane {
     /// As [`Scene::viscoelastic`]; a start position with no matching equilibrium, or with several; a rod without mass.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
-        let support = clamp::lifted(&plain.clamp)?;
+        let support = clamp::clamp_in_space(&plain.clamp)?;
         let body = point_mass(1.0, &plain.loads, Vector3::from, support.clone())?;
         let given = RodDescription {
             law: law(&scene.rod, scales.measures(), &[StrainName::U1 as usize])?,
             curve: Curve::Plane,
             mass: mass(&scene.rod, &scales)?,
             rotary: None,
-            grain: grain(plain.loads.gravity.into(), support.clone())?,
+            grain: unit_point_mass(plain.loads.gravity.into(), support.clone())?,
             distributed: distributed(&plain, Vector3::from)?,
             body: Some(Mass::Point(body)),
             // Planar rods pass beside each other without contact.
             diameter: None,
         };
-        let settled = matches!(plain.start.place, Place::Settled { .. });
+        let settled = matches!(plain.start.place, InitialShape::Settled { .. });
         let curvature = match &plain.start.place {
-            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
-            Place::Settled { .. } => Field::Polynomial(vec![0.0]),
+            InitialShape::Curvature { curvature } => CurvatureField::Polynomial(curvature.clone()),
+            InitialShape::Settled { .. } => CurvatureField::Polynomial(vec![0.0]),
             _ => match start(scene, &plain)? {
-                None => Field::Polynomial(vec![0.0]),
-                Some(rod) => Field::Equilibrium(Box::new(rod)),
+                None => CurvatureField::Polynomial(vec![0.0]),
+                Some(rod) => CurvatureField::Equilibrium(Box::new(rod)),
             },
         };
         let rate = match &plain.start.rate {
@@ -158,13 +164,13 @@ impl HeavyPlane {
                 let place = Vector3::new(end.x, end.y, 0.0);
                 let frame = support.at(0.0);
                 let carried = frame.outward(&frame.carried(&place)) * scales.velocity;
-                words("[start]", &[("velocity", &carried.as_slice()[..2])], &plain)
+                start_context("[start]", &[("velocity", &carried.as_slice()[..2])], &plain)
             }
         };
         Ok(Self {
             given,
             curvature,
-            relaxed: Field::relaxed(&plain.start.relaxed)?,
+            relaxed: CurvatureField::relaxed(&plain.start.relaxed)?,
             rate,
             settled,
             velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
@@ -257,10 +263,10 @@ impl HeavySpace {
     /// As [`Scene::viscoelastic`]; a rod without mass, or with unknown rotary inertia; a start for which no equilibrium
     /// is found.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let (law, mass, rotary) = in_space(&scene.rod, &scene.scales()?)?;
+        let (law, mass, rotary) = heavy_law_in_space(&scene.rod, &scene.scales()?)?;
         let plain = scene.dimensionless()?;
-        let mut common = InSpace::new(scene, law.breaks())?;
-        let settled = matches!(scene.start.place, Place::Settled { .. });
+        let mut common = SpaceStart::new(scene, law.breaks())?;
+        let settled = matches!(scene.start.place, InitialShape::Settled { .. });
         let groove = match &scene.body()?.groove {
             Some(groove) => {
                 let groove = groove.curve(common.scales.length)?;
@@ -290,7 +296,7 @@ impl HeavySpace {
             curve: Curve::Space,
             mass,
             rotary: Some(rotary),
-            grain: grain(inward(plain.loads.gravity), support.clone())?,
+            grain: unit_point_mass(inward(plain.loads.gravity), support.clone())?,
             distributed: distributed(&plain, inward)?,
             body: Some(body),
             diameter: scene.rod.thickness().map(|d| d / common.scales.length),

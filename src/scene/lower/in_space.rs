@@ -11,8 +11,8 @@ use crate::motion::reduction::TipBody;
 use crate::motion::viscoelastic::MOST_NODES;
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Dimensionless, EndLoad, EndPose, Force, Joint, Place, Relaxed, Scales, Scene, StrainField,
-    StrainName,
+    Dimensionless, EndLoad, EndPose, Force, InitialShape, Joint, RelaxedAt, Scales, Scene,
+    StrainField, StrainName,
 };
 use crate::section::Strain;
 use crate::viscoelastic::grid::{FEWEST, Grid};
@@ -22,7 +22,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 
 /// Body, clamp and start of a rod in space. The body is described in the frame of the clamp.
 #[derive(Debug, Clone)]
-pub struct InSpace {
+pub struct SpaceStart {
     /// The body with its loads.
     pub carried: TipBody,
     /// Strains at the start, in the scene's units.
@@ -44,13 +44,13 @@ pub struct InSpace {
     load: Option<Distributed>,
 }
 
-impl InSpace {
+impl SpaceStart {
     /// Strains at which the Maxwell branches are relaxed; `None`: the initial strains.
     pub(super) fn relaxed(&self, scene: &Scene) -> Option<SpaceField> {
         let given = match &scene.start.relaxed {
-            Relaxed::Start => return None,
-            Relaxed::Strain(given) => given.clone(),
-            Relaxed::Unloaded | Relaxed::Curvature(_) => StrainField::default(),
+            RelaxedAt::Start => return None,
+            RelaxedAt::Strain(given) => given.clone(),
+            RelaxedAt::Unloaded | RelaxedAt::Curvature(_) => StrainField::default(),
         };
         Some(SpaceField::Polynomial {
             given,
@@ -83,8 +83,8 @@ impl InSpace {
             rod: Box::new(rod.clone()),
         };
         // With a groove the equilibrium is solved together with the body.
-        let settled =
-            matches!(scene.start.place, Place::Settled { .. }) && scene.body()?.groove.is_none();
+        let settled = matches!(scene.start.place, InitialShape::Settled { .. })
+            && scene.body()?.groove.is_none();
         let at_start = scene.load_at_start()?;
         let under = |load: Option<&Distributed>| -> Result<_> {
             let tolerance = scene.run()?.tolerance;
@@ -109,10 +109,10 @@ impl InSpace {
         };
         let (strain, start_index) = match (found, &scene.start.place) {
             (Some(found), _) => found,
-            (None, Place::Strain { strain: given }) => (field(given), None),
+            (None, InitialShape::Strain { strain: given }) => (field(given), None),
             (None, _) => (field(&StrainField::default()), None),
         };
-        let inward = Inward(clamp);
+        let inward = ToClampFrame(clamp);
         let about = "[start], in the frame of the clamp";
         let start = &plain.start;
         let (velocity, words) = match &support {
@@ -131,8 +131,8 @@ impl InSpace {
                     carried.push(("angular_velocity", omega.as_slice()));
                 }
                 (
-                    supports::begun(&frame, &place, &given, &plain),
-                    supports::words(about, &carried, &plain),
+                    supports::initial_relative_velocity(&frame, &place, &given, &plain),
+                    supports::start_context(about, &carried, &plain),
                 )
             }
         };
@@ -216,7 +216,7 @@ pub enum SpaceField {
 }
 
 /// Tolerance of the integration along an equilibrium at the start.
-const SHAPE: f64 = 1e-13;
+const SHAPE_TOLERANCE: f64 = 1e-13;
 
 impl SpaceField {
     /// Strains at x = s/L.
@@ -256,7 +256,7 @@ impl SpaceField {
             let curve = space.shape(&grid, &strains).ok_or_else(|| {
                 Error::domain("[start]: the strains are too large for a shape of the rod")
             })?;
-            if nodes >= MOST_NODES || space.defect(&grid, &curve) <= SHAPE {
+            if nodes >= MOST_NODES || space.defect(&grid, &curve) <= SHAPE_TOLERANCE {
                 return Ok(curve.end().translation.vector);
             }
             nodes *= 2;
@@ -265,9 +265,9 @@ impl SpaceField {
 }
 
 /// Converter of world vectors to the frame of the clamp.
-struct Inward(Isometry3<f64>);
+struct ToClampFrame(Isometry3<f64>);
 
-impl Inward {
+impl ToClampFrame {
     fn vector(&self, v: &[f64; 3]) -> Vector3<f64> {
         self.0.rotation.inverse() * Vector3::from(*v)
     }
@@ -280,10 +280,14 @@ impl Inward {
 
 /// The body with its loads in the world frame.
 pub(super) fn in_world(plain: &Dimensionless) -> Result<TipBody> {
-    carried(plain, &Inward(Isometry3::identity()), None)
+    carried(plain, &ToClampFrame(Isometry3::identity()), None)
 }
 
-fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) -> Result<TipBody> {
+fn carried(
+    plain: &Dimensionless,
+    inward: &ToClampFrame,
+    support: Option<Support<3>>,
+) -> Result<TipBody> {
     let loads = &plain.loads;
     // The support of a moving clamp converts the loads itself.
     let vector = |v: &[f64; 3]| match support {
@@ -317,10 +321,10 @@ fn carried(plain: &Dimensionless, inward: &Inward, support: Option<Support<3>>) 
 /// End condition of the equilibrium at the start; `None` if the start is given otherwise.
 fn end(scene: &Scene) -> Result<Option<EndConditions>> {
     Ok(match &scene.start.place {
-        Place::Equilibrium {
+        InitialShape::Equilibrium {
             equilibrium: EndLoad { force, couple },
         } => Some(EndConditions::load((*force).into(), (*couple).into())),
-        Place::Pose {
+        InitialShape::Pose {
             pose: EndPose {
                 position,
                 orientation,
@@ -330,7 +334,7 @@ fn end(scene: &Scene) -> Result<Option<EndConditions>> {
             Some(orientation) => EndConditions::pose((*position).into(), rotation(orientation)),
         }),
         // With a groove the equilibrium is solved together with the body.
-        Place::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
+        InitialShape::Settled { .. } if scene.body()?.groove.is_none() => Some(at_rest(scene)?),
         _ => None,
     })
 }
@@ -381,17 +385,20 @@ fn under_followers(
         }
     };
     let found = Assembly::new(vec![HeavyBody::rigid(*body)], vec![link])?
-        .equilibrium(None, (0.1 * tolerance).clamp(SHAPE, 1e-4))
+        .equilibrium(None, (0.1 * tolerance).clamp(SHAPE_TOLERANCE, 1e-4))
         .map_err(|e| e.context("[start]"))?;
-    bent((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
+    equilibrium_field((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
 }
 
 /// Strain field of the rod under the base wrench `base`, for any support of the end.
-pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<SpaceField> {
+pub(super) fn equilibrium_field(
+    rod: (&Rod, Option<&Distributed>),
+    base: Wrench,
+) -> Result<SpaceField> {
     // Only shapes under the base wrench are evaluated. A free end also allows a straight rod, which cannot be held at
     // full reach.
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-    let problem = bearing(rod, free, SHAPE)?;
+    let problem = loaded_problem(rod, free, SHAPE_TOLERANCE)?;
     let sections = problem.sections(&base, &[1.0])?;
     let end = sections
         .first()
@@ -405,7 +412,7 @@ pub(super) fn bent(rod: (&Rod, Option<&Distributed>), base: Wrench) -> Result<Sp
 }
 
 /// Boundary-value problem of a rod, with an optional load along it.
-fn bearing(
+fn loaded_problem(
     (rod, load): (&Rod, Option<&Distributed>),
     end: EndConditions,
     tolerance: f64,
@@ -424,14 +431,14 @@ fn equilibrium(
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
-    let tolerance = (0.1 * tolerance).clamp(SHAPE, 1e-4);
-    let found = bearing(rod, end, tolerance)
+    let tolerance = (0.1 * tolerance).clamp(SHAPE_TOLERANCE, 1e-4);
+    let found = loaded_problem(rod, end, tolerance)
         .and_then(|problem| problem.solve(guess))
         .map_err(doing)?;
     let field = SpaceField::Equilibrium {
         base: found.base,
         end: found.end.pose(),
-        problem: Box::new(bearing(rod, end, SHAPE)?),
+        problem: Box::new(loaded_problem(rod, end, SHAPE_TOLERANCE)?),
     };
     Ok((field, Some(found.index)))
 }

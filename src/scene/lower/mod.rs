@@ -17,9 +17,9 @@ mod viscous;
 
 pub use assembly::AssemblySetup;
 pub use elastic_space::ElasticSpace;
-pub(in crate::scene) use heavy::in_space as heavy_in_space;
+pub(in crate::scene) use heavy::heavy_law_in_space as heavy_in_space;
 pub use heavy::{HeavyPlane, HeavySpace};
-pub use in_space::{InSpace, SpaceField};
+pub use in_space::{SpaceField, SpaceStart};
 pub use planar::ElasticPlane;
 pub use space::ViscousSpace;
 pub use viscous::ViscousPlane;
@@ -131,7 +131,7 @@ impl Setup {
     pub fn new(scene: &Scene) -> Result<Self> {
         let bearing = scene.bearing_in_plane()?;
         let load = match &bearing {
-            Some(_) => planar::resting(&planar::body(&scene.dimensionless()?)?),
+            Some(_) => planar::load_on_fixed_clamp(&planar::body(&scene.dimensionless()?)?),
             None => None,
         };
         let scene = bearing.as_ref().unwrap_or(scene);

@@ -1,6 +1,6 @@
 //! An elastic rod in a plane, and the initial equilibrium of planar rods.
 
-use super::clamp::{self, Seen};
+use super::clamp::{self, ClampFrame};
 use super::loads::point_mass;
 use super::{ModelKind, MotionModel};
 use crate::body::{Body, Frame};
@@ -12,7 +12,7 @@ use crate::error::{Error, Result};
 use crate::manifold::Multivalued;
 use crate::math::small_sort::sort_few;
 use crate::motion::{Motion, Options, on_elastica};
-use crate::scene::{Dimensionless, Place, Scene, Sheet, SheetName};
+use crate::scene::{Dimensionless, InitialShape, Scene, Sheet, SheetName};
 use nalgebra::Vector2;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -35,7 +35,7 @@ pub struct ElasticPlane {
 const NAMED_LAMBDA: f64 = 60.0;
 const STABLE_LAMBDA: f64 = 14.0;
 /// Number of equilibria listed in a message.
-const LISTED: usize = 8;
+const MAX_LISTED: usize = 8;
 
 impl ElasticPlane {
     /// Finds the start.
@@ -54,7 +54,7 @@ impl ElasticPlane {
         let mut body = body(&plain)?;
         if scene.rod.is_light() {
             let rod = light_rod(scene, &plain)?;
-            if matches!(plain.start.place, Place::Settled { .. }) {
+            if matches!(plain.start.place, InitialShape::Settled { .. }) {
                 let frame = body
                     .support()
                     .map(|support| support.standing_at(0.0).at(0.0));
@@ -67,7 +67,7 @@ impl ElasticPlane {
             None => "[start] rest = \"straight\"",
             Some(_) => "[start]",
         };
-        let seen = Seen(clamp::planar(&plain.clamp)?);
+        let seen = ClampFrame(clamp::planar(&plain.clamp)?);
         let (velocity, words) = seen.velocity(&end(start.as_ref()), &plain, (about, &scales));
         Ok(Self {
             body,
@@ -105,12 +105,12 @@ impl MotionModel for ElasticPlane {
     }
 
     fn load(&self) -> Option<Vector2<f64>> {
-        resting(&self.body)
+        load_on_fixed_clamp(&self.body)
     }
 }
 
 /// Loads at t = 0 on a body with a clamp at rest; `None` for a moving clamp.
-pub(super) fn resting(body: &Body<2>) -> Option<Vector2<f64>> {
+pub(super) fn load_on_fixed_clamp(body: &Body<2>) -> Option<Vector2<f64>> {
     let stands = body.support().is_none_or(|support| support.is_fixed());
     stands.then(|| body.load(0.0))
 }
@@ -143,18 +143,18 @@ pub(super) fn in_plane([x, y, _]: [f64; 3]) -> Vector2<f64> {
 /// Equilibrium at the start; `None` is the straight rod.
 pub(super) fn start(scene: &Scene, plain: &Dimensionless) -> Result<Option<Equilibrium>> {
     match &plain.start.place {
-        Place::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa).map(Some),
-        Place::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p).map(Some),
-        Place::Position { position, sheet } => {
-            let at = Seen(clamp::planar(&plain.clamp)?).place(*position);
+        InitialShape::Kappa { lambda, kappa } => Equilibrium::from_lambda_kappa(*lambda, *kappa).map(Some),
+        InitialShape::P { lambda, p } => Equilibrium::from_lambda_p(*lambda, *p).map(Some),
+        InitialShape::Position { position, sheet } => {
+            let at = ClampFrame(clamp::planar(&plain.clamp)?).place(*position);
             at_position(scene, at.into(), sheet).map(Some)
         }
-        Place::Rest { .. } => match plain.start.imperfection {
+        InitialShape::Rest { .. } => match plain.start.imperfection {
             0.0 => Ok(None),
             // A thrust along the clamp at the verge of buckling: alpha = 0 and theta(1) = 2 asin kappa.
             angle => Equilibrium::new((0.5 * angle).sin().atanh(), FRAC_PI_2).map(Some),
         },
-        Place::Settled { .. } => equilibrium_under_load(&body(plain)?.load(0.0)),
+        InitialShape::Settled { .. } => equilibrium_under_load(&body(plain)?.load(0.0)),
         _ => Err(Error::domain(
             "curvature is the start of a rod with damping; an elastic rod starts from an equilibrium",
         )),
@@ -213,7 +213,7 @@ fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equil
         };
         wanted.iter().min_by(order)
     };
-    let asked = asked(scene);
+    let asked = position_text(scene);
     let chosen = match (sheet, wanted.as_slice()) {
         (_, []) => None,
         (_, [one]) => Some(one),
@@ -253,8 +253,8 @@ fn at_position(scene: &Scene, position: [f64; 2], sheet: &Sheet) -> Result<Equil
 }
 
 /// The start position in the scene's numbers, for messages.
-fn asked(scene: &Scene) -> String {
-    let Place::Position {
+fn position_text(scene: &Scene) -> String {
+    let InitialShape::Position {
         position: [x, y, _],
         ..
     } = &scene.start.place
@@ -283,8 +283,8 @@ fn list(scene: &Scene, found: &[Candidate]) -> String {
             c.index
         )
     };
-    let mut texts: Vec<String> = found.iter().take(LISTED).map(one).collect();
-    match found.len().saturating_sub(LISTED) {
+    let mut texts: Vec<String> = found.iter().take(MAX_LISTED).map(one).collect();
+    match found.len().saturating_sub(MAX_LISTED) {
         0 if found.is_empty() => texts.push("none".to_owned()),
         0 => {}
         more => texts.push(format!("and {more} more of higher lambda")),

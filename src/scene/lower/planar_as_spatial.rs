@@ -10,17 +10,17 @@ use super::rod::rotation;
 use crate::error::{Error, Result};
 use crate::full_mass::statics::EITHER_SIDE;
 use crate::scene::{
-    Diagonal, EndPose, Inertia, Model, Orientation, Place, Scene, Section, Stiffness,
+    Diagonal, EndPose, Inertia, InitialShape, Model, Orientation, Scene, Section, Stiffness,
 };
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3};
 
 /// Largest distance of a straight rod's end from the line of the clamp, in lengths of the rod.
-const STRAIGHT: f64 = 1e-9;
+const STRAIGHT_OFFSET: f64 = 1e-9;
 /// Ratio of the out-of-plane bending and torsional stiffness to the planar bending stiffness.
-const STIFFER: f64 = 1e4;
+const OUT_OF_PLANE_STIFFNESS: f64 = 1e4;
 
 /// Rotation to the directors at the clamp: d1 normal to the plane, d3 along +x.
-fn laid() -> UnitQuaternion<f64> {
+fn planar_directors() -> UnitQuaternion<f64> {
     let axes = Matrix3::from_columns(&[Vector3::z(), -Vector3::y(), Vector3::x()]);
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
 }
@@ -29,11 +29,11 @@ impl Scene {
     /// The scene in space of an elastic planar rod with a load along it; `None` for every other rod.
     ///
     /// # Errors
-    /// As [`Scene::lifted`].
+    /// As [`Scene::planar_in_space`].
     pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
         let elastic = self.is_planar() && self.rod.damping.is_none();
         match elastic && self.light_load()?.is_some() {
-            true => self.lifted().map(Some),
+            true => self.planar_in_space().map(Some),
             false => Ok(None),
         }
     }
@@ -42,11 +42,11 @@ impl Scene {
     /// other planar rod.
     ///
     /// # Errors
-    /// A rod with friction; as [`Scene::lifted`].
+    /// A rod with friction; as [`Scene::planar_in_space`].
     pub(crate) fn lifted_for_modes(&self) -> Result<Option<Self>> {
         // Small motions of a first-order rod bent by its weight have no closed form; its motion has.
-        if let Some(weighing) = self.weighing()? {
-            return weighing.lifted().map(Some);
+        if let Some(weighing) = self.massless_with_weight()? {
+            return weighing.planar_in_space().map(Some);
         }
         if self.light_load()?.is_some() && self.rod.damping.is_some() {
             return Err(Error::domain(
@@ -59,7 +59,7 @@ impl Scene {
 
     /// For a planar rod with first-order inertia that its weight bends: the same scene with weight but without inertia.
     /// `None` for every other rod.
-    fn weighing(&self) -> Result<Option<Self>> {
+    fn massless_with_weight(&self) -> Result<Option<Self>> {
         if !self.rod.is_light() {
             return Ok(None);
         }
@@ -71,15 +71,15 @@ impl Scene {
         }
         let mut weighing = self.clone();
         weighing.rod.inertia = Some(Inertia::None);
-        if matches!(self.start.place, Place::Rest { .. }) {
-            weighing.start.place = Place::Settled { settled: true };
+        if matches!(self.start.place, InitialShape::Rest { .. }) {
+            weighing.start.place = InitialShape::Settled { settled: true };
         }
         Ok(Some(weighing))
     }
 
     /// An error if all loads lie along the clamp and buckle the rod: the side to which it settles is then undetermined.
-    /// `lifted` is the scene in space.
-    fn leans(&self, lifted: &Self) -> Result<()> {
+    /// `planar_in_space` is the scene in space.
+    fn reject_symmetric_buckling(&self, lifted: &Self) -> Result<()> {
         let support = clamp::planar(&self.dimensionless()?.clamp)?;
         let frame = support.map(|support| support.at(0.0));
         let across = |force: &Vector3<f64>| {
@@ -95,7 +95,7 @@ impl Scene {
             return Ok(());
         }
         let end = *ElasticSpace::new(lifted)?.end();
-        match end.translation.vector.y.abs() <= STRAIGHT {
+        match end.translation.vector.y.abs() <= STRAIGHT_OFFSET {
             true => Ok(()),
             false => Err(Error::ambiguous(EITHER_SIDE).context("[start]")),
         }
@@ -107,7 +107,7 @@ impl Scene {
     ///
     /// # Errors
     /// As the start of a planar scene.
-    pub(in crate::scene) fn lifted(&self) -> Result<Self> {
+    pub(in crate::scene) fn planar_in_space(&self) -> Result<Self> {
         let (plain, scales) = (self.dimensionless()?, self.scales()?);
         let mut lifted = self.clone();
         let stiffness = self.rod.bending_stiffness()?;
@@ -116,20 +116,23 @@ impl Scene {
         (rod.model, rod.material, rod.damping) = (Model::Cosserat, None, None);
         rod.relaxation = Vec::new();
         rod.section = Section::Diagonal(Diagonal {
-            bending: [stiffness.into(), (STIFFER * stiffness).into()],
-            torsion: (STIFFER * stiffness).into(),
+            bending: [
+                stiffness.into(),
+                (OUT_OF_PLANE_STIFFNESS * stiffness).into(),
+            ],
+            torsion: (OUT_OF_PLANE_STIFFNESS * stiffness).into(),
             shear: Stiffness::Rigid,
             axial: Stiffness::Rigid,
         });
-        let q = (rotation(&self.clamp.orientation) * laid()).into_inner();
+        let q = (rotation(&self.clamp.orientation) * planar_directors()).into_inner();
         lifted.clamp.orientation = Orientation::Quaternion([q.w, q.i, q.j, q.k]);
         lifted.clamp.motion = self.clamp.motion.as_ref().map(out_of_plane);
         // The initial equilibrium is that of the clamp's pose at t = 0.
-        let clamp = clamp::lifted(&plain.clamp)?
+        let clamp = clamp::clamp_in_space(&plain.clamp)?
             .map_or_else(Isometry3::identity, |support| support.pose(0.0));
         match &self.start.place {
-            Place::Settled { .. } => self.leans(&lifted)?,
-            Place::Rest { .. } => {
+            InitialShape::Settled { .. } => self.reject_symmetric_buckling(&lifted)?,
+            InitialShape::Rest { .. } => {
                 return Err(Error::domain(
                     "[start] rest: an elastic rod under its weight, or another load along it, does not rest straight: write settled = true, a position, or \
                      lambda and kappa; or give it friction (damping), or leave out its mass, or follow that (inertia = \"full\", or, under its weight \
@@ -147,7 +150,7 @@ impl Scene {
                         Some([0.0, 0.0, curvature * scales.energy, n.x, n.y, n.z]);
                     let place = (clamp.translation.vector + out(Vector2::new(at.x, at.y)))
                         * self.rod.length;
-                    lifted.start.place = Place::Pose {
+                    lifted.start.place = InitialShape::Pose {
                         pose: EndPose {
                             position: place.into(),
                             orientation: None,

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
-    Barrier, BarrierTerm, Component, Full, Loads, Orientation, Outline, Parameter, Place,
+    Barrier, BarrierTerm, Component, Full, InitialShape, Loads, Orientation, Outline, Parameter,
     Rod as SceneRod, Scene, Section,
 };
 use crate::section::{self, Linear, Material, Profile, Transverse, Varying};
@@ -82,7 +82,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::light_load`].
     pub(in crate::scene) fn load_at_start(&self) -> Result<Option<Distributed>> {
-        let settles = matches!(self.start.place, Place::Settled { .. });
+        let settles = matches!(self.start.place, InitialShape::Settled { .. });
         match self.rod.is_heavy() && settles {
             true => (self.loads.distributed).with_weight(&self.rod, self.loads.gravity),
             false => self.light_load(),
@@ -153,15 +153,15 @@ impl SceneRod {
                     Varying::new(law.clone(), self.rest.clone(), length)?,
                 ),
             },
-            Section::Full(law) => self.rested(full(law)?),
-            Section::Profile(profile) => self.rested(profile.law()?),
-            Section::Outline(outline) => self.rested(self.profile(outline)?.law()?),
+            Section::Full(law) => self.with_rest_strains(full(law)?),
+            Section::Profile(profile) => self.with_rest_strains(profile.law()?),
+            Section::Outline(outline) => self.with_rest_strains(self.profile(outline)?.law()?),
             Section::Barrier(law) => self.barrier(law),
         }
     }
 
     /// The rod of a law with the scene's rest strains, which may vary along the rod.
-    fn rested(&self, law: Linear) -> Result<Rod> {
+    fn with_rest_strains(&self, law: Linear) -> Result<Rod> {
         match self.rest.uniform() {
             Some((curvature, twist)) => Rod::new(self.length, law.with_rest(curvature, twist)?),
             None => {

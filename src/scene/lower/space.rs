@@ -1,6 +1,6 @@
 //! A viscoelastic rod in space, made from a scene of motion.
 
-use super::in_space::{InSpace, SpaceField};
+use super::in_space::{SpaceField, SpaceStart};
 use super::{ModelKind, MotionModel};
 use crate::body::Frame;
 use crate::error::Result;
@@ -15,7 +15,7 @@ use crate::section::rate::Viscoelastic;
 #[derive(Debug, Clone)]
 pub struct ViscousSpace {
     /// Body, clamp and start.
-    pub common: InSpace,
+    pub common: SpaceStart,
     /// The section, in the scene's units.
     pub section: Viscoelastic,
     /// Strains that can change.
@@ -42,7 +42,7 @@ impl ViscousSpace {
     /// which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
-        let common = InSpace::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
+        let common = SpaceStart::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
         Ok(Self {
             strains: FreeStrains::of(section.elastic.rigid())?,
             section,

@@ -1,8 +1,8 @@
 //! A viscoelastic rod in a plane, made from a scene of motion.
 
-use super::clamp::{self, Seen};
+use super::clamp::{self, ClampFrame};
 use super::in_space::SpaceField;
-use super::planar::{body, resting, start};
+use super::planar::{body, load_on_fixed_clamp, start};
 use super::{ElasticSpace, ModelKind, MotionModel};
 use crate::body::{Body, Frame};
 use crate::elastica::Equilibrium;
@@ -12,7 +12,7 @@ use crate::math::gauss::Rule;
 use crate::motion::viscoelastic::{ViscousStart, in_plane};
 use crate::motion::{Motion, Options};
 use crate::rod::Distributed;
-use crate::scene::{Dimensionless, Place, Relaxed, Scene, StrainName};
+use crate::scene::{Dimensionless, InitialShape, RelaxedAt, Scene, StrainName};
 use crate::viscoelastic::kinematics::Local;
 use crate::viscoelastic::material::Material;
 use nalgebra::{UnitQuaternion, Vector1, Vector2};
@@ -25,9 +25,9 @@ pub struct ViscousPlane {
     /// The section.
     pub material: Material<1>,
     /// The strains at the start.
-    pub strain: Field,
+    pub strain: CurvatureField,
     /// Curvature at which the Maxwell branches are relaxed; `None`: the initial one.
-    pub relaxed: Option<Field>,
+    pub relaxed: Option<CurvatureField>,
     /// Velocity at the start.
     pub velocity: Vector2<f64>,
     /// Context of messages about the start.
@@ -36,11 +36,11 @@ pub struct ViscousPlane {
 
 /// Panels, and Gauss nodes per panel, of the integral to the end of a rod of given curvature.
 const PANELS: usize = 32;
-const PANEL: usize = 10;
+const NODES_PER_PANEL: usize = 10;
 
 /// A field of curvature, s in [0, 1].
 #[derive(Debug, Clone)]
-pub enum Field {
+pub enum CurvatureField {
     /// c0 + c1 s + ...
     Polynomial(Vec<f64>),
     /// Curvature of an equilibrium.
@@ -56,17 +56,17 @@ pub enum Field {
     },
 }
 
-impl Field {
+impl CurvatureField {
     /// Curvature at which the Maxwell branches of a planar rod are relaxed; `None`: the initial one.
     ///
     /// # Errors
     /// Strains, which are for a rod in space.
-    pub(super) fn relaxed(relaxed: &Relaxed) -> Result<Option<Self>> {
+    pub(super) fn relaxed(relaxed: &RelaxedAt) -> Result<Option<Self>> {
         Ok(match relaxed {
-            Relaxed::Start => None,
-            Relaxed::Unloaded => Some(Self::Polynomial(vec![0.0])),
-            Relaxed::Curvature(curvature) => Some(Self::Polynomial(curvature.clone())),
-            Relaxed::Strain(_) => {
+            RelaxedAt::Start => None,
+            RelaxedAt::Unloaded => Some(Self::Polynomial(vec![0.0])),
+            RelaxedAt::Curvature(curvature) => Some(Self::Polynomial(curvature.clone())),
+            RelaxedAt::Strain(_) => {
                 return Err(Error::domain(
                     "start.relaxed: strains are for a rod in space",
                 ));
@@ -93,7 +93,7 @@ impl Field {
             Self::Bearing { end, .. } => return *end,
             Self::Polynomial(curvature) => curvature,
         };
-        let rule = Rule::new(PANEL);
+        let rule = Rule::new(NODES_PER_PANEL);
         let theta = |s: f64| {
             let term = |(k, c): (usize, &f64)| c * s.powi(k as i32 + 1) / (k + 1) as f64;
             curvature.iter().enumerate().map(term).sum::<f64>()
@@ -103,7 +103,7 @@ impl Field {
             Vector2::new(cos, sin) * (rule.weights[i] / PANELS as f64)
         };
         (0..PANELS)
-            .flat_map(|panel| (0..PANEL).map(move |i| (panel, i)))
+            .flat_map(|panel| (0..NODES_PER_PANEL).map(move |i| (panel, i)))
             .map(|(panel, i)| point(panel, i))
             .sum()
     }
@@ -120,11 +120,11 @@ impl ViscousPlane {
         let law = scene.viscoelastic()?.measured(scales.measures());
         let load = load_in_plane(scene)?;
         let strain = match &plain.start.place {
-            Place::Curvature { curvature } => Field::Polynomial(curvature.clone()),
-            Place::Settled { .. } if load.is_some() => {
-                let space = ElasticSpace::new(&scene.lifted()?)?;
+            InitialShape::Curvature { curvature } => CurvatureField::Polynomial(curvature.clone()),
+            InitialShape::Settled { .. } if load.is_some() => {
+                let space = ElasticSpace::new(&scene.planar_in_space()?)?;
                 let end = space.end().translation.vector;
-                Field::Bearing {
+                CurvatureField::Bearing {
                     strains: Box::new(space.common.strain),
                     length: scales.length,
                     // The plane is spanned by d3 and -d2.
@@ -134,19 +134,19 @@ impl ViscousPlane {
             _ => match start(scene, &plain)? {
                 None => {
                     stays_straight(&plain)?;
-                    Field::Polynomial(vec![0.0])
+                    CurvatureField::Polynomial(vec![0.0])
                 }
                 Some(rod) => {
                     // At full reach double precision cannot resolve the arclength.
                     rod.section(0.5).map_err(|e| {
                         e.context("[start]: the rod is held so near to its full reach that it cannot be followed; start further inside")
                     })?;
-                    Field::Equilibrium(Box::new(rod))
+                    CurvatureField::Equilibrium(Box::new(rod))
                 }
             },
         };
-        let relaxed = Field::relaxed(&plain.start.relaxed)?;
-        let seen = Seen(clamp::planar(&plain.clamp)?);
+        let relaxed = CurvatureField::relaxed(&plain.start.relaxed)?;
+        let seen = ClampFrame(clamp::planar(&plain.clamp)?);
         let (velocity, words) = seen.velocity(&strain.end(), &plain, ("[start]", &scales));
         Ok(Self {
             body: body(&plain)?,
@@ -166,7 +166,8 @@ pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<Distributed>> {
         return Ok(None);
     };
     let unit = scales.inward(Quantity::Distributed, 1.0);
-    let frame = clamp::lifted(&plain.clamp)?.map(|support| support.pose(0.0).rotation.inverse());
+    let frame =
+        clamp::clamp_in_space(&plain.clamp)?.map(|support| support.pose(0.0).rotation.inverse());
     let back = frame.unwrap_or_else(UnitQuaternion::identity);
     Ok(Some(load.mapped(|f| back * f * unit)))
 }
@@ -192,7 +193,7 @@ impl MotionModel for ViscousPlane {
     }
 
     fn load(&self) -> Option<Vector2<f64>> {
-        resting(&self.body)
+        load_on_fixed_clamp(&self.body)
     }
 
     fn is_driven(&self) -> bool {
@@ -208,7 +209,7 @@ impl MotionModel for ViscousPlane {
 /// straight for ever.
 fn stays_straight(plain: &Dimensionless) -> Result<()> {
     let (body, start) = (body(plain)?, &plain.start);
-    let (load, free) = (body.load(0.0), start.relaxed == Relaxed::Start);
+    let (load, free) = (body.load(0.0), start.relaxed == RelaxedAt::Start);
     let idle = load.y == 0.0 && start.velocity == [0.0; 3] && !body.is_driven() && free;
     match idle && load.x < -EULER {
         true => Err(unstable(-load.x).context("[start]")),

@@ -6,8 +6,8 @@ use super::fields::{BODY, CONTINUE, GUESS, LOADS, ROD, RUN, SITE, SOLVE, START, 
 use super::groove::groove;
 use super::loads::{distributed, load, loads};
 use super::ranges::MOMENT;
-use super::rod::{Memory, rod};
-use super::rod_end::{Known, has_free_end, site};
+use super::rod::{RodTraits, rod};
+use super::rod_end::{BodyTraits, has_free_end, site};
 use super::run::{run, solve};
 use super::scene::{default, part, units};
 use super::solid::{Matter, has_extent, matter};
@@ -16,7 +16,7 @@ use crate::assembly::Joint;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
-    Load, LoadAlong, Loads, Place, Rod, Scene, Site, Solve, Start, Straight,
+    InitialShape, Load, LoadAlong, Loads, Rod, Scene, Site, Solve, Start, Straight,
 };
 
 /// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
@@ -33,7 +33,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     );
     let body_tables = tables(top, "body", &BODY, "name = \"m\" and mass = 1.0");
     // One rod stands for all: differences between rods are reported separately.
-    let memory = rod_tables.iter().flatten().next().map(Memory::of);
+    let memory = rod_tables.iter().flatten().next().map(RodTraits::of);
     let run = match part(top, &RUN) {
         Some(Some(table)) => run(&table, memory).map(Some),
         Some(None) => Some(None),
@@ -50,13 +50,13 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         let read = read.map(|(table, name)| body(table, name.clone(), motion));
         let list: Vec<Option<AssemblyBody>> = read.collect();
         let points = tables.iter().map(|table| !has_extent(table)).collect();
-        (list, Known { names, points })
+        (list, BodyTraits { names, points })
     });
     if let Some(tables) = &body_tables {
         guesses_are_whole(tables);
     }
     let rods = rod_tables.as_deref().map(|tables| {
-        let none = Known {
+        let none = BodyTraits {
             names: Vec::new(),
             points: Vec::new(),
         };
@@ -68,7 +68,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
     let start = default(part(top, &START), settled(), |table| {
         let rods = rod_tables.iter().flatten();
         // Only loops of light rods are excluded here; loops of heavy rods are checked when the rods are placed.
-        let light = rods.filter(|rod| !has_free_end(rod) && !Memory::of(rod).heavy);
+        let light = rods.filter(|rod| !has_free_end(rod) && !RodTraits::of(rod).heavy);
         let bodies = body_tables.as_ref().map_or(0, Vec::len);
         start(table, motion, light.count(), bodies)
     });
@@ -93,7 +93,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         }
         (held, free)
     });
-    let free = matches!(&start, Some(start) if matches!(start.place, Place::Rest { .. }));
+    let free = matches!(&start, Some(start) if matches!(start.place, InitialShape::Rest { .. }));
     if let (Some((rods, _)), Some(tables), Some((_, known)), false) =
         (&rods, &body_tables, &bodies, free)
     {
@@ -319,7 +319,7 @@ fn guesses_are_whole(tables: &[Table]) {
 fn one_rod(
     table: &Table,
     name: Option<String>,
-    bodies: &Known,
+    bodies: &BodyTraits,
     bodies_known: bool,
     moves: bool,
 ) -> Option<AnyRod> {
@@ -377,7 +377,7 @@ fn free_rod(table: &Table, name: Option<String>, rod: Option<Rod>, from: Site) -
         let allowed = "left out where `to` is \"free\"";
         return table.refuse(kind, "distributed", allowed, hint);
     }
-    let heavy = Memory::of(table).heavy;
+    let heavy = RodTraits::of(table).heavy;
     for name in ["inertia", "section_inertia"] {
         if table.has(name) && !heavy {
             let hint = "without all of its mass a rod with a free end rides on its base as it is";
@@ -411,7 +411,7 @@ fn free_come_last(tables: &[Table]) {
 
 /// Reports rods that differ in `inertia = "full"` or in the number of nodes, and heavy rods in statics.
 fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
-    let heavy = |table: &Table| Memory::of(table).heavy;
+    let heavy = |table: &Table| RodTraits::of(table).heavy;
     let mut alike = true;
     for table in tables {
         let mut refuse = |name: &str, allowed: &str, hint: &str| {
@@ -452,7 +452,7 @@ fn masses_are_alike(tables: &[Table], motion: bool) -> bool {
 }
 
 /// Reports every body that no chain of rods joins to the ground. If all rods are heavy, the whole assembly may float.
-fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion: bool) {
+fn all_are_reached(tables: &[Table], known: &BodyTraits, rods: &[AssemblyRod], motion: bool) {
     let number = |site: &Site| {
         let name = site.body.as_deref()?;
         known.names.iter().position(|n| n.as_deref() == Some(name))
@@ -503,7 +503,7 @@ fn all_are_reached(tables: &[Table], known: &Known, rods: &[AssemblyRod], motion
 
 fn settled() -> Start {
     Start {
-        place: Place::Settled { settled: true },
+        place: InitialShape::Settled { settled: true },
         ..Start::default()
     }
 }
@@ -546,7 +546,7 @@ fn start(table: &Table, motion: bool, rods: usize, bodies: usize) -> Option<Star
             table.refuse(kind, "rest", allowed, hint)
         }
         (Some(rest), None) => Some(Start {
-            place: Place::Rest { rest },
+            place: InitialShape::Rest { rest },
             ..Start::default()
         }),
         (None, _) => Some(settled()),

@@ -1,6 +1,6 @@
 //! Documents generated from the tables of fields: a JSON Schema for editors, and a reference in Markdown.
 
-use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, REST, SPACE, Spec, TOP};
+use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, SPACE, STATICS, Spec, TOP};
 use super::phrases::listed;
 use crate::scene::Scene;
 use serde_json::{Map, Value, json};
@@ -225,7 +225,7 @@ impl Scene {
             () if self.assembly.is_some() => ASSEMBLY,
             () if self.is_planar() => PLANE,
             () if self.is_motion() => SPACE,
-            () => REST,
+            () => STATICS,
         }
     }
 }
@@ -287,7 +287,7 @@ fn kinds(on: Kinds) -> String {
     let letters = [
         (PLANE, "P"),
         (SPACE, "M"),
-        (REST, "S"),
+        (STATICS, "S"),
         (ASSEMBLY, "A"),
         (BAR, "B"),
     ];

@@ -77,13 +77,13 @@ fn translation(table: &Table) -> Option<Option<Translation>> {
         };
         let table = reader.all(field, value, allowed, &row)?;
         let times: Vec<f64> = table.iter().map(|row| row[0]).collect();
-        growing(reader, field, value, &times)?;
+        check_increasing(reader, field, value, &times)?;
         Some(Translation::Table(table))
     })
 }
 
 /// Checks for increasing times, at least one; reports the fault.
-pub(super) fn growing(
+pub(super) fn check_increasing(
     reader: &Reader,
     field: &str,
     value: &Spanned<DeValue>,

@@ -8,7 +8,7 @@ pub(super) type Kinds = u8;
 /// A motion in the plane.
 pub(super) const PLANE: Kinds = 1;
 /// Statics, in space.
-pub(super) const REST: Kinds = 2;
+pub(super) const STATICS: Kinds = 2;
 /// A motion in space.
 pub(super) const SPACE: Kinds = 4;
 /// Several rods and bodies in space, in statics or in motion.
@@ -21,12 +21,12 @@ pub(super) const MOTION: Kinds = PLANE | SPACE;
 pub(super) const RUNS: Kinds = MOTION | ASSEMBLY;
 /// Kinds of scenes with time-dependent forces.
 pub(super) const DRIVEN: Kinds = RUNS | BAR;
-pub(super) const IN_SPACE: Kinds = REST | SPACE | ASSEMBLY;
+pub(super) const IN_SPACE: Kinds = STATICS | SPACE | ASSEMBLY;
 /// One rod in space.
-pub(super) const ONE_IN_SPACE: Kinds = REST | SPACE;
+pub(super) const ONE_IN_SPACE: Kinds = STATICS | SPACE;
 /// One rod.
-pub(super) const ONE: Kinds = PLANE | REST | SPACE;
-pub(super) const ANY: Kinds = PLANE | REST | SPACE | ASSEMBLY;
+pub(super) const ONE: Kinds = PLANE | STATICS | SPACE;
+pub(super) const ANY: Kinds = PLANE | STATICS | SPACE | ASSEMBLY;
 
 /// A table of a scene with its fields.
 pub(super) struct Spec {

@@ -40,7 +40,7 @@ pub(super) static TOP: Spec = Spec {
         field("body", MOTION, Table(&BODY), "", Yes("mass = 1.0"), "The body at the end of the rod, s = length, in a scene of motion."),
         field("body", ASSEMBLY, Array(&Table(&BODY)), "", Yes("[[body]]"), "The bodies of an assembly, each a table [[body]]; no rod is attached to a body that is not listed."),
         field("body", BAR, Table(&BODY), "", No, "A heavy mass at the end X = length of a bar, which is then free to move."),
-        field("end", REST, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
+        field("end", STATICS, Table(&END), "", Yes("force = [0.0, 0.0, -1.0]"), "What holds or loads the end of the rod, in a scene of statics; may be empty."),
         field("start", PLANE, Table(&START), "", Yes("lambda = 6.3"), "Shape of the rod at the start, and velocity of its end."),
         field("start", ONE_IN_SPACE, Table(&START), "", No, "Shape of the rod at the start, and velocity of its end; in statics where the search begins."),
         field("start", ASSEMBLY, Table(&START), "", No, "Where the bodies of a motion start: without it settled, at the equilibrium under the loads; what nothing holds settles where inertia = \"full\", as it falls."),
@@ -48,17 +48,17 @@ pub(super) static TOP: Spec = Spec {
         field("loads", BAR, Table(&LOADS), "", No, "What acts on the end X = length of a bar."),
         field("loads", MOTION, Table(&LOADS), "", No, "What acts on the body beside the rod."),
         field("loads", ASSEMBLY, Table(&LOADS), "", No, "What acts on all bodies."),
-        field("loads", REST, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
+        field("loads", STATICS, Table(&LOADS), "", No, "What acts along the rod at rest: its weight, or a force per length."),
         field("run", MOTION | BAR, Table(&RUN), "", Yes("duration = 3.0"), "How long and how accurately a motion is followed, and what a snap does."),
         field("run", ASSEMBLY, Table(&RUN), "", No, "How long and how accurately a motion is followed; without it the assembly is one of statics."),
-        field("solve", REST | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
-        field("continue", REST | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
+        field("solve", STATICS | ASSEMBLY, Table(&SOLVE), "", No, "How accurately, and by which path, equilibria are solved."),
+        field("continue", STATICS | ASSEMBLY, Table(&CONTINUE), "", No, "A branch of equilibria in one parameter of the scene; of an assembly at rest."),
     ],
     barred: &[
         (ASSEMBLY, "clamp", "every rod of an assembly has its own place: `from` in [[rod]]"),
         (ASSEMBLY, "end", "rods of an assembly end on bodies or on the ground: `to` in [[rod]]; a load is force and couple of a [[body]]"),
-        (REST, "body", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; at rest its weight is end.force"),
-        (REST, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
+        (STATICS, "body", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; at rest its weight is end.force"),
+        (STATICS, "run", "with [end], [solve] or [continue] the scene is one of statics, with [body] and [run] one of motion: keep one of the two; a branch is [continue]"),
         (SPACE, "end", ONE_KIND), (SPACE, "solve", ONE_KIND), (SPACE, "continue", ONE_KIND),
         (PLANE, "end", NOT_FLAT), (PLANE, "solve", NOT_FLAT), (PLANE, "continue", NOT_FLAT),
     ],
@@ -103,7 +103,7 @@ pub(super) static ROD: Spec = Spec {
             "What the mass of the rod does in a motion: nothing but weigh, all of it, or to first order, as that of one rod; \"full\" for all rods or none. Without it \"first-order\" for a rod of less than 0.1 of the mass of each body that it holds, where that can be followed; else \"none\"."),
         field("section_inertia", SPACE | ASSEMBLY, Numbers(3), "kg m", No, "Inertia of the sections per length about d1, d2, d3, > 0; without it mass per length times the second moments over the area of a shape, or times bending / axial stiffness."),
         field("distributed", ASSEMBLY, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world, beside its weight: constant, a polynomial in s/length, or a table in s. Not of a rod between two ball joints, or with a free end."),
-        field("mass", REST, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
+        field("mass", STATICS, Number(&SIZE), "kg", No, "Mass of the whole rod, spread evenly; without it density * area * length of a material and a shape. At rest it has the weight mass * loads.gravity."),
         field("contact_diameter", SPACE | ASSEMBLY, Number(&NON_NEGATIVE), "m", No, "How near centrelines come where the rod touches itself or another (the mean of both); the run of an elastic rod, or of one with all of its mass, stops there. 0: it is not looked for. Without it the smallest size of the section's shape (diameter of a circle or a tube, thickness of a strip); without a shape it is not looked for."),
         field("area", BAR, Number(&POSITIVE), "m²", Yes("area = 1e-4"), "Area of the undeformed cross-section."),
         field("density", BAR, Number(&POSITIVE), "kg/m³", Yes("density = 1000.0"), "Mass per undeformed volume."),
@@ -118,7 +118,7 @@ pub(super) static ROD: Spec = Spec {
         field("to", ASSEMBLY, OneOf(&[Word(&["free"]), Table(&SITE)]), "", Yes("to = { body = \"m\" }"), "What holds its end, s = length, and where; \"free\": nothing. A rod with a free end is written after the others. Without mass and load it keeps its rest shape, rides on its base, which is welded, and bears no force (with inertia = \"full\" it bends under its own mass); contacts of it are not looked for."),
     ],
     barred: &[
-        (REST, "damping", RATES), (REST, "relaxation", RATES), (REST, "nodes", RATES),
+        (STATICS, "damping", RATES), (STATICS, "relaxation", RATES), (STATICS, "nodes", RATES),
     ],
 };
 
@@ -220,9 +220,9 @@ pub(super) static REST_STRAINS: Spec = spec("rod.rest", &[
 ]);
 #[rustfmt::skip]
 pub(super) static DAMPING: Spec = spec("damping", &[
-    field("proportional", PLANE, Number(&PRESENT), "s", No, "A time: viscosity over bending stiffness."),
+    field("proportional", PLANE, Number(&POSITIVE_DAMPING), "s", No, "A time: viscosity over bending stiffness."),
     field("proportional", SPACE | ASSEMBLY, Number(&SIZE), "s", No, "A time: viscosity over stiffness, the same for all strains."),
-    field("viscosity", PLANE, Number(&PRESENT), "N m² s", No, "Viscosity eta, in place of proportional."),
+    field("viscosity", PLANE, Number(&POSITIVE_DAMPING), "N m² s", No, "Viscosity eta, in place of proportional."),
     field("viscosity", SPACE | ASSEMBLY, OneOf(&[Numbers(6), Rows(6)]), "", No, "Six viscosities, or six rows, in place of proportional."),
     field("exponent", MOTION | ASSEMBLY, Number(&EXPONENT), "", No, "Above `rate` friction grows as rate^exponent (Carreau); 1 is linear, less is shear thinning. With `rate`."),
     field("rate", MOTION | ASSEMBLY, Number(&SIZE), "1/(m s)", No, "Rate of the curvature at which the power sets in; in space of flexure about the weakest axis of the section, wherever along the rod, and other rates count by their energy. With `exponent`."),
@@ -317,14 +317,14 @@ pub(super) static GUESS: Spec = spec("guess", &[
 ]);
 #[rustfmt::skip]
 pub(super) static END: Spec = spec("end", &[
-    field("force", REST, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force applied to the end, in the world; 0 in held components."),
-    field("couple", REST, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple applied to the end, in the world; 0 if the orientation is held."),
-    field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple, for branches."),
-    field("follower", REST, Flag, "", Or("false"), "Force and couple in the frame of the directors at the end, in place of the world."),
-    field("position", REST, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", No, "Where the end is held, three components, each a number or \"free\"; without it, all free."),
-    field("quaternion", REST, Numbers(4), "", No, "Orientation at which the end is held, a unit quaternion [w, x, y, z]; or rotation; without both, free."),
-    field("rotation", REST, Table(&ROTATION), "", No, "Orientation at which the end is held, by axis and angle."),
-    field("pose", REST, Table(&POSE), "", No, "Position and orientation in one table."),
+    field("force", STATICS, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Force applied to the end, in the world; 0 in held components."),
+    field("couple", STATICS, Vector(&VALUE), "N m", Or("[0.0, 0.0, 0.0]"), "Couple applied to the end, in the world; 0 if the orientation is held."),
+    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of force and couple, for branches."),
+    field("follower", STATICS, Flag, "", Or("false"), "Force and couple in the frame of the directors at the end, in place of the world."),
+    field("position", STATICS, Array(&OneOf(&[Number(&VALUE), Word(&["free"])])), "m", No, "Where the end is held, three components, each a number or \"free\"; without it, all free."),
+    field("quaternion", STATICS, Numbers(4), "", No, "Orientation at which the end is held, a unit quaternion [w, x, y, z]; or rotation; without both, free."),
+    field("rotation", STATICS, Table(&ROTATION), "", No, "Orientation at which the end is held, by axis and angle."),
+    field("pose", STATICS, Table(&POSE), "", No, "Position and orientation in one table."),
 ]);
 #[rustfmt::skip]
 pub(super) static POSE: Spec = spec("pose", &[
@@ -358,7 +358,7 @@ pub(super) static START: Spec = spec("start", &[
     field("with_clamp", MOTION, Flag, "", Or("false"), "On a clamp that moves or turns already at t = 0 (as under a sine of phase 0): true, the velocities come on top of those at which it carries the end, so that a rod starts at rest on its clamp; false, they are those in the world, where the body stands still while the clamp moves off."),
     field("stretch", BAR, Number(&POSITIVE), "", Or("1.0"), "Uniform stretch of the bar."),
     field("velocity", BAR, Number(&FINITE), "m/s", Or("0.0"), "Uniform velocity of the bar along +X; beside a wall a blow."),
-    field("wrench", REST, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
+    field("wrench", STATICS, Numbers(6), "N m, N", No, "Where the search begins: base wrench (m1, m2, m3, n1, n2, n3) in the world; without it, the unloaded rod."),
 ]);
 #[rustfmt::skip]
 pub(super) static SHEET: Spec = spec("sheet", &[
@@ -393,9 +393,9 @@ pub(super) static LOADS: Spec = Spec {
     fields: &[
     field("gravity", PLANE, Vector(&FINITE), "m/s²", Or("[0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass of the body, and along a rod whose mass is known."),
     field("gravity", SPACE | ASSEMBLY, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity at the centre of mass of every body, and along rods whose mass is known."),
-    field("gravity", REST, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity on the rod, spread along it; the rod has a mass then, rod.mass or a density and a shape."),
-    field("distributed", REST, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
-    field("load", REST, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
+    field("gravity", STATICS, Vector(&VALUE), "m/s²", Or("[0.0, 0.0, 0.0]"), "Acceleration of gravity: a force mass * gravity on the rod, spread along it; the rod has a mass then, rod.mass or a density and a shape."),
+    field("distributed", STATICS, SPREAD_LOAD, "N/m", Or("[0.0, 0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
+    field("load", STATICS, Number(&VALUE), "", Or("1.0"), "Common factor of gravity and distributed, for branches."),
     field("dead", PLANE, Vector(&FINITE), "N", Or("[0.0, 0.0]"), "Constant force at the centre of mass."),
     field("dead", SPACE, Vector(&VALUE), "N", Or("[0.0, 0.0, 0.0]"), "Constant force at the centre of mass."),
     field("distributed", PLANE, SPREAD_LOAD, "N/m", Or("[0.0, 0.0]"), "Dead force per length of the unloaded rod, in the world: constant, a polynomial in s/length, or a table in s."),
@@ -408,7 +408,7 @@ pub(super) static LOADS: Spec = Spec {
     ],
     barred: &[
         (ASSEMBLY, "distributed", "write it as `distributed` of its [[rod]]"),
-        (REST, "dead", AT_REST), (REST, "couple", AT_REST), (REST, "drag", AT_REST), (REST, "rotational_drag", AT_REST), (REST, "force", AT_REST),
+        (STATICS, "dead", AT_REST), (STATICS, "couple", AT_REST), (STATICS, "drag", AT_REST), (STATICS, "rotational_drag", AT_REST), (STATICS, "force", AT_REST),
         (ASSEMBLY, "dead", "write it as `force` of its [[body]]"), (ASSEMBLY, "couple", "write it as `couple` of its [[body]]"),
         (ASSEMBLY, "drag", "write it as `drag` of its [[body]]"), (ASSEMBLY, "rotational_drag", "write it as `rotational_drag` of its [[body]]"),
         (ASSEMBLY, "force", "write it as `force` of its [[body]]"),
@@ -487,33 +487,33 @@ pub(super) static RUN: Spec = Spec {
 };
 #[rustfmt::skip]
 pub(super) static SOLVE: Spec = spec("solve", &[
-    field("tolerance", REST | ASSEMBLY, Number(&SOLVE_TOLERANCE), "", Or("1e-10"), "Relative tolerance of the equilibria."),
-    field("path", REST, Word(&["auto", "planar", "spatial", "closed-form"]), "", Or("\"auto\""), "The path of the computation; the program chooses the fastest that holds."),
+    field("tolerance", STATICS | ASSEMBLY, Number(&SOLVE_TOLERANCE), "", Or("1e-10"), "Relative tolerance of the equilibria."),
+    field("path", STATICS, Word(&["auto", "planar", "spatial", "closed-form"]), "", Or("\"auto\""), "The path of the computation; the program chooses the fastest that holds."),
 ]);
 #[rustfmt::skip]
 pub(super) static CONTINUE: Spec = spec("continue", &[
-    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body.NAME.force.z, loads.gravity.z, or a place on the ground, rod.NAME.from.position.x or rod.NAME.to.rotation.angle. Numbers in place of names and letters are read, too: body[0].force[2]."),
-    field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
-    field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
-    field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the branch; a change of the parameter alone from `from` to `to` has length 1."),
-    field("min_step", REST | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
-    field("max_step", REST | ASSEMBLY, Number(&STEP), "", Or("0.1"), "Longest step."),
-    field("points", REST | ASSEMBLY, Count(2, 1_000_000), "", Or("200"), "A branch ends after so many points."),
-    field("switch", REST | ASSEMBLY, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
-    field("both", REST | ASSEMBLY, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
-    field("back", REST | ASSEMBLY, Flag, "", Or("false"), "A branch that turns at a fold and comes back to `from` is what was asked for, not one that ended short of `to`."),
-    field("deflate", REST | ASSEMBLY, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
-    field("at", REST | ASSEMBLY, List, "", Or("[]"), "Values of the parameter that the branch hits exactly."),
-    field("second", REST | ASSEMBLY, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),
+    field("parameter", STATICS | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies: the path of a number of the scene, such as end.load, or loads.load under a load along the rod; of an assembly a component of a constant force or couple of a body, body.NAME.force.z, loads.gravity.z, or a place on the ground, rod.NAME.from.position.x or rod.NAME.to.rotation.angle. Numbers in place of names and letters are read, too: body[0].force[2]."),
+    field("from", STATICS | ASSEMBLY, Number(&VALUE), "", No, "Its first value; without it the one in the scene."),
+    field("to", STATICS | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The value at which the branch ends."),
+    field("step", STATICS | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the branch; a change of the parameter alone from `from` to `to` has length 1."),
+    field("min_step", STATICS | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
+    field("max_step", STATICS | ASSEMBLY, Number(&STEP), "", Or("0.1"), "Longest step."),
+    field("points", STATICS | ASSEMBLY, Count(2, 1_000_000), "", Or("200"), "A branch ends after so many points."),
+    field("switch", STATICS | ASSEMBLY, Flag, "", Or("false"), "Follow the branches that leave at branch points."),
+    field("both", STATICS | ASSEMBLY, Flag, "", Or("false"), "Also go the other way from `from`, as far as to 2 from - to."),
+    field("back", STATICS | ASSEMBLY, Flag, "", Or("false"), "A branch that turns at a fold and comes back to `from` is what was asked for, not one that ended short of `to`."),
+    field("deflate", STATICS | ASSEMBLY, Flag, "", Or("false"), "Look for branches that do not meet this one (deflation)."),
+    field("at", STATICS | ASSEMBLY, List, "", Or("[]"), "Values of the parameter that the branch hits exactly."),
+    field("second", STATICS | ASSEMBLY, Table(&SECOND), "", No, "A second parameter: the curves of folds in both."),
 ]);
 #[rustfmt::skip]
 pub(super) static SECOND: Spec = spec("continue.second", &[
-    field("parameter", REST | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies, not the first parameter."),
-    field("from", REST | ASSEMBLY, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
-    field("to", REST | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
-    field("step", REST | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the curve."),
-    field("min_step", REST | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
-    field("max_step", REST | ASSEMBLY, Number(&STEP), "", Or("0.05"), "Longest step."),
-    field("points", REST | ASSEMBLY, Count(2, 1_000_000), "", Or("400"), "A curve ends after so many points in each direction."),
+    field("parameter", STATICS | ASSEMBLY, PATH, "", Yes("parameter = \"end.force.x\""), "What varies, not the first parameter."),
+    field("from", STATICS | ASSEMBLY, Number(&VALUE), "", No, "One end of its range; without it the value in the scene."),
+    field("to", STATICS | ASSEMBLY, Number(&VALUE), "", Yes("to = 1.0"), "The other end."),
+    field("step", STATICS | ASSEMBLY, Number(&STEP), "", Or("0.01"), "First step along the curve."),
+    field("min_step", STATICS | ASSEMBLY, Number(&STEP), "", Or("1e-8"), "Shortest step."),
+    field("max_step", STATICS | ASSEMBLY, Number(&STEP), "", Or("0.05"), "Longest step."),
+    field("points", STATICS | ASSEMBLY, Count(2, 1_000_000), "", Or("400"), "A curve ends after so many points in each direction."),
 ]);
 const PATH: Form = Word(&[]);

@@ -4,7 +4,7 @@ use super::fields::{BARRIER, DAMPING, MAXWELL, PROPORTIONAL, SPACE};
 use super::matrix::{definite, rows};
 use super::ranges::{ETA, EXPONENT, MODULUS, NON_NEGATIVE, Rule, VALUE, VISCOSITY};
 use super::reader::Reader;
-use super::rod::Memory;
+use super::rod::RodTraits;
 use super::section::half_widths;
 use super::table::{Absent, Table};
 use crate::scene::{BarrierTerm, Damping, FaultKind, FrictionLaw, Maxwell, PowerLaw, StrainMatrix};
@@ -211,7 +211,7 @@ pub(super) fn branches(
 }
 
 fn relaxes_with_damping(rod: &Table) {
-    if !Memory::of(rod).damped {
+    if !RodTraits::of(rod).damped {
         let why = "Maxwell branches alone give a jump of the load no rate, so they stand beside a damping > 0, \
                    however small";
         needs_damping(rod, "relaxation", why);

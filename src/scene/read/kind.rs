@@ -1,6 +1,6 @@
 //! Recognition of the kind of a scene from its content.
 
-use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, REST, SPACE};
+use super::fields::{ASSEMBLY, BAR, Kinds, PLANE, SPACE, STATICS};
 use super::phrases::nearest;
 use crate::scene::Model;
 use toml::Spanned;
@@ -15,7 +15,7 @@ fn model_of<'a>(document: &'a DeTable<'a>) -> Option<&'a Spanned<DeValue<'a>>> {
 }
 
 /// Tables of a scene of statics in space.
-const STATICS: [&str; 3] = ["end", "solve", "continue"];
+const STATICS_TABLES: [&str; 3] = ["end", "solve", "continue"];
 /// Tables, and fields of `[rod]`, of a motion in space.
 const MOTION: ([&str; 3], [&str; 3]) =
     (["body", "loads", "run"], ["damping", "relaxation", "nodes"]);
@@ -30,11 +30,12 @@ fn is_motion(document: &DeTable) -> bool {
             .filter(|name| table.contains_key(**name))
             .count()
     };
-    count(tables, document) + rod.map_or(0, |rod| count(fields, rod)) > count(STATICS, document)
+    count(tables, document) + rod.map_or(0, |rod| count(fields, rod))
+        > count(STATICS_TABLES, document)
 }
 
 /// The kind of a scene. Without a valid `rod.model` the other tables and fields decide.
-pub(super) fn kind_of(document: &DeTable) -> Kinds {
+pub(super) fn scene_kind(document: &DeTable) -> Kinds {
     if document
         .get("rod")
         .is_some_and(|rod| rod.get_ref().is_array())
@@ -45,7 +46,7 @@ pub(super) fn kind_of(document: &DeTable) -> Kinds {
         (Model::Bar, _) => BAR,
         (Model::Elastica, _) => PLANE,
         (Model::Cosserat, true) => SPACE,
-        (Model::Cosserat, false) => REST,
+        (Model::Cosserat, false) => STATICS,
     }
 }
 
@@ -61,8 +62,11 @@ fn guess_model(document: &DeTable) -> Model {
     // A planar rod, too, may have a section, if it has a material.
     let section =
         rod.is_some_and(|rod| rod.contains_key("section") && !rod.contains_key("material"));
-    let statics = ["end", "solve", "continue"];
-    match section || statics.iter().any(|name| document.contains_key(*name)) {
+    match section
+        || STATICS_TABLES
+            .iter()
+            .any(|name| document.contains_key(*name))
+    {
         true => Model::Cosserat,
         false => Model::Elastica,
     }

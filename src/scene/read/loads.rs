@@ -1,7 +1,7 @@
 //! Reader of `[loads]`.
 
-use super::ends::{direction, growing, sine};
-use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, REST, SPACE};
+use super::ends::{check_increasing, direction, sine};
+use super::fields::{ASSEMBLY, BLOCK, DISTRIBUTED, FORCE, PLANE, PULSE, RAMP, SPACE, STATICS};
 use super::phrases::Short;
 use super::ranges::{FINITE, VALUE};
 use super::reader::Reader;
@@ -17,7 +17,7 @@ pub(super) fn loads(
     weld: Option<bool>,
     (massless, length): (bool, Option<f64>),
 ) -> Option<Loads> {
-    if table.reader.kind.get() == REST {
+    if table.reader.kind.get() == STATICS {
         return along_the_rod(table, massless, length);
     }
     if table.reader.kind.get() == ASSEMBLY {
@@ -332,7 +332,7 @@ fn rows(table: &Table) -> Option<History> {
         };
         let rows: Vec<[f64; 2]> = reader.all(field, value, allowed, &row)?;
         let times: Vec<f64> = rows.iter().map(|row| row[0]).collect();
-        growing(reader, field, value, &times)?;
+        check_increasing(reader, field, value, &times)?;
         Some(History::Table(rows))
     })
 }

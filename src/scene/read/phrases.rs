@@ -63,7 +63,7 @@ pub(super) fn shorten(text: &str) -> String {
 }
 
 /// The type of a value, with its article.
-pub(super) fn kind_of(value: &DeValue) -> &'static str {
+pub(super) fn type_name(value: &DeValue) -> &'static str {
     match value {
         DeValue::String(_) => "a string",
         DeValue::Integer(_) => "an integer",

@@ -126,7 +126,7 @@ pub(super) static ETA: Rule = Rule {
     },
 };
 /// A number > 0, for a damping written in a table, where 0 is not allowed.
-pub(super) static PRESENT: Rule = Rule {
+pub(super) static POSITIVE_DAMPING: Rule = Rule {
     allowed: POSITIVE.allowed,
     holds: POSITIVE.holds,
     hint: |x| (x == 0.0).then_some("an elastic rod has no damping: leave it out"),

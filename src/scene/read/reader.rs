@@ -4,9 +4,9 @@
 //! on. Invariant: `None` means that a fault was recorded.
 
 use super::fields::{Kinds, PLANE, Spec};
-use super::phrases::{kind_of, nearest, shorten, vector_words};
+use super::phrases::{nearest, shorten, type_name, vector_words};
 use super::ranges::Rule;
-use super::sources::{Place, Refused, Sources, apply};
+use super::sources::{OverrideError, Place, Sources, apply};
 use super::table::Table;
 use crate::scene::{Fault, FaultKind, Faults};
 use std::cell::{Cell, RefCell};
@@ -36,7 +36,7 @@ impl From<&str> for Hint {
 }
 
 /// Number of faults kept with their texts; further faults are only counted.
-const KEPT: usize = 1000;
+const MAX_KEPT_FAULTS: usize = 1000;
 
 /// The text with its overrides, and the faults found up to now.
 pub(super) struct Reader<'a> {
@@ -70,7 +70,7 @@ impl<'a> Reader<'a> {
 
     /// True if a further fault would only be counted, without its text.
     pub fn is_full(&self) -> bool {
-        self.faults.borrow().len() >= KEPT
+        self.faults.borrow().len() >= MAX_KEPT_FAULTS
     }
 
     /// Counts a fault that is not kept.
@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
             }
         };
         for (start, text) in self.text.overrides() {
-            if let Err(Refused { at, message }) = apply(&mut document, start, text) {
+            if let Err(OverrideError { at, message }) = apply(&mut document, start, text) {
                 self.syntax(at, &message);
             }
         }
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
         allowed: &str,
         hint: Option<&str>,
     ) {
-        let found = kind_of(value.get_ref());
+        let found = type_name(value.get_ref());
         let hint = match hint {
             Some(hint) => format!("it is {found}: {hint}"),
             None => format!("it is {found}"),

@@ -1,6 +1,6 @@
 //! Reader of `[rod]`.
 
-use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST, REST_STRAINS, SECTION};
+use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION, STATICS};
 use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
@@ -14,7 +14,7 @@ use toml::de::DeValue;
 
 /// Properties of the rod on which the rest of the scene depends, known even if `[rod]` has faults.
 #[derive(Clone, Copy)]
-pub(super) struct Memory {
+pub(super) struct RodTraits {
     /// True with damping.
     pub damped: bool,
     /// True with Maxwell branches.
@@ -25,7 +25,7 @@ pub(super) struct Memory {
     pub light: bool,
 }
 
-impl Memory {
+impl RodTraits {
     /// True if the strains are independent of the pose of the end, as of a viscoelastic or heavy rod.
     pub fn has_strains(self) -> bool {
         self.damped || self.heavy
@@ -59,7 +59,7 @@ impl Memory {
 }
 
 /// Parts of a rod, each `None` if faulty.
-pub(super) struct Parts {
+pub(super) struct RodParts {
     model: Option<Model>,
     pub length: Option<f64>,
     material: Option<Option<Material>>,
@@ -75,7 +75,7 @@ pub(super) struct Parts {
     section_inertia: Option<Option<[f64; 3]>>,
 }
 
-impl Parts {
+impl RodParts {
     /// The rod without friction, even if its friction has faults.
     pub fn elastic(&self) -> Option<Rod> {
         Some(Rod {
@@ -107,7 +107,7 @@ impl Parts {
 }
 
 /// Reads every field before returning `None`, for a complete list of faults.
-pub(super) fn rod(table: &Table) -> Parts {
+pub(super) fn rod(table: &Table) -> RodParts {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
     let model = match planar {
@@ -165,7 +165,7 @@ pub(super) fn rod(table: &Table) -> Parts {
             section_inertia(table),
         ),
     };
-    Parts {
+    RodParts {
         model,
         length,
         material,
@@ -185,7 +185,7 @@ pub(super) fn rod(table: &Table) -> Parts {
 /// Reports fields of a rod of an assembly that require inertia = "full".
 fn light_is_elastic(rod: &Table) -> bool {
     let told = rod.given(&["damping", "relaxation", "nodes"]);
-    if Memory::of(rod).heavy || told.is_empty() {
+    if RodTraits::of(rod).heavy || told.is_empty() {
         return true;
     }
     for name in told {
@@ -215,7 +215,7 @@ fn inertia(
         Inertia::None => return Some(Some(inertia)),
         Inertia::FirstOrder => {
             let hint = "the correction to first order is for elastic rods: write inertia = \"full\", which has all of the mass, or leave it out";
-            if Memory::of(rod).damped {
+            if RodTraits::of(rod).damped {
                 return refuse("inertia", "\"none\" or \"full\"", hint);
             }
         }
@@ -249,7 +249,7 @@ fn section_inertia(rod: &Table) -> Option<Option<[f64; 3]>> {
 }
 
 fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
-    let memory = Memory::of(rod);
+    let memory = RodTraits::of(rod);
     if rod.has("contact_diameter") && memory.has_strains() && !memory.heavy {
         let hint = "where a rod with friction and without mass touches itself is not looked for; leave it out";
         let allowed = "left out where the rod has damping, but with inertia = \"full\"";
@@ -262,7 +262,7 @@ fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
 }
 
 fn nodes(rod: &Table) -> Option<Option<usize>> {
-    let memory = Memory::of(rod);
+    let memory = RodTraits::of(rod);
     if !memory.has_strains() {
         let why = "an elastic rod is in equilibrium and has no strains of its own to follow";
         needs_damping(rod, "nodes", why);

@@ -10,7 +10,7 @@ use toml::Spanned;
 use toml::de::DeValue;
 
 /// Properties of the bodies on which rods depend, known even if the bodies have faults.
-pub(super) struct Known {
+pub(super) struct BodyTraits {
     pub names: Vec<Option<String>>,
     pub points: Vec<bool>,
 }
@@ -25,7 +25,7 @@ pub(super) fn has_free_end(rod: &Table) -> bool {
 pub(super) fn site(
     rod: &Table,
     which: &'static str,
-    bodies: &Known,
+    bodies: &BodyTraits,
     bodies_known: bool,
     moves: bool,
 ) -> Option<Site> {

@@ -2,7 +2,7 @@
 
 use super::fields::{ASSEMBLY, Kinds, PLANE};
 use super::friction::needs_damping;
-use super::rod::Memory;
+use super::rod::RodTraits;
 use super::start::landing;
 use super::table::Table;
 use crate::rod::Path;
@@ -13,11 +13,11 @@ const MOST_PERIODS: f64 = 1e7;
 /// Lower bound, by rounding, on the tolerance of a viscoelastic run.
 const FINEST: f64 = 1e-13;
 
-pub(super) fn run(table: &Table, memory: Option<Memory>) -> Option<Run> {
+pub(super) fn run(table: &Table, memory: Option<RodTraits>) -> Option<Run> {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
     let duration = table.number("duration");
-    let tolerance = tolerance(table, !planar || memory.is_some_and(Memory::has_strains));
+    let tolerance = tolerance(table, !planar || memory.is_some_and(RodTraits::has_strains));
     let elastic = memory.map_or(kind == ASSEMBLY, |memory| !memory.has_strains());
     let method = method(
         table,

@@ -5,13 +5,13 @@ use super::bar::bar;
 use super::branch::continuation;
 use super::ends::{body, clamp, end, in_reach};
 use super::fields::{
-    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, REST, ROD, RUN, SOLVE, SPACE,
-    START, Spec, TOP,
+    ASSEMBLY, BAR, BODY, CLAMP, CONTINUE, END, Kinds, LOADS, PLANE, ROD, RUN, SOLVE, SPACE, START,
+    STATICS, Spec, TOP,
 };
-use super::kind::kind_of;
+use super::kind::scene_kind;
 use super::loads::loads;
 use super::reader::Reader;
-use super::rod::{Memory, rod};
+use super::rod::{RodTraits, rod};
 use super::run::{run, solve};
 use super::sources::Sources;
 use super::start::{Known, start};
@@ -26,7 +26,7 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
     let reader = Reader::new(sources);
     let document = reader.document();
     let scene = document.and_then(|document| {
-        reader.kind.set(kind_of(&document));
+        reader.kind.set(scene_kind(&document));
         // Missing tables are reported at the end of the text, where they can be added.
         let at = sources.document().len().saturating_sub(1);
         let top = Table::open(&reader, "", &document, at, &TOP);
@@ -45,12 +45,12 @@ pub(in crate::scene) fn scene(sources: &Sources) -> Result<Scene, Faults> {
 /// Reads every field before returning `None`: `?` only after the last field, as in every reader.
 fn resolve(top: &Table) -> Option<Scene> {
     let kind = top.reader.kind.get();
-    let motion = kind != REST;
+    let motion = kind != STATICS;
     let units = units(top);
     let rod_table = part(top, &ROD);
     let memory = rod_table
         .as_ref()
-        .and_then(|table| Some(Memory::of(table.as_ref()?)));
+        .and_then(|table| Some(RodTraits::of(table.as_ref()?)));
     let parts = rod_table
         .as_ref()
         .and_then(|table| Some(rod(table.as_ref()?)));
@@ -224,7 +224,7 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
         let allowed = "a rod whose section law can be made";
         return refuse(FaultKind::Value, allowed, error.to_string());
     }
-    if kind == REST {
+    if kind == STATICS {
         return true;
     }
     let normal = match (scene.scales(), scene.dimensionless()) {

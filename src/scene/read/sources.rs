@@ -23,13 +23,13 @@ pub(in crate::scene) enum Place<'a> {
 }
 
 /// Rejection of an override, with its place and the message.
-pub(super) struct Refused {
+pub(super) struct OverrideError {
     pub at: usize,
     pub message: String,
 }
 
 /// Bound on the characters of a line that are counted for a column.
-const WIDEST: usize = 1 << 16;
+const MAX_COLUMN: usize = 1 << 16;
 
 impl Sources {
     pub fn new(text: &str, overrides: &[&str]) -> Self {
@@ -98,7 +98,7 @@ impl Sources {
         let at = self.floor(at);
         let line = self.line(at);
         let before = &self.whole[self.lines[line - 1]..at];
-        let column = before.chars().take(WIDEST).count() + 1;
+        let column = before.chars().take(MAX_COLUMN).count() + 1;
         Place::Text { line, column }
     }
 
@@ -133,8 +133,8 @@ pub(super) fn apply<'a>(
     document: &mut DeTable<'a>,
     start: usize,
     text: &'a str,
-) -> Result<(), Refused> {
-    let refuse = |message: String| Refused { at: start, message };
+) -> Result<(), OverrideError> {
+    let refuse = |message: String| OverrideError { at: start, message };
     let Some((path, value)) = text.split_once('=') else {
         return Err(refuse(
             "an override is PATH=VALUE, as in rod.damping=0.2".to_owned(),
@@ -189,7 +189,7 @@ impl<'a> Setting<'a> {
             return Err(format!(
                 "the scene has no {}, in which an element could be replaced; a path begins at the top of the scene, as rod.length does, and a list that is \
                  not there is written whole",
-                self.way(k + 1)
+                self.path_text(k + 1)
             ));
         }
         let empty = || Spanned::new(self.key.clone(), DeValue::Table(DeTable::new()));
@@ -207,7 +207,7 @@ impl<'a> Setting<'a> {
             *place = value;
             return Ok(());
         };
-        let way = self.way(k);
+        let way = self.path_text(k);
         match place.get_mut() {
             DeValue::Table(table) if !is_number(step) => self.put_into(table, k, value),
             DeValue::Table(_) => Err(format!(
@@ -230,7 +230,7 @@ impl<'a> Setting<'a> {
     }
 
     /// The path of the first `k` steps.
-    fn way(&self, k: usize) -> String {
+    fn path_text(&self, k: usize) -> String {
         let mut way = String::new();
         for step in &self.steps[..k] {
             match (is_number(step), way.is_empty()) {

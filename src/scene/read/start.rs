@@ -1,18 +1,18 @@
 //! Reader of `[start]`.
 
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
-use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, REST, SHEET, STRAIN, Spec};
+use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STATICS, STRAIN, Spec};
 use super::friction::needs_damping;
 use super::phrases::Short;
 use super::ranges::{FINITE, KAPPA, LAMBDA, VALUE};
 use super::reader::Reader;
-use super::rod::{Memory, curvature};
+use super::rod::{RodTraits, curvature};
 use super::table::{Absent, Table};
 use super::varying::{not_positive, polynomial};
 use crate::manifold;
 use crate::scene::{
-    Clamp, EndLoad, EndPose, FaultKind, LandingRule, Place, Relaxed, Rod, Sheet, SheetName, Start,
-    Straight, StrainField, StrainName, StrainRate,
+    Clamp, EndLoad, EndPose, FaultKind, InitialShape, LandingRule, RelaxedAt, Rod, Sheet,
+    SheetName, Start, Straight, StrainField, StrainName, StrainRate,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -24,7 +24,7 @@ pub(super) struct Known<'k> {
     pub elastic: Option<&'k Rod>,
     pub clamp: Option<&'k Clamp>,
     pub weld: Option<bool>,
-    pub memory: Option<Memory>,
+    pub memory: Option<RodTraits>,
 }
 
 pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
@@ -78,7 +78,7 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     );
     let words = "the curvature to which the branches are relaxed, [c0, c1, ...]";
     let relaxed = relaxed(table, known.memory, words, |field, value| {
-        curvature(table, field, value).map(Relaxed::Curvature)
+        curvature(table, field, value).map(RelaxedAt::Curvature)
     });
     let unloaded = unloaded(table);
 
@@ -89,11 +89,13 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     let (bent, relaxed, unloaded, rate) = (bent?, relaxed?, unloaded?, rate?);
     consistent.then_some(())?;
     let place = match (lambda, kappa, p, position, bent) {
-        (Some(lambda), Some(kappa), None, None, None) => Place::Kappa { lambda, kappa },
-        (Some(lambda), None, Some(p), None, None) => Place::P { lambda, p },
+        (Some(lambda), Some(kappa), None, None, None) => InitialShape::Kappa { lambda, kappa },
+        (Some(lambda), None, Some(p), None, None) => InitialShape::P { lambda, p },
         (None, None, None, Some(None), None) => STRAIGHT,
-        (None, None, None, Some(Some(position)), None) => Place::Position { position, sheet },
-        (None, None, None, None, Some(curvature)) => Place::Curvature { curvature },
+        (None, None, None, Some(Some(position)), None) => {
+            InitialShape::Position { position, sheet }
+        }
+        (None, None, None, None, Some(curvature)) => InitialShape::Curvature { curvature },
         // `one_place` has reported all other combinations.
         _ => match unloaded {
             Some(place) => place,
@@ -119,12 +121,12 @@ fn planar(table: &Table, known: Known) -> Option<Start> {
     })
 }
 
-const STRAIGHT: Place = Place::Rest {
+const STRAIGHT: InitialShape = InitialShape::Rest {
     rest: Straight::Straight,
 };
 
 /// Reads `rest` or `settled`.
-fn unloaded(table: &Table) -> Option<Option<Place>> {
+fn unloaded(table: &Table) -> Option<Option<InitialShape>> {
     let rest = match table.get("rest") {
         None => Some(None),
         Some(_) => table.word("rest", &[STRAIGHT]).map(Some),
@@ -135,7 +137,7 @@ fn unloaded(table: &Table) -> Option<Option<Place>> {
             table.reader.flag(field, value)
         }),
     };
-    let settled = settled?.then_some(Place::Settled { settled: true });
+    let settled = settled?.then_some(InitialShape::Settled { settled: true });
     Some(rest?.or(settled))
 }
 
@@ -293,23 +295,25 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         },
     );
     let relaxed = relaxed(table, known.memory, words, |field, value| {
-        strain(reader, field, value, known.elastic, true).map(Relaxed::Strain)
+        strain(reader, field, value, known.elastic, true).map(RelaxedAt::Strain)
     });
-    let place = |name: &str, parse: &dyn Fn(&str, _) -> Option<Place>| table.maybe(name, parse);
+    let place =
+        |name: &str, parse: &dyn Fn(&str, _) -> Option<InitialShape>| table.maybe(name, parse);
     if known.memory.is_some_and(|memory| !memory.has_strains()) {
         let why = "an elastic rod is in equilibrium at every instant: its start is a pose, an equilibrium under a load, settled, or \
                    rest = \"straight\"";
         needs_damping(table, "strain", why);
     }
     let by_strain = place("strain", &|field, value| {
-        strain(reader, field, value, known.elastic, true).map(|strain| Place::Strain { strain })
+        strain(reader, field, value, known.elastic, true)
+            .map(|strain| InitialShape::Strain { strain })
     });
     let by_load = place("equilibrium", &|field, value| {
         let allowed = "a table such as { force = [0.0, 0.0, -1.0] }";
         let table = reader.table(field, value, &EQUILIBRIUM, allowed)?;
         let force = table.vector("force");
         let couple = turning(&table, "couple", known.weld);
-        Some(Place::Equilibrium {
+        Some(InitialShape::Equilibrium {
             equilibrium: EndLoad {
                 force: force?,
                 couple: couple?,
@@ -317,7 +321,7 @@ fn spatial(table: &Table, known: Known) -> Option<Start> {
         })
     });
     let by_pose = place("pose", &|field, value| {
-        pose(reader, field, value, known).map(|pose| Place::Pose { pose })
+        pose(reader, field, value, known).map(|pose| InitialShape::Pose { pose })
     });
     let unloaded = unloaded(table);
     let names = ["strain", "equilibrium", "pose", "rest", "settled"];
@@ -449,7 +453,7 @@ fn rate<'a>(
     start: &Table<'a>,
     name: &str,
     beside: &str,
-    (memory, moves): (Option<Memory>, bool),
+    (memory, moves): (Option<RodTraits>, bool),
     read: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<StrainRate>,
 ) -> Option<Option<StrainRate>> {
     if start.has(name) {
@@ -482,10 +486,10 @@ fn rate<'a>(
 /// Reads `start.relaxed`; `strain` reads a strain field.
 pub(super) fn relaxed<'a>(
     start: &Table<'a>,
-    memory: Option<Memory>,
+    memory: Option<RodTraits>,
     field_words: &str,
-    strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<Relaxed>,
-) -> Option<Relaxed> {
+    strain: impl FnOnce(&str, &'a Spanned<DeValue<'a>>) -> Option<RelaxedAt>,
+) -> Option<RelaxedAt> {
     let reader = start.reader;
     if memory.is_some_and(|memory| !memory.relaxes) {
         let hint = "nothing else remembers the shape; write `relaxation = [{ stiffness = 0.5, time = 2.0 }]` in \
@@ -493,10 +497,10 @@ pub(super) fn relaxed<'a>(
         let allowed = "left out where the rod has no Maxwell branches";
         start.fault(FaultKind::Conflict, "relaxed", allowed, hint);
     }
-    start.read("relaxed", "", Absent::Or(Relaxed::Start), |field, value| {
+    start.read("relaxed", "", Absent::Or(RelaxedAt::Start), |field, value| {
         match value.get_ref() {
-            DeValue::Boolean(true) => Some(Relaxed::Start),
-            DeValue::Boolean(false) => Some(Relaxed::Unloaded),
+            DeValue::Boolean(true) => Some(RelaxedAt::Start),
+            DeValue::Boolean(false) => Some(RelaxedAt::Unloaded),
             DeValue::Array(_) | DeValue::Table(_) => strain(field, value),
             other => {
                 let quoted = matches!(other.as_str(), Some("true" | "false"));
@@ -512,7 +516,7 @@ pub(super) fn relaxed<'a>(
 }
 
 /// Reads `run.landing`.
-pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule> {
+pub(super) fn landing(run: &Table, memory: Option<RodTraits>) -> Option<LandingRule> {
     let words = [
         ("viscous", LandingRule::Viscous),
         ("lowest", LandingRule::Lowest),
@@ -537,7 +541,7 @@ pub(super) fn landing(run: &Table, memory: Option<Memory>) -> Option<LandingRule
             word_or_name(run.reader, field, value, &words, allowed, &LANDING, named)
         },
     );
-    let passes = memory.is_some_and(Memory::has_strains);
+    let passes = memory.is_some_and(RodTraits::has_strains);
     let damped = memory.is_some_and(|memory| memory.damped);
     if passes && !damped && landing.is_some_and(|landing| landing != LandingRule::Viscous) {
         let hint = "a rod with mass finds its own way through a snap; leave out one of the two";

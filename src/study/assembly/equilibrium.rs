@@ -109,7 +109,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
         residual: found.residual,
         from_guess: guess.then_some(near),
         solids: solids.collect(),
-        overdrawn: setup.overdrawn()?.map(str::to_owned),
+        overdrawn: setup.too_short_rod()?.map(str::to_owned),
         shapes: setup.shapes(0.0, &found.now, SECTIONS)?,
     })
 }

@@ -83,7 +83,7 @@ impl AssemblyPrepared {
             }
         };
         AssemblyMoment {
-            t: self.run.told(state.time(), k.time),
+            t: self.run.output_time(state.time(), k.time),
             bodies: state.bodies().iter().map(body).collect(),
             ledger: ledger.scaled(k.energy),
             total: ledger.total() * k.energy,
@@ -520,7 +520,7 @@ impl Observer for Recorder<'_> {
     fn look(&mut self, state: &dyn State) {
         // The first sample is already recorded.
         let unit = self.prepared.setup.scales.time;
-        let t = self.prepared.run.told(state.time(), unit);
+        let t = self.prepared.run.output_time(state.time(), unit);
         if let [only] = self.track.list.as_slice()
             && only.t == t
         {

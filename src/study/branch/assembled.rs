@@ -52,7 +52,7 @@ impl<'a> Assembled<'a> {
     /// No equilibrium there.
     pub fn new(scene: &'a Scene, wanted: &Continue) -> Result<(Self, DVector<f64>)> {
         let first = AssemblySetup::new(&scene.with(&wanted.parameter, wanted.from))?;
-        let start = first.meant()?.now;
+        let start = first.start_equilibrium()?.now;
         let from_start = AssemblyFamily::new(
             assemblies_over(scene, wanted.parameter),
             (&start, wanted.from),

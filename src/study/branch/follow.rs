@@ -12,7 +12,7 @@ use crate::study::Hooks;
 use nalgebra::DVector;
 
 /// Norm of the wrench that weighs as much as the whole range of the parameter.
-pub(in crate::study) const TYPICAL_WRENCH: f64 = Continue::TYPICAL;
+pub(in crate::study) const TYPICAL_WRENCH: f64 = Continue::WRENCH_SCALE;
 /// Largest number of branches followed by switching, the first included.
 const MAX_BRANCHES: usize = 24;
 /// Distance from a branch point at which another branch starts, as a fraction of the whole range.

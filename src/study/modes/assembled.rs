@@ -8,7 +8,7 @@ use crate::assembly::{Assembly, AssemblyRoute, Configuration, HeavyBody, Mass};
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::viscoelastic::{SmallCreep, small_in_space};
-use crate::scene::{AssemblySetup, ElasticSpace, Place, Scales, Scene};
+use crate::scene::{AssemblySetup, ElasticSpace, InitialShape, Scales, Scene};
 use crate::section::Strain;
 use crate::study::neglected_mass::RodsAtRest;
 use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
@@ -35,15 +35,15 @@ pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
     // Two starts are no equilibria: given strains of a rod with friction, and unloaded strains under a distributed
     // load.
     let never = match &scene.start.place {
-        Place::Strain { strain } => !strain.is_unloaded() || scene.is_loaded_along(),
-        Place::Rest { .. } => scene.is_loaded_along(),
+        InitialShape::Strain { strain } => !strain.is_unloaded() || scene.is_loaded_along(),
+        InitialShape::Rest { .. } => scene.is_loaded_along(),
         _ => false,
     };
     let mut start = None;
     if !never {
         let model = ElasticSpace::new(scene)?;
         let (assembly, now) = model.assembly()?;
-        let settles = matches!(scene.start.place, Place::Settled { .. });
+        let settles = matches!(scene.start.place, InitialShape::Settled { .. });
         start = (settles || balanced(&assembly, &now)?).then_some((model, assembly, now));
     }
     let of_start = start.is_some();
@@ -51,7 +51,7 @@ pub(in crate::study) fn resting(scene: &Scene) -> Result<AtRest> {
         Some(start) => start,
         None => {
             let mut settled = scene.clone();
-            settled.start.place = Place::Settled { settled: true };
+            settled.start.place = InitialShape::Settled { settled: true };
             let model = ElasticSpace::new(&settled).map_err(|why| {
                 why.context("[start] is no equilibrium under the loads at t = 0, and of theirs")
             })?;
@@ -129,7 +129,7 @@ fn with_friction(
 /// Small motions of an assembly about its equilibrium under the loads at t = 0.
 pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let setup = AssemblySetup::new(scene)?;
-    let now = setup.meant()?.now;
+    let now = setup.start_equilibrium()?.now;
     let world = Isometry3::identity();
     let mut motions = small_motions(&setup.assembly, &now, &world, &setup.scales)?;
     if motions.stable && !setup.is_heavy() {
@@ -137,7 +137,10 @@ pub(super) fn of_assembly(scene: &Scene) -> Result<(SmallMotions, bool)> {
         motions.mass = Some(resting.mass).filter(|mass| !mass.rods.is_empty());
     }
     // Bodies settle at the equilibrium unless [start] asks for unloaded rods.
-    Ok((motions, !matches!(scene.start.place, Place::Rest { .. })))
+    Ok((
+        motions,
+        !matches!(scene.start.place, InitialShape::Rest { .. }),
+    ))
 }
 
 /// True if the rods' wrenches on the bodies balance the loads.

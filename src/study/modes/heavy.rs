@@ -6,7 +6,7 @@ use crate::full_mass::frames::{Curve, Sections};
 use crate::full_mass::mass::Mass;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
 use crate::full_mass::statics::Vibration;
-use crate::scene::{HeavyPlane, HeavySpace, MotionModel, Place, Scene};
+use crate::scene::{HeavyPlane, HeavySpace, InitialShape, MotionModel, Scene};
 use crate::section::Strain;
 use crate::viscoelastic::grid::{Grid, more};
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Vector3};
@@ -31,13 +31,13 @@ struct RodVibrations {
 }
 
 pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
-    let mut still = scene.standing()?;
+    let mut still = scene.frozen_at_start()?;
     still.start.rate = None;
     // Friction makes the vibrations decay.
     still.rod.damping.clone_from(&scene.rod.damping);
     still.rod.relaxation.clone_from(&scene.rod.relaxation);
     let scales = still.scales()?;
-    let settles = matches!(still.start.place, Place::Settled { .. });
+    let settles = matches!(still.start.place, InitialShape::Settled { .. });
     let (given, clamp, strain): (RodDescription, _, Box<dyn Fn(f64) -> Strain>) =
         match still.is_planar() {
             true => {

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::statics::Vibration;
 use crate::motion::full_mass::HeavyAssemblyStart;
-use crate::scene::{AssemblySetup, HeavySpace, Place, Scene};
+use crate::scene::{AssemblySetup, HeavySpace, InitialShape, Scene};
 use nalgebra::{DVector, Isometry3, Vector6};
 
 /// Largest number of coordinates in a refinement.
@@ -42,11 +42,11 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
         .ok_or_else(|| Error::domain("the rods have no inertia = \"full\""))?
         .standing_at(0.0);
     let light = &setup.assembly;
-    let unloaded = matches!(scene.start.place, Place::Rest { .. });
+    let unloaded = matches!(scene.start.place, InitialShape::Rest { .. });
     // A free assembly started from unloaded rods rests in this shape.
     let settled = light.is_held() || !unloaded;
     let mut now = match settled {
-        true => setup.meant()?.now,
+        true => setup.start_equilibrium()?.now,
         false => setup.start()?.0,
     };
     for body in &mut now.bodies {

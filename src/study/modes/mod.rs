@@ -161,12 +161,12 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         (None, true) => match scene.lifted_for_modes() {
             Err(why) => Err(why),
             Ok(Some(lifted)) => lifted
-                .standing()
+                .frozen_at_start()
                 .and_then(|still| assembled::modes(&still, &lifted))
                 .map(|(motions, of_start)| (in_plane(motions, scene), of_start)),
-            Ok(None) => planar::modes(&scene.standing()?, scene),
+            Ok(None) => planar::modes(&scene.frozen_at_start()?, scene),
         },
-        (None, false) => assembled::modes(&scene.standing()?, scene),
+        (None, false) => assembled::modes(&scene.frozen_at_start()?, scene),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
     let given = scene.assembly.iter();

@@ -10,7 +10,7 @@ use crate::elastica::{Equilibrium, equilibrium_under_load, folds};
 use crate::error::Result;
 use crate::math::small_sort::sort_eigenvalues;
 use crate::motion::viscoelastic::small_in_plane;
-use crate::scene::{ElasticPlane, MotionModel, Place, Scene, Straight, StrainName};
+use crate::scene::{ElasticPlane, InitialShape, MotionModel, Scene, Straight, StrainName};
 use crate::study::neglected_mass::PlanarRodMass;
 use crate::viscoelastic::material::Material;
 use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
@@ -41,7 +41,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     // The straight rod is a possible start under any load.
     let mut straight = scene.clone();
     (straight.start.place, straight.start.imperfection) = (
-        Place::Rest {
+        InitialShape::Rest {
             rest: Straight::Straight,
         },
         0.0,
@@ -50,7 +50,7 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
     let load = model.body.load(0.0);
     let start = match scene.start.place {
         // Curvatures of a rod with friction are no equilibrium.
-        Place::Curvature { .. } => None,
+        InitialShape::Curvature { .. } => None,
         _ => Some(ElasticPlane::new(scene)?.start).filter(|at| balanced(at.as_ref(), &load)),
     };
     let of_start = start.is_some();

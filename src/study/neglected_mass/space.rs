@@ -57,7 +57,7 @@ impl RodsAtRest {
         if scene.clamp.motion.is_some() || scene.rod.mass().is_none() {
             return None;
         }
-        let found = resting(&scene.standing().ok()?).ok()?;
+        let found = resting(&scene.frozen_at_start().ok()?).ok()?;
         let (assembly, now) = found.at;
         Self::new(scene, (assembly, now), &scene.scales().ok()?).ok()
     }

@@ -329,7 +329,7 @@ impl Prepared {
         let action = frame.outward(&state.action());
         let groove = state.groove_forces().into_iter().next().flatten();
         Moment {
-            t: self.run.told(state.time(), k.time),
+            t: self.run.output_time(state.time(), k.time),
             clamp: outward(&clamp.pose(), k.length, &Isometry3::identity()),
             pose: outward(&clamp.pose(), k.length, &pose),
             velocity: velocity.fixed_rows::<3>(3) * k.velocity,

@@ -96,7 +96,7 @@ impl Bounds {
 
     /// Message for a contact of rods: `names` of the rods and arclengths `at`, in the units of the scene.
     pub(in crate::study) fn touching(names: [&str; 2], at: [f64; 2], units: Units) -> String {
-        let place = |s: f64| format!("s = {s:.6}{}", Units::behind(units.length()));
+        let place = |s: f64| format!("s = {s:.6}{}", Units::suffix(units.length()));
         let (s, to) = (place(at[0]), place(at[1]));
         let where_ = match names[0] == names[1] {
             true => format!("{} touches itself at {s} and {to}", names[0]),
@@ -140,7 +140,7 @@ impl Bounds {
 pub(in crate::study) fn at_time(t: f64, units: Units, place: &str, why: &str) -> String {
     let t = crate::study::exact(t);
     let t = t.strip_suffix(".0").unwrap_or(&t);
-    format!("at t = {t}{}{place}: {why}", Units::behind(units.time()))
+    format!("at t = {t}{}{place}: {why}", Units::suffix(units.time()))
 }
 
 /// One run: the trunk, or the continuation from a snap.
@@ -335,7 +335,7 @@ impl RunRecord {
             Outcome::Stuck(_) => format!(
                 ", end of the rod at ({}){}",
                 place[..axes].join(", "),
-                Units::behind(self.units.length())
+                Units::suffix(self.units.length())
             ),
             _ => String::new(),
         };

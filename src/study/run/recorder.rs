@@ -149,7 +149,7 @@ fn untrusted<'a>(
         "the energies are off by {:.1e} of the largest, {:.1e}{}",
         closing.relative(),
         closing.largest,
-        Units::behind(units.energy())
+        Units::suffix(units.energy())
     );
     Some(match RESOLVED * tolerance > speed {
         true => format!(
@@ -321,7 +321,7 @@ impl<'r> Recorder<'r> {
         let t = self
             .prepared
             .run
-            .told(last.time(), self.prepared.scales.time);
+            .output_time(last.time(), self.prepared.scales.time);
         let axes = &mut self.axes.list;
         if let [.., (before, _), (near, _)] = axes.as_slice()
             && t - near < 0.5 * (near - before)
@@ -434,7 +434,7 @@ impl Observer for Recorder<'_> {
     fn look(&mut self, state: &dyn State) {
         // The first sample is already recorded.
         let unit = self.prepared.scales.time;
-        let t = self.prepared.run.told(state.time(), unit);
+        let t = self.prepared.run.output_time(state.time(), unit);
         if let [only] = self.way.list.as_slice()
             && only.t == t
         {

@@ -1,7 +1,7 @@
 //! Assemblies with the full mass of their rods.
 
-use super::super::heavy::{grain, in_space};
-use super::{AssemblySetup, FINE, attachment, vector};
+use super::super::heavy::{heavy_law_in_space, unit_point_mass};
+use super::{AssemblySetup, GUESS_TOLERANCE, attachment, vector};
 use crate::assembly::{Configuration, HeavyBody, Joint};
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
@@ -38,13 +38,13 @@ pub(super) fn heavy(
             })
         };
         let made = || {
-            let (law, mass, rotary) = in_space(rod, scales)?;
+            let (law, mass, rotary) = heavy_law_in_space(rod, scales)?;
             let given = RodDescription {
                 law: law.along(scales.inward(Quantity::Length, rod.length)),
                 curve: Curve::Space,
                 mass,
                 rotary: Some(rotary),
-                grain: grain(gravity, None)?,
+                grain: unit_point_mass(gravity, None)?,
                 distributed: match load {
                     Some(load) if !load.is_zero() => {
                         Some(load.on(rod.length)?.mapped(|f| f * unit))
@@ -128,11 +128,11 @@ impl AssemblySetup {
             let rod = &self.assembly.free()[k - self.assembly.links().len()].rod();
             return rod.law().unloaded(s * rod.length());
         };
-        let point = link.point(0.0, &now.bodies, &now.charts[k], FINE)?;
+        let point = link.point(0.0, &now.bodies, &now.charts[k], GUESS_TOLERANCE)?;
         let s = if self.reversed[k] { 1.0 - s } else { s };
         let at = [s * link.rod().length()];
         let seen = link.with_base_rotation(&point.base.pose.rotation);
-        let sections = seen.shape(&now.charts[k], &point.held(), &at, FINE)?;
+        let sections = seen.shape(&now.charts[k], &point.held(), &at, GUESS_TOLERANCE)?;
         let mut strain = sections
             .last()
             .map(|section| section.strain)
