@@ -54,9 +54,10 @@ fn main() -> Result<(), Failure> {
             for (x, sigma) in place.iter_mut().zip(ERRORS) {
                 *x += sigma * chance.normal();
             }
-            match chance.uniform() < 0.1 {
-                true => writeln!(data, "{t},,{}", place[1])?,
-                false => writeln!(data, "{t},{},{}", place[0], place[1])?,
+            if chance.uniform() < 0.1 {
+                writeln!(data, "{t},,{}", place[1])?
+            } else {
+                writeln!(data, "{t},{},{}", place[0], place[1])?
             }
         }
         let free: Result<Vec<Vary>, _> = RANGES.iter().map(|text| Vary::free(text)).collect();

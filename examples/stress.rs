@@ -41,16 +41,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let patience = given.get(3).map(|text| text.parse()).transpose()?;
     let patience = Duration::try_from_secs_f64(patience.unwrap_or(PATIENCE))?;
     let path = given.get(2).map_or("stress.log", String::as_str);
-    let done = match given.is_empty() {
-        true => String::new(),
-        false => std::fs::read_to_string(path).unwrap_or_default(),
+    let done = if given.is_empty() {
+        String::new()
+    } else {
+        std::fs::read_to_string(path).unwrap_or_default()
     };
     let done: BTreeSet<u64> = (done.lines())
         .filter_map(|line| line.split('\t').next()?.parse().ok())
         .collect();
-    let log = match given.is_empty() {
-        true => None,
-        false => Some(OpenOptions::new().create(true).append(true).open(path)?),
+    let log = if given.is_empty() {
+        None
+    } else {
+        Some(OpenOptions::new().create(true).append(true).open(path)?)
     };
     let (log, next) = (Mutex::new(log), AtomicU64::new(from));
     let counts: Mutex<BTreeMap<String, usize>> = Mutex::default();

@@ -247,8 +247,8 @@ fn branch_text(
         line(fold);
     }
     let last = &branch.last;
-    line(match branch.outcome.is_complete() {
-        true => format!(
+    line(if branch.outcome.is_complete() {
+        format!(
             "t = {}{}: {}",
             number(match branch.outcome {
                 Outcome::EndOfTime => record.duration,
@@ -256,14 +256,14 @@ fn branch_text(
             }),
             Units::suffix(u.time()),
             branch.outcome
-        ),
-        // The reason is printed on the error stream.
-        false => format!(
+        )
+    } else {
+        format!(
             "t = {}{}: ended short ({})",
             number(last.t),
             Units::suffix(u.time()),
             branch.outcome.key()
-        ),
+        )
     });
     let vector = |v: &nalgebra::Vector3<f64>, scale: f64, symbol: &str| {
         let scale = v.amax().max(scale);

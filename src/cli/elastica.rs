@@ -43,9 +43,10 @@ pub struct ElasticaArgs {
 /// Describes one equilibrium.
 pub fn elastica(args: &ElasticaArgs) -> Result<Ending, Refusal> {
     let record = study::elastica(asked(args)?, &args.s)?;
-    match args.json {
-        true => print_json(record.summary()),
-        false => print(&text(&record)),
+    if args.json {
+        print_json(record.summary())
+    } else {
+        print(&text(&record))
     }
     Ok(Ending::Done)
 }
@@ -106,9 +107,10 @@ fn text(record: &ElasticaRecord) -> String {
     line("force on mass", pair(e.force[0], e.force[1]));
     line(
         "index",
-        match record.is_stable() {
-            true => format!("{} (stable)", record.index),
-            false => format!("{} (unstable)", record.index),
+        if record.is_stable() {
+            format!("{} (stable)", record.index)
+        } else {
+            format!("{} (unstable)", record.index)
         },
     );
     line(

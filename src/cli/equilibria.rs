@@ -30,9 +30,10 @@ fn parse_point(text: &str) -> Result<[f64; 2], String> {
 /// Lists all equilibria at a point.
 pub fn equilibria(args: &EquilibriaArgs) -> Result<Ending, Refusal> {
     let record = study::equilibria(args.at, args.lambda_max)?;
-    match args.json {
-        true => print_json(record.summary()),
-        false => print(&text(&record)),
+    if args.json {
+        print_json(record.summary())
+    } else {
+        print(&text(&record))
     }
     Ok(Ending::Done)
 }

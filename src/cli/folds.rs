@@ -22,9 +22,10 @@ pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
     let table = study::folds(args.count.into(), &mut Signals::watched())?;
     let numbers = table.integers("number");
     let count = numbers.last().copied().flatten().unwrap_or(0);
-    let ending = match count < args.count.into() {
-        true => Ending::Short,
-        false => Ending::Done,
+    let ending = if count < args.count.into() {
+        Ending::Short
+    } else {
+        Ending::Done
     };
     if !args.json {
         print(&table.csv());

@@ -146,12 +146,13 @@ fn text(record: &ModesRecord) -> String {
 fn shapes(record: &ModesRecord, grounds: &[[Option<Joint>; 2]]) -> ModeShapes {
     let rod = |stations: &Vec<Station>| SpaceRod {
         points: stations.iter().map(|s| s.position.into()).collect(),
-        directors: match record.planar {
-            true => Vec::new(),
-            false => stations
+        directors: if record.planar {
+            Vec::new()
+        } else {
+            stations
                 .iter()
                 .map(|s| std::array::from_fn(|k| s.directors.column(k).into_owned().into()))
-                .collect(),
+                .collect()
         },
         ..SpaceRod::default()
     };
@@ -165,14 +166,15 @@ fn shapes(record: &ModesRecord, grounds: &[[Option<Joint>; 2]]) -> ModeShapes {
         .iter()
         .enumerate()
         .map(|(i, mode)| ModeShape {
-            title: match mode.angular_frequency < 0.0 {
-                true => format!(
+            title: if mode.angular_frequency < 0.0 {
+                format!(
                     "mode {}: grows, {:.5}{}",
                     i + 1,
                     -mode.angular_frequency,
                     rate.replace("rad", "1")
-                ),
-                false => format!("mode {}: ω = {:.5}{rate}", i + 1, mode.angular_frequency),
+                )
+            } else {
+                format!("mode {}: ω = {:.5}{rate}", i + 1, mode.angular_frequency)
             },
             rods: mode.rods.iter().map(rod).collect(),
         });

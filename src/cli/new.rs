@@ -81,9 +81,10 @@ pub fn new(args: &NewArgs) -> Result<Ending, Refusal> {
 
 /// Prints the fields of scenes.
 pub fn schema(args: &SchemaArgs) -> Result<Ending, Refusal> {
-    match args.markdown {
-        true => print(&scene::reference()),
-        false => print_json(scene::json_schema()),
+    if args.markdown {
+        print(&scene::reference())
+    } else {
+        print_json(scene::json_schema())
     }
     Ok(Ending::Done)
 }

@@ -145,9 +145,10 @@ impl Output {
     /// Writes a table as `name.csv`, with `--npz` also as `name.npz`.
     pub fn table(&self, table: &Table) -> Result<(), Refusal> {
         self.write(&format!("{}.csv", table.name), table.csv().as_bytes())?;
-        match self.figures.npz {
-            true => self.arrays(&table.name, &table.arrays()),
-            false => Ok(()),
+        if self.figures.npz {
+            self.arrays(&table.name, &table.arrays())
+        } else {
+            Ok(())
         }
     }
 

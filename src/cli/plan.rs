@@ -30,9 +30,10 @@ pub fn plan(args: &PlanArgs) -> Result<Ending, Refusal> {
     }
     let scene = args.scene.read().map_err(refuse)?;
     let found = study::plan(&scene, args.seconds).map_err(|e| no_start(&args.scene.path, &e))?;
-    match args.json {
-        true => print_json(found.json()),
-        false => print(&found.text()),
+    if args.json {
+        print_json(found.json())
+    } else {
+        print(&found.text())
     }
     Ok(Ending::Done)
 }

@@ -48,9 +48,10 @@ pub fn single(
     progress.finish();
     let length = record.scales.length;
     let elastica = matches!(record.kind, ModelKind::Sheet | ModelKind::Planar);
-    let folds = match elastica {
-        true => first_folds(&drawn.way, record)?,
-        false => Vec::new(),
+    let folds = if elastica {
+        first_folds(&drawn.way, record)?
+    } else {
+        Vec::new()
     };
     let around = MotionContext {
         units: record.units,

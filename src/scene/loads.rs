@@ -117,9 +117,10 @@ impl LoadAlong {
     pub fn with_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<Option<Distributed>> {
         let density = rod.mass().map_or(0.0, |mass| mass / rod.length);
         let weight = Distributed::constant(Vector3::from(gravity) * density)?;
-        let whole = match self.is_zero() {
-            true => weight,
-            false => weight.plus(&self.on(rod.length)?)?,
+        let whole = if self.is_zero() {
+            weight
+        } else {
+            weight.plus(&self.on(rod.length)?)?
         };
         Ok(Some(whole).filter(|load| !load.is_zero()))
     }

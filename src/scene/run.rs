@@ -44,9 +44,10 @@ impl Run {
     pub(crate) fn output_time(&self, t: f64, unit: f64) -> f64 {
         let (told, last) = (t * unit, (self.samples - 1) as f64);
         let asked = self.duration * ((told / self.duration * last).round() / last);
-        match (told - asked).abs() <= SAME_TIME * self.duration {
-            true => asked,
-            false => told,
+        if (told - asked).abs() <= SAME_TIME * self.duration {
+            asked
+        } else {
+            told
         }
     }
 }

@@ -182,9 +182,10 @@ impl Scene {
     /// # Errors
     /// As [`Scene::body`] and, in space, [`Scene::cosserat_rod`].
     pub fn scales(&self) -> Result<Scales> {
-        let stiffness = match self.is_planar() {
-            true => self.rod.bending_stiffness()?,
-            false => self.cosserat_rod()?.reference_stiffness(),
+        let stiffness = if self.is_planar() {
+            self.rod.bending_stiffness()?
+        } else {
+            self.cosserat_rod()?.reference_stiffness()
         };
         let mass = match &self.assembly {
             Some(assembly) => assembly.mass(),

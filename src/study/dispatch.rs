@@ -143,9 +143,10 @@ pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
         return BarPrepared::new(scene).map(|_| None);
     }
     if scene.assembly.is_some() {
-        match scene.is_motion() {
-            true => AssemblyPrepared::new(scene)?.motion().map(drop)?,
-            false => assembly::equilibrium(scene).map(drop)?,
+        if scene.is_motion() {
+            AssemblyPrepared::new(scene)?.motion().map(drop)?
+        } else {
+            assembly::equilibrium(scene).map(drop)?
         }
         return assembly::small_mass(scene);
     }

@@ -130,9 +130,10 @@ pub struct EquilibriaRecord {
 /// Those of [`equilibria_at`], except at (1, 0).
 pub fn equilibria(at: [f64; 2], lambda_max: f64) -> Result<EquilibriaRecord> {
     let straight = at == [1.0, 0.0];
-    let found = match straight {
-        true => Vec::new(),
-        false => equilibria_at(at[0], at[1], lambda_max)?,
+    let found = if straight {
+        Vec::new()
+    } else {
+        equilibria_at(at[0], at[1], lambda_max)?
     };
     Ok(EquilibriaRecord {
         at,

@@ -44,9 +44,10 @@ pub fn equilibrium(scene: &Scene) -> Result<EquilibriumRecord> {
         units: scene.units,
         length: scene.rod.length,
         stiffness: problem.rod().reference_stiffness(),
-        weight: match scene.is_loaded_along() {
-            true => Some(scene.load_along()?.total(scene.rod.length)),
-            false => None,
+        weight: if scene.is_loaded_along() {
+            Some(scene.load_along()?.total(scene.rod.length))
+        } else {
+            None
         },
         conservative: problem.is_conservative(),
         uniform: problem.rod().hoists_inverse(),

@@ -41,9 +41,10 @@ const RISE: f64 = 0.9;
 pub fn arch() -> String {
     let turned = |angle: f64, from_right: bool| {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2 - angle);
-        let around = match from_right {
-            true => UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI),
-            false => UnitQuaternion::identity(),
+        let around = if from_right {
+            UnitQuaternion::from_axis_angle(&Vector3::z_axis(), PI)
+        } else {
+            UnitQuaternion::identity()
         };
         let q = (around * turn).into_inner();
         format!("[{:?}, {:?}, {:?}, {:?}]", q.w, q.i, q.j, q.k)

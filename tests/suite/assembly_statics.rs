@@ -50,13 +50,13 @@ fn rod(v: &Value) -> Rod {
     let k = &v["stiffness"];
     let u = vector(&v["rest_curvature_u0"]);
     let law = Linear::diagonal([number(&k[0]), number(&k[1])], number(&k[2])).unwrap();
-    let law = match k[3].is_number() {
-        true => law
-            .with_shear([number(&k[3]), number(&k[4])])
+    let law = if k[3].is_number() {
+        law.with_shear([number(&k[3]), number(&k[4])])
             .unwrap()
             .with_axial(number(&k[5]))
-            .unwrap(),
-        false => law.rigid([true; 3]).unwrap(),
+            .unwrap()
+    } else {
+        law.rigid([true; 3]).unwrap()
     };
     Rod::new(
         number(&v["length"]),
@@ -96,9 +96,10 @@ fn loaded(case: &Value, reversed: &[usize], load: Vector3<f64>) -> Assembly {
         } else {
             Joint::Weld
         };
-        match reversed.contains(&k) {
-            true => Link::reversed(&rod(v), from, to, joint).unwrap(),
-            false => Link::new(rod(v), from, to, joint),
+        if reversed.contains(&k) {
+            Link::reversed(&rod(v), from, to, joint).unwrap()
+        } else {
+            Link::new(rod(v), from, to, joint)
         }
     });
     Assembly::new(bodies.collect(), links.collect()).unwrap()
@@ -567,9 +568,12 @@ fn a_table_on_two_inextensible_legs() {
 #[test]
 fn a_cantilever_of_many_pieces_bends_as_one() {
     let whole = |pieces: usize| {
-        let load = |k: usize| match k + 1 == pieces {
-            true => Vector3::new(-3.0, 0.7, 0.5),
-            false => Vector3::zeros(),
+        let load = |k: usize| {
+            if k + 1 == pieces {
+                Vector3::new(-3.0, 0.7, 0.5)
+            } else {
+                Vector3::zeros()
+            }
         };
         let bodies =
             (0..pieces).map(|k| HeavyBody::rigid(ball([0.1; 3]).with_dead_force(load(k)).unwrap()));

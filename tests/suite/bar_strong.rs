@@ -37,9 +37,10 @@ fn error(law: &Material, ahead: f64, behind: f64, cells: usize) -> f64 {
         let (mut a, mut b) = (wave.from, wave.to);
         for _ in 0..50 {
             let lam = 0.5 * (a + b);
-            match law.speed(lam) > speed {
-                true => a = lam,
-                false => b = lam,
+            if law.speed(lam) > speed {
+                a = lam
+            } else {
+                b = lam
             }
         }
         a

@@ -194,9 +194,10 @@ fn simple_wave(law: &Material, x: f64, t: f64) -> f64 {
     }
     for _ in 0..60 {
         let tau = 0.5 * (low + high);
-        match law.speed(emitted(tau)) * (t - tau) > LENGTH - x {
-            true => low = tau,
-            false => high = tau,
+        if law.speed(emitted(tau)) * (t - tau) > LENGTH - x {
+            low = tau
+        } else {
+            high = tau
         }
     }
     emitted(low)
@@ -251,9 +252,10 @@ fn fan(law: &Material, pace: f64, top: f64) -> f64 {
     let (mut low, mut high) = (1.0, top);
     for _ in 0..60 {
         let lam = 0.5 * (low + high);
-        match law.speed(lam) > pace {
-            true => low = lam,
-            false => high = lam,
+        if law.speed(lam) > pace {
+            low = lam
+        } else {
+            high = lam
         }
     }
     low
@@ -452,9 +454,10 @@ fn within(law: &Material, pace: f64, from: f64, to: f64) -> f64 {
     let (mut fast, mut slow) = (from, to);
     for _ in 0..60 {
         let lam = 0.5 * (fast + slow);
-        match law.speed(lam) > pace {
-            true => fast = lam,
-            false => slow = lam,
+        if law.speed(lam) > pace {
+            fast = lam
+        } else {
+            slow = lam
         }
     }
     fast

@@ -195,9 +195,10 @@ fn bundled_scenes_are_sound() {
         let summary = place.run(&asked).json(0);
         assert_eq!(summary["outcome"], "end_of_time", "{path}");
         // The energy lost by a bar closes its ledger by definition, so the error of its momentum is the check.
-        let ledger = match text.contains("\"bar\"") {
-            true => "momentum_error",
-            false => "energy_error",
+        let ledger = if text.contains("\"bar\"") {
+            "momentum_error"
+        } else {
+            "energy_error"
         };
         let opened = &summary[ledger]["relative"];
         // Ends are held to 1e-10 of the length: under the pull of the wire, 100 N, the energy error is 1e-8 J,

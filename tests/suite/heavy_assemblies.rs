@@ -252,9 +252,10 @@ fn roots(f: impl Fn(f64) -> f64, count: usize) -> Vec<f64> {
         if f(low) * f(high) < 0.0 {
             for _ in 0..80 {
                 let middle = 0.5 * (low + high);
-                match f(low) * f(middle) <= 0.0 {
-                    true => high = middle,
-                    false => low = middle,
+                if f(low) * f(middle) <= 0.0 {
+                    high = middle
+                } else {
+                    low = middle
                 }
             }
             found.push(0.5 * (low + high));

@@ -323,9 +323,10 @@ fn beam(
         if determinant(low) * determinant(high) < 0.0 {
             for _ in 0..80 {
                 let middle = 0.5 * (low + high);
-                match determinant(low) * determinant(middle) <= 0.0 {
-                    true => high = middle,
-                    false => low = middle,
+                if determinant(low) * determinant(middle) <= 0.0 {
+                    high = middle
+                } else {
+                    low = middle
                 }
             }
             found.push(0.5 * (low + high));

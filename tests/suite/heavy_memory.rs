@@ -139,9 +139,10 @@ fn bisected(f: impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
     assert!(f(from) * f(to) < 0.0);
     for _ in 0..200 {
         let middle = 0.5 * (from + to);
-        match f(from) * f(middle) > 0.0 {
-            true => from = middle,
-            false => to = middle,
+        if f(from) * f(middle) > 0.0 {
+            from = middle
+        } else {
+            to = middle
         }
     }
     0.5 * (from + to)

@@ -248,9 +248,12 @@ fn implicit_steps_eliminate_the_branches() {
     let mut y = rod.state(&straight, &vec![0.0; rod.size()]);
     rod.settle(&mut y).unwrap();
     let integral = |i: usize| (time..time + INTEGRALS).contains(&i);
-    let along = DVector::from_fn(y.len(), |i, _| match integral(i) {
-        true => 0.0,
-        false => (0.3 + 1.7 * i as f64).sin(),
+    let along = DVector::from_fn(y.len(), |i, _| {
+        if integral(i) {
+            0.0
+        } else {
+            (0.3 + 1.7 * i as f64).sin()
+        }
     });
     let at = |h: f64| {
         let mut out = DVector::zeros(y.len());

@@ -182,10 +182,11 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
         let held = Link::new(rod(), foot, Attachment::body(0, site), Joint::Weld);
         let far = place([-0.05, 0.1, 0.02], [-0.3, 0.1, 0.2]);
         let ends = (Attachment::body(0, site), Attachment::body(1, far));
-        let middle = match backwards {
-            false => Link::new(rod(), ends.0, ends.1, Joint::Weld).with_distributed(load()),
-            true => Link::reversed(&rod(), ends.0, ends.1, Joint::Weld)
-                .and_then(|link| link.with_distributed(load().reversed())),
+        let middle = if !backwards {
+            Link::new(rod(), ends.0, ends.1, Joint::Weld).with_distributed(load())
+        } else {
+            Link::reversed(&rod(), ends.0, ends.1, Joint::Weld)
+                .and_then(|link| link.with_distributed(load().reversed()))
         };
         let bodies = [solid(), solid()].map(HeavyBody::rigid);
         Assembly::new(bodies.into(), vec![held, middle.expect("a link")]).expect("an assembly")

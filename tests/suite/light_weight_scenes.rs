@@ -358,15 +358,16 @@ fn wire(clamp: [f64; 4], more: &str, alone: bool) -> String {
     let law = "model = \"cosserat\"\nlength = 1.0\nmaterial = \"steel\"\nsection = { circle = { diameter = 0.001 } }\n";
     let load = "[loads]\ngravity = [0.0, 0.0, -9.81]\n";
     let run = "[run]\nduration = 0.02\nsamples = 3\n";
-    match alone {
-        true => format!(
+    if alone {
+        format!(
             "units = \"si\"\n[rod]\n{law}{more}[clamp]\nquaternion = {clamp:?}\n[body]\nmass = 10.0\njoint = \"ball\"\n{load}\
-             [start]\nsettled = true\n{run}"
-        ),
-        false => format!(
+         [start]\nsettled = true\n{run}"
+        )
+    } else {
+        format!(
             "units = \"si\"\n[[rod]]\nname = \"wire\"\n{law}{more}from = {{ position = [0.0, 0.0, 0.0], quaternion = {clamp:?} }}\n\
-             to = {{ body = \"bob\", joint = \"ball\" }}\n[[body]]\nname = \"bob\"\nmass = 10.0\n{load}{run}"
-        ),
+         to = {{ body = \"bob\", joint = \"ball\" }}\n[[body]]\nname = \"bob\"\nmass = 10.0\n{load}{run}"
+        )
     }
 }
 
@@ -459,9 +460,10 @@ fn branches_under_a_load_become_taut() {
         };
         for p in stations {
             let rate = (whole(p + h) - whole(p - h)) / (2.0 * h);
-            let expected = match by_force {
-                true => -(20.0 * of("x", p) + 10.0 * of("y", p) + 100.0 * of("z", p)),
-                false => of("potential", p) / p,
+            let expected = if by_force {
+                -(20.0 * of("x", p) + 10.0 * of("y", p) + 100.0 * of("z", p))
+            } else {
+                of("potential", p) / p
             };
             assert_close(rate, expected, 1e-6, 1.0, &format!("{parameter} = {p}"));
         }

@@ -201,18 +201,22 @@ fn shaken_feet_are_an_inertial_force() {
     let w = std::f64::consts::TAU * frequency;
     let masses = [0.3, 0.2];
     let scene = |shaken: bool| {
-        let motion = match shaken {
-            true => format!(
+        let motion = if shaken {
+            format!(
                 ", motion = {{ translate = {{ direction = [2.0, 0.0, 1.0], amplitude = {amplitude}, frequency = {frequency}, phase = {phase} }} }}"
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         };
-        let force = |mass: f64| match shaken {
-            true => String::new(),
-            false => format!(
-                "force = {{ direction = [2.0, 0.0, 1.0], amplitude = {:?}, frequency = {frequency}, phase = {phase} }}\n",
-                mass * amplitude * w * w
-            ),
+        let force = |mass: f64| {
+            if shaken {
+                String::new()
+            } else {
+                format!(
+                    "force = {{ direction = [2.0, 0.0, 1.0], amplitude = {:?}, frequency = {frequency}, phase = {phase} }}\n",
+                    mass * amplitude * w * w
+                )
+            }
         };
         // Seen from the feet the bodies start with minus their velocity.
         let v = if shaken {

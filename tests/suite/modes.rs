@@ -244,9 +244,10 @@ fn small_oscillations_of_a_run() {
                 let (mut low, mut high) = (last, to);
                 for _ in 0..50 {
                     let middle = 0.5 * (low + high);
-                    match along(middle) < 0.0 {
-                        true => low = middle,
-                        false => high = middle,
+                    if along(middle) < 0.0 {
+                        low = middle
+                    } else {
+                        high = middle
                     }
                 }
                 crossings.push(low);

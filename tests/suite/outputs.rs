@@ -58,12 +58,13 @@ fn text(name: &str, changes: &[(&str, &str)]) -> String {
         assert!(text.contains(from), "{name}: {from}");
         text = text.replace(from, to);
     }
-    match text.contains("units = \"si\"") {
-        true => text,
-        false => format!(
+    if text.contains("units = \"si\"") {
+        text
+    } else {
+        format!(
             "units = \"si\"\n{}",
             text.replace("units = \"dimensionless\"", "")
-        ),
+        )
     }
 }
 
@@ -201,9 +202,10 @@ fn documented() -> Names {
             let is_table = section.contains(".csv");
             for name in cells[0].split(", ") {
                 let name = name.trim_matches('`');
-                let name = match is_table {
-                    true => format!("{name} | {}", cells[1]),
-                    false => name.to_owned(),
+                let name = if is_table {
+                    format!("{name} | {}", cells[1])
+                } else {
+                    name.to_owned()
                 };
                 let fresh = names
                     .entry(section.clone())

@@ -108,9 +108,10 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
             "{decays} {expected}"
         );
         assert_eq!(expected > 5.0, quiet, "{expected}");
-        let verdict = match quiet {
-            true => "quiet before the next event",
-            false => "still rings at the next event: the landing is not safe",
+        let verdict = if quiet {
+            "quiet before the next event"
+        } else {
+            "still rings at the next event: the landing is not safe"
         };
         assert_eq!(event["mass"]["verdict"], verdict);
     }
@@ -134,9 +135,10 @@ fn small_motions_tell_what_the_mass_changes() {
     let of = |more: &[&str]| {
         let all: Vec<&str> = set.iter().chain(more).copied().collect();
         let scene = Scene::parse_with(SNAP, &all).unwrap();
-        let checked = match more.iter().any(|field| field.contains("full")) {
-            true => None,
-            false => run::Prepared::new(&scene).unwrap().small_mass(),
+        let checked = if more.iter().any(|field| field.contains("full")) {
+            None
+        } else {
+            run::Prepared::new(&scene).unwrap().small_mass()
         };
         (modes(&scene).unwrap().motions, checked)
     };

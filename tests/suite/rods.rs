@@ -324,9 +324,10 @@ fn mirror_images_have_mirror_images_as_equilibria() {
         let turned = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(
             turn[0], about.x, about.y, about.z,
         ));
-        let end = match held {
-            true => EndConditions::pose(polar(place), turned),
-            false => EndConditions::load(polar(force), axial(couple)),
+        let end = if held {
+            EndConditions::pose(polar(place), turned)
+        } else {
+            EndConditions::load(polar(force), axial(couple))
         };
         let problem = Problem::new(rod, end, 1e-10).expect("a problem");
         problem.solve(None).expect("an equilibrium")

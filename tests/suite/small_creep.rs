@@ -35,12 +35,13 @@ fn assert_same(found: &[Eigenvalue], want: &[Eigenvalue], tolerance: f64, what: 
 fn roots(square: f64, time: f64) -> Vec<Eigenvalue> {
     let half = 0.5 * square * time;
     let inner = half * half - square;
-    match inner < 0.0 {
-        true => vec![Complex::new(-half, (-inner).sqrt())],
-        false => vec![
+    if inner < 0.0 {
+        vec![Complex::new(-half, (-inner).sqrt())]
+    } else {
+        vec![
             Complex::from(-half - inner.sqrt()),
             Complex::from(-square / (half + inner.sqrt())),
-        ],
+        ]
     }
 }
 

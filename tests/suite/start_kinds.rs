@@ -155,9 +155,12 @@ impl Case {
     /// The scene; `None` for an assembly with a start other than settled, which scenes do not support.
     fn text(&self, form: Form) -> Option<String> {
         let planar = form == Form::Plane;
-        let vector = |[x, y]: [f64; 2]| match planar {
-            true => format!("[{x:?}, {y:?}]"),
-            false => format!("[{x:?}, {y:?}, 0.0]"),
+        let vector = |[x, y]: [f64; 2]| {
+            if planar {
+                format!("[{x:?}, {y:?}]")
+            } else {
+                format!("[{x:?}, {y:?}, 0.0]")
+            }
         };
         let (
             rod,
@@ -200,9 +203,10 @@ impl Case {
             (Beginning::Bent, true) => format!("curvature = [0.8]\n{velocity}"),
             (Beginning::Bent, false) => format!("strain = {{ u1 = [0.8] }}\n{velocity}"),
         };
-        let place = match planar {
-            true => format!("angle = {:?}\n", self.tilt),
-            false => format!("{TURNED}\n"),
+        let place = if planar {
+            format!("angle = {:?}\n", self.tilt)
+        } else {
+            format!("{TURNED}\n")
         };
         let joint = if planar { "" } else { "joint = \"ball\"\n" };
         Some(format!(

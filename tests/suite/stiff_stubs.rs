@@ -128,9 +128,10 @@ fn all_but_straight_rods_sway_as_their_ends_move() {
         (0.045, 1e5),
     ] {
         for tolerance in [1e-7, 1e-8, 1e-9] {
-            let stretch = match axial.is_finite() {
-                true => format!(", axial = {axial:e}"),
-                false => String::new(),
+            let stretch = if axial.is_finite() {
+                format!(", axial = {axial:e}")
+            } else {
+                String::new()
             };
             let text = format!(
                 "[rod]\nmodel = \"cosserat\"\nlength = 1.0\nsection = {{ bending = [1.0, 1.0], torsion = 1.0{stretch} }}\n\

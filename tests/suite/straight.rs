@@ -248,9 +248,10 @@ fn every_start_next_to_the_straight_rod_runs() {
             let end = ends(run, 4_000_000, &of);
             // The average is accurate to a turn's share of the motion, and rounding to its share of a turn, unless the
             // runs average themselves.
-            let bound = match kappa.abs() < 1e-7 {
-                true => 1e-5 * kappa.abs(),
-                false => 20.0 * kappa * kappa + 1e-12,
+            let bound = if kappa.abs() < 1e-7 {
+                1e-5 * kappa.abs()
+            } else {
+                20.0 * kappa * kappa + 1e-12
             };
             let off = [end.pose[1] - y * kappa, end.phase.v[1] - rate * kappa];
             assert!(off.iter().all(|off| off.abs() < bound), "{of}: {off:?}");

@@ -90,9 +90,10 @@ pub fn scene(seed: u64) -> String {
         8 => bar(dice),
         _ => at_rest(dice, &k),
     };
-    match dice.chance(0.12) {
-        true => spoilt(dice, &text),
-        false => text,
+    if dice.chance(0.12) {
+        spoilt(dice, &text)
+    } else {
+        text
     }
 }
 
@@ -116,9 +117,10 @@ fn inner(dice: &mut Dice, k: &Scales, which: Inner, flat: bool) -> String {
     }
     if which == Inner::Creeping && dice.chance(0.4) {
         let (part, time) = (dice.decades(-2.0, 0.5), k.time * dice.decades(-1.0, 1.0));
-        let stiffness = match flat {
-            true => format!("{:e}", part * k.stiffness),
-            false => format!("{{ proportional = {part:e} }}"),
+        let stiffness = if flat {
+            format!("{:e}", part * k.stiffness)
+        } else {
+            format!("{{ proportional = {part:e} }}")
         };
         let _ = writeln!(
             text,
@@ -141,9 +143,10 @@ fn inner(dice: &mut Dice, k: &Scales, which: Inner, flat: bool) -> String {
 
 fn end_of(dice: &mut Dice, k: &Scales, which: Inner) -> String {
     let (duration, tolerance) = (k.time * dice.decades(-2.0, 1.3), dice.decades(-11.0, -4.0));
-    let landing = match which == Inner::Light && dice.chance(0.3) {
-        true => "landing = \"lowest\"\n",
-        false => "",
+    let landing = if which == Inner::Light && dice.chance(0.3) {
+        "landing = \"lowest\"\n"
+    } else {
+        ""
     };
     format!("[run]\nduration = {duration:e}\ntolerance = {tolerance:e}\nsamples = 41\n{landing}")
 }
@@ -187,9 +190,10 @@ fn planar(dice: &mut Dice, k: &Scales) -> String {
         ),
     };
     let size = dice.decades(-1.0, 1.0) * k.speed();
-    let velocity = match start.starts_with("rest") {
-        true => format!("[0.0, {:e}]", size),
-        false => dice.list(size, 2),
+    let velocity = if start.starts_with("rest") {
+        format!("[0.0, {:e}]", size)
+    } else {
+        dice.list(size, 2)
     };
     format!(
         "[rod]\nmodel = \"elastica\"\nlength = {:e}\nbending_stiffness = {:e}\n{inner}[body]\nmass = {:e}\n[start]\n{start}\nvelocity = {velocity}\n{}{}",
@@ -238,13 +242,15 @@ fn spatial(dice: &mut Dice, k: &Scales) -> String {
     let inner = inner(dice, k, which, false);
     let (section, extent) = (section(dice, k), extent(dice, k));
     let bend = dice.list(1.5 / k.length, 2);
-    let start = match dice.chance(0.4) {
-        true => "settled = true\n",
-        false => "",
+    let start = if dice.chance(0.4) {
+        "settled = true\n"
+    } else {
+        ""
     };
-    let body = match dice.chance(0.5) {
-        true => format!("joint = \"weld\"\n{extent}"),
-        false => "joint = \"ball\"".to_owned(),
+    let body = if dice.chance(0.5) {
+        format!("joint = \"weld\"\n{extent}")
+    } else {
+        "joint = \"ball\"".to_owned()
     };
     let velocity = dice.decades(-1.0, 0.7) * k.speed();
     format!(
@@ -291,9 +297,10 @@ fn pair(dice: &mut Dice, k: &Scales) -> String {
         _ => String::new(),
     };
     let pull = k.force() / k.mass * dice.decades(-1.0, 1.0);
-    let loads = match dice.chance(0.5) {
-        true => format!("[loads]\ngravity = {}\n", dice.list(pull, 3)),
-        false => String::new(),
+    let loads = if dice.chance(0.5) {
+        format!("[loads]\ngravity = {}\n", dice.list(pull, 3))
+    } else {
+        String::new()
     };
     format!(
         "{text}[[body]]\nname = \"m\"\nmass = {:e}\n{extent}\nguess = {{ position = [{:e}, 0.0, {:e}] }}\nvelocity = {}\n{loads}{}",
@@ -335,20 +342,22 @@ fn at_rest(dice: &mut Dice, k: &Scales) -> String {
         1 => format!("force = {}\nfollower = true", dice.list(force, 3)),
         _ => format!("position = {}", dice.list(0.57 * k.length, 3)),
     };
-    let parameter = match end.starts_with("force") {
-        true => "end.force.x",
-        false => "end.position.x",
+    let parameter = if end.starts_with("force") {
+        "end.force.x"
+    } else {
+        "end.position.x"
     };
-    let follow = match dice.chance(0.5) {
-        true => format!(
+    let follow = if dice.chance(0.5) {
+        format!(
             "[continue]\nparameter = \"{parameter}\"\nto = {:e}\npoints = 60\n",
             if parameter == "end.force.x" {
                 force
             } else {
                 0.3 * k.length
             } * dice.within(-1.0, 1.0)
-        ),
-        false => String::new(),
+        )
+    } else {
+        String::new()
     };
     format!(
         "[rod]\nmodel = \"cosserat\"\nlength = {:e}\nsection = {section}\n[end]\n{end}\n{follow}",
@@ -404,9 +413,10 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         Ok(scene) => scene,
         Err(faults) => {
             let said = faults.to_string();
-            return match said.len() > 10 {
-                true => Ok("refused: scene".to_owned()),
-                false => Err(format!("a fault without words: {said:?}")),
+            return if said.len() > 10 {
+                Ok("refused: scene".to_owned())
+            } else {
+                Err(format!("a fault without words: {said:?}"))
             };
         }
     };
@@ -524,11 +534,12 @@ fn closed(table: &Table, tolerance: f64, unit: f64) -> Result<(), String> {
         .iter()
         .fold(0.0, |most, x| f64::max(most, (x - first).abs()));
     let resolved = tolerance * (unit * largest).sqrt();
-    match off <= ((1e5 * tolerance).max(1e-9) * largest).max(resolved) {
-        true => Ok(()),
-        false => Err(format!(
+    if off <= ((1e5 * tolerance).max(1e-9) * largest).max(resolved) {
+        Ok(())
+    } else {
+        Err(format!(
             "the ledger opens by {:e} of its largest term",
             off / largest
-        )),
+        ))
     }
 }

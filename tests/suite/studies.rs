@@ -70,15 +70,16 @@ fn column(bending: [f64; 2], shear: f64, axial: f64, alone: bool) -> (String, Ve
         "model = \"cosserat\"\nlength = 1.0\n\
          section = {{ bending = {bending:?}, torsion = 0.8, shear = [{shear:?}, {shear:?}], axial = {axial:?} }}\n"
     );
-    let text = match alone {
-        true => format!(
+    let text = if alone {
+        format!(
             "[rod]\n{law}[end]\nforce = [0.0, 0.0, -1.0]\n[continue]\nparameter = \"end.load\"\nfrom = 0.0\nto = 9.0\n"
-        ),
-        false => format!(
+        )
+    } else {
+        format!(
             "[[rod]]\nname = \"column\"\n{law}from = {{ position = [0.0, 0.0, 0.0] }}\nto = {{ body = \"top\", joint = \"ball\" }}\n\
-             [[body]]\nname = \"top\"\nmass = 1.0\nforce = [0.0, 0.0, 0.0]\n\
-             [continue]\nparameter = \"body.top.force.z\"\nfrom = 0.0\nto = -9.0\n"
-        ),
+         [[body]]\nname = \"top\"\nmass = 1.0\nforce = [0.0, 0.0, 0.0]\n\
+         [continue]\nparameter = \"body.top.force.z\"\nfrom = 0.0\nto = -9.0\n"
+        )
     };
     let sign = if alone { 1.0 } else { -1.0 };
     (text, critical.map(|(p, by)| (sign * p, by)).to_vec())

@@ -479,9 +479,10 @@ fn forces_far_back_turn_rods_out_of_their_plane() {
         let mut out_of_plane = 0;
         for degrees in [90.0, 100.0, 125.0, 140.0, 155.0, 170.0, 179.0, 180.0_f64] {
             let angle = degrees.to_radians();
-            let pull = match degrees < 180.0 {
-                true => Vector3::new(angle.sin(), 0.0, angle.cos()),
-                false => -Vector3::z(),
+            let pull = if degrees < 180.0 {
+                Vector3::new(angle.sin(), 0.0, angle.cos())
+            } else {
+                -Vector3::z()
             };
             let rod = Rod::new(1.0, Linear::diagonal(bending, torsion).unwrap()).unwrap();
             let load = EndConditions::load(pull * force, Vector3::zeros());

@@ -235,9 +235,10 @@ fn a_wound_wire_buckles_where_the_base_wrench_says() {
         let (mut low, mut high) = (55.0, 55.248);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            match family(middle) * family(low) > 0.0 {
-                true => low = middle,
-                false => high = middle,
+            if family(middle) * family(low) > 0.0 {
+                low = middle
+            } else {
+                high = middle
             }
         }
         0.5 * (low + high)

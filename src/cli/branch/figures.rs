@@ -116,12 +116,11 @@ fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
         let since = poses[k] * poses[0].inverse();
         let turn = 2.0 * since.coords[axis].atan2(since.w);
         // A branch continues from its own last point, and begins near a point of another branch.
-        let before = match k > 0 && numbers[k] == numbers[k - 1] {
-            true => Some(k - 1),
-            false => {
-                let far = |i: &usize| (ps[*i] - ps[k]).abs();
-                (0..k).min_by(|a, b| far(a).total_cmp(&far(b)))
-            }
+        let before = if k > 0 && numbers[k] == numbers[k - 1] {
+            Some(k - 1)
+        } else {
+            let far = |i: &usize| (ps[*i] - ps[k]).abs();
+            (0..k).min_by(|a, b| far(a).total_cmp(&far(b)))
         };
         let last = before.map_or(0.0, |i| turns[i]);
         turns.push(turn - TAU * ((turn - last) / TAU).round());
@@ -186,9 +185,10 @@ fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> B
     let line = |number: usize| {
         let own = || (0..numbers.len()).filter(move |&i| numbers[i] == Some(number as i64));
         Line {
-            name: match named {
-                true => format!("{name} {number}"),
-                false => String::new(),
+            name: if named {
+                format!("{name} {number}")
+            } else {
+                String::new()
             },
             x: own().map(|i| x[i]).collect(),
             y: own().map(|i| y[i]).collect(),
@@ -208,9 +208,10 @@ fn panel(name: &str, set: &CurveSet, y_label: String, x: &[f64], y: &[f64]) -> B
             x: x[i],
             y: y[i],
             kind,
-            label: match at.curve == 0 || set.specials.len() <= MOST_LABELS {
-                true => at.label.clone(),
-                false => String::new(),
+            label: if at.curve == 0 || set.specials.len() <= MOST_LABELS {
+                at.label.clone()
+            } else {
+                String::new()
             },
         })
     };

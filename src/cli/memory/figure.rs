@@ -41,9 +41,10 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
             if pair == [None, None] || mixed && i != j {
                 continue;
             }
-            let name = match i == j {
-                true => response.name(i).to_owned(),
-                false => format!("{} {}", response.name(i), response.name(j)),
+            let name = if i == j {
+                response.name(i).to_owned()
+            } else {
+                format!("{} {}", response.name(i), response.name(j))
             };
             let twin = drawn.iter_mut().find(|(_, other)| {
                 let mut panels = other.iter().zip(&pair);
@@ -70,14 +71,15 @@ pub fn data(response: &MemoryRecord, times: &[f64], entries: &[KernelEntry]) -> 
         (_, true) => format!("{name} ({})", response.unit(3, 3, inverse)),
         (_, false) => name.to_owned(),
     };
-    let units = match si {
-        true => plot::AxisUnits::si(1.0),
-        false => plot::AxisUnits {
+    let units = if si {
+        plot::AxisUnits::si(1.0)
+    } else {
+        plot::AxisUnits {
             length: "unit of length".into(),
             time: "unit of time".into(),
             energy: "unit of energy".into(),
             ..plot::AxisUnits::unnamed(1.0)
-        },
+        }
     };
     KernelFigure {
         title: "Small motions of the end of the straight rod".into(),

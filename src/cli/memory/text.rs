@@ -43,14 +43,15 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
     let found = kernel.commuting();
     line(
         "(6.15)",
-        &match found.holds {
-            true => format!("C L = L C(end) holds: relative defect {:.1e}", found.defect),
-            false => format!(
+        &if found.holds {
+            format!("C L = L C(end) holds: relative defect {:.1e}", found.defect)
+        } else {
+            format!(
                 "C L = L C(end) does not hold: relative defect {}, largest at s = {}{}",
                 short(found.defect),
                 short(found.at),
                 Units::suffix(response.units.length())
-            ),
+            )
         },
     );
     line("", &response.meaning());
@@ -179,9 +180,10 @@ fn directions(response: &MemoryRecord) -> Vec<String> {
                 short(dashpot / spring),
                 Units::suffix(response.units.time())
             ),
-            match forgotten > ROUNDING {
-                true => format!("{}%", short(100.0 * forgotten)),
-                false => "nothing".to_owned(),
+            if forgotten > ROUNDING {
+                format!("{}%", short(100.0 * forgotten))
+            } else {
+                "nothing".to_owned()
             },
         ]);
     }
@@ -267,9 +269,10 @@ fn terms(response: &MemoryRecord) -> Vec<String> {
         let glassy = response.kernel.glassy();
         row.extend(remembering.iter().map(|&i| {
             let weight = term.weight[(i, i)];
-            match weight > ROUNDING * glassy[(i, i)] {
-                true => short(weight),
-                false => "0".to_owned(),
+            if weight > ROUNDING * glassy[(i, i)] {
+                short(weight)
+            } else {
+                "0".to_owned()
             }
         }));
         row.push(format!("{}%", short(100.0 * term.share)));

@@ -197,9 +197,10 @@ fn energies(film: &Film) -> Vec<Value> {
     let more = used
         .iter()
         .any(|(name, _)| ["dissipated", "work"].contains(name));
-    let total: (&str, Term) = match more {
-        true => ("total with losses and work", Ledger::total),
-        false => ("total mechanical", Ledger::total),
+    let total: (&str, Term) = if more {
+        ("total with losses and work", Ledger::total)
+    } else {
+        ("total mechanical", Ledger::total)
     };
     let value = |(name, term): &(&str, Term)| {
         let stills = film.stills.iter().map(|at| term(&at.now.ledger));

@@ -12,14 +12,18 @@ pub fn quantized(values: &[f64]) -> Value {
     let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| {
         (a.min(*x), b.max(*x))
     });
-    let (mid, half) = match low <= high {
-        true => (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low),
-        false => (0.0, 0.0),
+    let (mid, half) = if low <= high {
+        (0.5 * low + 0.5 * high, 0.5 * high - 0.5 * low)
+    } else {
+        (0.0, 0.0)
     };
     let step = if half > 0.0 { half / TOP } else { 1.0 };
-    let whole = |x: &f64| match x.is_finite() {
-        true => ((x - mid) / step).round().clamp(-TOP, TOP) as i16,
-        false => i16::MIN,
+    let whole = |x: &f64| {
+        if x.is_finite() {
+            ((x - mid) / step).round().clamp(-TOP, TOP) as i16
+        } else {
+            i16::MIN
+        }
     };
     let bytes: Vec<u8> = values.iter().flat_map(|x| whole(x).to_le_bytes()).collect();
     json!({ "mid": mid, "step": step, "q": base64(&bytes) })
@@ -46,9 +50,10 @@ pub fn base64(bytes: &[u8]) -> String {
         let byte = |i: usize| u32::from(three.get(i).copied().unwrap_or(0));
         let all = byte(0) << 16 | byte(1) << 8 | byte(2);
         for i in 0..4 {
-            text.push(match i <= three.len() {
-                true => char::from(LETTERS[(all >> (18 - 6 * i)) as usize & 63]),
-                false => '=',
+            text.push(if i <= three.len() {
+                char::from(LETTERS[(all >> (18 - 6 * i)) as usize & 63])
+            } else {
+                '='
             });
         }
     }

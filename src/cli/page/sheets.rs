@@ -68,9 +68,10 @@ fn sparse<const N: usize>(
         let wanted = kept.last().is_none_or(|last| {
             let parts = (0..N).map(|i| (p[i] - last[i]) / sizes[i]);
             let way = parts.map(|part| part * part).sum::<f64>().sqrt();
-            match last.iter().any(|x| x.is_nan()) {
-                true => !gap,
-                false => gap || way >= APART,
+            if last.iter().any(|x| x.is_nan()) {
+                !gap
+            } else {
+                gap || way >= APART
             }
         });
         if wanted {

@@ -109,9 +109,10 @@ pub fn sheets(args: &SheetsArgs) -> Result<Ending, Refusal> {
             print(&format!("{}\n", args.out.join(file).display()));
         }
     }
-    Ok(match files.len() < FIGURES {
-        true => Ending::Short,
-        false => Ending::Done,
+    Ok(if files.len() < FIGURES {
+        Ending::Short
+    } else {
+        Ending::Done
     })
 }
 

@@ -94,10 +94,10 @@ impl AssemblySetup {
             let thickness = rod.rod.thickness().unwrap_or(0.0);
             let link = link.with_diameter(scales.inward(Quantity::Length, thickness));
             let borne = joints == (Joint::Ball, Joint::Ball) || unloaded || falls;
-            let load = match heavy.is_some() && borne {
-                // For heavy rods the load enters the motion and the settling of the bodies.
-                true => None,
-                false => load_along(rod, gravity, &scales)?,
+            let load = if heavy.is_some() && borne {
+                None
+            } else {
+                load_along(rod, gravity, &scales)?
             };
             links.push(match load {
                 None => link,
@@ -163,14 +163,15 @@ impl AssemblySetup {
     /// # Errors
     /// As [`Assembly::equilibrium`].
     pub fn equilibrium(&self) -> Result<AssemblyEquilibrium> {
-        match self.falls {
-            false => self.search_equilibrium(),
-            true => self.search_equilibrium().and_then(|found| self.move_to_guess(found)).map_err(|why| {
-                why.context(
-                    "nothing holds the bodies on the ground, so that they are in equilibrium only where their loads balance each other (weight \
-                     apart: what nothing holds falls)",
-                )
-            }),
+        if !self.falls {
+            self.search_equilibrium()
+        } else {
+            self.search_equilibrium().and_then(|found| self.move_to_guess(found)).map_err(|why| {
+            why.context(
+                "nothing holds the bodies on the ground, so that they are in equilibrium only where their loads balance each other (weight \
+                 apart: what nothing holds falls)",
+            )
+        })
         }
     }
 
@@ -198,16 +199,15 @@ impl AssemblySetup {
         };
         let there = found.now.bodies[0].pose;
         let (turned, left) = carried(wanted * there.inverse())?;
-        found.now.bodies = match left <= ROTATED_RESIDUAL {
-            true => turned,
-            false => {
-                let shift = wanted.translation.vector - there.translation.vector;
-                carried(Isometry3::from_parts(
-                    shift.into(),
-                    UnitQuaternion::identity(),
-                ))?
-                .0
-            }
+        found.now.bodies = if left <= ROTATED_RESIDUAL {
+            turned
+        } else {
+            let shift = wanted.translation.vector - there.translation.vector;
+            carried(Isometry3::from_parts(
+                shift.into(),
+                UnitQuaternion::identity(),
+            ))?
+            .0
         };
         Ok(found)
     }
@@ -245,12 +245,13 @@ impl AssemblySetup {
     /// As [`AssemblySetup::equilibrium`]; no equilibrium near the guess.
     pub fn start_equilibrium(&self) -> Result<AssemblyEquilibrium> {
         let found = self.equilibrium()?;
-        match self.guess.is_some() && !found.route.is_near_guess() {
-            false => Ok(found),
-            true => Err(Error::no_convergence(
+        if !(self.guess.is_some() && !found.route.is_near_guess()) {
+            Ok(found)
+        } else {
+            Err(Error::no_convergence(
                 "no equilibrium is found near the guess of the bodies, and a motion should not be about another one: give a nearer \
-                 guess, or leave it out for that which the unloaded rods lead to (snaprod equilibrium)",
-            )),
+             guess, or leave it out for that which the unloaded rods lead to (snaprod equilibrium)",
+            ))
         }
     }
 
@@ -259,19 +260,16 @@ impl AssemblySetup {
     /// # Errors
     /// As [`AssemblySetup::equilibrium`].
     pub fn start(&self) -> Result<(Configuration, Option<usize>)> {
-        let (mut now, index) = match self.unloaded {
-            true => {
-                let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.twists.len()];
-                let bodies = self.guess.as_ref().unwrap_or(&origin);
-                let start = self.assembly.let_go(bodies, LEAST_TOLERANCE)?;
-                self.check_loops_close(&start)?;
-                (start, None)
-            }
-            false => {
-                let found = self.start_equilibrium()?;
-                let decides = self.assembly.is_conservative(0.0);
-                (found.now, Some(found.index).filter(|_| decides))
-            }
+        let (mut now, index) = if self.unloaded {
+            let origin = vec![BodyMotion::at_rest(Isometry3::identity()); self.twists.len()];
+            let bodies = self.guess.as_ref().unwrap_or(&origin);
+            let start = self.assembly.let_go(bodies, LEAST_TOLERANCE)?;
+            self.check_loops_close(&start)?;
+            (start, None)
+        } else {
+            let found = self.start_equilibrium()?;
+            let decides = self.assembly.is_conservative(0.0);
+            (found.now, Some(found.index).filter(|_| decides))
         };
         for (place, twist) in now.bodies.iter_mut().zip(&self.twists) {
             place.twist = *twist;
@@ -385,13 +383,12 @@ impl AssemblySetup {
 
     fn wrench_of(&self, rod: usize, link: &Link, q: &Wrench) -> Result<Vector6<f64>> {
         let end = link.end(q, GUESS_TOLERANCE)?;
-        let (m, n) = match self.reversed[rod] {
-            false => halves(&q.component_mul(&link.units())),
-            true => {
-                let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
-                let back = (end.pose.rotation * half).inverse();
-                (back * -end.couple, back * -end.tip_force())
-            }
+        let (m, n) = if !self.reversed[rod] {
+            halves(&q.component_mul(&link.units()))
+        } else {
+            let half = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), PI);
+            let back = (end.pose.rotation * half).inverse();
+            (back * -end.couple, back * -end.tip_force())
         };
         Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
     }

@@ -99,9 +99,10 @@ impl Scene {
     /// A scene of statics; an invalid motion of the clamp.
     pub fn frozen_at_start(&self) -> Result<Self> {
         let plain = self.dimensionless()?;
-        let frame = match self.is_planar() {
-            true => planar(&plain.clamp)?.map(|support| support.at(0.0).in_space()),
-            false => spatial(&plain.clamp)?.map(|support| support.at(0.0)),
+        let frame = if self.is_planar() {
+            planar(&plain.clamp)?.map(|support| support.at(0.0).in_space())
+        } else {
+            spatial(&plain.clamp)?.map(|support| support.at(0.0))
         };
         let mut standing = self.clone();
         if let (Some(_), Some(frame)) = (&self.clamp.motion, frame) {
@@ -190,9 +191,10 @@ pub(super) fn initial_relative_velocity<const D: usize>(
     velocity: &SVector<f64, D>,
     plain: &Dimensionless,
 ) -> SVector<f64, D> {
-    match plain.start.with_clamp {
-        true => frame.inward(velocity),
-        false => frame.relative(place, velocity),
+    if plain.start.with_clamp {
+        frame.inward(velocity)
+    } else {
+        frame.relative(place, velocity)
     }
 }
 

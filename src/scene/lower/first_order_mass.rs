@@ -124,13 +124,12 @@ impl Scene {
         let joint = if turns { Joint::Ball } else { Joint::Weld };
         let chart = problem.rod().inward(base);
         let ground = Attachment::ground(Isometry3::identity());
-        let load = match self.is_loaded_along() {
-            false => None,
-            true => {
-                let back = problem.rod().clamp_pose().rotation.inverse();
-                let unit = scales.inward(Quantity::Distributed, 1.0);
-                Some(self.load_along()?.mapped(|f| back * f * unit))
-            }
+        let load = if !self.is_loaded_along() {
+            None
+        } else {
+            let back = problem.rod().clamp_pose().rotation.inverse();
+            let unit = scales.inward(Quantity::Distributed, 1.0);
+            Some(self.load_along()?.mapped(|f| back * f * unit))
         };
         let tied = |to: Isometry3<f64>| -> Result<Link> {
             let link = Link::new(rod.clone(), ground.clone(), Attachment::ground(to), joint);

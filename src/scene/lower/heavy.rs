@@ -185,9 +185,10 @@ fn distributed(
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
 ) -> Result<Option<Distributed>> {
     let load = &plain.loads.distributed;
-    Ok(match load.is_zero() {
-        true => None,
-        false => Some(load.on(1.0)?.mapped(|f| inward((*f).into()))),
+    Ok(if load.is_zero() {
+        None
+    } else {
+        Some(load.on(1.0)?.mapped(|f| inward((*f).into())))
     })
 }
 
@@ -344,11 +345,12 @@ fn rotary(rod: &Rod, scales: &Scales) -> Result<Matrix3<f64>> {
     })?;
     let unit = scales.mass * scales.length;
     let scaled = found.map(|j| j / unit);
-    match scaled.iter().all(|j| j.is_normal() && *j > 0.0) {
-        true => Ok(Matrix3::from_diagonal(&Vector3::from(scaled))),
-        false => Err(Error::domain(format!(
+    if scaled.iter().all(|j| j.is_normal() && *j > 0.0) {
+        Ok(Matrix3::from_diagonal(&Vector3::from(scaled)))
+    } else {
+        Err(Error::domain(format!(
             "rod.section_inertia = {found:?} must be finite and > 0"
-        ))),
+        )))
     }
 }
 

@@ -37,15 +37,17 @@ pub(super) fn acting_on(
         .with_drag(loads.drag)?
         .with_rotational_drag(loads.rotational_drag)?;
     for (follower, force) in in_time("force", &loads.force, &inward)? {
-        body = match follower {
-            true => body.with_follower_force(force),
-            false => body.with_force(force),
+        body = if follower {
+            body.with_follower_force(force)
+        } else {
+            body.with_force(force)
         };
     }
     for (follower, couple) in in_time("couple", loads.couple.in_time(), &inward)? {
-        body = match follower {
-            true => body.with_follower_couple(couple),
-            false => body.with_couple(couple),
+        body = if follower {
+            body.with_follower_couple(couple)
+        } else {
+            body.with_couple(couple)
         };
     }
     Ok(body)
@@ -60,9 +62,10 @@ pub(super) fn in_time<const N: usize>(
 ) -> Result<Vec<(bool, TimeLoad<N>)>> {
     let one = |(i, load): (usize, &Force)| {
         let unit = load.unit();
-        let direction = match load.follower {
-            true => SVector::from_fn(|i, _| unit[i]),
-            false => inward(unit),
+        let direction = if load.follower {
+            SVector::from_fn(|i, _| unit[i])
+        } else {
+            inward(unit)
         };
         let made = TimeLoad::new(direction, load.size.clone())
             .map_err(|e| e.context(format!("{name}[{i}]")))?;

@@ -32,9 +32,10 @@ impl Scene {
     /// As [`Scene::planar_in_space`].
     pub(in crate::scene) fn bearing_in_plane(&self) -> Result<Option<Self>> {
         let elastic = self.is_planar() && self.rod.damping.is_none();
-        match elastic && self.light_load()?.is_some() {
-            true => self.planar_in_space().map(Some),
-            false => Ok(None),
+        if elastic && self.light_load()?.is_some() {
+            self.planar_in_space().map(Some)
+        } else {
+            Ok(None)
         }
     }
 
@@ -95,9 +96,10 @@ impl Scene {
             return Ok(());
         }
         let end = *ElasticSpace::new(lifted)?.end();
-        match end.translation.vector.y.abs() <= STRAIGHT_OFFSET {
-            true => Ok(()),
-            false => Err(Error::ambiguous(EITHER_SIDE).context("[start]")),
+        if end.translation.vector.y.abs() <= STRAIGHT_OFFSET {
+            Ok(())
+        } else {
+            Err(Error::ambiguous(EITHER_SIDE).context("[start]"))
         }
     }
 

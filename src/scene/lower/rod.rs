@@ -27,9 +27,10 @@ impl Scene {
         // Equilibria are solved a digit better than asked for.
         let problem = Problem::new(rod, end, 0.1 * self.solve.tolerance)?;
         let problem = problem.with_path(self.solve.path);
-        Ok(match self.is_loaded_along() {
-            true => problem.with_distributed(&self.load_along()?),
-            false => problem,
+        Ok(if self.is_loaded_along() {
+            problem.with_distributed(&self.load_along()?)
+        } else {
+            problem
         })
     }
 
@@ -83,9 +84,10 @@ impl Scene {
     /// As [`Scene::light_load`].
     pub(in crate::scene) fn load_at_start(&self) -> Result<Option<Distributed>> {
         let settles = matches!(self.start.place, InitialShape::Settled { .. });
-        match self.rod.is_heavy() && settles {
-            true => (self.loads.distributed).with_weight(&self.rod, self.loads.gravity),
-            false => self.light_load(),
+        if self.rod.is_heavy() && settles {
+            (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)
+        } else {
+            self.light_load()
         }
     }
 

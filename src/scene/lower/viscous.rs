@@ -211,9 +211,10 @@ fn stays_straight(plain: &Dimensionless) -> Result<()> {
     let (body, start) = (body(plain)?, &plain.start);
     let (load, free) = (body.load(0.0), start.relaxed == RelaxedAt::Start);
     let idle = load.y == 0.0 && start.velocity == [0.0; 3] && !body.is_driven() && free;
-    match idle && load.x < -EULER {
-        true => Err(unstable(-load.x).context("[start]")),
-        false => Ok(()),
+    if idle && load.x < -EULER {
+        Err(unstable(-load.x).context("[start]"))
+    } else {
+        Ok(())
     }
 }
 

@@ -265,23 +265,23 @@ fn body(table: &Table, name: Option<String>, motion: bool) -> Option<AssemblyBod
             "a body that turns has an inertia: write `inertia = [0.01, 0.01, 0.01]`",
         );
     }
-    let guess = match table.has("guess") {
-        true => table.inner("guess", &GUESS).and_then(|inner| {
+    let guess = if table.has("guess") {
+        table.inner("guess", &GUESS).and_then(|inner| {
             let allowed = "an array of three finite numbers, [x, y, z]";
-            let position = match inner.has("position") {
-                true => inner.vector("position"),
-                false => {
-                    inner.missing("position", allowed, "position = [0.5, 0.0, 0.2]");
-                    None
-                }
+            let position = if inner.has("position") {
+                inner.vector("position")
+            } else {
+                inner.missing("position", allowed, "position = [0.5, 0.0, 0.2]");
+                None
             };
             let orientation = orientation(&inner);
             Some(Some(Guess {
                 position: position?,
                 orientation: orientation?.unwrap_or_default(),
             }))
-        }),
-        false => Some(None),
+        })
+    } else {
+        Some(None)
     };
     let groove = groove(table);
     let (offset, rotor) = (offset?, rotor?);
@@ -510,13 +510,15 @@ fn settled() -> Start {
 
 fn start(table: &Table, motion: bool, rods: usize, bodies: usize) -> Option<Start> {
     let rest = table.has("rest");
-    let straight = match rest {
-        true => table.word("rest", &[Straight::Straight]).map(Some),
-        false => Some(None),
+    let straight = if rest {
+        table.word("rest", &[Straight::Straight]).map(Some)
+    } else {
+        Some(None)
     };
-    let flag = match table.has("settled") {
-        true => table.maybe("settled", |field, value| table.reader.flag(field, value)),
-        false => Some(None),
+    let flag = if table.has("settled") {
+        table.maybe("settled", |field, value| table.reader.flag(field, value))
+    } else {
+        Some(None)
     };
     let (straight, flag) = (straight?, flag?);
     let kind = FaultKind::Conflict;
@@ -562,9 +564,12 @@ fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
     let held = assembly.rods.iter().map(|rod| &rod.rod);
     let rods = held.chain(assembly.free.iter().map(|rod| &rod.rod));
     for (rod, table) in rods.zip(tables) {
-        let made_rod = rod.unclamped().and_then(|_| match rod.is_heavy() {
-            true => heavy_in_space(rod, &scene.scales()?).map(drop),
-            false => Ok(()),
+        let made_rod = rod.unclamped().and_then(|_| {
+            if rod.is_heavy() {
+                heavy_in_space(rod, &scene.scales()?).map(drop)
+            } else {
+                Ok(())
+            }
         });
         if let Err(error) = made_rod {
             made = false;

@@ -96,10 +96,10 @@ fn of_rod(table: &Table) -> Option<BarScene> {
     let scheme = table.word("scheme", &Scheme::ALL);
     let held = |name: &str, first: bool| table.word(name, &[first, !first]);
     let (base, tip) = (held("base", true), held("tip", false));
-    let cells = match table.has("cells") {
-        // Default nodes per spectral element; they resolve twelve digits.
-        false if scheme == Some(Scheme::Spectral) => Some(24),
-        _ => table.count("cells"),
+    let cells = if !table.has("cells") && scheme == Some(Scheme::Spectral) {
+        Some(24)
+    } else {
+        table.count("cells")
     };
     let unstable = table.flag("unstable");
     model?;

@@ -196,9 +196,10 @@ impl Scene {
                 words.push(word);
             }
             // The columns of a table have different units.
-            unit = match field.unit.contains(',') {
-                true => "",
-                false => field.unit,
+            unit = if field.unit.contains(',') {
+                ""
+            } else {
+                field.unit
             };
             let mut tables = Vec::new();
             collect(&field.form, "", &mut tables);

@@ -183,35 +183,32 @@ fn spatial_body(table: &Table, weld: Option<bool>) -> Option<Body> {
             inertia(reader, field, value, allowed, &MOMENT)
         })
     });
-    let joint = match weld? {
-        true => {
-            if !has_extent(table) {
-                table.missing("inertia", allowed, "inertia = [0.01, 0.01, 0.01]");
-            }
-            Joint::Weld {
-                offset: offset?,
-                inertia: inertia??,
-                rotor: rotor?,
-            }
+    let joint = if weld? {
+        if !has_extent(table) {
+            table.missing("inertia", allowed, "inertia = [0.01, 0.01, 0.01]");
         }
-        false => {
-            let hint = "an end that is free to turn carries a point mass; a body with extension has joint = \"weld\"";
-            table.conflict("inertia", &["joint"], hint);
-            table.conflict("solid", &["joint"], hint);
-            if rotor.is_some_and(|rotor| rotor != [0.0; 3]) {
-                table.conflict("rotor", &["joint"], hint);
-                return None;
-            }
-            let moved = offset != Some([0.0; 3]);
-            if moved && offset.is_some() {
-                table.conflict("offset", &["joint"], hint);
-            }
-            inertia?;
-            if moved || has_extent(table) {
-                return None;
-            }
-            Joint::Ball
+        Joint::Weld {
+            offset: offset?,
+            inertia: inertia??,
+            rotor: rotor?,
         }
+    } else {
+        let hint = "an end that is free to turn carries a point mass; a body with extension has joint = \"weld\"";
+        table.conflict("inertia", &["joint"], hint);
+        table.conflict("solid", &["joint"], hint);
+        if rotor.is_some_and(|rotor| rotor != [0.0; 3]) {
+            table.conflict("rotor", &["joint"], hint);
+            return None;
+        }
+        let moved = offset != Some([0.0; 3]);
+        if moved && offset.is_some() {
+            table.conflict("offset", &["joint"], hint);
+        }
+        inertia?;
+        if moved || has_extent(table) {
+            return None;
+        }
+        Joint::Ball
     };
     Some(Body {
         mass: mass?,
@@ -331,9 +328,10 @@ pub(super) fn norm(vector: &[f64]) -> f64 {
 /// The vector scaled to unit length. A unit vector stays unchanged, so that a scene reads back bit by bit.
 fn unit<const N: usize>(vector: [f64; N]) -> [f64; N] {
     let size = norm(&vector);
-    match (size - 1.0).abs() <= 4.0 * f64::EPSILON {
-        true => vector,
-        false => vector.map(|x| x / size),
+    if (size - 1.0).abs() <= 4.0 * f64::EPSILON {
+        vector
+    } else {
+        vector.map(|x| x / size)
     }
 }
 

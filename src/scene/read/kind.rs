@@ -62,12 +62,13 @@ fn guess_model(document: &DeTable) -> Model {
     // A planar rod, too, may have a section, if it has a material.
     let section =
         rod.is_some_and(|rod| rod.contains_key("section") && !rod.contains_key("material"));
-    match section
+    if section
         || STATICS_TABLES
             .iter()
             .any(|name| document.contains_key(*name))
     {
-        true => Model::Cosserat,
-        false => Model::Elastica,
+        Model::Cosserat
+    } else {
+        Model::Elastica
     }
 }

@@ -106,18 +106,20 @@ pub(super) fn distributed(table: &Table, length: Option<f64>) -> Option<LoadAlon
                     Some(LoadAlong::Polynomial { polynomial })
                 });
             }
-            let words = match plane {
-                true => "2 to 500 rows [s, fx, fy], s growing from 0 to the length of the rod",
-                false => "2 to 500 rows [s, fx, fy, fz], s growing from 0 to the length of the rod",
+            let words = if plane {
+                "2 to 500 rows [s, fx, fy], s growing from 0 to the length of the rod"
+            } else {
+                "2 to 500 rows [s, fx, fy, fz], s growing from 0 to the length of the rod"
             };
             inner.read("table", words, Absent::Fault, |field, value| {
                 let number = |field: &str, value: &_| reader.number(field, value, &VALUE);
-                let row = |field: &str, value| match plane {
-                    true => {
+                let row = |field: &str, value| {
+                    if plane {
                         let row = reader.array(field, value, "a row [s, fx, fy]", &number);
                         row.map(|[s, x, y]| [s, x, y, 0.0])
+                    } else {
+                        reader.array(field, value, "a row [s, fx, fy, fz]", &number)
                     }
-                    false => reader.array(field, value, "a row [s, fx, fy, fz]", &number),
                 };
                 let mut table: Vec<[f64; 4]> = reader.all(field, value, words, &row)?;
                 let count = table.len();
@@ -191,9 +193,10 @@ pub(super) fn load(table: &Table, name: &str, weld: Option<bool>) -> Option<Load
                    frequency = 2.0 }, or an array of tables";
     table.read(name, "", Absent::Or(Load::default()), |field, value| {
         let numbers = |array: &DeArray| !array.iter().any(|part| part.get_ref().is_table());
-        match value.get_ref().as_array().is_some_and(numbers) {
-            true => reader.point(field, value, &VALUE).map(Load::Constant),
-            false => in_time(reader, field, value, allowed, weld).map(Load::InTime),
+        if value.get_ref().as_array().is_some_and(numbers) {
+            reader.point(field, value, &VALUE).map(Load::Constant)
+        } else {
+            in_time(reader, field, value, allowed, weld).map(Load::InTime)
         }
     })
 }

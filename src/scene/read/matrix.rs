@@ -67,16 +67,18 @@ pub(super) fn definite<const N: usize>(
         }
     });
     let semi = (diagonal.holds)(0.0);
-    let (words, bound) = match semi {
-        true => ("positive semidefinite", -ROUNDING),
-        false => ("positive definite", ROUNDING),
+    let (words, bound) = if semi {
+        ("positive semidefinite", -ROUNDING)
+    } else {
+        ("positive definite", ROUNDING)
     };
     let large = scaled
         .iter()
         .any(|x| !(x.abs() <= 1.0 + if semi { ROUNDING } else { 0.0 }));
-    let least = match large || free.is_empty() {
-        true => f64::INFINITY,
-        false => SymmetricEigen::new(scaled).eigenvalues.min(),
+    let least = if large || free.is_empty() {
+        f64::INFINITY
+    } else {
+        SymmetricEigen::new(scaled).eigenvalues.min()
     };
     if large {
         let hint = "an entry beside the diagonal is larger than the root of the product of its two diagonal entries";

@@ -52,13 +52,13 @@ pub(super) fn shorten(text: &str) -> String {
     let head: String = text.chars().take(4 * EXCERPT).collect();
     let line = head.split_whitespace().collect::<Vec<_>>().join(" ");
     let whole = head.len() == text.len() && line.chars().count() <= EXCERPT;
-    match whole {
-        true => line,
-        false => line
-            .chars()
+    if whole {
+        line
+    } else {
+        line.chars()
             .take(EXCERPT - 3)
             .chain("...".chars())
-            .collect(),
+            .collect()
     }
 }
 
@@ -80,9 +80,10 @@ pub(super) struct Short(pub f64);
 
 impl fmt::Display for Short {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) {
-            true => self.0.fmt(f),
-            false => fmt::LowerExp::fmt(&self.0, f),
+        if self.0 == 0.0 || (1e-5..1e16).contains(&self.0.abs()) {
+            self.0.fmt(f)
+        } else {
+            fmt::LowerExp::fmt(&self.0, f)
         }
     }
 }

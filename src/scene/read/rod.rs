@@ -1,6 +1,6 @@
 //! Reader of `[rod]`.
 
-use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION, STATICS};
+use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION};
 use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
@@ -110,41 +110,47 @@ impl RodParts {
 pub(super) fn rod(table: &Table) -> RodParts {
     let kind = table.reader.kind.get();
     let planar = kind == PLANE;
-    let model = match planar {
-        true => table.word("model", &[Model::Elastica]),
-        false => table.word("model", &[Model::Cosserat]),
+    let model = if planar {
+        table.word("model", &[Model::Elastica])
+    } else {
+        table.word("model", &[Model::Cosserat])
     };
     let length = table.number("length");
     let material = material(table);
-    let (bends, section) = match planar {
-        true => (
+    let (bends, section) = if planar {
+        (
             table.word("bends", &[Bends::Weak, Bends::Strong]),
             planar_section(table),
-        ),
-        false => (Some(Bends::Weak), spatial_section(table, length, material)),
+        )
+    } else {
+        (Some(Bends::Weak), spatial_section(table, length, material))
     };
-    let rest = match table.has("rest") && !planar {
-        true => table.inner("rest", &REST_STRAINS).and_then(|inner| {
+    let rest = if table.has("rest") && !planar {
+        table.inner("rest", &REST_STRAINS).and_then(|inner| {
             let rest = rest(&inner, length)?;
             let known = section.as_ref().zip(length);
             let inside = known.is_none_or(|(section, length)| {
                 rest_inside_barrier(&inner, section, &rest, length)
             });
             inside.then_some(rest)
-        }),
-        false => Some(Rest::default()),
+        })
+    } else {
+        Some(Rest::default())
     };
     let rigid = section.as_ref().map(Section::rigid);
     let (damping, relaxation, nodes) = match kind {
-        REST => (Some(None), Some(Vec::new()), Some(None)),
-        ASSEMBLY => match light_is_elastic(table) {
-            true => (
-                friction::damping(table, rigid),
-                friction::branches(table, rigid),
-                nodes(table),
-            ),
-            false => (None, Some(Vec::new()), None),
-        },
+        _REST => (Some(None), Some(Vec::new()), Some(None)),
+        ASSEMBLY => {
+            if light_is_elastic(table) {
+                (
+                    friction::damping(table, rigid),
+                    friction::branches(table, rigid),
+                    nodes(table),
+                )
+            } else {
+                (None, Some(Vec::new()), None)
+            }
+        }
         PLANE => (
             friction::planar_damping(table),
             friction::planar_branches(table),
@@ -158,7 +164,7 @@ pub(super) fn rod(table: &Table) -> RodParts {
     };
     let contact_diameter = contact_diameter(table);
     let (mass, inertia, section_inertia) = match kind {
-        REST => (table.optional("mass"), Some(None), Some(None)),
+        _REST => (table.optional("mass"), Some(None), Some(None)),
         _ => (
             table.optional("mass"),
             inertia(table, section.as_ref(), material),
@@ -255,9 +261,10 @@ fn contact_diameter(rod: &Table) -> Option<Option<f64>> {
         let allowed = "left out where the rod has damping, but with inertia = \"full\"";
         return rod.refuse(FaultKind::Conflict, "contact_diameter", allowed, hint);
     }
-    match rod.has("contact_diameter") {
-        true => rod.optional("contact_diameter"),
-        false => Some(None),
+    if rod.has("contact_diameter") {
+        rod.optional("contact_diameter")
+    } else {
+        Some(None)
     }
 }
 

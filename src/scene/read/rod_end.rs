@@ -55,9 +55,10 @@ pub(super) fn site(
     let reader = table.reader;
     let body = table.maybe("body", |field, value: &Spanned<DeValue>| {
         let known: Vec<&str> = bodies.names.iter().flatten().map(String::as_str).collect();
-        let allowed = match known.is_empty() {
-            true => "the name of a [[body]]".to_owned(),
-            false => format!("the name of a [[body]]: {}", listed(&known)),
+        let allowed = if known.is_empty() {
+            "the name of a [[body]]".to_owned()
+        } else {
+            format!("the name of a [[body]]: {}", listed(&known))
         };
         let Some(word) = value.get_ref().as_str() else {
             reader.wrong_type(field, value, &allowed, None);
@@ -95,14 +96,15 @@ pub(super) fn site(
             return table.refuse(FaultKind::Conflict, "body", allowed, hint);
         }
         if joint == Joint::Weld {
-            match table.has("joint") {
-                true => table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone()),
-                false => rod.fault(
+            if table.has("joint") {
+                table.fault(FaultKind::Conflict, "joint", "\"ball\"", hint.clone())
+            } else {
+                rod.fault(
                     FaultKind::Conflict,
                     which,
                     "with joint = \"ball\"",
                     hint.clone(),
-                ),
+                )
             }
             return None;
         }
@@ -134,8 +136,9 @@ fn site_motion(table: &Table, moves: bool) -> Option<Option<ClampMotion>> {
         ),
         (false, true) => return motion,
     };
-    match table.has("motion") {
-        true => table.refuse(FaultKind::Conflict, "motion", allowed, hint),
-        false => motion,
+    if table.has("motion") {
+        table.refuse(FaultKind::Conflict, "motion", allowed, hint)
+    } else {
+        motion
     }
 }

@@ -185,12 +185,13 @@ pub(super) fn units(top: &Table) -> Option<Units> {
         rod.is_some_and(|rod| rod.contains_key("material"))
     };
     let given = top.get("rod").map(Spanned::get_ref);
-    let default = match given.is_some_and(|rod| match rod.as_array() {
+    let default = if given.is_some_and(|rod| match rod.as_array() {
         Some(rods) => rods.iter().any(|rod| material(rod.get_ref())),
         None => material(rod),
     }) {
-        true => Units::Si,
-        false => Units::Dimensionless,
+        Units::Si
+    } else {
+        Units::Dimensionless
     };
     top.read("units", "", Absent::Or(default), |field, value| {
         let words = [("si", Units::Si), ("dimensionless", Units::Dimensionless)];

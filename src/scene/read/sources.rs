@@ -290,9 +290,10 @@ fn elements(way: &str, list: &DeArray) -> String {
     };
     let names = list.iter().filter_map(name);
     let names: Vec<String> = names.map(|name| format!("{way}.{name}")).collect();
-    match names.is_empty() {
-        true => numbers,
-        false => format!("{numbers}, or {}", names.join(", ")),
+    if names.is_empty() {
+        numbers
+    } else {
+        format!("{numbers}, or {}", names.join(", "))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Reader of `[start]`.
 
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
-use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STATICS, STRAIN, Spec};
+use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STRAIN, Spec};
 use super::friction::needs_damping;
 use super::phrases::Short;
 use super::ranges::{FINITE, KAPPA, LAMBDA, VALUE};
@@ -30,7 +30,7 @@ pub(super) struct Known<'k> {
 pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
     match table.reader.kind.get() {
         PLANE => planar(table, known),
-        REST => {
+        _REST => {
             let reader = table.reader;
             let wrench = table.maybe("wrench", |field, value| reader.vector(field, value, &VALUE));
             Some(Start {
@@ -230,11 +230,12 @@ fn reachable(
         return Some(None);
     }
     let shown = Short(distance);
-    let hint = match on_circle {
-        true => "it is on the circle |r| = length, where the rod is straight and its tension unbounded; start \
-                 a little inside, or straight along the clamp: rest = \"straight\""
-            .to_owned(),
-        false => format!("the rod cannot reach so far: |r| / length = {shown:.6}"),
+    let hint = if on_circle {
+        "it is on the circle |r| = length, where the rod is straight and its tension unbounded; start \
+         a little inside, or straight along the clamp: rest = \"straight\""
+    .to_owned()
+    } else {
+        format!("the rod cannot reach so far: |r| / length = {shown:.6}")
     };
     let allowed = format!(
         "inside the disc of radius {}, the length of the rod, around the clamp",
@@ -523,9 +524,10 @@ pub(super) fn landing(run: &Table, memory: Option<RodTraits>) -> Option<LandingR
         ("all", LandingRule::All),
     ];
     let planar = run.reader.kind.get() == PLANE;
-    let allowed = match planar {
-        true => r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#,
-        false => r#""viscous", "lowest", "all" or a table such as { order = 2 }"#,
+    let allowed = if planar {
+        r#""viscous", "lowest", "all" or a table such as { mode = 0, sign = "+" }"#
+    } else {
+        r#""viscous", "lowest", "all" or a table such as { order = 2 }"#
     };
     let landing = run.read(
         "landing",

@@ -132,13 +132,15 @@ impl<'a> Table<'a> {
     /// Path of a field of this table.
     pub fn field(&self, name: &str) -> String {
         let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        let name = match !name.is_empty() && name.chars().all(bare) {
-            true => shorten(name),
-            false => shorten(&format!("{name:?}")),
+        let name = if !name.is_empty() && name.chars().all(bare) {
+            shorten(name)
+        } else {
+            shorten(&format!("{name:?}"))
         };
-        match self.path.is_empty() {
-            true => name,
-            false => format!("{}.{name}", self.path),
+        if self.path.is_empty() {
+            name
+        } else {
+            format!("{}.{name}", self.path)
         }
     }
 
@@ -383,9 +385,10 @@ impl<'a> Table<'a> {
         let pairs: Vec<(&'static str, T)> =
             words.iter().copied().zip(choices.iter().cloned()).collect();
         // Any model is allowed: the model determines the kind of scene.
-        let allowed = match name == "model" && self.reader.kind.get() != ASSEMBLY {
-            true => listed(&MODELS),
-            false => listed(words),
+        let allowed = if name == "model" && self.reader.kind.get() != ASSEMBLY {
+            listed(&MODELS)
+        } else {
+            listed(words)
         };
         let default = |_: &str| choices.first().cloned();
         self.by_form(name, &allowed, default, |field, value| {

@@ -358,9 +358,10 @@ pub fn run(
     let heavy = prepared.setup.is_heavy();
     // For fully followed mass only the passed folds are evaluated.
     let asked = !heavy || branches.iter().any(|branch| !branch.crossed.is_empty());
-    let resting = match asked {
-        false => None,
-        true => RodsAtRest::assembly(&prepared.scene, &prepared.setup),
+    let resting = if !asked {
+        None
+    } else {
+        RodsAtRest::assembly(&prepared.scene, &prepared.setup)
     };
     let folds = resting
         .as_ref()

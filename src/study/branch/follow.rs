@@ -126,9 +126,10 @@ impl<'a> Study<'a> {
     fn options(&self, direction: Direction) -> Options {
         let wanted = self.wanted;
         let (low, high) = wanted.range();
-        let (from, to) = match wanted.to > wanted.from {
-            true => (low, high),
-            false => (high, low),
+        let (from, to) = if wanted.to > wanted.from {
+            (low, high)
+        } else {
+            (high, low)
         };
         let mut at = wanted.at.clone();
         at.extend(self.stations.iter().filter(|p| !wanted.at.contains(p)));
@@ -173,9 +174,10 @@ impl<'a> Study<'a> {
     ) -> Result<()> {
         let family = self.family;
         // Backward first: rows are stored in the order of growing arclength.
-        let ways: &[Direction] = match both {
-            true => &[Direction::Backward, Direction::Forward],
-            false => &[Direction::Forward],
+        let ways: &[Direction] = if both {
+            &[Direction::Backward, Direction::Forward]
+        } else {
+            &[Direction::Forward]
         };
         let mut branches = Vec::new();
         for &way in ways {
@@ -199,13 +201,14 @@ impl<'a> Study<'a> {
     /// advice.
     fn not_begun(&self, why: Error, p: f64) -> Error {
         let parameter = &self.wanted.name;
-        match why.is_ambiguous() {
-            false => why,
-            true => Error::ambiguous(format!(
+        if !why.is_ambiguous() {
+            why
+        } else {
+            Error::ambiguous(format!(
                 "the branch begins at {parameter} = {p} at a fold, a branch point, or a member of a continuous family of equilibria, as a symmetry makes one: \
-                 under equal bending stiffnesses a rod that is bent between held ends can stand in every plane through them; begin at another value of \
-                 {parameter} (from), or break the symmetry a little, as by bending stiffnesses that differ by a thousandth"
-            )),
+             under equal bending stiffnesses a rod that is bent between held ends can stand in every plane through them; begin at another value of \
+             {parameter} (from), or break the symmetry a little, as by bending stiffnesses that differ by a thousandth"
+            ))
         }
     }
 
@@ -364,9 +367,10 @@ impl<'a> Study<'a> {
                 Err(e) => {
                     let words = format!("switching at {}: {e}", at.label);
                     // The index may also change where no other branch crosses.
-                    match kind == SpecialKind::BranchPoint || e.is_no_convergence() {
-                        true => self.lost.push(words),
-                        false => self.remarks.push(words),
+                    if kind == SpecialKind::BranchPoint || e.is_no_convergence() {
+                        self.lost.push(words)
+                    } else {
+                        self.remarks.push(words)
                     }
                 }
             }
@@ -469,9 +473,10 @@ fn describe_end(
             "it turned back and left its range at the other end, {last}; what it does beyond is not followed, and it may come to {to} from there: \
              go on with {} in [continue], end sooner, say that this is expected with back = true, or look for other branches with \
              switch = true or deflate = true, or from {start}",
-            match wanted.both {
-                true => "a wider range (from, or to)",
-                false => "both = true, which follows the other way, too, or with another from",
+            if wanted.both {
+                "a wider range (from, or to)"
+            } else {
+                "both = true, which follows the other way, too, or with another from"
             }
         )),
         Stop::Reached | Stop::LeftAtStart => (

@@ -225,9 +225,10 @@ fn followed(
     let others = other_tolerances(scene, subject.finest())
         .map(|(scene, part)| subject.family(&scene, wanted.parameter, part * span));
     let others = others.each_ref().map(|family| &**family);
-    let stations = match wanted.deflate {
-        true => search::values(wanted),
-        false => Vec::new(),
+    let stations = if wanted.deflate {
+        search::values(wanted)
+    } else {
+        Vec::new()
     };
     let mut study = Study::new(
         (scene, wanted),
@@ -314,9 +315,10 @@ fn loads((scene, wanted): (&Scene, &Continue), subject: &dyn Subject) -> Result<
 fn other_tolerances(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     let given = scene.solve.tolerance.max(finest);
     let tighter = [30.0, 1000.0].map(|factor| (given / factor).max(finest));
-    let tolerances = match given >= TIGHTER * finest {
-        true => tighter,
-        false => [LOOSER * given; 2],
+    let tolerances = if given >= TIGHTER * finest {
+        tighter
+    } else {
+        [LOOSER * given; 2]
     };
     [(tolerances[0], 0.4), (tolerances[1], 0.7)].map(|(tolerance, span)| {
         let mut other = scene.clone();

@@ -298,9 +298,10 @@ impl Located {
             precision: special.error_p,
             first_precision: first.map(|(_, error)| error),
             arclength_precision: signed(false, special.error_s),
-            index: match self.backward {
-                true => [after, before],
-                false => [before, after],
+            index: if self.backward {
+                [after, before]
+            } else {
+                [before, after]
             },
             fold,
         }

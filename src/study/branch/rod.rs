@@ -51,9 +51,10 @@ impl<C: Chart + Clone + 'static> Subject for SingleRod<'_, C> {
         let problem = scene.problem()?;
         let state = self.at(&problem, x)?;
         let end = &state.end;
-        let potential = match self.scene.is_loaded_along() {
-            true => Some(problem.potential(&state.base)?),
-            false => None,
+        let potential = if self.scene.is_loaded_along() {
+            Some(problem.potential(&state.base)?)
+        } else {
+            None
         };
         let numbers = space::pose(end)
             .chain(space::wrench(&state.base))

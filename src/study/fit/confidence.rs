@@ -44,9 +44,10 @@ fn within(angle: f64, freedom: usize) -> f64 {
             break;
         }
     }
-    match odd {
-        true => (angle + sin * sum) / FRAC_PI_2,
-        false => sin * sum,
+    if odd {
+        (angle + sin * sum) / FRAC_PI_2
+    } else {
+        sin * sum
     }
 }
 

@@ -553,14 +553,16 @@ impl Fit {
             each.map(|(one, asked)| (self.data.names[one.place].as_str(), *asked))
         };
         let no_run = |e: Error| Fault::NoRun(e.to_string());
-        let small = match names().any(|(name, asked)| asked && name.starts_with(MODES)) {
-            true => Some(modes(scene).map_err(no_run)?.summary()),
-            false => None,
+        let small = if names().any(|(name, asked)| asked && name.starts_with(MODES)) {
+            Some(modes(scene).map_err(no_run)?.summary())
+        } else {
+            None
         };
         let extremes = names().any(|(name, asked)| asked && is_extreme(name));
-        let summary = match names().any(|(name, asked)| asked && !name.starts_with(MODES)) {
-            true => Some(outcome(scene.clone(), extremes, &mut Quiet(hooks)).map_err(no_run)?),
-            false => None,
+        let summary = if names().any(|(name, asked)| asked && !name.starts_with(MODES)) {
+            Some(outcome(scene.clone(), extremes, &mut Quiet(hooks)).map_err(no_run)?)
+        } else {
+            None
         };
         if hooks.interrupted() {
             return Err(Fault::interrupted());

@@ -142,9 +142,10 @@ pub(super) fn errors(columns: &[LinearisedColumn], noise: &[f64]) -> Result<Erro
     // fewer degrees of freedom than the smallest of these.
     let information = DMatrix::from_fn(size, size, |i, j| {
         let ((count, own), (_, other)) = (unknown[i], unknown[j]);
-        let alone = match i == j {
-            true => count as f64 - 2.0 * own.trace(),
-            false => 0.0,
+        let alone = if i == j {
+            count as f64 - 2.0 * own.trace()
+        } else {
+            0.0
         };
         0.5 * (alone + own.dot(other))
     });

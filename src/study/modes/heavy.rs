@@ -39,31 +39,28 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let scales = still.scales()?;
     let settles = matches!(still.start.place, InitialShape::Settled { .. });
     let (given, clamp, strain): (RodDescription, _, Box<dyn Fn(f64) -> Strain>) =
-        match still.is_planar() {
-            true => {
-                let model = HeavyPlane::new(&still)?;
-                let clamp = model.clamp(0.0).pose();
-                let field = model.curvature.clone();
-                let strain = move |s: f64| Strain::new(field.at(s)[0], 0.0, 0.0, 0.0, 0.0, 1.0);
-                (model.given, clamp, Box::new(strain))
+        if still.is_planar() {
+            let model = HeavyPlane::new(&still)?;
+            let clamp = model.clamp(0.0).pose();
+            let field = model.curvature.clone();
+            let strain = move |s: f64| Strain::new(field.at(s)[0], 0.0, 0.0, 0.0, 0.0, 1.0);
+            (model.given, clamp, Box::new(strain))
+        } else {
+            let model = HeavySpace::new(&still)?;
+            let clamp = model.clamp(0.0).pose();
+            let outward = ToSceneUnits {
+                clamp: model.common.clamp,
+                scales: &scales,
+            };
+            if let Some(found) = super::heavy_assembly::in_groove(&model, outward)? {
+                return Ok(found);
             }
-            false => {
-                let model = HeavySpace::new(&still)?;
-                let clamp = model.clamp(0.0).pose();
-                let outward = ToSceneUnits {
-                    clamp: model.common.clamp,
-                    scales: &scales,
-                };
-                if let Some(found) = super::heavy_assembly::in_groove(&model, outward)? {
-                    return Ok(found);
-                }
-                let (field, measures) = (model.common.strain.clone(), scales.measures());
-                let strain = move |s: f64| {
-                    let strain = field.at(s).map(|e| measures.strain_in(&e));
-                    strain.unwrap_or(Strain::repeat(f64::NAN))
-                };
-                (model.given, clamp, Box::new(strain))
-            }
+            let (field, measures) = (model.common.strain.clone(), scales.measures());
+            let strain = move |s: f64| {
+                let strain = field.at(s).map(|e| measures.strain_in(&e));
+                strain.unwrap_or(Strain::repeat(f64::NAN))
+            };
+            (model.given, clamp, Box::new(strain))
         };
     let width = (given.breaks().len() + 1) * given.law.active().len();
     let (found, change) = converged(
@@ -86,9 +83,10 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     }
     let lossy =
         given.law.is_damped() || !conservative || given.body.as_ref().is_some_and(is_damped);
-    let eigenvalues = match lossy {
-        true => Some(rod.decaying(0.0, &found.q, COUNT)?),
-        false => None,
+    let eigenvalues = if lossy {
+        Some(rod.decaying(0.0, &found.q, COUNT)?)
+    } else {
+        None
     };
     let judged =
         StabilityVerdict::new(&found.modes, eigenvalues.as_deref(), conservative, followed);
@@ -121,12 +119,15 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
             (false, true) => turn.iter().chain(shift.iter()).copied().collect(),
             (false, false) => shift.iter().copied().collect(),
         };
-        let rates = rates.into_iter().map(|at| match planar {
-            true => Station {
-                directors: Matrix3::zeros(),
-                ..at
-            },
-            false => at,
+        let rates = rates.into_iter().map(|at| {
+            if planar {
+                Station {
+                    directors: Matrix3::zeros(),
+                    ..at
+                }
+            } else {
+                at
+            }
         });
         list.push(
             Mode {
@@ -157,12 +158,13 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
             here.iter()
                 .map(|at| {
                     let at = outward.station(at);
-                    match planar {
-                        true => Station {
+                    if planar {
+                        Station {
                             directors: Matrix3::zeros(),
                             ..at
-                        },
-                        false => at,
+                        }
+                    } else {
+                        at
                     }
                 })
                 .collect(),
@@ -206,9 +208,10 @@ impl StabilityVerdict {
             // With follower loads the index of the symmetric part of the stiffness does not decide stability.
             stable: (followed || index == 0) && (conservative || all.iter().all(decaying)),
             conservative,
-            frequencies: match followed {
-                true => Vec::new(),
-                false => frequencies(&squares, 0.0, index == 0),
+            frequencies: if followed {
+                Vec::new()
+            } else {
+                frequencies(&squares, 0.0, index == 0)
             },
         }
     }
@@ -221,9 +224,10 @@ pub(super) fn converged<F>(
     at_nodes: impl Fn(usize) -> Result<F>,
     vibrations: impl Fn(&F) -> &[Vibration],
 ) -> Result<(F, f64)> {
-    let mut nodes = match more(FIRST_NODES) * width > most {
-        true => COARSE,
-        false => FIRST_NODES,
+    let mut nodes = if more(FIRST_NODES) * width > most {
+        COARSE
+    } else {
+        FIRST_NODES
     };
     let mut last = at_nodes(nodes)?;
     loop {
@@ -264,11 +268,11 @@ fn at_nodes(
     });
     let of_start = settles || left <= super::BALANCED;
     // Without settling, a start in equilibrium is kept, stable or not.
-    let q = match !settles && left <= 1e-3 * super::BALANCED {
-        true => start,
-        false => rod
-            .settled(0.0, &start)
-            .map_err(|why| why.context("[start]"))?,
+    let q = if !settles && left <= 1e-3 * super::BALANCED {
+        start
+    } else {
+        rod.settled(0.0, &start)
+            .map_err(|why| why.context("[start]"))?
     };
     let modes = rod.vibrations(0.0, &q, COUNT)?;
     Ok(RodVibrations {

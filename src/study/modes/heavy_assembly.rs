@@ -45,9 +45,10 @@ pub(super) fn modes(scene: &Scene) -> Result<(SmallMotions, bool)> {
     let unloaded = matches!(scene.start.place, InitialShape::Rest { .. });
     // A free assembly started from unloaded rods rests in this shape.
     let settled = light.is_held() || !unloaded;
-    let mut now = match settled {
-        true => setup.start_equilibrium()?.now,
-        false => setup.start()?.0,
+    let mut now = if settled {
+        setup.start_equilibrium()?.now
+    } else {
+        setup.start()?.0
     };
     for body in &mut now.bodies {
         body.twist = Vector6::zeros();
@@ -120,9 +121,10 @@ impl AssemblyTask<'_> {
         let followed = carriers.iter().any(|body| body.is_followed(0.0));
         let damped = |link: &crate::full_mass::assembly::HeavyLink| link.rod.given.law.is_damped();
         let lossy = assembly.links.iter().any(damped) || !carriers.iter().all(is_simple);
-        let eigenvalues = match lossy {
-            true => Some(assembly.decaying(y, COUNT)?),
-            false => None,
+        let eigenvalues = if lossy {
+            Some(assembly.decaying(y, COUNT)?)
+        } else {
+            None
         };
         let judged = StabilityVerdict::new(modes, eigenvalues.as_deref(), conservative, followed);
         let mut list = Vec::new();
@@ -196,12 +198,13 @@ fn at_nodes(
 /// Error if the loads strain the unloaded rods of a free assembly.
 fn rests(found: &AssemblyVibrations) -> Result<()> {
     let strains = found.assembly.strained(&found.y, &found.modes)?;
-    match strains <= BALANCED {
-        true => Ok(()),
-        false => Err(Error::domain(
+    if strains <= BALANCED {
+        Ok(())
+    } else {
+        Err(Error::domain(
             "nothing holds the bodies, and the loads strain the unloaded rods, so that these are no equilibrium to have small motions about: leave \
-             rest = \"straight\" out, and the equilibrium under the loads is looked for; or leave out loads other than gravity",
-        )),
+         rest = \"straight\" out, and the equilibrium under the loads is looked for; or leave out loads other than gravity",
+        ))
     }
 }
 

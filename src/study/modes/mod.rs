@@ -288,9 +288,12 @@ fn in_plane(mut motions: SmallMotions, scene: &Scene) -> SmallMotions {
 /// Angular frequencies from their squares. A square below `zero` in size counts as 0, and so does a negative one at a
 /// stable equilibrium (rounding). At other negative squares the frequency is minus the growth rate.
 fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
-    let one = |x: &f64| match x.abs() <= zero || stable && *x < 0.0 {
-        true => 0.0,
-        false => x.signum() * x.abs().sqrt(),
+    let one = |x: &f64| {
+        if x.abs() <= zero || stable && *x < 0.0 {
+            0.0
+        } else {
+            x.signum() * x.abs().sqrt()
+        }
     };
     squares.iter().map(one).collect()
 }

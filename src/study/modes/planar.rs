@@ -262,13 +262,13 @@ fn deflection(pull: f64, s: f64) -> f64 {
     if b < 1e-2 {
         return 0.5 * s * s * (3.0 - s);
     }
-    let shape = |s: f64| match pull > 0.0 {
-        // (sinh b - sinh b (1 - s))/cosh b without overflow.
-        true => {
+    let shape = |s: f64| {
+        if pull > 0.0 {
             let sinh = |x: f64| (x - b).exp() - (-x - b).exp();
             s - (sinh(b) - sinh(b * (1.0 - s))) / (b * (1.0 + (-2.0 * b).exp()))
+        } else {
+            b * s * b.cos() - b.sin() + (b * (1.0 - s)).sin()
         }
-        false => b * s * b.cos() - b.sin() + (b * (1.0 - s)).sin(),
     };
     shape(s) / shape(1.0)
 }

@@ -141,9 +141,10 @@ impl MassEffect {
 
 /// Formats a relative change that is known to first order.
 fn to_first_order(change: f64) -> String {
-    match change.abs() < MEANT {
-        true => percent(change),
-        false => "more than its first order can tell".to_owned(),
+    if change.abs() < MEANT {
+        percent(change)
+    } else {
+        "more than its first order can tell".to_owned()
     }
 }
 

@@ -70,9 +70,10 @@ impl Validity {
         let most = |f: fn(&BouncePassed) -> f64| self.bounces.iter().map(f).fold(0.0, f64::max);
         let (number, inertia) = (most(|b| b.number), most(|b| b.inertia));
         if inertia > HARD || number > HARD {
-            let friction = match self.damped {
-                true => format!("that of friction is up to {number:.1e}, "),
-                false => String::new(),
+            let friction = if self.damped {
+                format!("that of friction is up to {number:.1e}, ")
+            } else {
+                String::new()
             };
             parts.push(format!(
                 "bounces depend on the model: of the numbers that should be below {HARD} {friction}that of the rod's mass is up to {inertia:.1e}"
@@ -98,9 +99,10 @@ impl Validity {
                 Some(most.map_or(eps, |most| most.max(eps)))
             });
         let size = percent(shift.unwrap_or(0.5 * eps));
-        let mass = match several {
-            true => "the mass of the rods",
-            false => "the rod's mass",
+        let mass = if several {
+            "the mass of the rods"
+        } else {
+            "the rod's mass"
         };
         match left {
             None if eps > HEAVY => format!(

@@ -158,10 +158,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
     if prepared.thickness.is_none() {
         plan.leave_out(
             "contact of the rod with itself",
-            match looked_for {
-                true => "it has neither an outline nor rod.contact_diameter",
-                false => "this model does not look for it: rods in space do, elastic ones and those with inertia = \"full\"",
-            },
+            if looked_for { "it has neither an outline nor rod.contact_diameter" } else { "this model does not look for it: rods in space do, elastic ones and those with inertia = \"full\"" },
         );
     }
     if let Some(Ok(spring)) = prepared.spring()? {

@@ -110,13 +110,10 @@ impl Trial {
 
     /// The assumption of the forecast in words.
     fn assumption(&self) -> &'static str {
-        match self.loses {
-            true => {
-                "snaps and impacts go on as often as so far; the motion loses energy, and once at rest it costs little more"
-            }
-            false => {
-                "snaps and impacts go on as often as so far, and nothing comes that is stiffer"
-            }
+        if self.loses {
+            "snaps and impacts go on as often as so far; the motion loses energy, and once at rest it costs little more"
+        } else {
+            "snaps and impacts go on as often as so far, and nothing comes that is stiffer"
         }
     }
 }
@@ -143,9 +140,10 @@ fn digits(x: f64, count: usize) -> f64 {
 /// A number with four digits, with an exponent only where it is very large or small.
 fn plain(x: f64) -> String {
     let rounded = digits(x, 4);
-    match x == 0.0 || (1e-6..1e7).contains(&x) {
-        true => format!("{rounded}"),
-        false => format!("{rounded:e}"),
+    if x == 0.0 || (1e-6..1e7).contains(&x) {
+        format!("{rounded}")
+    } else {
+        format!("{rounded:e}")
     }
 }
 
@@ -257,9 +255,10 @@ pub(super) fn trial(scene: &Scene, seconds: f64) -> Result<Option<Trial>> {
     let spent = clock.spent();
     let interrupted = found.summary["outcome"] == "interrupted";
     let reason = found.reason.filter(|_| !interrupted);
-    let fraction = match interrupted || reason.is_some() {
-        true => clock.now.fraction,
-        false => 1.0,
+    let fraction = if interrupted || reason.is_some() {
+        clock.now.fraction
+    } else {
+        1.0
     };
     let energy = |key: &str| found.summary["end"][key].as_f64().unwrap_or(0.0);
     let loses =

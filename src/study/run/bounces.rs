@@ -62,9 +62,10 @@ impl Bounces {
             (Units::Si, true) => " N m^2 s",
             (Units::Si, false) => " s",
         };
-        let (viscosity, scale) = match planar {
-            true => ("viscosity", k.viscosity()),
-            false => ("viscosity over its stiffness", k.time),
+        let (viscosity, scale) = if planar {
+            ("viscosity", k.viscosity())
+        } else {
+            ("viscosity over its stiffness", k.time)
         };
         Some(format!(
             "{count} {} of the taut rod, lambda up to {:.3e}: friction changes them unless the rod's {viscosity} is far below {:.1e}{unit}, at which \

@@ -83,9 +83,10 @@ impl Prepared {
         let scales = setup.scales;
         let massive = match (setup_kind.in_space(), setup.load) {
             (true, _) => {
-                let given = match scene.is_planar() {
-                    true => scene.lifted_for_modes()?,
-                    false => Some(scene.clone()),
+                let given = if scene.is_planar() {
+                    scene.lifted_for_modes()?
+                } else {
+                    Some(scene.clone())
                 };
                 // The equilibria of the light rod do not apply to a distributed load on a rod whose mass is followed
                 // in full.

@@ -98,9 +98,10 @@ impl Bounds {
     pub(in crate::study) fn touching(names: [&str; 2], at: [f64; 2], units: Units) -> String {
         let place = |s: f64| format!("s = {s:.6}{}", Units::suffix(units.length()));
         let (s, to) = (place(at[0]), place(at[1]));
-        let where_ = match names[0] == names[1] {
-            true => format!("{} touches itself at {s} and {to}", names[0]),
-            false => format!("{} at {s} touches {} at {to}", names[0], names[1]),
+        let where_ = if names[0] == names[1] {
+            format!("{} touches itself at {s} and {to}", names[0])
+        } else {
+            format!("{} at {s} touches {} at {to}", names[0], names[1])
         };
         format!(
             "{where_}, and what contact does is not followed; where that does not matter, set contact_diameter = 0 in the rod"

@@ -151,14 +151,15 @@ fn untrusted<'a>(
         closing.largest,
         Units::suffix(units.energy())
     );
-    Some(match RESOLVED * tolerance > speed {
-        true => format!(
+    Some(if RESOLVED * tolerance > speed {
+        format!(
             "the motion is smaller than run.tolerance resolves, which is relative to 1 + size in units of the rod: there its speeds are some {speed:.1e}, and \
-             {off}; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small"
-        ),
-        false => format!(
+         {off}; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small"
+        )
+    } else {
+        format!(
             "{off}: column total of the trajectory tells from when on; lower run.tolerance, or do not trust what follows"
-        ),
+        )
     })
 }
 

@@ -170,9 +170,10 @@ impl Vary {
             }
             Values::Range { from, to, log, .. } => {
                 let x = between(part, [*from, *to], *log);
-                match (x - x.round()).abs() <= WHOLE * x.abs() {
-                    true if self.counts => format!("{x:.0}"),
-                    _ => exact(x),
+                if (x - x.round()).abs() <= WHOLE * x.abs() && self.counts {
+                    format!("{x:.0}")
+                } else {
+                    exact(x)
                 }
             }
         }
