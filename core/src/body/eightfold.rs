@@ -9,7 +9,8 @@ use crate::solve::lobatto::{Block, Sweeps};
 use nalgebra::SVector;
 use pulp::Simd;
 
-/// A point mass at the end of a rod, on a sheet of its manifold, in the independent variable of theory 2.5. Rows: q, v, t, work of what has no potential, loss to drag.
+/// A point mass at the end of a rod, on a sheet of its manifold, in the independent variable of theory 2.5. Rows: q,
+/// v, t, work of what has no potential, loss to drag.
 pub struct EightMotion<'a, const N: usize> {
     chart: Box<dyn Eightfold<N> + Send>,
     body: &'a Body<N>,

@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, SMatrix, SVector, Vector2};
 
 /// A body at the rod's end, whose `D` velocities V it shares.
 ///
-/// Poses, velocities and wrenches are seen from the clamp, along its axes: those of the world, if the clamp stands at the
-/// origin and is not turned.
+/// Poses, velocities and wrenches are seen from the clamp, along its axes: those of the world, if the clamp stands at
+/// the origin and is not turned.
 pub trait EndBody<const D: usize> {
     /// Pose of the rod's end.
     type Pose;

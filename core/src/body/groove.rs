@@ -61,8 +61,8 @@ impl Groove {
         })
     }
 
-    /// The circle about `centre` in the plane across `axis`. Its angle is counted from `start`, as far as that lies across the
-    /// axis; without it, from whichever direction of the plane.
+    /// The circle about `centre` in the plane across `axis`. Its angle is counted from `start`, as far as that lies
+    /// across the axis; without it, from whichever direction of the plane.
     ///
     /// # Errors
     /// A number that is not finite; no axis; a radius that is not positive; a start along the axis.
@@ -99,8 +99,8 @@ impl Groove {
         })
     }
 
-    /// The curve through `points`, smooth up to its fourth derivative, `closed` or with two ends, where its third and fourth
-    /// derivatives vanish. Its parameter grows by the distances of the points.
+    /// The curve through `points`, smooth up to its fourth derivative, `closed` or with two ends, where its third and
+    /// fourth derivatives vanish. Its parameter grows by the distances of the points.
     ///
     /// # Errors
     /// Fewer than three points, or more than 200; points that are not finite, or neighbours that coincide.
@@ -208,8 +208,9 @@ impl Groove {
         phi
     }
 
-    /// Points close enough for a smooth line, where a point goes this `way` in the groove: along it, and `beyond` it by this length on both sides, as
-    /// far as the groove goes, once round one that is closed. None where the way has no points.
+    /// Points close enough for a smooth line, where a point goes this `way` in the groove: along it, and `beyond` it
+    /// by this length on both sides, as far as the groove goes, once round one that is closed. None where the way has
+    /// no points.
     pub fn beside(&self, way: &[Vector3<f64>], beyond: f64) -> Vec<Vector3<f64>> {
         let Some(first) = way.first() else {
             return Vec::new();
@@ -369,8 +370,8 @@ impl Spline {
     }
 }
 
-/// The third and the fourth derivative of a piece of length `h` at its begin, then at its end: by (rise, f', f'' at the begin,
-/// f', f'' at the end).
+/// The third and the fourth derivative of a piece of length `h` at its begin, then at its end: by (rise, f', f'' at
+/// the begin, f', f'' at the end).
 fn jumps(h: f64) -> [[f64; 5]; 4] {
     let (h2, third, fourth) = (h * h, 6.0 / h.powi(3), 24.0 / h.powi(4));
     [

@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 /// A scalar function of time, with its first two derivatives and its breaks.
 ///
-/// A break is a time at which some derivative jumps, or near which the function does something that a long step would not
-/// see. Runs end a step at every break, so that no kink lies inside a step and no pulse is passed over.
+/// A break is a time at which some derivative jumps, or near which the function does something that a long step would
+/// not see. Runs end a step at every break, so that no kink lies inside a step and no pulse is passed over.
 ///
-/// It is plain data, as scenes write it; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers that make
-/// no function.
+/// It is plain data, as scenes write it; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers
+/// that make no function.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -70,8 +70,8 @@ pub struct Ramp {
     pub until: f64,
 }
 
-/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and f' are
-/// continuous, f'' jumps where it begins and ends.
+/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and
+/// f' are continuous, f'' jumps where it begins and ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Pulse {
@@ -133,7 +133,8 @@ impl History {
 
     /// Through the points \[t, f\] with four continuous derivatives, at rest before the first and after the last.
     ///
-    /// It is the spline of degree 5 with f' = f'' = 0 at both ends: f'' is continuous everywhere, as motions of a clamp need.
+    /// It is the spline of degree 5 with f' = f'' = 0 at both ends: f'' is continuous everywhere, as motions of a
+    /// clamp need.
     ///
     /// # Errors
     /// No point; times that do not grow; a number that is not finite.
@@ -146,9 +147,9 @@ impl History {
         Ok(Self::custom(move |t| spline.at(t), breaks))
     }
 
-    /// Any function, which gives \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at which it is
-    /// not smooth, and others that mark where it varies fast: a function that is flat except between two distant steps of the
-    /// motion would else go unseen.
+    /// Any function, which gives \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at
+    /// which it is not smooth, and others that mark where it varies fast: a function that is flat except between two
+    /// distant steps of the motion would else go unseen.
     pub fn custom(f: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static, breaks: Vec<f64>) -> Self {
         let f = Arc::new(f);
         Self::Custom(Custom { f, breaks })
@@ -237,8 +238,8 @@ impl History {
         }
     }
 
-    /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A custom
-    /// function is trusted.
+    /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A
+    /// custom function is trusted.
     pub fn is_smooth(&self) -> bool {
         !matches!(
             self,

@@ -165,8 +165,8 @@ impl<const N: usize> Body<N> {
         self
     }
 
-    /// Has the rod clamped in `support`. Loads stay as given, in the world frame; places, velocities and forces of the rod
-    /// are from here on those seen from the clamp, along its axes.
+    /// Has the rod clamped in `support`. Loads stay as given, in the world frame; places, velocities and forces of
+    /// the rod are from here on those seen from the clamp, along its axes.
     #[must_use]
     pub fn with_support(mut self, support: Support<N>) -> Self {
         self.support = Some(Box::new(support));

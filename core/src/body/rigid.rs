@@ -15,8 +15,8 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 /// ```text
 /// mass (r1 + R1 c)'' = -n1 + forces,       (R1 J R1^T omega)' = -m1 + R1 c x n1 + couples       AMV (2.15), (2.16).
 /// ```
-/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame; on a clamp that is tilted
-/// or moves ([`RigidBody::with_support`]) those of the rod are seen from the clamp.
+/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame; on a clamp that is
+/// tilted or moves ([`RigidBody::with_support`]) those of the rod are seen from the clamp.
 #[derive(Debug, Clone)]
 pub struct RigidBody {
     /// The motion of the centre of mass.
@@ -80,8 +80,9 @@ impl RigidBody {
         Ok(self)
     }
 
-    /// Puts a symmetric rotor into the body that spins at a constant rate: `momentum` is its angular momentum relative to the
-    /// body, in components along the directors. (R1 J R1^T omega + R1 h)' is then what the couples change.
+    /// Puts a symmetric rotor into the body that spins at a constant rate: `momentum` is its angular momentum
+    /// relative to the body, in components along the directors. (R1 J R1^T omega + R1 h)' is then what the couples
+    /// change.
     ///
     /// # Errors
     /// A component that is not finite.
@@ -187,9 +188,9 @@ impl RigidBody {
         self.centre.mass()
     }
 
-    /// From the centre of mass to the middles of three faces of the homogeneous box with this mass and inertia, in components
-    /// along the directors: columns at right angles, each as long as half an edge. An inertia that no solid has (one moment
-    /// beyond the sum of the others) gives an edge of length 0.
+    /// From the centre of mass to the middles of three faces of the homogeneous box with this mass and inertia, in
+    /// components along the directors: columns at right angles, each as long as half an edge. An inertia that no
+    /// solid has (one moment beyond the sum of the others) gives an edge of length 0.
     pub fn equal_box(&self) -> Matrix3<f64> {
         let axes = self.inertia.symmetric_eigen();
         let total = axes.eigenvalues.sum();
@@ -257,8 +258,8 @@ impl RigidBody {
             .any(|loads| sum_at(loads, t) != Vector3::zeros())
     }
 
-    /// True if the loads at time `t`, held as they are then, have a potential: forces in the world do, couples and loads that
-    /// turn with the body do not.
+    /// True if the loads at time `t`, held as they are then, have a potential: forces in the world do, couples and
+    /// loads that turn with the body do not.
     pub fn is_conservative(&self, t: f64) -> bool {
         !self.is_followed(t) && self.couple + sum_at(&self.couples, t) == Vector3::zeros()
     }

@@ -44,8 +44,8 @@ impl<const N: usize> Support<N> {
     /// Adds a translation direction x history(t).
     ///
     /// # Errors
-    /// A direction or a number of the history that is not finite; a history without a continuous second derivative ([`History::is_smooth`]), for a jump
-    /// of the clamp's velocity would be a blow.
+    /// A direction or a number of the history that is not finite; a history without a continuous second derivative
+    /// ([`History::is_smooth`]), for a jump of the clamp's velocity would be a blow.
     pub fn with_translation(
         mut self,
         direction: SVector<f64, N>,
@@ -189,10 +189,11 @@ fn smooth(history: History) -> Result<History> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// The motion seen from the frame of a body whose `motion` in the world follows from velocity and force of the rod there.
+    /// The motion seen from the frame of a body whose `motion` in the world follows from velocity and force of the
+    /// rod there.
     ///
-    /// The power has that of the support: the force of the rod on the body times the velocity of the frame. For the elastic
-    /// energy falls by rod . v while the body gains rod . (v + A x + d).
+    /// The power has that of the support: the force of the rod on the body times the velocity of the frame. For the
+    /// elastic energy falls by rod . v while the body gains rod . (v + A x + d).
     #[inline]
     pub fn motion(
         &self,

@@ -1,15 +1,17 @@
 //! Rods seen from both ends: a chart for branches that holds under any pull.
 //!
-//! The base wrench b = (m(0), n) stays the unknown, and what places the end freely joins it. Of a slack rod the base wrench tells all:
-//! what it makes of the end is to be as the end condition says, and the end where it is placed. Of a taut one (theory 3.6) it tells the
-//! force alone; the rod is then solved from both ends under that force, borne together with a spring from its end to where it is placed,
-//! and its end is turned or loaded as the end condition says. Left over are
+//! The base wrench b = (m(0), n) stays the unknown, and what places the end freely joins it. Of a slack rod the base
+//! wrench tells all: what it makes of the end is to be as the end condition says, and the end where it is placed. Of
+//! a taut one (theory 3.6) it tells the force alone; the rod is then solved from both ends under that force, borne
+//! together with a spring from its end to where it is placed, and its end is turned or loaded as the end condition
+//! says. Left over are
 //! ```text
 //! m(0) - m(0)(f, end),     place - r(1)(f, end),     f = n + k (r(1) - place).
 //! ```
-//! Where both vanish the spring bears nothing. Both forms have the same solutions, whatever the spring, and the sign of the one is made
-//! that of the other, so that a branch may change from one to the other anywhere. Wrenches grow with the square of lam: in the unknowns
-//! they count by their logarithm from [`SLACK`] on, so that a branch takes about as many steps for each power of ten.
+//! Where both vanish the spring bears nothing. Both forms have the same solutions, whatever the spring, and the sign
+//! of the one is made that of the other, so that a branch may change from one to the other anywhere. Wrenches grow
+//! with the square of lam: in the unknowns they count by their logarithm from [`SLACK`] on, so that a branch takes
+//! about as many steps for each power of ten.
 
 use super::RodSection;
 use super::chart::Chart;
@@ -27,10 +29,11 @@ use std::sync::Arc;
 const TAUT: f64 = 100.0;
 /// Couples and forces up to which unknowns are themselves.
 const SLACK: f64 = 10.0;
-/// The tolerance of taut rods, over that of the problem: what differs from mesh to mesh must not trouble Newton's method.
+/// The tolerance of taut rods, over that of the problem: what differs from mesh to mesh must not trouble Newton's
+/// method.
 const FINER: f64 = 0.01;
-/// How far off a rod may be another equilibrium than the one that is given, and how near it is certain to be this one, as [`Given::off`]
-/// has it.
+/// How far off a rod may be another equilibrium than the one that is given, and how near it is certain to be this
+/// one, as [`Given::off`] has it.
 const OTHER: f64 = 0.05;
 const CLOSE: f64 = 3e-3;
 /// The unknowns of a rod in space whose end is free to move.
@@ -90,9 +93,9 @@ type Equations = SVector<f64, WHOLE>;
 type Slopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
-    /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
-    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other
-    /// chart.
+    /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the
+    /// base wrench loses digits as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns
+    /// with the end have no other chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;
@@ -214,7 +217,8 @@ impl BothEnds {
             .as_ref()
             .map_or(springs[0], |last| last.spring.stiffness);
         let mut nearest = under(kept, last.as_deref());
-        // Beside another spring, or from another start, there may be a nearer rod: one that is off may be another equilibrium.
+        // Beside another spring, or from another start, there may be a nearer rod: one that is off may be another
+        // equilibrium.
         for stiffness in [kept].into_iter().chain(springs) {
             if nearest.as_ref().is_ok_and(|found| given.off(found) < OTHER) {
                 break;

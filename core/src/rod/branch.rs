@@ -8,7 +8,8 @@ use crate::error::Result;
 use crate::solve::family::{Family, Linearised};
 use nalgebra::{DVector, Vector3};
 
-/// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.
+/// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for
+/// all of them.
 ///
 /// Equations and their derivatives by the unknowns are exact; those by the parameter are central differences, of the
 /// end condition alone unless the parameter changes the rod. They only set directions: no point depends on them.

@@ -42,8 +42,9 @@ pub trait Chart {
         size
     }
 
-    /// What each equation is multiplied by in the derivative of stored energy less the work of the loads along a critical direction, which changes
-    /// (force, place) of the end by `end`, along the clamp's directors (see `fold`); None where the chart does not tell.
+    /// What each equation is multiplied by in the derivative of stored energy less the work of the loads along a
+    /// critical direction, which changes (force, place) of the end by `end`, along the clamp's directors (see
+    /// `fold`); None where the chart does not tell.
     fn working(&self, _: &Problem, _end: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
         vec![None; self.size()]
     }

@@ -1,7 +1,7 @@
 //! Rods that are the planar elastica: uniform, straight, unshearable, inextensible, in a plane, no couple at the end.
 //!
-//! Two unknowns, in units of 0.1 the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
-//! its unit stiffness: lam^2 = c |n|.
+//! Two unknowns, in units of 0.1 the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the
+//! plane scales its unit stiffness: lam^2 = c |n|.
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::line::Wrench;
@@ -27,8 +27,8 @@ pub struct ClosedTrial {
     d_n: Matrix2<f64>,
 }
 
-/// (p, w) of one unit of the unknowns: a change by 1 then changes the wrench by about 1, as in the other charts, and steps along
-/// a branch mean the same.
+/// (p, w) of one unit of the unknowns: a change by 1 then changes the wrench by about 1, as in the other charts, and
+/// steps along a branch mean the same.
 const UNIT: f64 = 0.1;
 /// Largest |p| and w that are tried: beyond, the rod is straight to rounding or wound up.
 const P_LIMIT: f64 = 300.0;

@@ -1,4 +1,5 @@
-//! The end of a uniform linear rod with its tangent, by Gauss collocation (theory Sec. 3): the initial-value problem of `line`.
+//! The end of a uniform linear rod with its tangent, by Gauss collocation (theory Sec. 3): the initial-value problem
+//! of `line`.
 //!
 //! On a step of length h the slopes k_i at the eight nodes of the Gauss rule satisfy
 //!
@@ -6,13 +7,14 @@
 //! z_i = z(s) + h sum_j a_ij k_j,   k_i = f(z_i),   z(s + h) = z(s) + h sum_j b_j k_j,   a_ij = int_0^{c_i} l_j,
 //! ```
 //!
-//! of order 16 at the end. They are swept until they stay, from the polynomials of the step before. That is cheap here, where sections at the
-//! nodes are worked on side by side, as the lanes of wide registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors
-//! need no division.
+//! of order 16 at the end. They are swept until they stay, from the polynomials of the step before. That is cheap
+//! here, where sections at the nodes are worked on side by side, as the lanes of wide registers. Gauss methods keep
+//! quadratic invariants, such as |q|^2 = 1: the directors need no division.
 //!
-//! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the third is then the same
-//! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
-//! column (see `tangent`). What the Morse index wants to know on the way is followed in `conjugate`.
+//! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the
+//! third is then the same along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept.
+//! Of the tangent it is four variables for each column (see `tangent`). What the Morse index wants to know on the way
+//! is followed in `conjugate`.
 
 mod conjugate;
 mod tangent;
@@ -30,13 +32,15 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
 
-/// Sweeps beyond which a step is halved, and those that a longer step is to take: about as many more as it is longer. This, [`SAFETY`], [`MORE`]
-/// and the first step are what took the nineteen uniform rods of tests/data/rod_ivp.json least work for errors of 1e-7 and of 1e-10.
+/// Sweeps beyond which a step is halved, and those that a longer step is to take: about as many more as it is longer.
+/// This, [`SAFETY`], [`MORE`] and the first step are what took the nineteen uniform rods of tests/data/rod_ivp.json
+/// least work for errors of 1e-7 and of 1e-10.
 const MOST_SWEEPS: usize = 28;
 const SWEEPS: f64 = 15.0;
 
-/// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of these rods are; the part of the length that is
-/// expected to have it, which the next step tries; and by how much more a step may have that is taken.
+/// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of these rods are; the
+/// part of the length that is expected to have it, which the next step tries; and by how much more a step may have
+/// that is taken.
 const TOP: f64 = 4.0;
 const SAFETY: f64 = 0.75;
 const MORE: f64 = 1.5;
@@ -73,11 +77,13 @@ impl<'a> Collocated<'a> {
     }
 }
 
-/// One compliance is alone if the square of their sum is greater than the sum of their pairs by this factor: it is 15 times the others or more.
+/// One compliance is alone if the square of their sum is greater than the sum of their pairs by this factor: it is 15
+/// times the others or more.
 const SOFT: f64 = 10.0;
 
-/// Axes of which the third is that of the force, by columns (Duff et al., *Building an orthonormal basis, revisited*, J. Comput. Graph.
-/// Tech. 6 (2017) 1-8): in a plane with the clamp's third axis and one of the others if the force is, so that planar rods stay planar.
+/// Axes of which the third is that of the force, by columns (Duff et al., *Building an orthonormal basis, revisited*,
+/// J. Comput. Graph. Tech. 6 (2017) 1-8): in a plane with the clamp's third axis and one of the others if the force
+/// is, so that planar rods stay planar.
 fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
     let size = n.amax();
     let [x, y, z] = match size > 0.0 {
@@ -155,14 +161,16 @@ struct Ended {
     cost: Cost,
 }
 
-/// Columns of the tangent, and zeros for those that are not asked for, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
+/// Columns of the tangent, and zeros for those that are not asked for, as they are at the clamp, (dm(0), dn), and at
+/// a section, (phi, rho).
 #[derive(Clone, Copy)]
 struct Columns {
     base: [[f64; 6]; MOST],
     tangent: [[f64; 6]; MOST],
 }
 
-/// A step: its rule and length, the place where it starts, the sections at the nodes, and the slopes of the columns there.
+/// A step: its rule and length, the place where it starts, the sections at the nodes, and the slopes of the columns
+/// there.
 struct Step<'a, S: Simd> {
     rule: &'a Rule<S>,
     h: f64,
@@ -171,8 +179,8 @@ struct Step<'a, S: Simd> {
     slopes: &'a [[Eight<S>; 6]],
 }
 
-/// The last step that was tried, from which the slopes of the next are guessed: where it starts, its length, the third component of the place
-/// there, and what was swept.
+/// The last step that was tried, from which the slopes of the next are guessed: where it starts, its length, the
+/// third component of the place there, and what was swept.
 struct Tried<S: Simd> {
     s: f64,
     h: f64,
@@ -382,8 +390,8 @@ impl<'a> Along<'a> {
         })
     }
 
-    /// Follows it; or the place from which it cannot go on. This is compiled for each kind of processor and takes long: there is one of it, for any
-    /// number of columns, with their angle or without.
+    /// Follows it; or the place from which it cannot go on. This is compiled for each kind of processor and takes
+    /// long: there is one of it, for any number of columns, with their angle or without.
     #[inline(never)]
     fn follow(&self, turning: Option<Turning>) -> std::result::Result<Ended, f64> {
         wide(Whole {
@@ -407,7 +415,8 @@ impl<'a> Along<'a> {
         LineState::ended(q.into(), r.into(), ended.energy, &tangent)
     }
 
-    /// Pairs of vectors along the axes of the clamp, by whose couples and forces they are; as columns they come in threes.
+    /// Pairs of vectors along the axes of the clamp, by whose couples and forces they are; as columns they come in
+    /// threes.
     fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MOST]) -> [[f64; 6]; K] {
         let axes = &self.axes;
         std::array::from_fn(|k| {
@@ -487,7 +496,8 @@ impl<'a> Along<'a> {
             }
             *slopes = new;
             let change = change.total();
-            // Sweeps converge ever faster: the next would change them by at most the square of this change over the last.
+            // Sweeps converge ever faster: the next would change them by at most the square of this change over the
+            // last.
             if change * change <= stays * stays * last {
                 return Some(sweeps);
             }

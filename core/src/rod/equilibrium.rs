@@ -40,7 +40,8 @@ pub struct Route {
     pub from_guess: bool,
     /// Steps of the continuation.
     pub steps: usize,
-    /// The path did not begin at the unloaded rod, but at a bent or loaded one, to lead it past a bifurcation or a fold.
+    /// The path did not begin at the unloaded rod, but at a bent or loaded one, to lead it past a bifurcation or a
+    /// fold.
     pub imperfect: bool,
     /// Newton steps, all in all.
     pub iterations: usize,
@@ -56,10 +57,11 @@ const POOR: f64 = 1e-7;
 impl Problem {
     /// Solves the problem; without a guess by continuation from the unloaded rod.
     ///
-    /// Loads and poses grow in proportion from the unloaded rod. If the path ends on an unstable equilibrium, or cannot be
-    /// followed, it is walked again with small intrinsic curvatures that are taken back at the end: the first
-    /// stable equilibrium is the answer, or else the one of lowest index. Planar data are solved in their plane first,
-    /// and in space only if nothing that is stable in space is found there ([`Problem::with_path`] decides otherwise).
+    /// Loads and poses grow in proportion from the unloaded rod. If the path ends on an unstable equilibrium, or
+    /// cannot be followed, it is walked again with small intrinsic curvatures that are taken back at the end: the
+    /// first stable equilibrium is the answer, or else the one of lowest index. Planar data are solved in their plane
+    /// first, and in space only if nothing that is stable in space is found there ([`Problem::with_path`] decides
+    /// otherwise).
     ///
     /// # Errors
     /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
@@ -88,7 +90,8 @@ impl Problem {
             .solve_once(guess),
             found => found,
         };
-        // A hanging body may come to stand upright on the way from the unloaded rod, and a rod that is stretched may not be reached.
+        // A hanging body may come to stand upright on the way from the unloaded rod, and a rod that is stretched may
+        // not be reached.
         let poor = match &found {
             Ok(found) => found.index > 0 && guess.is_none(),
             Err(_) => true,
@@ -151,7 +154,8 @@ impl Problem {
         })
     }
 
-    /// Under a dead force F a stable rod trails along it, and an error at its clamp grows as exp(lam), lam^2 = |F| L^2/B.
+    /// Under a dead force F a stable rod trails along it, and an error at its clamp grows as exp(lam), lam^2 = |F|
+    /// L^2/B.
     fn check_load(&self) -> Result<()> {
         const LAM: f64 = 24.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
@@ -169,8 +173,8 @@ impl Problem {
         )))
     }
 
-    /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies an error by is
-    /// exp(lam).
+    /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies
+    /// an error by is exp(lam).
     fn check_weight(&self, weight: &Weight) -> Result<()> {
         const LAM: f64 = 16.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());

@@ -1,16 +1,18 @@
-//! The normal form of a fold of a branch: how the parameter drives the rod out of its equilibrium, and how fast it then leaves (theory 2.8).
+//! The normal form of a fold of a branch: how the parameter drives the rod out of its equilibrium, and how fast it
+//! then leaves (theory 2.8).
 //!
-//! At a fold the equations F(b, p) = 0 of the end are singular: F_b z = 0. With the amplitude a of the rod along z, out of balance is the force
+//! At a fold the equations F(b, p) = 0 of the end are singular: F_b z = 0. With the amplitude a of the rod along z,
+//! out of balance is the force
 //!
 //! ```text
 //! psi . F = A (p - p_f) + B a^2,     A = psi . F_p,     B = 1/2 psi . D^2 F[z, z],     psi . F_b = 0.
 //! ```
-//! Base wrenches make pose and wrench of the end so that d(m dphi + n dr) = 0. psi therefore has, where the end is free, what z moves it by, and
-//! where it is held, against what it is held by, the change of the wrench that holds it; and psi . F is the derivative by a of stored energy less
-//! the work of the loads.
+//! Base wrenches make pose and wrench of the end so that d(m dphi + n dr) = 0. psi therefore has, where the end is
+//! free, what z moves it by, and where it is held, against what it is held by, the change of the wrench that holds
+//! it; and psi . F is the derivative by a of stored energy less the work of the loads.
 //!
-//! Loads without a potential, as those that follow the end, leave another motion y of the end as that against which the force is out of balance:
-//! psi has what y moves the free end by, and does not follow from z.
+//! Loads without a potential, as those that follow the end, leave another motion y of the end as that against which
+//! the force is out of balance: psi has what y moves the free end by, and does not follow from z.
 
 use super::branch::RodFamily;
 use super::chart::Chart;
@@ -22,7 +24,8 @@ use crate::solve::family::Family;
 use crate::solve::normal_form::{normal_form, null_vectors};
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
-/// psi . F_b of loads that have a potential, relative to its factors; and what psi makes of the end of a taut rod, relative.
+/// psi . F_b of loads that have a potential, relative to its factors; and what psi makes of the end of a taut rod,
+/// relative.
 const SINGULAR: f64 = 1e-4;
 
 /// A fold of a rod, in B/L.
@@ -32,7 +35,8 @@ pub struct Fold {
     pub drive: f64,
     /// B.
     pub bend: f64,
-    /// The motion y against which the force is out of balance, as the rate of the base wrench. Loads with a potential have z itself.
+    /// The motion y against which the force is out of balance, as the rate of the base wrench. Loads with a potential
+    /// have z itself.
     pub against: Wrench,
 }
 
@@ -76,8 +80,8 @@ impl Problem {
 }
 
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
-    /// The fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the clamp's directors
-    /// in B/L and B/L^2.
+    /// The fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the
+    /// clamp's directors in B/L and B/L^2.
     ///
     /// # Errors
     /// Those of the problem and of the rod; a point or a direction that is not that of a fold.
@@ -112,8 +116,8 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
 }
 
 impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
-    /// (A, B) of the fold at (x, p) along `z` in the chart, for loads that have a potential; `end` is what z makes of the end: (force, place) per a,
-    /// along the clamp's directors, in B/L^2 and lengths of the rod.
+    /// (A, B) of the fold at (x, p) along `z` in the chart, for loads that have a potential; `end` is what z makes of
+    /// the end: (force, place) per a, along the clamp's directors, in B/L^2 and lengths of the rod.
     ///
     /// # Errors
     /// As [`RodFamily::fold`]; a chart in which the work of an equation is not known; loads without a potential.

@@ -16,8 +16,8 @@ const SMALLEST: f64 = 2e-4;
 const CLOSE: f64 = 0.3;
 /// Newton steps allowed in one step of a path.
 const PATIENCE: usize = 7;
-/// Newton steps damped more than this say that the prediction was not on the path: under a heavy pull other shapes have almost
-/// the same wrench.
+/// Newton steps damped more than this say that the prediction was not on the path: under a heavy pull other shapes
+/// have almost the same wrench.
 const STRAIGHT: f64 = 0.9;
 /// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
 const NEUTRAL: f64 = 1e-7;
@@ -85,8 +85,8 @@ impl Search {
         }
     }
 
-    /// Replaces an unstable answer by the refusal of a stable one that double precision did not hold, if there was one: the
-    /// unstable equilibrium is then not what was asked for.
+    /// Replaces an unstable answer by the refusal of a stable one that double precision did not hold, if there was
+    /// one: the unstable equilibrium is then not what was asked for.
     pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
         match (&found, &*self.heavy.borrow()) {
             (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),

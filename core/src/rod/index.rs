@@ -1,21 +1,21 @@
 //! The Morse index by conjugate points (theory Sec. 3).
 //!
-//! With n given, all along the rod, and both ends' rotations held, the second variation is a functional of the rotation field alone; its
-//! index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is singular. J and its conjugate
-//! variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan a_k = eigenvalues of kappa J P^-1,
-//! that start from 0 and grow through a multiple of pi at each conjugate point. Their sum is the angle of
-//! det(P + i kappa J), followed along the rod; with their remainders at its end it gives the count: no root is
-//! sought, double points count twice, and unshearable and inextensible rods are as good as any.
+//! With n given, all along the rod, and both ends' rotations held, the second variation is a functional of the
+//! rotation field alone; its index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is
+//! singular. J and its conjugate variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan
+//! a_k = eigenvalues of kappa J P^-1, that start from 0 and grow through a multiple of pi at each conjugate point.
+//! Their sum is the angle of det(P + i kappa J), followed along the rod; with their remainders at its end it gives
+//! the count: no root is sought, double points count twice, and unshearable and inextensible rods are as good as any.
 //!
 //! * Rotation held at the end: a_k counts floor(a_k/pi).
-//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues. A dead force n beside
-//!   the end, on the arm c, makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2: the angles are those of P - S J, by
-//!   which they turn as S grows from 0.
+//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues. A dead force
+//!   n beside the end, on the arm c, makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2: the angles are those
+//!   of P - S J, by which they turn as S grows from 0.
 //! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
 //!
-//! A buckled column of a rod that is alike in all planes can turn about its axis: at given n, too, it has a mode that changes nothing,
-//! whose angle is a multiple of pi but for noise. It counts as stable. If it moves the end, d r(1)/d n has no bound along that motion, with
-//! the sign that goes with a stable mode.
+//! A buckled column of a rod that is alike in all planes can turn about its axis: at given n, too, it has a mode that
+//! changes nothing, whose angle is a multiple of pi but for noise. It counts as stable. If it moves the end, d r(1)/d
+//! n has no bound along that motion, with the sign that goes with a stable mode.
 
 use super::Problem;
 use super::collocation::Collocated;
@@ -30,9 +30,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 impl Problem {
     /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
     ///
-    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A load that follows the end is
-    /// taken as dead. Neither index decides stability then ([`Problem::is_conservative`]). A direction in which the
-    /// equilibrium can move freely counts as stable.
+    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A load that follows
+    /// the end is taken as dead. Neither index decides stability then ([`Problem::is_conservative`]). A direction in
+    /// which the equilibrium can move freely counts as stable.
     ///
     /// # Errors
     /// A wrench that the rod cannot follow.
@@ -40,7 +40,8 @@ impl Problem {
         self.index(&self.rod.inward(base))
     }
 
-    /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
+    /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near
+    /// zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
         if let Ok(rough) = self.count(b, ROUGH)
             && rough.noise < 1e-2
@@ -54,14 +55,15 @@ impl Problem {
         // A whole number is right or wrong, however loose the tolerance of the rest.
         let mut tolerance = self.tolerance.min(ROUGH);
         let mut fine = self.count(b, tolerance);
-        // Of a rod that is all but straight, held where it is, what it takes is counted at a place that the tolerance leaves open.
+        // Of a rod that is all but straight, held where it is, what it takes is counted at a place that the tolerance
+        // leaves open.
         while fine.as_ref().is_err_and(Error::is_no_convergence) && tolerance > FINEST {
             tolerance = (FINER * tolerance).max(FINEST);
             fine = self.count(b, tolerance);
         }
         let fine = fine?;
-        // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself is as good
-        // as the tolerance, and a neutral equilibrium is no error.
+        // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself
+        // is as good as the tolerance, and a neutral equilibrium is no error.
         let growth = fine.noise / tolerance;
         if fine.noise > 1e-4 || (growth > 1e3 && fine.margin < fine.noise) {
             return Err(Error::ill_conditioned(format!(
@@ -132,9 +134,9 @@ struct Count {
 }
 
 impl Count {
-    /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the angle of
-    /// det(P + i kappa J). `beside` is the S of a force beside the end; angles just beyond a threshold, by `zero`, do not count, and neither do
-    /// the nearest `neutral`.
+    /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the
+    /// angle of det(P + i kappa J). `beside` is the S of a force beside the end; angles just beyond a threshold, by
+    /// `zero`, do not count, and neither do the nearest `neutral`.
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
         clamped: bool,
@@ -145,7 +147,8 @@ impl Count {
         let (j, p) = along.conjugate;
         let turned = turned_by(&j, &p, beside, along.weight)?;
         let p = p - beside * j;
-        // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one (free end).
+        // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2
+        // beyond one (free end).
         let step = if clamped { 0.0 } else { FRAC_PI_2 };
         let mut beyond = angles(&(along.weight * j), &p)?.map(|a| (a - zero - step).rem_euclid(PI));
         // From the thresholds themselves: an angle that is not counted for `zero` alone is near one.
@@ -175,8 +178,8 @@ impl Count {
     }
 }
 
-/// By how much the angle of det(P - t S J + i kappa J) turns as t goes from 0 to 1. With W = J (P + i kappa J)^-1 that is
-/// det(1 - t S W) times its start, and each factor 1 - t mu runs along a straight line that misses 0.
+/// By how much the angle of det(P - t S J + i kappa J) turns as t goes from 0 to 1. With W = J (P + i kappa J)^-1
+/// that is det(1 - t S W) times its start, and each factor 1 - t mu runs along a straight line that misses 0.
 fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -> Result<f64> {
     if *s == Matrix3::zeros() {
         return Ok(0.0);
@@ -194,8 +197,8 @@ fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -
 
 /// The angles of a Lagrangian plane (X, Y), modulo pi.
 fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
-    // An angle near a right angle has no finite tangent. The plane is turned by the one of four angles that keeps all three
-    // farthest from it.
+    // An angle near a right angle has no finite tangent. The plane is turned by the one of four angles that keeps all
+    // three farthest from it.
     let turned = |turn: f64| {
         let (sin, cos) = turn.sin_cos();
         (x * cos - y * sin, x * sin + y * cos)
@@ -225,10 +228,11 @@ struct Held {
     neutral: usize,
 }
 
-/// What the end's place along `axes` holds back: the negative eigenvalues of d r(1)/d n at held rotation (clamped) or couple of the end.
+/// What the end's place along `axes` holds back: the negative eigenvalues of d r(1)/d n at held rotation (clamped) or
+/// couple of the end.
 ///
-/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
-/// nothing: a straight inextensible rod.
+/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If it
+/// does not, n moves nothing: a straight inextensible rod.
 fn held_back(
     along: &Variations<6>,
     clamped: bool,

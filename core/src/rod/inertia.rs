@@ -1,8 +1,9 @@
 //! The inertia of a rod that stays on its equilibria while base and base wrench change (theory 3.9).
 //!
-//! Seen from a frame that moves with the base and does not turn, the section s is at r(s), R(s). While the base wrench b changes at the
-//! rate b' and the base turns with Omega, the section turns and moves by (omega, v) = T(s) (b', Omega), T the tangent of the
-//! initial-value problem; while b' and Omega do not change, these change by (omega_t, r_tt):
+//! Seen from a frame that moves with the base and does not turn, the section s is at r(s), R(s). While the base
+//! wrench b changes at the rate b' and the base turns with Omega, the section turns and moves by (omega, v) = T(s)
+//! (b', Omega), T the tangent of the initial-value problem; while b' and Omega do not change, these change by
+//! (omega_t, r_tt):
 //!
 //! ```text
 //! omega' = R u_t,                          v' = omega x tau + R v_t,                                         tau = r'
@@ -10,11 +11,12 @@
 //! (u, v)_t = C w_t,   (u, v)_tt = C w_tt,  w = (R^T m, R^T n),   m = m(0) - r x n - w
 //! ```
 //!
-//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along. With the velocity V of the
-//! base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
-//! The chart's own integration along the rod has found shape and T at the stages of its steps. The second derivative and all integrals
-//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them. Taut rods are swept from both ends
-//! ([`super::taut`]): there the rates are those of the end, or of the force.
+//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along.
+//! With the velocity V of the base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v];
+//! d'Alembert's principle asks for int Lambda^T inertia. The chart's own integration along the rod has found shape
+//! and T at the stages of its steps. The second derivative and all integrals follow there by the same Runge-Kutta
+//! formulas, as if they had been integrated with them. Taut rods are swept from both ends ([`super::taut`]): there
+//! the rates are those of the end, or of the force.
 
 use super::Rod;
 use super::line::{LineState, Wrench};
@@ -67,8 +69,9 @@ impl Swaying {
     }
 }
 
-/// The inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in the world, in B/L and B/L^2, and angular
-/// velocity of the base, all along the directors of the base as they are now. Of a taut rod [`Rates`](super::Rates) stand in the place of b'.
+/// The inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in the world, in B/L and
+/// B/L^2, and angular velocity of the base, all along the directors of the base as they are now. Of a taut rod
+/// [`Rates`](super::Rates) stand in the place of b'.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generalized {
     /// int Lambda^T I Lambda, symmetric: twice the kinetic energy is its quadratic form.
@@ -245,7 +248,8 @@ impl<const K: usize> Sums<K> {
     }
 }
 
-/// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not linear.
+/// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not
+/// linear.
 const ASIDE: f64 = 2e-3;
 
 impl<'a> Strained<'a> {
@@ -256,7 +260,8 @@ impl<'a> Strained<'a> {
         }
     }
 
-    /// (omega_t', r_tt') of a section that is turned and bent on by omega_t and m_tt, under a force that changes at a constant rate.
+    /// (omega_t', r_tt') of a section that is turned and bent on by omega_t and m_tt, under a force that changes at a
+    /// constant rate.
     pub fn second(
         &self,
         s: f64,
@@ -300,7 +305,8 @@ impl<'a> Strained<'a> {
         Some([turned, moved])
     }
 
-    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
+    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to
+    /// their fourth order.
     fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
         let speed = w_t.norm();
         if speed == 0.0 {
@@ -318,7 +324,8 @@ impl<'a> Strained<'a> {
 }
 
 impl<L> Field<'_, L> {
-    /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its wrench back.
+    /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its
+    /// wrench back.
     fn tangent<const J: usize, const K: usize>(
         &self,
         at: &LineState<J, impl Carried<J, Load = L>>,
@@ -415,9 +422,10 @@ impl<L> Field<'_, L> {
 }
 
 impl Rod {
-    /// The inertia of the rod on its equilibria under the base wrench `b` in B/L and B/L^2, and a dead load along it, along the directors of the
-    /// base, while it moves as `motion` says. `trace` is what the integration left that found its end under them, whose error it has. The clamp is
-    /// not used. If the rod bears a load and the trace is without turns of its base, that must be at rest, and nothing is told of its turning.
+    /// The inertia of the rod on its equilibria under the base wrench `b` in B/L and B/L^2, and a dead load along it,
+    /// along the directors of the base, while it moves as `motion` says. `trace` is what the integration left that
+    /// found its end under them, whose error it has. The clamp is not used. If the rod bears a load and the trace is
+    /// without turns of its base, that must be at rest, and nothing is told of its turning.
     ///
     /// # Errors
     /// A motion too fast for a law that is not linear.

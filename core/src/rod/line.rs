@@ -29,7 +29,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
 
-/// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to them.
+/// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to
+/// them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LineState<const K: usize, C = ()> {
     pub(super) s: f64,
@@ -413,8 +414,8 @@ pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<
     Ok((6.0 * tolerance.powf(0.125) / rate(law, b)?).min(1.0))
 }
 
-/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step; `place` is where the state
-/// keeps s, `first` the first step.
+/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step; `place` is
+/// where the state keeps s, `first` the first step.
 ///
 /// # Errors
 /// The arclength beyond which it cannot go on.
@@ -455,7 +456,8 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     Ok((*solver.state(), solver.cost()))
 }
 
-/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of `clamp`.
+/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of
+/// `clamp`.
 fn integrate<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -504,7 +506,8 @@ pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64
     (clamp, unit_columns())
 }
 
-/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of the clamp.
+/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn
+/// of the clamp.
 pub(super) fn end<const K: usize>(
     law: &ScaledLaw,
     b: &Wrench,
@@ -534,8 +537,8 @@ pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<L
     Ok(all)
 }
 
-/// The clamp seen from the end, whose directors are the axes and which bears the force `n` and no couple, under the reversed
-/// law, with the columns d/dn.
+/// The clamp seen from the end, whose directors are the axes and which bears the force `n` and no couple, under the
+/// reversed law, with the columns d/dn.
 pub(super) fn clamp_from_end<const K: usize>(
     reversed: &ScaledLaw,
     n: &Vector3<f64>,

@@ -1,14 +1,14 @@
 //! The end of a rod that bears a dead load along it, with all that a base that turns needs to know (theory 3.8).
 //!
-//! Without a load the end turns with the base as a rigid body does, at a given base wrench along its directors. A load does not turn with
-//! the base: seen from there the end moves by
+//! Without a load the end turns with the base as a rigid body does, at a given base wrench along its directors. A
+//! load does not turn with the base: seen from there the end moves by
 //!
 //! ```text
 //! d(phi, r)(1) = [T (psi x m(0), psi x n(0)) + T_psi psi] - (psi, psi x r(1)),
 //! ```
 //!
-//! T the tangent by the base wrench, T_psi that by a turn psi of the base at a given base wrench and load: three more columns of the same
-//! equations, which begin at phi(0) = psi.
+//! T the tangent by the base wrench, T_psi that by a turn psi of the base at a given base wrench and load: three more
+//! columns of the same equations, which begin at phi(0) = psi.
 
 use super::RodSection;
 use super::inertia::{Trace, Tracked};
@@ -32,14 +32,14 @@ pub struct LoadedEnd {
     pub couple: Matrix3x6<f64>,
     /// -int f.r ds, the potential of the load.
     pub potential: f64,
-    /// d(phi, r, m)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: what the load, which does not turn
-    /// along, makes of it. None if it was not asked for.
+    /// d(phi, r, m)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: what
+    /// the load, which does not turn along, makes of it. None if it was not asked for.
     pub by_turn: Option<SMatrix<f64, 9, 3>>,
 }
 
 impl Problem {
-    /// The end of the rod under the base wrench (m(0), n(0)), with its exact tangents; `turns` asks for that by a turn of the clamp, which
-    /// costs half as much again.
+    /// The end of the rod under the base wrench (m(0), n(0)), with its exact tangents; `turns` asks for that by a
+    /// turn of the clamp, which costs half as much again.
     ///
     /// # Errors
     /// As [`super::Rod::end`].

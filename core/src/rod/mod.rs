@@ -156,9 +156,9 @@ impl Rod {
         self
     }
 
-    /// The same rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along the rod
-    /// again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of s, and so are couple
-    /// and force. The clamp is back at the origin.
+    /// The same rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along
+    /// the rod again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of
+    /// s, and so are couple and force. The clamp is back at the origin.
     ///
     /// # Errors
     /// A law that cannot be inverted without load at its other end.

@@ -13,8 +13,8 @@ use nalgebra::DVector;
 
 /// Couples and forces, in B/L and B/L^2, along which deflation begins: those of a rod that is much bent.
 const TYPICAL: f64 = 10.0;
-/// Equilibria nearer to each other than this, relative to 1 + their wrench, are one: a fold, where two meet, is known to no
-/// more than the root of the tolerance.
+/// Equilibria nearer to each other than this, relative to 1 + their wrench, are one: a fold, where two meet, is known
+/// to no more than the root of the tolerance.
 const SAME: f64 = 1e-4;
 /// Newton steps of one search of deflation at most.
 const PATIENCE: usize = 40;
@@ -41,9 +41,10 @@ impl Family for Member<'_> {
 }
 
 impl Problem {
-    /// Base wrenches, in the world frame, of the equilibria that are found under this end condition besides those at `known`:
-    /// from every start of [`Problem::solve`], in a plane and in closed form where the data allow it, and by deflation from all of
-    /// these and from rods bent every way. Only where the closed form holds it is sure that none in its plane is missing.
+    /// Base wrenches, in the world frame, of the equilibria that are found under this end condition besides those at
+    /// `known`: from every start of [`Problem::solve`], in a plane and in closed form where the data allow it, and by
+    /// deflation from all of these and from rods bent every way. Only where the closed form holds it is sure that
+    /// none in its plane is missing.
     pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
         match self.charted(None) {

@@ -99,8 +99,8 @@ impl Problem {
         self
     }
 
-    /// The chart of the path asked for, or the simplest, and the reason. A base wrench in the world frame from which the search is to
-    /// begin lies in the chart too: of two planes of symmetry it chooses one.
+    /// The chart of the path asked for, or the simplest, and the reason. A base wrench in the world frame from which
+    /// the search is to begin lies in the chart too: of two planes of symmetry it chooses one.
     ///
     /// # Errors
     /// A path that does not hold for this problem; the message says why.

@@ -192,8 +192,8 @@ pub struct FlatTrial {
     d_w: SVector<f64, 3>,
 }
 
-/// Arclength, angle, two coordinates, energy, and with [`VARIED`] the derivatives of angle and coordinates by the three unknowns;
-/// under a load along the rod then w, and its derivatives if the others are there.
+/// Arclength, angle, two coordinates, energy, and with [`VARIED`] the derivatives of angle and coordinates by the
+/// three unknowns; under a load along the rod then w, and its derivatives if the others are there.
 type Flat<const D: usize> = SVector<f64, D>;
 const BARE: usize = 5;
 const VARIED: usize = 14;

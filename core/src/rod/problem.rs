@@ -23,8 +23,8 @@ pub struct EndConditions {
     pub couple: Vector3<f64>,
     /// Force and couple are given along the directors at the end; only if nothing is held.
     pub follower: bool,
-    /// From the end to the point at which the force acts, along the directors there; 0 where anything is held, or the force
-    /// follows.
+    /// From the end to the point at which the force acts, along the directors there; 0 where anything is held, or the
+    /// force follows.
     pub arm: Vector3<f64>,
 }
 
@@ -41,8 +41,8 @@ impl EndConditions {
         }
     }
 
-    /// A free end under a dead force that acts at a point beside it, as the weight of a body: `arm` leads there, along the
-    /// directors at the end.
+    /// A free end under a dead force that acts at a point beside it, as the weight of a body: `arm` leads there,
+    /// along the directors at the end.
     pub fn weight(force: Vector3<f64>, arm: Vector3<f64>, couple: Vector3<f64>) -> Self {
         Self {
             arm,
@@ -144,7 +144,8 @@ impl Problem {
     /// Checks that the end condition makes sense and can be met.
     ///
     /// # Errors
-    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an inextensible rod.
+    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an
+    /// inextensible rod.
     pub fn new(rod: Rod, end: EndConditions, tolerance: f64) -> Result<Self> {
         if !(1e-14..=1e-3).contains(&tolerance) {
             return Err(Error::domain(format!(

@@ -6,8 +6,8 @@ use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Pieces end and begin so far beside a break, in parts of the length: a law that jumps has two values there, and which it
-/// gives at the place itself would be chance. What is left out is of the size of rounding.
+/// Pieces end and begin so far beside a break, in parts of the length: a law that jumps has two values there, and
+/// which it gives at the place itself would be chance. What is left out is of the size of rounding.
 const BESIDE: f64 = 4e-15;
 
 /// A section law in the units of the rod, its inverse hoisted if it is linear and uniform.
@@ -86,8 +86,8 @@ impl ScaledLaw {
         bent
     }
 
-    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every strain
-    /// had changed its sign.
+    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every
+    /// strain had changed its sign.
     pub(super) fn reversed(&self) -> Self {
         let mut reversed = self.clone();
         reversed.sense = -self.sense;

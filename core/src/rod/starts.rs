@@ -11,7 +11,8 @@ use crate::manifold::Multivalued;
 use nalgebra::{Rotation3, Vector2, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_3;
 
-/// Intrinsic flexures (u1, u2, u3 times L) that lead past bifurcations: generic directions, so that no symmetry is kept.
+/// Intrinsic flexures (u1, u2, u3 times L) that lead past bifurcations: generic directions, so that no symmetry is
+/// kept.
 const IMPERFECTIONS: [[f64; 3]; 4] = [
     [0.11, 0.23, 0.01],
     [0.21, -0.13, -0.02],
@@ -106,9 +107,10 @@ impl Problem {
             .map(|[a, b, twist]| PathStart::Bent([other * a, one * b, one * other * twist].into()))
     }
 
-    /// The sides of d1 and d2, 1 or -1, to which the data lie: the sign changes if the problem is mirrored along that director. A generic direction is taken
-    /// to these sides, so that the starts of a mirror image are the mirror images of the starts, and lead to the mirror images of what these lead to. Places and forces along d1, and couples
-    /// and flexures about d2, change if d1 is mirrored; couples and twist along d3 if either is.
+    /// The sides of d1 and d2, 1 or -1, to which the data lie: the sign changes if the problem is mirrored along that
+    /// director. A generic direction is taken to these sides, so that the starts of a mirror image are the mirror
+    /// images of the starts, and lead to the mirror images of what these lead to. Places and forces along d1, and
+    /// couples and flexures about d2, change if d1 is mirrored; couples and twist along d3 if either is.
     fn hands(&self) -> [f64; 2] {
         let part = |held: bool| -> Vector3<f64> {
             let among = (0..3).filter(|i| self.end.position[*i].is_some() == held);
@@ -242,8 +244,9 @@ impl Problem {
             .filter_map(|x| chart.wrench(self, &dynamic(x)).ok().map(PathStart::Loaded))
     }
 
-    /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other
-    /// starts when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends in a fold.
+    /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the
+    /// other starts when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends
+    /// in a fold.
     fn arcs(&self, axes: &[Vector3<f64>]) -> Vec<Wrench> {
         let Some(target) = self.held_place() else {
             return Vec::new();

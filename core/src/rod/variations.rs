@@ -19,7 +19,8 @@ pub(super) struct Variations<const K: usize> {
     pub(super) dm: [[f64; K]; 3],
     /// J and P at the end: conjugate variables, J^T P symmetric.
     pub(super) conjugate: (Matrix3<f64>, Matrix3<f64>),
-    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
+    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns
+    /// 0..3.
     pub(super) angle: f64,
     /// The weight kappa.
     pub(super) weight: f64,
@@ -33,7 +34,8 @@ struct Loaded<'a, const K: usize, C: Carried<K>> {
     b: &'a Wrench,
 }
 
-/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep n, is symmetric.
+/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep
+/// n, is symmetric.
 fn conjugate<const K: usize, C: Carried<K>>(
     at: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
@@ -62,7 +64,8 @@ pub(super) fn whole<const K: usize>(
     own(p).zip_map(&own(j), |p, j| Complex::new(p, weight * j))
 }
 
-/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load along it, too.
+/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load
+/// along it, too.
 fn turning<const K: usize, C: Carried<K>>(
     at: &LineState<K, C>,
     slope: &LineState<K, C>,
@@ -169,7 +172,8 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
             )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
         let next = turning(&step.to, step.end_slope(), rod, &flow.dm, weight).ok_or_else(lost)?;
-        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
+        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each
+        // other.
         let turned = (next.0 / turn.0).arg();
         let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
         let expected = 0.5 * (before + after);
@@ -228,8 +232,8 @@ fn separate<const K: usize, C: Carried<K>>(
     Some(size)
 }
 
-/// What columns are to be multiplied by that columns 0..3 of (J, P) become orthonormal, and the others have no part in them; and
-/// the size of the three. Its determinant is positive.
+/// What columns are to be multiplied by that columns 0..3 of (J, P) become orthonormal, and the others have no part
+/// in them; and the size of the three. Its determinant is positive.
 pub(super) fn separating<const K: usize>(
     (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
 ) -> Option<(SMatrix<f64, K, K>, f64)> {

@@ -6,8 +6,8 @@
 //! n(s) = n(0) - int_0^s f,   m(s) = m(0) - r x n(s) - w(s),   w' = r x f,   w(0) = 0.
 //! ```
 //!
-//! n(s) is known beforehand; w is carried along the rod, and in the tangent dw' = rho x f. A rod without load carries `()`,
-//! which is nothing: its integration is the same to the last bit as if there were no loads along rods.
+//! n(s) is known beforehand; w is carried along the rod, and in the tangent dw' = rho x f. A rod without load carries
+//! `()`, which is nothing: its integration is the same to the last bit as if there were no loads along rods.
 
 use super::Rod;
 use crate::error::{Error, Result};
@@ -74,7 +74,8 @@ impl Distributed {
         Self::of(vec![(0.0, coefficients)])
     }
 
-    /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the integration along the rod.
+    /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the
+    /// integration along the rod.
     ///
     /// # Errors
     /// Fewer than 2 or more than 500 rows; places that do not grow from 0 to 1; a number that is not finite.

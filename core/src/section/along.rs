@@ -34,7 +34,8 @@ impl From<f64> for Along {
 
 impl Along {
     /// Linear between the nodes (s, value). A place that stands twice is a jump; at the jump itself the second value
-    /// holds. The interior nodes are breaks ([`SectionLaw::breaks`](super::SectionLaw::breaks)). The table must cover the rod.
+    /// holds. The interior nodes are breaks ([`SectionLaw::breaks`](super::SectionLaw::breaks)). The table must cover
+    /// the rod.
     ///
     /// # Errors
     /// Fewer than two nodes, numbers that are not finite, places out of order or standing more than twice.

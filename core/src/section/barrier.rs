@@ -15,10 +15,10 @@
 //! but must lie inside it, V(rest) < 1. Linearised at a straight rest the stiffness is
 //! K + beta diag(2 h2^2, 2 h1^2, 0, 0, 0, 2).
 //!
-//! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J e)^T/q^2.
-//! Under large couples q is a small difference of large squares; so the inverse law works with rho = sqrt(q) in place
-//! of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q. Newton's iteration
-//! starts from the solution of an equivalent scalar equation and only removes its rounding.
+//! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J
+//! e)^T/q^2. Under large couples q is a small difference of large squares; so the inverse law works with rho =
+//! sqrt(q) in place of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q.
+//! Newton's iteration starts from the solution of an equivalent scalar equation and only removes its rounding.
 
 use super::newton::{Point, Potential, invert};
 use super::profile::positive;
@@ -31,8 +31,8 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BarrierTerm {
-    /// Its size, > 0: of an energy per length, a force; of friction, what it adds to the axial viscosity of the straight
-    /// unstretched rod, force times time.
+    /// Its size, > 0: of an energy per length, a force; of friction, what it adds to the axial viscosity of the
+    /// straight unstretched rod, force times time.
     pub strength: f64,
     /// Half widths h1, h2 > 0 of the cross-section along d1 and d2.
     pub half_widths: [f64; 2],

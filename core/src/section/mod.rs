@@ -220,7 +220,8 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// True if the law does not depend on s.
     fn is_uniform(&self) -> bool;
 
-    /// True if the stiffness at the unloaded strains does not depend on s, though these strains may. False may also mean "not known".
+    /// True if the stiffness at the unloaded strains does not depend on s, though these strains may. False may also
+    /// mean "not known".
     fn has_uniform_stiffness(&self) -> bool {
         self.is_uniform()
     }

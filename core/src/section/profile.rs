@@ -287,8 +287,8 @@ impl Profile {
     /// The law K = diag(E I1, E I2, G J, k G A, k G A, E A).
     ///
     /// # Errors
-    /// Sizes, moduli and settings that are not finite and > 0, a wall thicker than the tube's radius; Cowper's factor for moduli
-    /// that no isotropic material has; stiffnesses that overflow or underflow.
+    /// Sizes, moduli and settings that are not finite and > 0, a wall thicker than the tube's radius; Cowper's factor
+    /// for moduli that no isotropic material has; stiffnesses that overflow or underflow.
     pub fn law(&self) -> Result<Linear> {
         self.shape.check()?;
         self.material.check()?;

@@ -5,8 +5,8 @@ use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
 use std::sync::Arc;
 
-/// The law in arclength from the other end and along directors turned by pi about d1, so that d3 points along the rod again.
-/// With T = diag(-1, 1, 1, -1, 1, 1) it is W*(e, s) = W(T e, L - s).
+/// The law in arclength from the other end and along directors turned by pi about d1, so that d3 points along the rod
+/// again. With T = diag(-1, 1, 1, -1, 1, 1) it is W*(e, s) = W(T e, L - s).
 #[derive(Debug)]
 pub(crate) struct Reversed {
     pub law: Arc<dyn SectionLaw>,

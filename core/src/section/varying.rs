@@ -219,8 +219,8 @@ impl Varying {
         Ok(varying)
     }
 
-    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's length, by
-    /// which polynomials measure s, is 1.
+    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's
+    /// length, by which polynomials measure s, is 1.
     ///
     /// # Errors
     /// A constant or a node of a table that is not finite and > 0.

@@ -98,7 +98,8 @@ impl<'a> Space<'a> {
         Ok((at.residual, eliminated))
     }
 
-    /// The unit null vector of [F_x F_p] and the determinant with it as the last row, over a size common to the whole branch.
+    /// The unit null vector of [F_x F_p] and the determinant with it as the last row, over a size common to the whole
+    /// branch.
     pub fn null(&self, eliminated: &Elimination) -> (Place, f64) {
         let (null, determinant) = eliminated.null();
         let blocks = self.blocks.get_or_init(|| determinant.blocks());

@@ -19,8 +19,8 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// The longest step that gives the same as the one before it, or that which comes nearest to it, with what `at` finds there; `apart` is by what
-    /// part two of them differ. None where no two agree to 1e-4.
+    /// The longest step that gives the same as the one before it, or that which comes nearest to it, with what `at`
+    /// finds there; `apart` is by what part two of them differ. None where no two agree to 1e-4.
     ///
     /// # Errors
     /// Those of `at`.

@@ -98,7 +98,8 @@ impl<S: State> Dop853<S> {
         }
     }
 
-    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a
+    /// stall.
     pub fn restart(&mut self, state: S, slope: S, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
@@ -149,8 +150,8 @@ impl<S: State> Dop853<S> {
         Step::blank(&self.state, &self.slope)
     }
 
-    /// As [`Dop853::step`] for large states, whose copies cost: the step is used again and again, and `f` writes the slope
-    /// into its second argument (None: undefined here).
+    /// As [`Dop853::step`] for large states, whose copies cost: the step is used again and again, and `f` writes the
+    /// slope into its second argument (None: undefined here).
     pub fn step_into(
         &mut self,
         f: impl FnMut(&S, &mut S) -> Option<()>,
@@ -214,9 +215,9 @@ impl<S: State> Dop853<S> {
 /// Stages of a step, its start included and its end not.
 pub const COUNT: usize = 12;
 
-/// Takes a step of the length `h` again with what rides along with a state and does not act on it: `slope` of stage i, which is to be added up
-/// with a weight over the steps (0 of most), at the value there. Stages are those of [`Dop853::step_into`]: its start, and the eleven states
-/// that its right-hand side is asked for before the end.
+/// Takes a step of the length `h` again with what rides along with a state and does not act on it: `slope` of stage
+/// i, which is to be added up with a weight over the steps (0 of most), at the value there. Stages are those of
+/// [`Dop853::step_into`]: its start, and the eleven states that its right-hand side is asked for before the end.
 pub fn over_stages<const D: usize>(
     from: &SVector<f64, D>,
     h: f64,

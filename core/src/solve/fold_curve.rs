@@ -50,8 +50,8 @@ pub struct Crossed<A, B> {
 }
 
 impl<A, B> Crossed<A, B> {
-    /// Of families of `size` unknowns. p is counted in `unit`s (not 0) of the families' own, so that it is of the size of the
-    /// unknowns.
+    /// Of families of `size` unknowns. p is counted in `unit`s (not 0) of the families' own, so that it is of the
+    /// size of the unknowns.
     pub fn new(in_p: A, in_q: B, size: usize, unit: f64) -> Self {
         Self {
             in_p,
@@ -155,7 +155,8 @@ impl<'a> FoldCurve<'a> {
         let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
         let h = 1e-4 * (1.0 + x.norm());
         let beside = |h: f64| self.family.index(&(&x + &right * h), p, q);
-        // Two that do not differ by one are not those of this fold: another is near, or the index is not known that well.
+        // Two that do not differ by one are not those of this fold: another is near, or the index is not known that
+        // well.
         Ok(beside(h)?
             .zip(beside(-h)?)
             .map(|(a, b)| (a.min(b), a.max(b)))

@@ -1,10 +1,10 @@
 //! Symmetric Runge-Kutta stepping of order 12 (Gauss collocation, 6 stages) for reversible systems over long times.
 //!
-//! Hairer, Lubich, Wanner: *Geometric Numerical Integration*, 2nd ed., Secs. V.1, VIII.3, VIII.6. An explicit step leaves a
-//! defect of one sign in the energy, and the defects add up. A step that is its own inverse under h -> -h, of a system that
-//! runs back the same way when its velocities are turned round, cannot tell forward from backward: what it takes from
-//! the energy on one half of an oscillation it gives back on the other. So it must not be controlled by an error that looks back:
-//! steps have the same length all along, in the independent variable sigma of
+//! Hairer, Lubich, Wanner: *Geometric Numerical Integration*, 2nd ed., Secs. V.1, VIII.3, VIII.6. An explicit step
+//! leaves a defect of one sign in the energy, and the defects add up. A step that is its own inverse under h -> -h,
+//! of a system that runs back the same way when its velocities are turned round, cannot tell forward from backward:
+//! what it takes from the energy on one half of an oscillation it gives back on the other. So it must not be
+//! controlled by an error that looks back: steps have the same length all along, in the independent variable sigma of
 //! ```text
 //! dy/dsigma = f(y)/Q(y),
 //! ```
@@ -15,7 +15,8 @@ use super::dop853::{State, StepTooSmall, collocated};
 
 /// A state whose motion may be reversible.
 pub trait Reversible: State {
-    /// Q^2 at the state `at`, whose slope this is: a smooth function of both, even in the slope, that does not depend on time.
+    /// Q^2 at the state `at`, whose slope this is: a smooth function of both, even in the slope, that does not depend
+    /// on time.
     fn pace_squared(&self, at: &Self) -> f64;
 }
 
@@ -113,14 +114,14 @@ const GROW: f64 = 1.5;
 const SHRINK: f64 = 0.3;
 /// A first step is fitted when its error lies within so many times less than its bound.
 const FITTED: f64 = 30.0;
-/// The bound of a first step's error, as a part of that of all: the hardest place of the motion is not known yet. (Half the length is
-/// 8000 times less error, for some tenths more of work: the iteration then converges faster.)
+/// The bound of a first step's error, as a part of that of all: the hardest place of the motion is not known yet.
+/// (Half the length is 8000 times less error, for some tenths more of work: the iteration then converges faster.)
 const SAFE: f64 = 0.1;
 /// Later steps may have so many times the error; one with more shortens all that follow, by a little more than needed.
 const SLACK: f64 = 10.0;
 const SPARE: f64 = 0.8;
-/// What a trial of more than `h_max` over this is rejected for may lie at the break on account of which `h_max` is given. (Some callers allow four
-/// times the way there, and time may run faster in the step than at its start.)
+/// What a trial of more than `h_max` over this is rejected for may lie at the break on account of which `h_max` is
+/// given. (Some callers allow four times the way there, and time may run faster in the step than at its start.)
 const NEAR: f64 = 8.0;
 /// A step below this multiple of the first has stalled.
 const STALL: f64 = 1e-12;
@@ -261,8 +262,9 @@ impl<Y: Reversible> Gauss<Y> {
         self.h
     }
 
-    /// Takes one step of at most `h_max`. `f` is the right-hand side in the system's own variable; None means outside its
-    /// domain and shortens the steps: this one alone where it may have met the break for which `h_max` is given, else all.
+    /// Takes one step of at most `h_max`. `f` is the right-hand side in the system's own variable; None means outside
+    /// its domain and shortens the steps: this one alone where it may have met the break for which `h_max` is given,
+    /// else all.
     ///
     /// # Errors
     /// [`StepTooSmall`] if no step of a size worth taking can be solved.
@@ -335,8 +337,8 @@ impl<Y: Reversible> Gauss<Y> {
     }
 }
 
-/// The step of length `h` from a state with its slope and rest, by fixed-point iteration to rounding from guesses of the
-/// slopes at the stages. None where it does not converge, or leaves the domain.
+/// The step of length `h` from a state with its slope and rest, by fixed-point iteration to rounding from guesses of
+/// the slopes at the stages. None where it does not converge, or leaves the domain.
 fn solve<Y: Reversible>(
     (from, slope, rest): (&Y, &Y, Option<&Y>),
     (h, floor): (f64, f64),
@@ -414,9 +416,10 @@ impl<Y: Reversible> GaussStep<Y> {
     }
 
     /// An estimate of the local error: the first Legendre coefficient over the step of what the slope is beyond its
-    /// polynomial, times that of what a change of the slope does to the end. The one from the decay of the coefficients that are there;
-    /// the other from the same decay or, if that is more, from the fastest rate z that the iteration has met, as it would be for
-    /// exp(i z x): the product then is the error of that motion to leading order.
+    /// polynomial, times that of what a change of the slope does to the end. The one from the decay of the
+    /// coefficients that are there; the other from the same decay or, if that is more, from the fastest rate z that
+    /// the iteration has met, as it would be for exp(i z x): the product then is the error of that motion to leading
+    /// order.
     fn error(&self) -> f64 {
         let sizes: [f64; S] = std::array::from_fn(|k| {
             let weights: [f64; S] = std::array::from_fn(|i| {

@@ -21,8 +21,8 @@ pub enum Method {
     Explicit,
     /// Radau IIA, order 5, or 9 or 13 where tolerances are fine: implicit steps, for stiff systems.
     Implicit,
-    /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction ([`super::gauss`]). The
-    /// integrator of this module has none, and chooses as under `Auto`.
+    /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction
+    /// ([`super::gauss`]). The integrator of this module has none, and chooses as under `Auto`.
     Symmetric,
 }
 
@@ -39,22 +39,25 @@ const RELIEF: u32 = 6;
 /// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
 const LONGER: f64 = 3.0;
 const STRIDE: u64 = 4;
-/// Error estimate of Radau of order 5 for a step h, over h^4 y''''. Steps of order 9 are longer, so that it stays with DOP853 rather too long.
+/// Error estimate of Radau of order 5 for a step h, over h^4 y''''. Steps of order 9 are longer, so that it stays
+/// with DOP853 rather too long.
 const RADAU_ERROR: f64 = 0.00458;
 /// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
-/// Number of such steps in a row after which DOP853 takes over: at first, and at most after changes that did harm. A step that still grows
-/// by more than GROWTH is not one of them.
+/// Number of such steps in a row after which DOP853 takes over: at first, and at most after changes that did harm. A
+/// step that still grows by more than GROWTH is not one of them.
 const CALM: u32 = 4;
 const CALM_LIMIT: u32 = 4096;
 const GROWTH: f64 = 2.0;
-/// Below this product of step and spectral radius it is rounding that limits DOP853, where the inverse of a nearly singular mass is in the slope:
-/// no motion is that much faster than the fastest rate.
+/// Below this product of step and spectral radius it is rounding that limits DOP853, where the inverse of a nearly
+/// singular mass is in the slope: no motion is that much faster than the fastest rate.
 const ROUGH: f64 = 0.1;
-/// A change to DOP853 did harm if its first TRIAL steps are on average this much shorter than the one that Radau would have taken.
+/// A change to DOP853 did harm if its first TRIAL steps are on average this much shorter than the one that Radau
+/// would have taken.
 const TRIAL: u64 = 12;
 const SHORTER: f64 = 8.0;
-/// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as long.
+/// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as
+/// long.
 const SHORT_STAY: u64 = 60;
 
 /// An integration in progress. The system is handed to every call, so that its owner may change it in between;
@@ -73,8 +76,8 @@ pub struct Integrator {
     relief: u32,
     patience: u32,
     calm: u32,
-    /// The step that Radau would have taken when DOP853 took over from it, the steps DOP853 had taken, and the length walked since; None if
-    /// it did not, or has been judged.
+    /// The step that Radau would have taken when DOP853 took over from it, the steps DOP853 had taken, and the length
+    /// walked since; None if it did not, or has been judged.
     trial: Option<(f64, u64, f64)>,
     /// The last slopes, STRIDE steps apart, each with the length walked since the one before.
     trail: Vec<(f64, DVector<f64>)>,
@@ -144,8 +147,8 @@ impl Integrator {
         })
     }
 
-    /// Implicit steps try no order but the one that suits the tolerance: for systems whose samples inside of steps cost as much as steps, so that
-    /// longer ones do not pay.
+    /// Implicit steps try no order but the one that suits the tolerance: for systems whose samples inside of steps
+    /// cost as much as steps, so that longer ones do not pay.
     pub fn keep_order(&mut self) {
         self.radau.keep_order();
     }
@@ -336,7 +339,8 @@ impl Integrator {
         Some(step.min(10.0 * at) / taken)
     }
 
-    /// Spectral radius of the Jacobian that Radau uses, or what shows that it is well beyond the bound for the step `h`.
+    /// Spectral radius of the Jacobian that Radau uses, or what shows that it is well beyond the bound for the step
+    /// `h`.
     fn radius(&mut self, h: f64) -> f64 {
         let number = self.radau.cost().jacobians;
         if self.radius.0 != number
@@ -395,9 +399,10 @@ impl Integrator {
         }
     }
 
-    /// The part of the last step, in [0, 1], after which the time is `t`; None outside the step. The time is the component number `time` of the
-    /// state. It is taken from the states at both ends of the step: their difference is the length of the step only up to rounding, and measured by
-    /// that length a moment just after the start could lie before it.
+    /// The part of the last step, in [0, 1], after which the time is `t`; None outside the step. The time is the
+    /// component number `time` of the state. It is taken from the states at both ends of the step: their difference
+    /// is the length of the step only up to rounding, and measured by that length a moment just after the start could
+    /// lie before it.
     pub fn fraction(&self, time: usize, t: f64) -> Option<f64> {
         let (from, to) = (self.from()[time], self.state()[time]);
         let inside = from < to && (from..=to).contains(&t);

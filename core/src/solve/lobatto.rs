@@ -1,4 +1,5 @@
-//! Collocation at the nine places of Lobatto's rule, of order 16, for motions whose slope is evaluated at eight places at once.
+//! Collocation at the nine places of Lobatto's rule, of order 16, for motions whose slope is evaluated at eight
+//! places at once.
 //!
 //! On a step of length h the slopes k_i at the places c_i, the first of them known, satisfy
 //!
@@ -6,12 +7,13 @@
 //! y_i = y + h sum_j a_ij k_j,   k_i = f(y_i),   a_ij = int_0^{c_i} l_j,
 //! ```
 //!
-//! and the last of them is the end. They are swept until they stay, from the polynomial of the step before. An explicit method asks for its slopes one after
-//! the other; here eight are asked for at once, and where a motion's slope is made in wide registers a sweep costs little more than a slope or two.
-//! In a sweep velocities come before places: places are carried by the velocities that the new forces give, which halves the sweeps of a smooth motion.
+//! and the last of them is the end. They are swept until they stay, from the polynomial of the step before. An
+//! explicit method asks for its slopes one after the other; here eight are asked for at once, and where a motion's
+//! slope is made in wide registers a sweep costs little more than a slope or two. In a sweep velocities come before
+//! places: places are carried by the velocities that the new forces give, which halves the sweeps of a smooth motion.
 //!
-//! Steps are as long as the last two of the nine coefficients of the slopes by Legendre polynomials allow: of a smooth function whose coefficients fall like x^k
-//! about x^16 is lost at the end of a step, where they are x^8.
+//! Steps are as long as the last two of the nine coefficients of the slopes by Legendre polynomials allow: of a
+//! smooth function whose coefficients fall like x^k about x^16 is lost at the end of a step, where they are x^8.
 
 mod rule;
 
@@ -24,8 +26,8 @@ pub use rule::Block;
 use rule::{Fitting, Modes, changed, integrals, integrated};
 use std::marker::PhantomData;
 
-/// A motion whose slope is evaluated at eight places at once, in rows of numbers at these: places, as many velocities, time, and what is integrated along but acts on
-/// nothing.
+/// A motion whose slope is evaluated at eight places at once, in rows of numbers at these: places, as many
+/// velocities, time, and what is integrated along but acts on nothing.
 pub trait Sweeps {
     /// Number of places.
     const PLACES: usize;

@@ -1,7 +1,7 @@
 //! Factors of real and complex matrices by elimination with partial pivoting.
 //!
-//! Real and imaginary parts are kept apart, and columns in whole lines of eight: what is done to them are sums of real products down
-//! the columns, for which registers are wide.
+//! Real and imaginary parts are kept apart, and columns in whole lines of eight: what is done to them are sums of
+//! real products down the columns, for which registers are wide.
 
 use super::system::{Factor, Scalar};
 use crate::math::eight::Eight;
@@ -174,7 +174,8 @@ impl WithSimd for Eliminating<'_> {
             }
             let ([p, q], row) = (lu.inverse[k], lu.rows[k]);
             let first = (k + 1) / 8;
-            // The row that is exchanged for that of the pivot is worked on by itself: what it had below the pivot, and its factor.
+            // The row that is exchanged for that of the pivot is worked on by itself: what it had below the pivot,
+            // and its factor.
             let factor = |l: &[Line]| {
                 if row > k {
                     l[row / 8 - first].0[row % 8]
@@ -373,8 +374,8 @@ mod tests {
     use nalgebra::Complex;
     use std::cmp::Ordering;
 
-    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, whichever row the pivots come from. And
-    /// small pivots that make numbers above them infinite.
+    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, whichever row the
+    /// pivots come from. And small pivots that make numbers above them infinite.
     #[test]
     fn solutions_solve() {
         let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;

@@ -9,7 +9,8 @@ use super::family::Family;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// Steps of derivatives along z, the first relative to 1 + |x|: their error is of the fourth power of the step, or the noise of F_x over it.
+/// Steps of derivatives along z, the first relative to 1 + |x|: their error is of the fourth power of the step, or
+/// the noise of F_x over it.
 const STEPS: Steps = Steps {
     first: 4e-3,
     most: 6,

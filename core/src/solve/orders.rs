@@ -1,11 +1,12 @@
-//! Which of the orders 9 and 13 implicit steps take: the one that costs less is found by trying the other one now and then.
+//! Which of the orders 9 and 13 implicit steps take: the one that costs less is found by trying the other one now and
+//! then.
 
 use super::radau_stages::Order;
 
 /// Errors of steps below which the order 13 is tried at all: above, it is rarely worth what trying it costs.
 const FINEST: f64 = 2e-11;
-/// It is tried where Newton's iteration contracts by less than this, in the mean of about MEAN steps: it is the error that bounds
-/// the steps then, and those of the higher order are longer.
+/// It is tried where Newton's iteration contracts by less than this, in the mean of about MEAN steps: it is the error
+/// that bounds the steps then, and those of the higher order are longer.
 const EASY: f64 = 0.08;
 const MEAN: f64 = 8.0;
 /// It is left at once where the iteration contracts by more than this: more stages cost more for nothing.
@@ -116,7 +117,8 @@ impl Orders {
         self.last.add(work, length);
     }
 
-    /// Chooses the order of the next step, which would have the length `h`: if it is another order, the length that the step is to have with it.
+    /// Chooses the order of the next step, which would have the length `h`: if it is another order, the length that
+    /// the step is to have with it.
     pub(super) fn choose(&mut self, h: f64) -> Option<f64> {
         if !self.free {
             return None;
@@ -168,7 +170,8 @@ impl Orders {
 mod tests {
     use super::*;
 
-    /// Part of the steps that are of order 13, if these are `longer` times as long and Newton's iteration contracts by `contraction`.
+    /// Part of the steps that are of order 13, if these are `longer` times as long and Newton's iteration contracts
+    /// by `contraction`.
     fn share(longer: f64, contraction: f64) -> f64 {
         let mut orders = Orders::suited(1e-12);
         let (mut count, mut h) = (0.0, 1.0);

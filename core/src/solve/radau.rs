@@ -1,4 +1,5 @@
-//! Implicit Runge-Kutta stepping (Radau IIA: 3 stages, order 5, or 5 or 7 stages, orders 9 and 13) for stiff systems of any dimension.
+//! Implicit Runge-Kutta stepping (Radau IIA: 3 stages, order 5, or 5 or 7 stages, orders 9 and 13) for stiff systems
+//! of any dimension.
 //!
 //! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
 //! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
@@ -19,8 +20,8 @@ const GROW: f64 = 8.0;
 const KEPT: f64 = 1.2;
 /// The Jacobian is kept while Newton contracts by this per iteration.
 const FAST: f64 = 0.02;
-/// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would contract by less
-/// than this in an iteration is not tried.
+/// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would
+/// contract by less than this in an iteration is not tried.
 const CONTRACTING: f64 = 0.3;
 /// What factors cost, in evaluations for each stage.
 const FACTORS: f64 = 3.0;
@@ -28,9 +29,10 @@ const FACTORS: f64 = 3.0;
 const STALL: f64 = 1e-14;
 /// Steps of a motion that rests grow for ever; squares of 1/h must be numbers, for complex ones to be divided by it.
 const LONGEST: f64 = 1e140;
-/// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) where the solution is smooth. To bound the latter
-/// by the tolerance the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program for s = 3. For s = 5 they let it be as
-/// large as tolerance^(3/5): what is stiff leaves less of the order, and errors of up to a hundred tolerances were seen.
+/// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) where the solution is smooth.
+/// To bound the latter by the tolerance the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program
+/// for s = 3. For s = 5 they let it be as large as tolerance^(3/5): what is stiff leaves less of the order, and
+/// errors of up to a hundred tolerances were seen.
 const ESTIMATE: f64 = 0.1;
 /// The part of the tolerance that the error of Newton's iteration may take up.
 const NEWTON: f64 = 0.1;
@@ -77,8 +79,8 @@ pub struct Radau {
 }
 
 impl Radau {
-    /// Starts at `state`, settled, with its `slope` in the form of [`AnySystem::balance`]; `h` is a first guess that the error
-    /// control corrects. The error of each step is kept near `tolerance`, in units of the root of
+    /// Starts at `state`, settled, with its `slope` in the form of [`AnySystem::balance`]; `h` is a first guess that
+    /// the error control corrects. The error of each step is kept near `tolerance`, in units of the root of
     /// [`AnySystem::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
         let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
@@ -113,7 +115,8 @@ impl Radau {
         self.orders.stay();
     }
 
-    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a
+    /// stall.
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
@@ -171,8 +174,8 @@ impl Radau {
         Some(())
     }
 
-    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the step, roughly if that
-    /// served so far; at the current state if there is none.
+    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the
+    /// step, roughly if that served so far; at the current state if there is none.
     fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
         let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
         let rough = match self.rough.is_due() {
@@ -261,7 +264,8 @@ impl Radau {
                 if self.rough.used {
                     self.rough.seen(1.0);
                 }
-                // What was expected may not come: after a second failure it is the Jacobian of the current state that is taken.
+                // What was expected may not come: after a second failure it is the Jacobian of the current state that
+                // is taken.
                 if rejected && !self.fresh {
                     (foresee, self.worn) = (false, true);
                 }
@@ -314,8 +318,9 @@ impl Radau {
         }
     }
 
-    /// The slope at the end of a step of length `h`: that of the collocation polynomial, for the end is its last stage and fulfils the
-    /// equations. Where the step has the length `h_max` it may have ended at a break of the loads, beyond which the slope is another one.
+    /// The slope at the end of a step of length `h`: that of the collocation polynomial, for the end is its last
+    /// stage and fulfils the equations. Where the step has the length `h_max` it may have ended at a break of the
+    /// loads, beyond which the slope is another one.
     fn end_slope(
         &mut self,
         system: &dyn AnySystem,
@@ -374,7 +379,8 @@ impl Radau {
             .collect()
     }
 
-    /// What the polynomial of the last step, which may be of another order than the next, adds to the state at its start at `x` of its length.
+    /// What the polynomial of the last step, which may be of another order than the next, adds to the state at its
+    /// start at `x` of its length.
     fn within(&self, x: f64) -> DVector<f64> {
         let last = Order::of_stages(self.stages.len());
         last.tableau().polynomial(x, &self.stages)

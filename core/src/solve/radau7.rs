@@ -1,8 +1,9 @@
 //! Radau IIA with seven stages (order 13): the tableau, and the steps that are polynomials.
 //!
-//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Secs. VI.5, VII.4. A stiff mechanical system is close to one
-//! with constraints (index 3): whatever the order, the velocities across the constraints err by the h^s of s stages and the forces by
-//! h^(s-1). Hence many stages. Who solves the stage equations knows the system; this module knows what can be said of any.
+//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Secs. VI.5, VII.4. A stiff mechanical
+//! system is close to one with constraints (index 3): whatever the order, the velocities across the constraints err
+//! by the h^s of s stages and the forces by h^(s-1). Hence many stages. Who solves the stage equations knows the
+//! system; this module knows what can be said of any.
 
 use super::gauss::Reversible;
 use std::sync::OnceLock;
@@ -77,8 +78,8 @@ pub fn tableau() -> &'static Tableau {
     })
 }
 
-/// One accepted step: the polynomial through its start and its stages. In the limit of great stiffness it is as accurate inside as at
-/// its end, so that nothing better need be looked for.
+/// One accepted step: the polynomial through its start and its stages. In the limit of great stiffness it is as
+/// accurate inside as at its end, so that nothing better need be looked for.
 #[derive(Debug, Clone)]
 pub struct RadauStep<Y> {
     /// State at the start.
@@ -140,8 +141,8 @@ impl<Y: Reversible> RadauStep<Y> {
 mod tests {
     use super::*;
 
-    /// Catches a wrong digit of a node: the end integrates polynomials up to the degree 2 s - 2 exactly, which no other nodes with
-    /// c_s = 1 do, and the determinant and trace of A belong to the eigenvalue given.
+    /// Catches a wrong digit of a node: the end integrates polynomials up to the degree 2 s - 2 exactly, which no
+    /// other nodes with c_s = 1 do, and the determinant and trace of A belong to the eigenvalue given.
     #[test]
     fn quadrature_is_that_of_radau() {
         let weights = tableau().once[S - 1];

@@ -1,4 +1,5 @@
-//! The work of Newton's iteration on stages beside the linear systems, in wide registers: eight components of all stages at once.
+//! The work of Newton's iteration on stages beside the linear systems, in wide registers: eight components of all
+//! stages at once.
 
 use super::radau_stages::Tableau;
 use super::radau7::S;

@@ -1,6 +1,6 @@
-//! The stages of Radau IIA of orders 5, 9 and 13: tableaux, collocation polynomials, and the simplified Newton iteration that
-//! solves them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
-//! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
+//! The stages of Radau IIA of orders 5, 9 and 13: tableaux, collocation polynomials, and the simplified Newton
+//! iteration that solves them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the
+//! same: *Stiff differential equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
 use super::radau_lines::{Advance, Residuals};
 use super::radau7::NODES;
@@ -10,7 +10,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::OnceLock;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
-/// Nodes c of the stages of two methods, those of the third stand in [`super::radau7`]; the last is the end of the step.
+/// Nodes c of the stages of two methods, those of the third stand in [`super::radau7`]; the last is the end of the
+/// step.
 const THREE: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
 const FIVE: [f64; 5] = [
     0.057_104_196_114_517_68,
@@ -31,7 +32,8 @@ pub(super) enum Order {
     Thirteen,
 }
 
-/// Steps that are as accurate as this are fewer by so much with the order 9 that they cost less, each at two to three times the price.
+/// Steps that are as accurate as this are fewer by so much with the order 9 that they cost less, each at two to three
+/// times the price.
 const FINE: f64 = 1e-8;
 
 impl Order {
@@ -61,8 +63,8 @@ impl Order {
     }
 }
 
-/// A method of s stages: nodes c, and the matrix A of the integrals up to them, as A^-1 = T Lambda T^-1. Lambda has the real
-/// eigenvalue `gamma` of A^-1, then for each pair alpha +- i beta the block \[alpha, -beta; beta, alpha\].
+/// A method of s stages: nodes c, and the matrix A of the integrals up to them, as A^-1 = T Lambda T^-1. Lambda has
+/// the real eigenvalue `gamma` of A^-1, then for each pair alpha +- i beta the block \[alpha, -beta; beta, alpha\].
 #[derive(Debug)]
 pub(super) struct Tableau {
     nodes: &'static [f64],
@@ -70,7 +72,8 @@ pub(super) struct Tableau {
     pub(super) pairs: Vec<Complex<f64>>,
     pub(super) t: DMatrix<f64>,
     pub(super) t_inverse: DMatrix<f64>,
-    /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the step.
+    /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the
+    /// step.
     start: Vec<f64>,
     end: Vec<f64>,
 }
@@ -173,8 +176,8 @@ fn eigenpair(matrix: &DMatrix<f64>, near: Complex<f64>) -> (Complex<f64>, DVecto
     ((&matrix * &vector)[s - 1], vector)
 }
 
-/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the Jacobian are zero follow one
-/// iteration behind.
+/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the
+/// Jacobian are zero follow one iteration behind.
 const LAG: f64 = 0.05;
 
 /// Differences z_i = y(t + c_i h) - y(t) of the stages.
@@ -220,8 +223,9 @@ impl Factors {
         })
     }
 
-    /// (gamma / h - J)^-1 (slope - u'), with the slope u' at the start of the collocation polynomial: the error of an embedded method
-    /// of order s, damped where the system is stiff. The last `algebraic` components have no derivative.
+    /// (gamma / h - J)^-1 (slope - u'), with the slope u' at the start of the collocation polynomial: the error of an
+    /// embedded method of order s, damped where the system is stiff. The last `algebraic` components have no
+    /// derivative.
     pub(super) fn error(
         &self,
         slope: &DVector<f64>,
@@ -332,7 +336,8 @@ impl Newton {
         let h = factors.h;
         let tableau = factors.order.tableau();
         let (stages, most) = (tableau.stages(), Self::most(factors.order));
-        // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
+        // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step
+        // must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         if self.room.pair.len() != n || self.room.states.len() != stages {
             self.room = Room::new(stages, n);
@@ -346,7 +351,8 @@ impl Newton {
             pair,
         } = &mut self.room;
         let (mut last, mut last_ratio) = (0.0, 0.0);
-        // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
+        // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time
+        // before the next.
         let blind = z.iter().all(|z| z.amax() == 0.0);
         let mut first = 0;
         self.remainder = self.remainder.powf(0.8);
@@ -448,7 +454,8 @@ impl Newton {
 mod tests {
     use super::*;
 
-    /// Catches a wrong digit of a node or a wrong transformation: nodes are those of Radau, P_s = P_(s-1), A integrates c^p up to each node, and T block-diagonalises A^-1.
+    /// Catches a wrong digit of a node or a wrong transformation: nodes are those of Radau, P_s = P_(s-1), A
+    /// integrates c^p up to each node, and T block-diagonalises A^-1.
     #[test]
     fn transformations_are_those_of_the_tableaux() {
         for (order, bound) in [

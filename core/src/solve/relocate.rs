@@ -31,10 +31,10 @@ struct Found {
 }
 
 impl Special {
-    /// The same special point with `error_p`, `error_x` and `error_s` that bound its errors, those of the family's own computation
-    /// included. `others` are families of the same problem whose errors are less by a factor of 10 or more, each by
-    /// another, or greater by a factor of two or more. A point that one of them does not have is a guess. Rounding is
-    /// that of the last.
+    /// The same special point with `error_p`, `error_x` and `error_s` that bound its errors, those of the family's
+    /// own computation included. `others` are families of the same problem whose errors are less by a factor of 10 or
+    /// more, each by another, or greater by a factor of two or more. A point that one of them does not have is a
+    /// guess. Rounding is that of the last.
     #[must_use]
     pub fn bounded(mut self, others: &[&dyn Family], options: &Options) -> Self {
         let found: Vec<Found> = others
@@ -199,7 +199,8 @@ fn bound(here: &Found, others: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f
     2.0 * distance + 4.0 * scatter + all().map(|(_, e)| e).fold(own, f64::max)
 }
 
-/// A branch point and a change of the index are one thing seen by two tests: which of them sees it first depends on errors.
+/// A branch point and a change of the index are one thing seen by two tests: which of them sees it first depends on
+/// errors.
 fn alike(a: SpecialKind, b: SpecialKind) -> bool {
     let crossing = |kind| {
         matches!(

@@ -1,12 +1,14 @@
-//! Rough Jacobians: Newton's iteration of an implicit step tries one that costs less ([`super::system::System::roughly_linearised`]), and whether
-//! it serves is seen by how the iteration contracts.
+//! Rough Jacobians: Newton's iteration of an implicit step tries one that costs less
+//! ([`super::system::System::roughly_linearised`]), and whether it serves is seen by how the iteration contracts.
 
-/// Rough Jacobians are doubted where Newton's iteration contracts by less than this in an iteration, in the mean of about so many steps.
+/// Rough Jacobians are doubted where Newton's iteration contracts by less than this in an iteration, in the mean of
+/// about so many steps.
 const ROUGH: f64 = 0.2;
 const MEAN: f64 = 4.0;
 /// Steps that are then taken with whole ones.
 const TRIAL: u32 = 4;
-/// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was: iterations are fewer by as much.
+/// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was:
+/// iterations are fewer by as much.
 const BETTER: f64 = 2.0;
 /// Steps for which such a verdict holds: at first, and at most, for each holds twice as long as the one before.
 const PATIENCE: u32 = 16;

@@ -46,8 +46,8 @@ pub enum Inside<Y> {
 }
 
 impl<Y: Reversible> Stepper<Y> {
-    /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace there, so that symmetric steps
-    /// have no length.
+    /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace there, so that
+    /// symmetric steps have no length.
     pub fn new(symmetric: bool, state: Y, slope: Y, h: f64, tolerance: f64) -> Option<Self> {
         Some(match symmetric {
             false => Self::Explicit(Box::new(Dop853::new(state, slope, h, tolerance))),

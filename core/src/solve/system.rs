@@ -17,14 +17,14 @@ pub trait System {
     /// nothing depends on (quadratures) may be left zero.
     fn linearised(&self, y: &DVector<f64>) -> Option<Self::Linearised>;
 
-    /// The Jacobian without what costs much and counts little in most steps: Newton's iteration tries it first. None if there is none
-    /// that is cheaper.
+    /// The Jacobian without what costs much and counts little in most steps: Newton's iteration tries it first. None
+    /// if there is none that is cheaper.
     fn roughly_linearised(&self, _y: &DVector<f64>) -> Option<Self::Linearised> {
         None
     }
 
-    /// How many components at the end of y are algebraic, in the form that implicit steps take: y' = f(y, a), 0 = g(y, a).
-    /// In the form of [`System::slope`] nothing depends on them.
+    /// How many components at the end of y are algebraic, in the form that implicit steps take: y' = f(y, a), 0 =
+    /// g(y, a). In the form of [`System::slope`] nothing depends on them.
     fn algebraic(&self) -> usize {
         0
     }
@@ -40,13 +40,15 @@ pub trait System {
         states.try_for_each(|(y, out)| self.balance(y, out))
     }
 
-    /// Makes y fit for [`System::balance`]: algebraic components that solve it, and what else only that form depends on.
+    /// Makes y fit for [`System::balance`]: algebraic components that solve it, and what else only that form depends
+    /// on.
     fn settle(&self, _y: &mut DVector<f64>) -> Option<()> {
         Some(())
     }
 
-    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root. It is a sum of multiples of the
-    /// squares of the components: that of several errors, in the mean, is that of the root mean squares of their components.
+    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root. It is
+    /// a sum of multiples of the squares of the components: that of several errors, in the mean, is that of the root
+    /// mean squares of their components.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 
@@ -75,8 +77,8 @@ pub trait Factor<T> {
     fn solve(&self, b: &mut DVector<T>) -> bool;
 }
 
-/// A [`System`] as the integrator sees it, without its types: the integrator is compiled once for all of them. Every system
-/// is one.
+/// A [`System`] as the integrator sees it, without its types: the integrator is compiled once for all of them. Every
+/// system is one.
 pub trait AnySystem {
     /// [`System::slope`].
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
@@ -183,8 +185,8 @@ const AVERAGED: usize = 4;
 /// By this factor growth may exceed the spectral radius in a product.
 const WELL_BEYOND: f64 = 10.0;
 
-/// The spectral radius of J by power iteration, mostly to some 10 %; one that is seen to be well beyond `enough` is left at that.
-/// `vector` is where the last one of a similar J ended; any other length starts afresh.
+/// The spectral radius of J by power iteration, mostly to some 10 %; one that is seen to be well beyond `enough` is
+/// left at that. `vector` is where the last one of a similar J ended; any other length starts afresh.
 pub(super) fn spectral_radius(
     jacobian: &dyn AnyLinearised,
     vector: &mut DVector<f64>,

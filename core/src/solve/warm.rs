@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-/// The solution that was found last: a copy has it too, and goes its own way from there. What is found does not depend on it beyond
-/// its tolerance, only how soon.
+/// The solution that was found last: a copy has it too, and goes its own way from there. What is found does not
+/// depend on it beyond its tolerance, only how soon.
 #[derive(Debug)]
 pub struct Warm<T>(Mutex<Option<Arc<T>>>);
 

@@ -1,7 +1,7 @@
 //! The angle that counts conjugate points (see `index`), followed along a uniform linear rod.
 //!
-//! The rate of the angle of det X, X = P + i kappa J, is known at the nodes of a step, and its integral says how many whole turns are to be
-//! added to what the determinants at both ends of the step tell.
+//! The rate of the angle of det X, X = P + i kappa J, is known at the nodes of a step, and its integral says how many
+//! whole turns are to be added to what the determinants at both ends of the step tell.
 
 use super::tangent::cross;
 use super::{Along, Collocated, Columns, MOST, Step, Vector, largest};
@@ -62,7 +62,8 @@ pub(super) struct Turning {
 }
 
 impl Turning {
-    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
+    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for
+    /// a shorter step.
     #[inline(always)]
     pub fn follow<S: Simd>(
         &mut self,
@@ -76,7 +77,8 @@ impl Turning {
         self.take(along, (r, to), expected, fastest * step.h)
     }
 
-    /// The rate at which the angle of det X turns, at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
+    /// The rate at which the angle of det X turns, at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi
+    /// + m x phi')/2.
     #[inline(always)]
     fn rate<S: Simd>(&self, along: &Along, step: &Step<S>, columns: &Columns) -> Eight<S> {
         let Step { rule, at, .. } = step;
@@ -141,7 +143,8 @@ impl Turning {
         (dim * re - dre * im) * size.inverse()
     }
 
-    /// Takes a step to `to`, along which the angle is to turn by `expected`, and at its fastest by `fastest` times its length.
+    /// Takes a step to `to`, along which the angle is to turn by `expected`, and at its fastest by `fastest` times
+    /// its length.
     fn take(
         &mut self,
         along: &Along,

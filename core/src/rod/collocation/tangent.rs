@@ -1,7 +1,7 @@
 //! The tangent of the end: what changes when the base wrench does.
 //!
-//! Frame and centreline change by phi and rho. About the place r_s where a step starts, where rho* = rho - phi x (r - r_s) is what rho is
-//! about the section,
+//! Frame and centreline change by phi and rho. About the place r_s where a step starts, where rho* = rho - phi x (r -
+//! r_s) is what rho is about the section,
 //!
 //! ```text
 //! (phi, rho*)' = C* y,   y = (tau, sigma) = y_s + (m_s x dphi + n x drho*, n x dphi),
@@ -10,20 +10,22 @@
 //!      | Q^T  T |
 //! ```
 //!
-//! with the changes y_s of couple and force there, and what phi and rho* have changed since, dphi and drho*. What a step adds to y is of
-//! rank four, for n.sigma and m_s.sigma + n.tau stay as they are: it is L x with x = (dphi_1, dphi_2, dtau_1, dtau_2),
+//! with the changes y_s of couple and force there, and what phi and rho* have changed since, dphi and drho*. What a
+//! step adds to y is of rank four, for n.sigma and m_s.sigma + n.tau stay as they are: it is L x with x = (dphi_1,
+//! dphi_2, dtau_1, dtau_2),
 //!
 //! ```text
 //! dsigma = |n| (-dphi_2, dphi_1, 0),   dtau_3 = m_1 dphi_2 - m_2 dphi_1,
 //! ```
 //!
-//! and x' = A x + f with A = H C* L, f = H C* y_s, where H takes (phi, rho*)' to x', is a Hamiltonian system of four variables, whose
-//! matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each by the newest of the other, which takes
-//! two thirds of the sweeps. That needs an origin nearby: about the clamp y would change by a force times the whole of r, most of which
-//! cancels.
+//! and x' = A x + f with A = H C* L, f = H C* y_s, where H takes (phi, rho*)' to x', is a Hamiltonian system of four
+//! variables, whose matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each
+//! by the newest of the other, which takes two thirds of the sweeps. That needs an origin nearby: about the clamp y
+//! would change by a force times the whole of r, most of which cancels.
 //!
-//! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly nilpotent, for d.(m x d) = 0, and
-//! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
+//! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly
+//! nilpotent, for d.(m x d) = 0, and swept as a whole it is done at once however great it is. Its halves are not:
+//! there both are taken from the sweep before.
 
 use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Swept, Vector};
 use crate::math::eight::{Eight, Extension, Rule};
@@ -104,8 +106,9 @@ impl Along<'_> {
         all
     }
 
-    /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
-    /// of sweeps. They begin with what `swept` on another step extends to, if there is one, which starts by that much earlier along the force.
+    /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the
+    /// place `r`; the number of sweeps. They begin with what `swept` on another step extends to, if there is one,
+    /// which starts by that much earlier along the force.
     #[inline(always)]
     pub(super) fn vary<S: Simd>(
         &self,
@@ -160,8 +163,8 @@ impl Along<'_> {
         }
         let mut last = 0.0;
         for sweeps in 1..=MOST_SWEEPS {
-            // The newest of each: tau' by phi, then phi' by tau; for all columns at once, since what is stored at the nodes is loaded again at
-            // all lanes, which it could not be at once.
+            // The newest of each: tau' by phi, then phi' by tau; for all columns at once, since what is stored at the
+            // nodes is loaded again at all lanes, which it could not be at once.
             for k in 0..count {
                 let [_, _, mut k3, mut k4] = own[k];
                 let [_, _, tau1, tau2] = x[k];

@@ -1,7 +1,8 @@
 //! The intervals of a taut rod joined: elimination from node to node with exchanges of rows.
 //!
-//! What the base leaves over, three equations, goes along from node to node: growing variations are eliminated by what comes after them,
-//! decaying ones by what came before. That is as stable as the problem itself, whatever lam (de Boor and Weiss).
+//! What the base leaves over, three equations, goes along from node to node: growing variations are eliminated by
+//! what comes after them, decaying ones by what came before. That is as stable as the problem itself, whatever lam
+//! (de Boor and Weiss).
 
 // Entries of matrices are told by their indices.
 #![allow(clippy::needless_range_loop)]
@@ -11,8 +12,8 @@
 //! ```text
 //! dn + k dr(1) = df,        dr(1) = sum of what the intervals add.
 //! ```
-//! The sum is three rows that go along and are never pivots, so that the equations of the end and of the spring decide together at last:
-//! they are regular where those of the end alone, under a given force, are not.
+//! The sum is three rows that go along and are never pivots, so that the equations of the end and of the spring
+//! decide together at last: they are regular where those of the end alone, under a given force, are not.
 
 use super::condensed::Condensed;
 use nalgebra::{SMatrix, SVector, Vector3};

@@ -1,12 +1,14 @@
 //! An interval of a taut rod linearised, and what is left of it when its stages are eliminated.
 //!
-//! The variations (phi, mu), turns and changes of the couple over kappa, are collocated at the places of the rod's own stages ([`super::interval`]),
+//! The variations (phi, mu), turns and changes of the couple over kappa, are collocated at the places of the rod's
+//! own stages ([`super::interval`]),
 //! ```text
 //! phi' = (E_uu [m] + E_uv [n]) phi + kappa E_uu mu + E_uv dn,          E = R C R^T,
 //! mu'  = ([n] rho' + [dn] r')/kappa,   rho' = (E_vu [m] + E_vv [n] - [R v]) phi + kappa E_vu mu + E_vv dn,
 //! ```
-//! and mu is eliminated first: where shear and flexure are not coupled its stages are a quadrature. On the right-hand sides stands what the rod leaves over of its
-//! own equations, or what the second derivative of a motion makes of the first.
+//! and mu is eliminated first: where shear and flexure are not coupled its stages are a quadrature. On the right-hand
+//! sides stands what the rod leaves over of its own equations, or what the second derivative of a motion makes of the
+//! first.
 
 // Entries of matrices are told by their indices.
 #![allow(clippy::needless_range_loop)]
@@ -54,8 +56,8 @@ pub(super) struct Variations {
     transfer: Option<DMatrix<f64>>,
 }
 
-/// What the variations of an interval have on their right-hand sides: h times what is left over of phi', mu' and rho' at the stages, and the
-/// jumps of phi and mu at its end.
+/// What the variations of an interval have on their right-hand sides: h times what is left over of phi', mu' and rho'
+/// at the stages, and the jumps of phi and mu at its end.
 pub(super) struct Residual {
     pub turned: [Vector3<f64>; STAGES],
     pub bent: [Vector3<f64>; STAGES],

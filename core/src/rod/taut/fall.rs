@@ -6,8 +6,9 @@
 //! ```text
 //! e = (e_old + h e^(Q w))/(1 + h),
 //! ```
-//! a rod of another law, softer and bent, whose equilibrium is collocated as any other. A step may be as long as the rod turns little
-//! in it, whatever lam: a strong pull makes the layer stiff, and a loop slides along a taut rod at a rate of exp(-lam).
+//! a rod of another law, softer and bent, whose equilibrium is collocated as any other. A step may be as long as the
+//! rod turns little in it, whatever lam: a strong pull makes the layer stiff, and a loop slides along a taut rod at a
+//! rate of exp(-lam).
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Solved, Spring, Tip};
@@ -22,7 +23,8 @@ use std::borrow::Cow;
 const FIRST: f64 = 0.03;
 const SHORTEST: f64 = 1e-9;
 const LONGEST: f64 = 1e9;
-/// No section turns farther in a step, in radians; one that turns less than a third of that is followed by a longer one.
+/// No section turns farther in a step, in radians; one that turns less than a third of that is followed by a longer
+/// one.
 const TURN: f64 = 0.15;
 /// Steps at most.
 const STEPS: usize = 3_000;
@@ -32,7 +34,8 @@ const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
 const BACK: f64 = 0.5;
 /// ... and is under way where it is so many times as far.
 const AWAY: f64 = 3.0;
-/// Strain rates below this, over lam, are near an equilibrium, which is then solved for; it is that if it is not farther, in radians.
+/// Strain rates below this, over lam, are near an equilibrium, which is then solved for; it is that if it is not
+/// farther, in radians.
 const NEAR: f64 = 1e-3;
 const SAME: f64 = 0.1;
 /// Rates change by this part in a step at most, unless they are smaller than that part of lam.
@@ -186,9 +189,9 @@ impl Pulled<'_> {
         })
     }
 
-    /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end held in its place `at`
-    /// by `tip`: of two ways down the lower one; with the shapes after every step
-    /// if they are to be shown.
+    /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end
+    /// held in its place `at` by `tip`: of two ways down the lower one; with the shapes after every step if they are
+    /// to be shown.
     ///
     /// # Errors
     /// A law that refuses; a flow that does not settle.
@@ -308,7 +311,8 @@ impl Pulled<'_> {
         Some((energy, sections))
     }
 
-    /// Where the flow from `pushed` comes near its rest, shown its `way`, every shape with its strains; None if it falls back to the fold, or does not settle.
+    /// Where the flow from `pushed` comes near its rest, shown its `way`, every shape with its strains; None if it
+    /// falls back to the fold, or does not settle.
     fn flow(
         &self,
         here: &Shape,

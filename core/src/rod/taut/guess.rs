@@ -48,7 +48,8 @@ impl Layer {
         }
     }
 
-    /// At an end along the pull but for a force beside it, on the arm `arm`: the layer bears what is left of that force's couple.
+    /// At an end along the pull but for a force beside it, on the arm `arm`: the layer bears what is left of that
+    /// force's couple.
     fn beside(arm: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Option<Self> {
         let across = n.cross(arm);
         let axis = across.try_normalize(1e-12 * n.norm() * arm.norm())?;

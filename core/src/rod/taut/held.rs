@@ -11,7 +11,8 @@ use crate::rod::weight::Weight;
 use crate::rod::{Plane, Problem, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first, and beyond which it is tried when nothing stable was found.
+/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first, and beyond which it is tried when
+/// nothing stable was found.
 pub(in crate::rod) const TAUT: f64 = 16.0;
 pub(in crate::rod) const TIGHT: f64 = 8.0;
 /// What base wrenches of taut rods have of it at least, and how well their couple must agree, over sqrt(F B).
@@ -20,7 +21,8 @@ const AGREES: f64 = 1e-5;
 /// Newton steps at most, and the largest change of the force in one, in parts of it.
 const STEPS: usize = 60;
 const CHANGE: f64 = 0.5;
-/// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be had.
+/// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be
+/// had.
 const FOUND: f64 = 1e-12;
 /// The angles by which a force leans in turn, at last by none.
 const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
@@ -167,7 +169,8 @@ impl Problem {
         (low < 0.9 * RANGE.1).then(|| along * (low * low / flexure))
     }
 
-    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut, sqrt(F L^2/B) below `from`.
+    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not
+    /// taut, sqrt(F L^2/B) below `from`.
     pub(in crate::rod) fn solve_taut(
         &self,
         guess: Option<&Wrench>,
@@ -267,8 +270,9 @@ impl Problem {
         ))
     }
 
-    /// A stable rod under the force `n` that does not lie in the plane of the clamp and the force, as those do that turn far about their
-    /// stiffer axis: the force leans out of that plane, where there is no symmetry that holds the rod, and is led back.
+    /// A stable rod under the force `n` that does not lie in the plane of the clamp and the force, as those do that
+    /// turn far about their stiffer axis: the force leans out of that plane, where there is no symmetry that holds
+    /// the rod, and is led back.
     fn leant(&self, n: &Vector3<f64>) -> Option<Solved> {
         let across = Vector3::z().cross(n);
         let axes = match across.try_normalize(1e-12 * n.norm()) {

@@ -1,13 +1,14 @@
 //! The Morse index of a taut rod.
 //!
-//! At a given force the second variation is a functional of the turns phi alone. With p = mu + m x phi/2 (in units of kappa) conjugate
-//! to phi the variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and it is
+//! At a given force the second variation is a functional of the turns phi alone. With p = mu + m x phi/2 (in units of
+//! kappa) conjugate to phi the variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and it is
 //! ```text
 //! int (phi' - a phi).e^-1 (phi' - a phi) + phi.g phi,      e = kappa E_uu,   a = E_uu [m]/2 + E_uv [n].
 //! ```
-//! Its negative eigenvalues are counted over functions that are polynomials on every interval of the mesh: where the rod is straight under
-//! its pull the form is positive however long an interval, and where it is not the mesh is fine. Places that are held take away a
-//! negative eigenvalue of d r(1)/d n each, as in the count by conjugate points.
+//! Its negative eigenvalues are counted over functions that are polynomials on every interval of the mesh: where the
+//! rod is straight under its pull the form is positive however long an interval, and where it is not the mesh is
+//! fine. Places that are held take away a negative eigenvalue of d r(1)/d n each, as in the count by conjugate
+//! points.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Tip};

@@ -1,14 +1,15 @@
 //! The inertia of a taut rod that stays on its equilibria while its attachments move (theory 3.9).
 //!
-//! Seen from a frame that moves with the base and does not turn, all fields are those of the collocated rod: turn omega, couple m_t, force n_t
-//! and place r_t are its variations by what holds its end, and the turn of the base is one of the whole rod. What they change by while
-//! the attachments are not accelerated solves the same linear equations, with what is of second order in the velocities on the right,
+//! Seen from a frame that moves with the base and does not turn, all fields are those of the collocated rod: turn
+//! omega, couple m_t, force n_t and place r_t are its variations by what holds its end, and the turn of the base is
+//! one of the whole rod. What they change by while the attachments are not accelerated solves the same linear
+//! equations, with what is of second order in the velocities on the right,
 //! ```text
 //! omega_t' = (..) + q_u,       m_tt' = (..) + n x q_r + 2 n_t x r_t',       r_tt' = (..) + q_r,
 //! ```
-//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r what [`Strained::second`] makes of the velocities alone. Nothing
-//! passes through the base wrench. The stages of the collocation are the nodes of all integrals: with them as further components of the same
-//! differential equation they are of the order of its nodes.
+//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r what [`Strained::second`] makes of the velocities alone.
+//! Nothing passes through the base wrench. The stages of the collocation are the nodes of all integrals: with them as
+//! further components of the same differential equation they are of the order of its nodes.
 
 use super::chain::{Answers, Chained, Forces, Hold, REST, chain, follow};
 use super::condensed::{Block, Condensed, Residual, Variations};
@@ -26,7 +27,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 /// What moves a taut rod, beside its base: the rates of [`Swaying`] in the place of those of the base wrench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rates {
-    /// (spin, velocity) of its end seen from its base, in lengths of the rod; of an end that bears a couple the velocity alone counts.
+    /// (spin, velocity) of its end seen from its base, in lengths of the rod; of an end that bears a couple the
+    /// velocity alone counts.
     End,
     /// (spin of its end, rate of the force that is given to it and the spring beside it, in B/L^2), its base at rest.
     Force,
@@ -89,7 +91,8 @@ impl<'a> Swept<'a> {
         self.intervals.iter().map(Variations::condensed).collect()
     }
 
-    /// The answers to unit rates of what holds the end, and to what is left over in the intervals; None where the rod is singular.
+    /// The answers to unit rates of what holds the end, and to what is left over in the intervals; None where the rod
+    /// is singular.
     pub fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
@@ -215,8 +218,8 @@ impl Motion<'_> {
         Some(all)
     }
 
-    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; with what turns of the base make of a load along the rod,
-    /// where it `turns`. None where the law refuses.
+    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; with what turns of
+    /// the base make of a load along the rod, where it `turns`. None where the law refuses.
     fn inertia(
         &mut self,
         rotary: &Vector3<f64>,
@@ -295,7 +298,8 @@ pub(super) fn neutral() -> Error {
 }
 
 impl Rates {
-    /// What gives the force of a rod beside `spring`, forces measured by `unit`; and what its columns are by these rates.
+    /// What gives the force of a rod beside `spring`, forces measured by `unit`; and what its columns are by these
+    /// rates.
     pub(super) fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
         let (give, stiffness, per) = match self {
             Self::End => (0.0, unit, unit),
@@ -321,9 +325,10 @@ impl Rates {
 }
 
 impl Rod {
-    /// The inertia of a taut rod on its equilibria while it moves as `motion` says, whose rate is that of `rates`: along the directors of its base,
-    /// which are those of the clamp, as [`Rod::generalized_inertia`] has it for a rod that its base wrench charts. If the rod bears a load and has no
-    /// [`Taut::by_turn`], its base must be at rest, and nothing is told of its turning.
+    /// The inertia of a taut rod on its equilibria while it moves as `motion` says, whose rate is that of `rates`:
+    /// along the directors of its base, which are those of the clamp, as [`Rod::generalized_inertia`] has it for a
+    /// rod that its base wrench charts. If the rod bears a load and has no [`Taut::by_turn`], its base must be at
+    /// rest, and nothing is told of its turning.
     ///
     /// # Errors
     /// A rod that is neutral so held; a motion too fast for a law that is not linear.

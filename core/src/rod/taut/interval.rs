@@ -212,8 +212,9 @@ impl Pulled<'_> {
 
     /// Centreline and energy along an interval, and an estimate of its error.
     ///
-    /// What the stages cannot follow of the slope is the first Legendre mode that they leave out, taken from the last ones that they
-    /// have. The node sees it times the same mode of Green's function, which is no less than that of exp(z x), z = lam h.
+    /// What the stages cannot follow of the slope is the first Legendre mode that they leave out, taken from the last
+    /// ones that they have. The node sees it times the same mode of Green's function, which is no less than that of
+    /// exp(z x), z = lam h.
     pub fn passed(&self, (from, to): (f64, f64), stages: &[Section; STAGES]) -> Result<Passed> {
         let (scheme, h) = (Scheme::get(), to - from);
         let slopes = self.slopes((from, to), stages)?;

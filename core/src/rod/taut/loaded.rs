@@ -1,11 +1,13 @@
 //! What a turn of its base makes of a taut rod that bears a dead load along it (theory 3.8).
 //!
-//! Without a load the rod turns with its base as a rigid body does. A load stays as it is in the world: seen from a base that turns by psi
-//! it turns by -psi, and at a given n(0) along the directors of the base the force along the rod changes by
+//! Without a load the rod turns with its base as a rigid body does. A load stays as it is in the world: seen from a
+//! base that turns by psi it turns by -psi, and at a given n(0) along the directors of the base the force along the
+//! rod changes by
 //! ```text
 //! dn(s) = psi x int_0^s f = psi x (n(0) - n(s)),
 //! ```
-//! which stands on the right-hand sides of the variations ([`super::condensed`]); what holds the end, seen from the base, stays.
+//! which stands on the right-hand sides of the variations ([`super::condensed`]); what holds the end, seen from the
+//! base, stays.
 
 use super::chain::REST;
 use super::condensed::{Condensed, Residual, Variations};

@@ -4,7 +4,8 @@ use super::interval::STAGES;
 
 /// The length of the layers in e-foldings beyond those that the tolerance asks for.
 const BEYOND: f64 = 3.0;
-/// First steps are so much shorter than the local error asks for: the estimate of the error is cautious, and a second mesh costs more.
+/// First steps are so much shorter than the local error asks for: the estimate of the error is cautious, and a second
+/// mesh costs more.
 const SAFETY: f64 = 0.7;
 /// Longest interval between the layers.
 const LONGEST: f64 = 0.5;
@@ -21,9 +22,9 @@ pub(super) fn first(tolerance: f64) -> f64 {
     SAFETY * ((tolerance.ln() - constant) / ORDER).exp().min(FIRST)
 }
 
-/// The places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`: the local error of Gauss' method,
-/// (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end; from there intervals grow as
-/// the layer's amplitude falls, up to `longest`.
+/// The places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`: the local error of Gauss'
+/// method, (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end;
+/// from there intervals grow as the layer's amplitude falls, up to `longest`.
 pub(super) fn places(
     lam: f64,
     breaks: impl Iterator<Item = f64>,

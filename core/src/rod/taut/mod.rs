@@ -1,10 +1,11 @@
 //! Taut rods: the equilibrium under a given force whose end is turned, or loaded, as given (theory 3.6).
 //!
-//! The base wrench tells where the end of a rod is with an error that grows as exp(lam), lam^2 = F L^2/B. What is good at both
-//! ends are the force n and what the end is held by: with them given, frame and couple solve a boundary-value problem whose growing
-//! modes die towards one end and whose decaying modes towards the other. It is collocated ([`interval`]) on a mesh that is fine in
-//! the layers at the ends, of the width 1/lam, and takes any step between them; r(1) and the energy are quadratures. The couple is
-//! an unknown of its own: m(0) - r x n would lose lam^2 times rounding.
+//! The base wrench tells where the end of a rod is with an error that grows as exp(lam), lam^2 = F L^2/B. What is
+//! good at both ends are the force n and what the end is held by: with them given, frame and couple solve a
+//! boundary-value problem whose growing modes die towards one end and whose decaying modes towards the other. It is
+//! collocated ([`interval`]) on a mesh that is fine in the layers at the ends, of the width 1/lam, and takes any step
+//! between them; r(1) and the energy are quadratures. The couple is an unknown of its own: m(0) - r x n would lose
+//! lam^2 times rounding.
 
 mod chain;
 mod condensed;
@@ -72,7 +73,8 @@ pub(in crate::rod) struct Solved {
     /// Derivatives by the force given, and by the turn (or couple) of the end.
     pub by_force: Derivatives,
     pub by_tip: Derivatives,
-    /// The sign of the determinant of the boundary-value problem: changes where the rod under this force, with its spring, is neutral.
+    /// The sign of the determinant of the boundary-value problem: changes where the rod under this force, with its
+    /// spring, is neutral.
     pub sign: f64,
     /// Estimated error of frame and couple (over sqrt|n|), Newton steps, intervals.
     pub error: f64,
@@ -104,7 +106,8 @@ const MOST: usize = 40;
 const MESHES: usize = 24;
 /// How often a mesh is halved for what is between its nodes.
 const HALVINGS: usize = 2;
-/// How often one after the other a mesh is halved all along because Newton's method fares badly on it: elsewhere there is no such rod.
+/// How often one after the other a mesh is halved all along because Newton's method fares badly on it: elsewhere
+/// there is no such rod.
 const COARSE_MESHES: usize = 3;
 /// Intervals at most.
 const INTERVALS: usize = 2_000;
@@ -116,8 +119,8 @@ const NEAR: f64 = 0.3;
 const FOLLOWED: f64 = 18.0;
 /// A step of Newton's method turns no section farther.
 const TURN: f64 = 0.7;
-/// Newton's steps fall by this factor at least: turns and stages vary together but for the error of a step, which is small where sections turn
-/// by no more than so many radians in an interval.
+/// Newton's steps fall by this factor at least: turns and stages vary together but for the error of a step, which is
+/// small where sections turn by no more than so many radians in an interval.
 const LINEAR: f64 = 1e-3;
 const TURNED: f64 = 1.5;
 /// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
@@ -125,8 +128,8 @@ const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
 /// Steps of Newton's method below this size tell nothing of the mesh: their falling, or not, is rounding.
 const ROUNDED: f64 = 1e-9;
-/// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
-/// that one's, an error that no shorter step mends.
+/// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a
+/// motion in short steps they would be that one's, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
 /// The least part of the way to another rod that is tried at a time.
 const LEAST: f64 = 0.02;
@@ -210,8 +213,8 @@ struct Correction {
     size: f64,
 }
 
-/// The rod, and the load along it, under the base wrench's force `b.n`, borne with `spring`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is
-/// meant. To `tolerance` in turns and couples over sqrt|n|.
+/// The rod, and the load along it, under the base wrench's force `b.n`, borne with `spring`, its end held as `tip`
+/// says; `b.m` and `start` tell which equilibrium is meant. To `tolerance` in turns and couples over sqrt|n|.
 ///
 /// # Errors
 /// A law that refuses; no convergence.
@@ -252,7 +255,8 @@ pub(in crate::rod) fn solved(
 }
 
 impl Pulled<'_> {
-    /// From a rod that is farther away: what it bears and how it is held are led to what is given, in steps as small as that takes.
+    /// From a rod that is farther away: what it bears and how it is held are led to what is given, in steps as small
+    /// as that takes.
     fn led(&self, start: &Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Option<Solved> {
         let mut shape = start.clone();
         shape.tolerance = shape.tolerance.min(tolerance);
@@ -349,9 +353,9 @@ impl Pulled<'_> {
         )))
     }
 
-    /// Newton's method on the mesh of `shape`, with the last step taken; None on a mesh too coarse for it. The variations are collocated
-    /// for themselves: where the rod turns by radians in an interval they are not quite those of the collocated rod, and steps
-    /// that should vanish do not.
+    /// Newton's method on the mesh of `shape`, with the last step taken; None on a mesh too coarse for it. The
+    /// variations are collocated for themselves: where the rod turns by radians in an interval they are not quite
+    /// those of the collocated rod, and steps that should vanish do not.
     fn newton(
         &self,
         shape: &mut Shape,

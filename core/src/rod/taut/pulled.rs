@@ -22,8 +22,8 @@ pub struct Taut {
     pub by_force: Derivatives,
     /// Derivatives by the turn of the tip, or by the couple on it, at held force.
     pub by_tip: Derivatives,
-    /// Derivatives by a turn of the clamp, seen from there, at the same force given and the same [`Tip`] along its directors: what the load along the
-    /// rod, which does not turn along, makes of it. None if it was not asked for.
+    /// Derivatives by a turn of the clamp, seen from there, at the same force given and the same [`Tip`] along its
+    /// directors: what the load along the rod, which does not turn along, makes of it. None if it was not asked for.
     pub by_turn: Option<Derivatives>,
     /// The sign of the determinant of the boundary-value problem: it changes where the rod under this force is neutral.
     pub sign: f64,
@@ -56,10 +56,11 @@ impl Taut {
 }
 
 impl Rod {
-    /// The equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
-    /// `start`, tell which one is meant. Frame and couple are good to `tolerance`.
+    /// The equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world; the couple
+    /// of `base`, and `start`, tell which one is meant. Frame and couple are good to `tolerance`.
     ///
-    /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]); force and tip do.
+    /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]);
+    /// force and tip do.
     ///
     /// # Errors
     /// A section law that refuses a resultant on the way; no equilibrium found; one that is neutral under this force.
@@ -73,9 +74,9 @@ impl Rod {
         self.taut_beside(base, (tip, &Spring::NONE), (None, false), start, tolerance)
     }
 
-    /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has what the rod bears,
-    /// derivatives by the force are by that given. It bears a dead load along it too, if there is one; `turns` asks for what a turn of the
-    /// clamp makes of that, [`Taut::by_turn`].
+    /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has
+    /// what the rod bears, derivatives by the force are by that given. It bears a dead load along it too, if there is
+    /// one; `turns` asks for what a turn of the clamp makes of that, [`Taut::by_turn`].
     ///
     /// # Errors
     /// As [`Rod::taut`].
@@ -171,9 +172,9 @@ impl Rod {
         Pulled::new((&self.law, found.weight.as_ref()), n)
     }
 
-    /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
-    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, if they are to be shown, in the
-    /// directors of the clamp.
+    /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of
+    /// it, its end held where it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways
+    /// down the lower one. With the shapes on the way, if they are to be shown, in the directors of the clamp.
     ///
     /// # Errors
     /// A flow that does not settle.

@@ -5,8 +5,9 @@ use nalgebra::{Matrix3, Vector3};
 
 /// A spring beside the end of a rod: together they bear the force that is given, n + stiffness (r(1) - at).
 ///
-/// A rod becomes neutral under a given force before it does with its end held in place, for that holds it better: its force is no
-/// chart on the way to its fold. What a spring makes of it is one, unless the spring is as soft as the rod is unstable.
+/// A rod becomes neutral under a given force before it does with its end held in place, for that holds it better: its
+/// force is no chart on the way to its fold. What a spring makes of it is one, unless the spring is as soft as the
+/// rod is unstable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spring {
     /// Force over length; infinite if the end is held at its place.
@@ -21,10 +22,11 @@ const SPRINGS: [f64; 7] = [16.0, 4.0, 1.0, 0.25, 0.06, 0.015, 0.004];
 const REGULAR: (f64, f64) = (0.6, 0.5);
 
 impl Spring {
-    /// The stiffness that a spring should have beside a rod that gives way by `give` = d r(1)/d(force given) beside one of the stiffness
-    /// `own`, its end held as it is; `string` is what a string under this pull resists to be moved across, force over length. With
-    /// hysteresis: a stiff one, beside which nothing happens where the rod becomes neutral under its force, until it has nearly lost what
-    /// such a spring gives. With C = d r(1)/dn of the rod alone it stays away from -1/C.
+    /// The stiffness that a spring should have beside a rod that gives way by `give` = d r(1)/d(force given) beside
+    /// one of the stiffness `own`, its end held as it is; `string` is what a string under this pull resists to be
+    /// moved across, force over length. With hysteresis: a stiff one, beside which nothing happens where the rod
+    /// becomes neutral under its force, until it has nearly lost what such a spring gives. With C = d r(1)/dn of the
+    /// rod alone it stays away from -1/C.
     pub fn better(give: &Matrix3<f64>, own: f64, string: f64) -> f64 {
         let values = ((give + give.transpose()) * 0.5).symmetric_eigenvalues();
         // Of the rod alone 1/c is less by the spring that stands there.

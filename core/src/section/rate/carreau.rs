@@ -56,9 +56,9 @@ impl Carreau {
         Self::with(viscosity, Onset::Dissipation(onset), exponent)
     }
 
-    /// The law that leaves its plateau at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2, h(s) the smaller
-    /// principal viscosity of flexure of the section at s. So for flexure about that axis alone the law is that of the planar rod
-    /// everywhere along a rod that varies, from whichever end it is written.
+    /// The law that leaves its plateau at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2,
+    /// h(s) the smaller principal viscosity of flexure of the section at s. So for flexure about that axis alone the
+    /// law is that of the planar rod everywhere along a rod that varies, from whichever end it is written.
     ///
     /// # Errors
     /// A rate or an exponent that is not finite and > 0; a viscosity that holds a flexure rigid.

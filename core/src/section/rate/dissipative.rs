@@ -161,7 +161,8 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
         };
         match Convexity::of(&slope, self.rigid()) {
             Convexity::Strict => {}
-            // Rounding hides whether the potential is convex at these trial rates: the step was too long and is shortened.
+            // Rounding hides whether the potential is convex at these trial rates: the step was too long and is
+            // shortened.
             Convexity::Hidden(_) => return Ok(None),
             Convexity::Lost(smallest, strain) => {
                 return Err(self.not_convex(rate, smallest, strain));

@@ -110,7 +110,8 @@ impl serde::Serialize for StrainMatrix {
     }
 }
 
-/// Internal friction, w = dW/de + D(e, e_t) (AMV (2.20)); in the plane of the couple alone, m = EI theta' + D(theta'_t).
+/// Internal friction, w = dW/de + D(e, e_t) (AMV (2.20)); in the plane of the couple alone, m = EI theta' +
+/// D(theta'_t).
 ///
 /// In a scene the matrix H alone, or a table: `{ proportional = 0.05, exponent = 0.5, rate = 1.0 }`,
 /// `{ proportional = 0.05, barrier = { strength = 0.1, half_widths = [0.05, 0.05] } }`; with `viscosity` in place of
@@ -128,8 +129,8 @@ impl Damping {
     /// The rate law of a section of this elastic law.
     ///
     /// # Errors
-    /// A matrix that is not positive definite in the strains that the law does not hold rigid; a power of the rate, or a
-    /// barrier, that does not go with it.
+    /// A matrix that is not positive definite in the strains that the law does not hold rigid; a power of the rate,
+    /// or a barrier, that does not go with it.
     pub fn law(&self, elastic: &Arc<dyn SectionLaw>) -> Result<Arc<dyn RateLaw>> {
         let viscosity = self.viscosity.viscosity(elastic)?;
         Ok(match self.law {
@@ -166,9 +167,9 @@ impl Damping {
 pub enum FrictionLaw {
     /// Kelvin-Voigt, D = H e_t.
     Linear,
-    /// D = H e_t (1 + e_t.K e_t/(b rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at its unloaded
-    /// strains, and b the smaller principal bending stiffness of the same section ([`Carreau::from_flexure`]); for flexure about its
-    /// weakest axis eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
+    /// D = H e_t (1 + e_t.K e_t/(b rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at
+    /// its unloaded strains, and b the smaller principal bending stiffness of the same section
+    /// ([`Carreau::from_flexure`]); for flexure about its weakest axis eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
     Power(PowerLaw),
     /// D = H e_t and friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
     Barrier(BarrierTerm),

@@ -47,7 +47,8 @@ impl ViscosityAt {
     pub fn weakest_flexure(&self) -> f64 {
         let [a, b, c] = [(0, 0), (1, 1), (0, 1)].map(|at| self.matrix[at]);
         let largest = 0.5 * (a + b) + (0.5 * (a - b)).hypot(c);
-        // The determinant over the larger one: their difference has no digits of the smaller one where the two are far apart.
+        // The determinant over the larger one: their difference has no digits of the smaller one where the two are
+        // far apart.
         (a * b - c * c) / largest
     }
 }

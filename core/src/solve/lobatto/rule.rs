@@ -1,4 +1,5 @@
-//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them, closures are not.
+//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them,
+//! closures are not.
 #![allow(clippy::needless_range_loop)]
 
 use crate::math::Row;
@@ -73,7 +74,8 @@ const MODES: [[f64; 9]; 9] = {
     modes
 };
 
-/// `INTEGRALS[j][i]` = a_ij of place j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on [0, 1].
+/// `INTEGRALS[j][i]` = a_ij of place j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on
+/// [0, 1].
 const INTEGRALS: [Row; 9] = {
     let mut integrals = [[0.0; 8]; 9];
     let mut j = 0;

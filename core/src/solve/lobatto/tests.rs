@@ -60,8 +60,9 @@ impl Eightwise<Vector3<f64>> for Rough {
     }
 }
 
-/// Catches parts of a step that are not solved, though the step was, where rounding in the forces is about as large as the error that sweeps may leave: whether a
-/// sweep then leaves less is chance. A run could not end inside such a step, and nothing in it be sampled.
+/// Catches parts of a step that are not solved, though the step was, where rounding in the forces is about as large
+/// as the error that sweeps may leave: whether a sweep then leaves less is chance. A run could not end inside such a
+/// step, and nothing in it be sampled.
 #[test]
 fn parts_of_a_step_are_solved_where_the_step_was() {
     let tolerance = 1e-9;
