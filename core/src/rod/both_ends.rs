@@ -8,7 +8,7 @@
 //! ```text
 //! m(0) - m(0)(f, end),     place - r(1)(f, end),     f = n + k (r(1) - place).
 //! ```
-//! Where both vanish the spring bears nothing. Both forms have the same solutions, whatever the spring, and their
+//! The spring bears nothing where both vanish. Both forms have the same solutions, whatever the spring, and their
 //! signs are made to agree, so a branch may change from one form to the other anywhere. Wrenches grow with the square
 //! of lam. Beyond [`SLACK`] the unknowns are therefore logarithmic, so that a branch takes about as many steps for
 //! each power of ten.

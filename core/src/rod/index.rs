@@ -123,7 +123,7 @@ impl Problem {
 
 /// Tolerance of a first, rough count; the count is repeated more tightly if an eigenvalue is near zero.
 const ROUGH: f64 = 1e-7;
-/// Factor by which the tolerance is tightened, and its least value, when a count fails.
+/// Factor by which the tolerance of a failed count is tightened, and the finest tolerance.
 const FINER: f64 = 1e-2;
 const FINEST: f64 = 1e-13;
 
@@ -180,8 +180,8 @@ impl Count {
     }
 }
 
-/// Change of the angle of det(P - t S J + i kappa J) as t goes from 0 to 1. With W = J (P + i kappa J)^-1 the ratio
-/// to its start is det(1 - t S W), whose factors 1 - t mu run along straight lines that miss 0.
+/// Change of the angle of det(P - t S J + i kappa J) as t goes from 0 to 1. With W = J (P + i kappa J)^-1 the
+/// determinant is that at t = 0 times det(1 - t S W). Its factors 1 - t mu run along straight lines that miss 0.
 fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -> Result<f64> {
     if *s == Matrix3::zeros() {
         return Ok(0.0);

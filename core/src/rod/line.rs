@@ -77,7 +77,7 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
         &mut self.s
     }
 
-    /// This state with its arclength set to `s`, to step over a break of the law.
+    /// The state at another arclength `s`, to step over a break of the law.
     pub(super) fn at(&self, s: f64) -> Self {
         Self { s, ..*self }
     }

@@ -1,5 +1,5 @@
-//! The rod as an equilibrium manifold (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in
-//! dimension 6.
+//! Rods as equilibrium manifolds (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension
+//! 6.
 
 use super::free_end::FreeEndTrial;
 use super::problem::{EndConditions, Problem};

@@ -152,7 +152,7 @@ impl Along<'_> {
                 Some((extension, further)) => {
                     let ([k1, k2], [k3, k4]) = (turning[k], pulled[k]);
                     let [k1, k2, k3, k4] = extension.of(&[k1, k2, k3, k4]);
-                    // Transfers the couple from the start of the other step to that of this one.
+                    // Transfers the couple from the start of the other step to the present start.
                     f3 = k1.times_plus(zero.with(n * further), k3);
                     f4 = k2.times_plus(zero.with(n * further), k4);
                     [k1, k2]

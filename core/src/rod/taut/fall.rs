@@ -7,9 +7,9 @@
 //! ```text
 //! e = (e_old + h e^(Q w))/(1 + h),
 //! ```
-//! This is a rod of another law, softer and bent, whose equilibrium is collocated as any other. The turn of the rod
-//! bounds the length of a step, whatever lam: a strong pull makes the layer stiff, and a loop slides along a taut rod
-//! at a rate of exp(-lam).
+//! A step is thus a rod of another law, softer and bent, whose equilibrium is collocated as any other. The turn of
+//! the rod bounds the length of a step, whatever lam: a strong pull makes the layer stiff, and a loop slides along a
+//! taut rod at a rate of exp(-lam).
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Solved, Spring, Tip};
@@ -30,7 +30,7 @@ const TURN: f64 = 0.15;
 const STEPS: usize = 3_000;
 /// Largest changes of a strain in the push off the fold, times lam.
 const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
-/// The flow leaves the fold to the wrong side if it returns to this part of the push ...
+/// The flow leaves the fold to the wrong side if the rod returns to this part of the push ...
 const BACK: f64 = 0.5;
 /// ... and is under way at this multiple of the push.
 const AWAY: f64 = 3.0;

@@ -115,7 +115,7 @@ impl Pulled<'_> {
         self.places(lam, tolerance, first(tolerance) / lam.max(1.0))
     }
 
-    /// The rod integrated from its base wrench, if that succeeds and ends near `tip`.
+    /// The rod integrated from the base wrench `b`, if the integration succeeds and ends near `tip`.
     pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
         let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance).ok()?;
         let inner = &Scheme::get().nodes;

@@ -1,14 +1,14 @@
 //! Morse index of a taut rod by its second variation.
 //!
-//! At a given force the second variation is a functional of the turns phi alone. With p = mu + m x phi/2 (in units of
-//! kappa) conjugate to phi the variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and the functional
-//! is
+//! At a given force the second variation is a functional of the turns phi alone. Let p = mu + m x phi/2, in units of
+//! kappa, be conjugate to phi. The variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and the
+//! functional is
 //! ```text
 //! int (phi' - a phi).e^-1 (phi' - a phi) + phi.g phi,      e = kappa E_uu,   a = E_uu [m]/2 + E_uv [n].
 //! ```
-//! Its negative eigenvalues are counted over functions that are polynomials on every interval of the mesh. Where the
-//! rod is straight under its pull the form is positive on intervals of any length; elsewhere the mesh is fine. Each
-//! held position component takes away a negative eigenvalue of d r(1)/d n, as in the count by conjugate points.
+//! Negative eigenvalues are counted over functions that are polynomials on every interval of the mesh. Where the rod
+//! is straight under its pull the form is positive on intervals of any length; elsewhere the mesh is fine. Each held
+//! position component takes away a negative eigenvalue of d r(1)/d n, as in the count by conjugate points.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Tip};

@@ -181,7 +181,7 @@ impl Motion<'_> {
         (moving, slope)
     }
 
-    /// Places of the stages of interval `k`, which begins at `start`, and of its end.
+    /// Places of the stages of interval `k` and of the interval's end; `start` is the place of the first node.
     fn places(&self, k: usize, start: Vector3<f64>) -> ([Vector3<f64>; STAGES], Vector3<f64>) {
         let (scheme, by) = (Scheme::get(), &self.swept.intervals[k]);
         let passed = |weights: &[f64; STAGES]| {

@@ -40,7 +40,7 @@ impl ByTurn {
     };
 }
 
-/// Response of the rod to a turn of its base, at the stages of its intervals.
+/// Response to a turn of the base, at the stages of the intervals.
 pub(super) struct Turning {
     pub stages: Vec<[ByTurn; STAGES]>,
     /// Derivatives of the couple at the base, and of the force n(0).

@@ -18,7 +18,7 @@ pub struct Spring {
 
 /// Stiffnesses of springs, over the transverse stiffness of a string under the same pull.
 const SPRINGS: [f64; 7] = [16.0, 4.0, 1.0, 0.25, 0.06, 0.015, 0.004];
-/// Least |1 + k c| over 1 + |k c| at which a spring is chosen, and the value below which it is replaced.
+/// Least |1 + k c| over 1 + |k c| of a chosen spring, and the value below which a spring is replaced.
 const REGULAR: (f64, f64) = (0.6, 0.5);
 
 impl Spring {
