@@ -232,7 +232,7 @@ fn settle(
             .map_err(Error::no_convergence)?;
         let correction = step.norm();
         let fine = correction <= problem.correction() * (1.0 + x.norm());
-        // Iterate down to the noise, so that the neutral eigenvalue comes out as zero.
+        // Iterate down to the noise: the neutral eigenvalue must come out as zero.
         if fine && correction > 0.5 * last {
             return Ok(Solution {
                 x,

@@ -74,7 +74,7 @@ pub struct RodSection {
     pub directors: Matrix3<f64>,
     /// Couple m(s) of the part beyond s on the part before s.
     pub couple: Vector3<f64>,
-    /// Force n(s); constant along the rod if there is no load along it.
+    /// Force n(s); constant along a rod without a load.
     pub force: Vector3<f64>,
     /// Strains along the directors.
     pub strain: Strain,
@@ -149,7 +149,7 @@ impl Rod {
         }
     }
 
-    /// This rod with its clamp in the given pose.
+    /// The rod with its clamp in the given pose.
     #[must_use]
     pub fn with_clamp(mut self, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
         self.clamp = Isometry3::from_parts(position.into(), rotation);

@@ -209,7 +209,7 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
     })
 }
 
-/// Size of the tangent at which its columns are mixed.
+/// Size of the tangent at which the columns are mixed.
 pub(super) const GROWN: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and removes their part from the others. The equations are linear, so

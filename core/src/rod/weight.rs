@@ -151,7 +151,7 @@ impl Distributed {
         }
     }
 
-    /// This load on the rod begun at its other end: f(1 - x).
+    /// The load f(1 - x) on the rod begun at its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut pieces: Vec<Piece> = Vec::with_capacity(self.pieces.len());

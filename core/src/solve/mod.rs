@@ -1,4 +1,4 @@
-//! Generic algorithms that know nothing of rods.
+//! Generic numerical algorithms, independent of rods: linear and nonlinear equations, continuation, integration.
 
 pub mod arclength;
 mod corrector;

@@ -47,8 +47,7 @@ impl System for Fading {
     }
 }
 
-/// Catches a time that is not that of the steps where a motion has come to rest and they grow for ever (seed 500934
-/// of `stress`).
+/// Catches a wrong time where a motion has come to rest and steps grow for ever (seed 500934 of `stress`).
 #[test]
 fn rest_is_timed_by_steps_of_any_length() {
     let (start, slope) = ([1.0, 0.0], [-1.0, 1.0]);
@@ -63,8 +62,8 @@ fn rest_is_timed_by_steps_of_any_length() {
     assert!(radau.state()[1] > LONGEST);
 }
 
-/// A swing y'' = -sin y on a stiff, bent curve: x is drawn to y^2. Its rough Jacobian has the pull of x `wrong` times
-/// as strong.
+/// A swing y'' = -sin y on a stiff, bent curve: x is drawn to y^2. In its rough Jacobian the pull of x is `wrong`
+/// times as strong.
 struct Drawn {
     wrong: Option<f64>,
     whole: Cell<u64>,
@@ -104,7 +103,7 @@ impl System for Drawn {
     }
 }
 
-/// Catches rough Jacobians that are not used though they serve, and ones that are gone on with though they do not.
+/// Catches good rough Jacobians left unused, and bad ones kept in use.
 #[test]
 fn rough_jacobians_serve_or_are_left() {
     let run = |wrong: Option<f64>| {
@@ -138,7 +137,7 @@ fn rough_jacobians_serve_or_are_left() {
     }
 }
 
-/// Catches an order 13 that is not found where it costs less, or ends elsewhere.
+/// Catches an order 13 missed although cheaper, or one with a different result.
 #[test]
 fn orders_are_those_that_cost_less() {
     let run = |orders: Option<Orders>| {
