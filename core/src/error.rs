@@ -13,7 +13,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 
 /// Error of a request that could not be carried out.
 ///
-/// A run that ends early is not an error but an outcome (see [`Stuck`]); an error is an invalid request, or one
+/// A run that ends early is not an error but an outcome (see [`Stuck`]). An error is an invalid request, or one
 /// without an answer in double precision. Predicates tell the kind. `Display` gives the whole chain of causes,
 /// outermost first; [`std::error::Error::source`] gives the next cause.
 ///
@@ -59,7 +59,7 @@ impl Error {
         Self::new(Kind::Ambiguous, message)
     }
 
-    /// An iteration that missed its tolerance.
+    /// An iteration without convergence to its tolerance.
     pub fn no_convergence(message: impl Into<Message>) -> Self {
         Self::new(Kind::NoConvergence, message)
     }
@@ -99,7 +99,7 @@ impl Error {
         self
     }
 
-    /// This error with its numbers converted from units of the rod.
+    /// Converts the numbers of the error from units of the rod.
     #[must_use]
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
         let source = self.source.as_ref();
@@ -144,7 +144,7 @@ impl Error {
         self.kind == Kind::Ambiguous
     }
 
-    /// True if an iteration missed its tolerance.
+    /// True if an iteration did not converge to its tolerance.
     pub fn is_no_convergence(&self) -> bool {
         self.kind == Kind::NoConvergence
     }
@@ -169,7 +169,7 @@ impl StdError for Error {
     }
 }
 
-/// Errors are equal if their kinds and their texts are equal.
+/// Equality of kind and text.
 impl PartialEq for Error {
     fn eq(&self, other: &Self) -> bool {
         self.kind == other.kind && self.to_string() == other.to_string()

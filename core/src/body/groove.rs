@@ -311,7 +311,7 @@ impl Groove {
         }
     }
 
-    /// This curve seen from a frame whose pose is `frame`.
+    /// The curve seen from a frame with the pose `frame`.
     #[must_use]
     pub fn seen_from(&self, frame: &Isometry3<f64>) -> Self {
         let place = |x: &Vector3<f64>| frame.inverse_transform_point(&(*x).into()).coords;

@@ -173,14 +173,14 @@ impl<const N: usize> Body<N> {
         self
     }
 
-    /// Adds the mass of the rod to that of the body.
+    /// Accounts for the inertia of the rod.
     #[must_use]
     pub fn with_rod(mut self, rod: Arc<dyn RodMass<N>>) -> Self {
         self.rod = Some(rod);
         self
     }
 
-    /// The mass of the rod, if accounted for.
+    /// The inertia of the rod, if accounted for.
     pub fn rod(&self) -> Option<&dyn RodMass<N>> {
         self.rod.as_deref()
     }

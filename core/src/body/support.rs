@@ -1,4 +1,4 @@
-//! The clamp: its pose and motion, and the motion of a body seen from it.
+//! The clamp: pose, motion, and the motion of a body seen from the clamp.
 
 use super::{EndLinear, EndMotion, History};
 use crate::error::{Error, Result};

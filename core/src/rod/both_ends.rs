@@ -35,7 +35,7 @@ const FINER: f64 = 0.01;
 /// `CLOSE` is certainly the given one.
 const OTHER: f64 = 0.05;
 const CLOSE: f64 = 3e-3;
-/// The unknowns of a rod in space whose end is free to move.
+/// Number of unknowns of a rod in space with a movable end.
 const WHOLE: usize = 9;
 
 /// The two-ended chart: the base wrench and the components of the end's place that are not held; for a planar rod,

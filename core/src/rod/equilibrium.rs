@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3};
 
-/// An equilibrium of a rod, and how it was found.
+/// An equilibrium of a rod, with the record of its search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Base wrench (m(0), n) in the world frame.

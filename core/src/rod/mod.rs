@@ -279,7 +279,7 @@ impl Rod {
     /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
     ///
     /// # Errors
-    /// A section law that refuses a resultant on the way; a wrench too large to be followed.
+    /// A section law that refuses a resultant on the way; a wrench too large for the integration.
     pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
         let b = self.inward(base);
         let (at, cost) = line::end::<6>(&self.law, &b, tolerance)?;

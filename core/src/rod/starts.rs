@@ -170,7 +170,8 @@ impl Problem {
         self.whole_force().norm().min(9.0 / a.max(b))
     }
 
-    /// Starts with a follower force on the end; if the end is held, bows to all sides.
+    /// Starts in the chart of the force along the directors of the end: unloaded and bent rods; if the end is held,
+    /// also bows to all sides.
     pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())

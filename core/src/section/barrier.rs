@@ -379,7 +379,7 @@ impl SectionLaw for Barrier {
         Ok(*self.base.rest())
     }
 
-    /// As the linear law: the barrier contains u1, u2, v3 in even powers only.
+    /// Unchanged by the barrier, which contains u1, u2, v3 in even powers only.
     fn planar_about(&self) -> [bool; 2] {
         self.base.planar_about()
     }

@@ -6,7 +6,7 @@ use super::{Compliance, Inverse, Resultant, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
 
-/// A law at one point, in coordinates x that make it well conditioned.
+/// A law at one point, in well-conditioned coordinates x.
 pub(crate) struct Point {
     /// e(x).
     pub strain: Strain,

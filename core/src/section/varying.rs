@@ -178,7 +178,7 @@ enum Source {
     Function(Law),
 }
 
-/// A law that is uniform except for its rest strains.
+/// A law with uniform stiffness and varying rest strains.
 #[derive(Debug, Clone)]
 struct Rested {
     law: Linear,

@@ -240,7 +240,7 @@ pub fn over_stages<const D: usize>(
     Some(sum.fold(*from, |sum, (weight, slope)| sum + slope * *weight))
 }
 
-/// Adapter from a right-hand side that returns the slope to one that writes it.
+/// Converts a right-hand side with a returned slope to one with a written slope.
 fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
     move |at, slope| {
         *slope = f(at)?;

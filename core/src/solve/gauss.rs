@@ -97,9 +97,9 @@ const STAGES: [[f64; S]; S] = [
     ],
 ];
 
-/// Change of the slopes below which a stage equation is solved ..
+/// Change of the slopes at which a stage equation is solved to rounding.
 const ROUNDING: f64 = 1e-16;
-/// .. or below which, and below a part of the tolerance, differences that no longer shrink count as solved.
+/// Unshrinking changes are rounding below `FLOOR`, or below this part of the tolerance.
 const FLOOR: f64 = 1e-12;
 const PART: f64 = 0.01;
 /// Contraction of an error by one iteration, over h times the fastest rate.

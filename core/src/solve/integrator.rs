@@ -19,7 +19,7 @@ pub enum Method {
     Auto,
     /// DOP853, order 8: explicit steps, bounded by the fastest decay.
     Explicit,
-    /// Radau IIA, order 5, or 9 or 13 where tolerances are fine: implicit steps, for stiff systems.
+    /// Radau IIA, order 5, or 9 or 13 at fine tolerances: implicit steps, for stiff systems.
     Implicit,
     /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction
     /// ([`super::gauss`]). The integrator of this module does not implement it, and chooses as under `Auto`.

@@ -91,18 +91,18 @@ impl<Y, F: FnMut(&Y) -> Option<Y>> Slopes<Y> for F {
 const GOAL: f64 = 0.012;
 /// Excess of the error up to which a step is accepted; the next step is then shorter.
 const SLACK: f64 = 30.0;
-/// Sweep after which the error is judged, and the error beyond which the step is given up.
+/// Sweep after which the error is judged, and the error over `SLACK` at which the step is given up.
 const LOOK: usize = 2;
 const HOPELESS: f64 = 2.0;
 /// Remaining change of a last sweep, as a part of the tolerance; and rounding.
 const LEFT: f64 = 0.05;
 const ROUNDING: f64 = 1e-15;
-/// Most sweeps, and the least contraction from the fourth on.
+/// Most sweeps, and the largest ratio of successive changes from the fourth sweep on.
 const SWEEPS: usize = 13;
 const CONVERGES: f64 = 0.7;
-/// Size below which differences are rounding once a sweep leaves more than `STALLS` of them.
+/// Changes below `NOISE` are rounding if a sweep leaves more than the part `STALLS` of them.
 const NOISE: f64 = 1e-12;
-/// Rounding in a part of an accepted step, in tolerances.
+/// Rounding accepted in a part of an accepted step, in tolerances; and the part that a sweep leaves of noise.
 const ROUGH: f64 = 10.0;
 const STALLS: f64 = 0.5;
 /// Safety factor and bounds of a change of length.

@@ -64,7 +64,7 @@ pub enum Reason {
     Noise,
 }
 
-/// A solution and how it was found.
+/// A solution with the record of the iteration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// x with F(x) = 0.

@@ -16,7 +16,7 @@ const SAFETY: f64 = 0.9;
 /// Bounds of a change of step size: internal layers are entered and left within a few steps.
 const SHRINK: f64 = 0.01;
 const GROW: f64 = 8.0;
-/// Largest possible growth of the step at which the step and its factors are kept.
+/// A growth of the step up to this factor is forgone to keep the factors.
 const KEPT: f64 = 1.2;
 /// The Jacobian is kept while Newton contracts by this per iteration.
 const FAST: f64 = 0.02;

@@ -257,7 +257,7 @@ pub(super) enum Outcome {
 pub(super) struct Newton {
     /// Bound of the remaining error of the stages.
     goal: f64,
-    /// Size below which increments that do not shrink are rounding.
+    /// Level of rounding: smaller increments need not shrink.
     floor: f64,
     /// theta / (1 - theta) of the last solution: error after an increment by its size.
     remainder: f64,
@@ -337,8 +337,8 @@ impl Newton {
         let h = factors.h;
         let tableau = factors.order.tableau();
         let (stages, most) = (tableau.stages(), Self::most(factors.order));
-        // Increments up to ten times the floor may count as rounding; if rounding is larger, a shorter step must
-        // reduce it.
+        // Increments up to the tolerance, ten times the floor, may count as rounding; if rounding is larger, a
+        // shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         if self.room.pair.len() != n || self.room.states.len() != stages {
             self.room = Room::new(stages, n);

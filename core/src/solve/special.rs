@@ -18,8 +18,8 @@ pub enum SpecialKind {
     Fold,
     /// A second branch crosses: [F_x F_p] loses one rank.
     BranchPoint,
-    /// The index changes though neither determinant shows it (a crossing of even multiplicity, or an
-    /// index that is not that of F_x).
+    /// The index changes without a sign change of either determinant (a crossing of even multiplicity, or an index
+    /// that is not that of F_x).
     StabilityChange,
     /// The family's own test function changes sign.
     Event,
@@ -67,8 +67,8 @@ pub struct Special {
     pub error_x: DVector<f64>,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
-    /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
-    /// on its bent branch).
+    /// True for a branch point or a cusp at which the parameter turns as well (as in a pitchfork met on its bent
+    /// branch).
     pub turning: bool,
 }
 

@@ -36,15 +36,15 @@ pub struct Switch {
     pub evaluations: usize,
 }
 
-/// Starts on the other branches through a located branch point (or a stability change of higher
-/// multiplicity), at about `distance` (> 0, in the units of arclength) from it.
+/// Starts on the other branches through a located branch point (or a stability change of higher multiplicity), at
+/// about `distance` (> 0, in the units of arclength) from it.
 ///
-/// At a simple branch point both tangents solve the algebraic bifurcation equation, its second
-/// derivatives taken by differences of the Jacobian. Where that is degenerate, and at a higher
-/// corank, solutions on a circle (sphere) of this radius in the kernel are sought from samples.
+/// At a simple branch point both tangents solve the algebraic bifurcation equation, its second derivatives taken by
+/// differences of the Jacobian. If this equation is degenerate, and at a higher corank, solutions on a circle
+/// (sphere) of this radius in the kernel are sought from samples.
 ///
 /// # Errors
-/// Options or `distance` outside their sets; no branch point here; F undefined nearby.
+/// Options or `distance` outside their sets; no branch point at the place; F undefined nearby.
 pub fn switch(
     family: &dyn Family,
     special: &Special,

@@ -30,9 +30,9 @@ const TURN: f64 = 0.15;
 const STEPS: usize = 3_000;
 /// Largest changes of a strain in the push off the fold, times lam.
 const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
-/// The flow leaves the fold to the wrong side if the rod returns to this part of the push ...
+/// Part of the push at which a returning flow is judged to have left the fold to the wrong side.
 const BACK: f64 = 0.5;
-/// ... and is under way at this multiple of the push.
+/// Multiple of the push beyond which the flow is under way.
 const AWAY: f64 = 3.0;
 /// Strain rates over lam below which the flow is near an equilibrium, which is then solved for; and the largest
 /// distance, in radians, at which the solution counts as that equilibrium.

@@ -110,9 +110,9 @@ const HALVINGS: usize = 2;
 const COARSE_MESHES: usize = 3;
 /// Most intervals of a mesh.
 const INTERVALS: usize = 2_000;
-/// Largest ratio of sqrt|n| to the mesh's own at which a mesh is reused,
+/// Largest ratio of sqrt|n| between rod and mesh at which a mesh is reused.
 const ALIKE: f64 = 1.25;
-/// and largest change of the mesh's couple m(0) over sqrt|n|.
+/// Largest difference between the couple m(0) and that of a mesh, over sqrt|n|, at which the mesh is reused.
 const NEAR: f64 = 0.3;
 /// Largest sqrt|n| at which the base wrench is integrated along the rod for a first guess.
 const FOLLOWED: f64 = 18.0;

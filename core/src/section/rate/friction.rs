@@ -1,8 +1,9 @@
 //! Friction that becomes infinite at total compression: AMV (2.40), (2.41).
 //!
-//! The fibres of a section of half-widths h1, h2 keep their orientation if delta = v3 - V > 0, V^2 = h2^2 u1^2 + h1^2
-//! u2^2 (2.7), as in [`Barrier`](crate::section::Barrier). delta has no gradient on the axis u1 = u2 = 0 of the cone,
-//! so that a law in terms of delta would not be smooth for straight rods. Instead the law uses
+//! Let h1, h2 be the half-widths of the section, V^2 = h2^2 u1^2 + h1^2 u2^2 and delta = v3 - V. The fibres keep
+//! their orientation if delta > 0 (2.7), as in [`Barrier`](crate::section::Barrier). delta has no gradient on the
+//! axis u1 = u2 = 0 of the cone, so that a law in terms of delta would not be smooth for straight rods. Instead the
+//! law uses
 //! ```text
 //! d = (v3^2 - V^2)/v3 = delta (1 + V/v3),    delta <= d <= 2 delta,    d = v3 for a straight section.
 //! ```
@@ -14,9 +15,9 @@
 //! ```text
 //! d_t = g.H^-1 w/(1 + Omega c),   c = g.H^-1 g,   e_t = H^-1 (w - Omega d_t g).
 //! ```
-//! So (1 + Omega c) d_t = g.H^-1 w. The integral of Omega over (0, d) is infinite, hence d cannot reach zero as long
-//! as the integral of the overstress over time is finite: the argument of (7.14). (For that argument the bound (2.41)
-//! is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
+//! Hence (1 + Omega c) d_t = g.H^-1 w. The integral of Omega over (0, d) is infinite: d cannot reach zero as long as
+//! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
+//! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
 use super::free::{driving, finite, kept};
 use super::{Rate, RateLaw, Viscosity};

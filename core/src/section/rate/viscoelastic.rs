@@ -7,8 +7,8 @@ use crate::section::{Resultant, SectionLaw, StrainName};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
-/// A Maxwell branch in parallel with the stored energy: a spring in series with a dashpot. With z the strain of the
-/// dashpot, the branch adds E (e - z) to the resultants and 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e
+/// A Maxwell branch in parallel with the stored energy: a spring in series with a dashpot. Let z be the strain of the
+/// dashpot. The branch adds E (e - z) to the resultants and 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e
 /// - z)/time.
 ///
 /// E is a matrix, or a [`StrainMatrix`](super::StrainMatrix) that may be in proportion to the section.

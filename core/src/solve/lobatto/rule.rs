@@ -127,7 +127,7 @@ pub(super) fn integrated<S: Simd>(
     }
 }
 
-/// The sum over places and rows of the squares of the change of the slopes, each by its scale.
+/// Sum over nodes and rows of the squared change of the slopes, each by its scale.
 #[inline(always)]
 pub(super) fn changed<S: Simd>(
     simd: S,
@@ -143,7 +143,7 @@ pub(super) fn changed<S: Simd>(
     sum.total()
 }
 
-/// Task for [`wide`](crate::math::registers::wide): the polynomials through the slopes.
+/// The polynomials through the slopes, as a task for wide registers.
 pub(super) struct Fitting {
     pub start: Row,
     pub slopes: Block,

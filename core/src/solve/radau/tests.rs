@@ -193,8 +193,8 @@ fn errors_fall_by_the_order() {
     }
 }
 
-/// Catches wrong stages: a step of y' = -y multiplies by the Pade approximant of e^-h that has s - 1 powers over s,
-/// whose error is of order 2 s.
+/// Catches wrong stages: a step of y' = -y multiplies by the Pade approximant of e^-h of degrees s - 1 over s, whose
+/// error is of order 2 s.
 #[test]
 fn steps_are_those_of_pade() {
     for (order, s, rounding) in [
