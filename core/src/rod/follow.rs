@@ -22,8 +22,8 @@ const STRAIGHT: f64 = 0.9;
 /// Singular values below this part of the Jacobian count as zero: directions in which the equilibrium is free to
 /// move.
 const NEUTRAL: f64 = 1e-7;
-/// Largest winding rate of a trial, over that of the unloaded rod (per length). A Newton step from a nearly singular
-/// rod may ask for more, at great cost.
+/// Largest winding rate of a trial, in radians along the rod, beyond three times that of the unloaded rod. A Newton
+/// step from a nearly singular rod may ask for more, at great cost.
 const WILD: f64 = 200.0;
 
 /// Evaluations of the rod after which a search is abandoned.
@@ -87,7 +87,7 @@ impl Search {
     }
 
     /// Replaces an unstable answer by the error of a stable one that double precision could not represent, if there
-    /// was one: an unstable equilibrium was then not asked for.
+    /// was one: the stable equilibrium is what was asked for.
     pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
         match (&found, &*self.heavy.borrow()) {
             (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),

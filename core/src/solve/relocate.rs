@@ -31,7 +31,7 @@ struct Found {
 }
 
 impl Special {
-    /// This special point with `error_p`, `error_x` and `error_s` that include the error of the family's own
+    /// This special point with bounds `error_p`, `error_x` and `error_s` that include the error of the family's own
     /// computation. `others` are families of the same problem whose errors are less by different factors of 10 or
     /// more, or greater by a factor of two or more. A point missing in one of them becomes a guess. Rounding is that
     /// of the last family.

@@ -163,8 +163,8 @@ impl Along<'_> {
         }
         let mut last = 0.0;
         for sweeps in 1..=MOST_SWEEPS {
-            // Gauss-Seidel: tau' by phi, then phi' by tau. All columns are done together: a value stored at the nodes
-            // cannot be loaded at once across lanes.
+            // Gauss-Seidel: tau' by phi, then phi' by tau. All columns are done together, since values stored at the
+            // nodes are reloaded for all lanes, and an immediate reload would stall.
             for k in 0..count {
                 let [_, _, mut k3, mut k4] = own[k];
                 let [_, _, tau1, tau2] = x[k];
