@@ -322,8 +322,8 @@ impl<'a> Strained<'a> {
 }
 
 impl<L> Field<'_, L> {
-    /// Tangent at a section. The column of a turn of the base, where the rod turns along rigidly, has to restore the
-    /// rod's wrench.
+    /// Tangent at a section. The columns of a turn of the base, at a fixed base wrench, are a rigid rotation less the
+    /// response to the rotated wrench.
     fn tangent<const J: usize, const K: usize>(
         &self,
         at: &LineState<J, impl Carried<J, Load = L>>,
