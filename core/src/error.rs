@@ -1,4 +1,4 @@
-//! The one error of the library, and the record of a computation that cannot go on.
+//! The error type of the library, and the record of a computation that cannot go on.
 
 mod message;
 
@@ -8,14 +8,14 @@ use std::error::Error as StdError;
 use std::fmt;
 use std::sync::Arc;
 
-/// A specialised result.
+/// [`std::result::Result`] with the library's error as its default.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Why a request could not be carried out.
+/// Error of a request that could not be carried out.
 ///
-/// A run that ends early is not an error but an outcome (see [`Stuck`]); an error is a broken request, or numbers that
-/// the mathematics cannot serve. Ask what kind it is with the predicates. `Display` gives the whole chain of causes,
-/// outermost first; [`std::error::Error::source`] gives the next one of them.
+/// A run that ends early is not an error but an outcome (see [`Stuck`]). An error is an invalid request, or one
+/// without an answer in double precision. Predicates tell the kind. `Display` gives the whole chain of causes,
+/// outermost first; [`std::error::Error::source`] gives the next cause.
 ///
 /// ```
 /// # use snaprod_core as snaprod;
@@ -59,12 +59,12 @@ impl Error {
         Self::new(Kind::Ambiguous, message)
     }
 
-    /// An iteration that did not reach its tolerance.
+    /// An iteration without convergence to its tolerance.
     pub fn no_convergence(message: impl Into<Message>) -> Self {
         Self::new(Kind::NoConvergence, message)
     }
 
-    /// An answer that double precision does not hold.
+    /// An answer that double precision cannot represent.
     pub fn ill_conditioned(message: impl Into<Message>) -> Self {
         Self::new(Kind::IllConditioned, message)
     }
@@ -82,7 +82,7 @@ impl Error {
         }
     }
 
-    /// An error of the same kind that says what was being done when this one happened, and has this one as its source.
+    /// Wraps the error in another of the same kind with the operation in progress; this error becomes its source.
     #[must_use]
     pub fn context(self, doing: impl Into<Message>) -> Self {
         Self {
@@ -92,14 +92,14 @@ impl Error {
         }
     }
 
-    /// Sets the error from which this one came.
+    /// Sets the source of the error.
     #[must_use]
     pub fn caused_by(mut self, source: impl StdError + Send + Sync + 'static) -> Self {
         self.source = Some(Arc::new(source));
         self
     }
 
-    /// The same with its numbers, which are in units of the rod, in these.
+    /// Converts the numbers of the error from units of the rod.
     #[must_use]
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
         let source = self.source.as_ref();
@@ -113,7 +113,7 @@ impl Error {
         }
     }
 
-    /// The whole chain of causes, with its numbers.
+    /// Message of the whole chain of causes, with its numbers.
     fn said(&self) -> Message {
         let source = self.source.as_deref();
         let said = match source.map(|source| (source.downcast_ref::<Self>(), source)) {
@@ -124,17 +124,17 @@ impl Error {
         self.message.clone().words(": ").then(said)
     }
 
-    /// True if an argument was outside its set.
+    /// True if an argument is outside its set.
     pub fn is_domain(&self) -> bool {
         self.kind == Kind::Domain
     }
 
-    /// True if double precision does not hold the answer.
+    /// True if double precision cannot represent the answer.
     pub fn is_ill_conditioned(&self) -> bool {
         self.kind == Kind::IllConditioned
     }
 
-    /// True if no equilibrium has the pose that was asked for.
+    /// True if no equilibrium has the requested pose.
     pub fn is_unreachable(&self) -> bool {
         self.kind == Kind::Unreachable
     }
@@ -144,7 +144,7 @@ impl Error {
         self.kind == Kind::Ambiguous
     }
 
-    /// True if an iteration did not reach its tolerance.
+    /// True if an iteration did not converge to its tolerance.
     pub fn is_no_convergence(&self) -> bool {
         self.kind == Kind::NoConvergence
     }
@@ -169,43 +169,43 @@ impl StdError for Error {
     }
 }
 
-/// Errors are equal if they are of one kind and read the same.
+/// Equality of kind and text.
 impl PartialEq for Error {
     fn eq(&self, other: &Self) -> bool {
         self.kind == other.kind && self.to_string() == other.to_string()
     }
 }
 
-/// A motion or a continuation that cannot go on: where, why, and what would help.
+/// A motion or a continuation that cannot go on: place, cause, remedy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stuck {
-    /// Where: the time of a motion, the parameter of a continuation, in the units of the computation.
+    /// Time of a motion, or parameter of a continuation, in the units of the computation.
     pub at: f64,
-    /// Why.
+    /// Cause of the stop.
     pub cause: Cause,
-    /// What would help, as an imperative: "raise the tolerance".
+    /// Remedy, as an imperative: "raise the tolerance".
     pub remedy: String,
 }
 
-/// Why a computation cannot go on.
+/// Cause of a computation that cannot go on.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Cause {
     /// No step longer than rounding meets the tolerance.
     StepCollapsed {
-        /// The step that was to be tried next.
+        /// The next trial step.
         next: f64,
         /// The tolerance.
         tolerance: f64,
     },
-    /// The end is too far for the pace: steps get shorter and shorter.
+    /// Too many steps are left: steps get shorter and shorter.
     TooSlow {
-        /// Steps that the rest would take at the present pace.
+        /// Steps left at the present pace.
         steps: f64,
     },
-    /// The strains stand at the edge of what the section admits.
+    /// The strains are at the edge of the section's domain.
     EdgeOfDomain,
-    /// The strains vary too sharply along the rod for the nodes that a grid may have.
+    /// The strains vary too sharply along the rod for the finest grid.
     Unresolved {
         /// Most nodes on an element.
         most: usize,
@@ -231,7 +231,7 @@ impl Stuck {
         }
     }
 
-    /// The cause and the remedy, without the place, whose name and unit the caller knows.
+    /// Cause and remedy, without the place, whose name and unit the caller knows.
     pub fn message(&self) -> Message {
         self.cause.message().words(format!("; {}", self.remedy))
     }
@@ -245,7 +245,7 @@ impl fmt::Display for Stuck {
 }
 
 impl Cause {
-    /// What is to be said of it.
+    /// Description of the cause.
     fn message(&self) -> Message {
         let text = match self {
             Self::StepCollapsed { next, tolerance } => {
@@ -271,7 +271,7 @@ impl Cause {
     }
 }
 
-/// In units of the rod.
+/// The description in units of the rod.
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.message().fmt(f)
@@ -291,7 +291,8 @@ impl StdError for Stuck {
 mod tests {
     use super::*;
 
-    /// Catches a context that hides its cause from `source`, or loses its kind, and an error of the system dropped.
+    /// Catches a context that hides its cause from `source`, or loses its kind, and a lost error of the operating
+    /// system.
     #[test]
     fn chain_of_causes_is_walked_by_source() {
         let missing = std::io::Error::from(std::io::ErrorKind::NotFound);

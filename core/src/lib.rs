@@ -1,6 +1,7 @@
-//! The numerical core of [snaprod](https://docs.rs/snaprod): the equilibrium manifolds of rods and the bodies at their ends.
-//! `snaprod-systems` and `snaprod-motion` move them; `snaprod` re-exports all and adds scenes, studies, figures and the program. Use `snaprod`, with
-//! `default-features = false` for the numerics alone; its front page says what is where, in which units, and what the terms mean.
+//! The numerical core of [snaprod](https://docs.rs/snaprod): the equilibrium manifolds of rods and the bodies at
+//! their ends. `snaprod-systems` and `snaprod-motion` compute their motion; `snaprod` re-exports all and adds scenes,
+//! studies, figures and the program. Use `snaprod`, with `default-features = false` for the numerics alone; its front
+//! page lists modules, units and terms.
 #![warn(missing_docs)]
 
 pub mod body;

@@ -1,19 +1,19 @@
-//! What a rod that has no inertia asks of the body at its end.
+//! Interface of the body at the end of a massless rod.
 
 use super::Body;
 use nalgebra::{Isometry3, SMatrix, SVector, Vector2};
 
-/// A body at the rod's end, whose `D` velocities V it shares.
+/// A body at the rod's end, which shares its `D` velocities V.
 ///
-/// Poses, velocities and wrenches are seen from the clamp, along its axes: those of the world, if the clamp stands at the
-/// origin and is not turned.
+/// Poses, velocities and wrenches are seen from the clamp, along its axes. These are the axes of the world if the
+/// clamp stands at the origin and is not turned.
 pub trait EndBody<const D: usize> {
     /// Pose of the rod's end.
     type Pose;
 
-    /// How the body moves at time `t` when the rod acts on it with `rod`, minus the end wrench w1 on the rod.
+    /// Motion of the body at time `t` under the wrench `rod` of the rod on it, minus the end wrench w1 on the rod.
     ///
-    /// `rod` has power rod . v, beside what the clamp does where it moves.
+    /// `rod` has the power rod . v, in addition to that of a moving clamp.
     fn motion(
         &self,
         t: f64,
@@ -37,8 +37,8 @@ pub trait EndBody<const D: usize> {
     /// Potential of the constant forces: d(kinetic + potential)/dt = rod . v + power - loss.
     fn potential(&self, t: f64, pose: &Self::Pose) -> f64;
 
-    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or must not be passed over;
-    /// infinite if none is left.
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or which a step must not
+    /// skip; infinite if none is left.
     fn next_break(&self, t: f64) -> f64;
 }
 
@@ -47,7 +47,7 @@ pub trait EndBody<const D: usize> {
 pub struct EndMotion<const D: usize> {
     /// dV/dt.
     pub acceleration: SVector<f64, D>,
-    /// Power of the loads that have no potential, and of the clamp.
+    /// Power of the loads without a potential, and of the clamp.
     pub power: f64,
     /// Power lost to drag, >= 0.
     pub loss: f64,
@@ -56,7 +56,7 @@ pub struct EndMotion<const D: usize> {
 /// Derivatives of the acceleration of the body at the rod's end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndLinear<const D: usize> {
-    /// By a twist of the end: (dphi, dr) for D = 6, dr for D = 2, 3. The wrench and V stay.
+    /// By a twist of the end: (dphi, dr) for D = 6, dr for D = 2, 3, at constant wrench and V.
     pub by_pose: SMatrix<f64, D, D>,
     /// By V.
     pub by_velocity: SMatrix<f64, D, D>,

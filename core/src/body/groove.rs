@@ -5,15 +5,15 @@ use nalgebra::{DMatrix, Isometry3, Vector3};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Points of a spline at most: its equations are solved at once.
+/// Most points of a spline: its equations form one dense system.
 const MOST_POINTS: usize = 200;
-/// Places on each piece of a spline from which the nearest is sought.
+/// Number of places on each piece of a spline at which the search for the nearest begins.
 const PLACES: usize = 12;
-/// Newton steps to the nearest place.
+/// Most Newton steps to the nearest place.
 const STEPS: usize = 50;
-/// Pieces of a line that is drawn.
+/// Pieces of a drawn line.
 const DRAWN: usize = 200;
-/// A parameter this near to a knot, relative to all of it, is at it.
+/// Distance from a knot, relative to the length of the spline, at which a parameter counts as on the knot.
 const AT_KNOT: f64 = 1e-12;
 
 /// A curve x(phi): a line, a circle or a spline.
@@ -35,7 +35,7 @@ enum Curve {
         radius: f64,
         axes: [Vector3<f64>; 2],
     },
-    /// phi is the length of the chords.
+    /// A spline; phi is the length of the chords.
     Spline(Arc<Spline>),
 }
 
@@ -43,7 +43,7 @@ enum Curve {
 #[derive(Debug)]
 struct Spline {
     knots: Vec<f64>,
-    /// Coefficients of every piece, in powers of the part of it.
+    /// Coefficients of every piece, in powers of the fraction of the piece.
     pieces: Vec<[Vector3<f64>; 6]>,
     closed: bool,
 }
@@ -61,8 +61,8 @@ impl Groove {
         })
     }
 
-    /// The circle about `centre` in the plane across `axis`. Its angle is counted from `start`, as far as that lies across the
-    /// axis; without it, from whichever direction of the plane.
+    /// The circle about `centre` in the plane across `axis`. Its angle is counted from `start`, projected on that
+    /// plane; without it, from an arbitrary direction of the plane.
     ///
     /// # Errors
     /// A number that is not finite; no axis; a radius that is not positive; a start along the axis.
@@ -80,7 +80,7 @@ impl Groove {
             )));
         }
         let start = start.unwrap_or_else(|| {
-            // The axis of the world that is least along that of the circle.
+            // The world axis farthest from the axis of the circle.
             Vector3::ith(axis.iamin(), 1.0)
         });
         let across = start - axis * axis.dot(&start);
@@ -99,8 +99,8 @@ impl Groove {
         })
     }
 
-    /// The curve through `points`, smooth up to its fourth derivative, `closed` or with two ends, where its third and fourth
-    /// derivatives vanish. Its parameter grows by the distances of the points.
+    /// The curve through `points`, smooth up to its fourth derivative, `closed` or with two ends, where its third and
+    /// fourth derivatives vanish. Its parameter is the length of the chords.
     ///
     /// # Errors
     /// Fewer than three points, or more than 200; points that are not finite, or neighbours that coincide.
@@ -143,7 +143,7 @@ impl Groove {
         })
     }
 
-    /// x, x_phi and x_phiphi. Beyond the ends of an open spline its last piece goes on.
+    /// x, x_phi and x_phiphi. Beyond the ends of an open spline its last piece is extended.
     pub fn at(&self, phi: f64) -> [Vector3<f64>; 3] {
         match &self.curve {
             Curve::Line { point, direction } => {
@@ -162,7 +162,7 @@ impl Groove {
         }
     }
 
-    /// The parameter of the place nearest to `point`; of several, one of them. Of a circle it lies in [-pi, pi].
+    /// The parameter of the place nearest to `point`; of several, one of them. On a circle it lies in [-pi, pi].
     pub fn nearest(&self, point: &Vector3<f64>) -> f64 {
         match &self.curve {
             Curve::Line {
@@ -193,7 +193,7 @@ impl Groove {
         for _ in 0..STEPS {
             let [x, first, second] = self.at(phi);
             let slope = first.dot(&(x - point));
-            // Where the curve bends away from the point the distance is not convex.
+            // The squared distance is not convex where the curve bends away from the point.
             let curvature =
                 (first.norm_squared() + second.dot(&(x - point))).max(0.5 * first.norm_squared());
             let step = slope / curvature;
@@ -208,8 +208,9 @@ impl Groove {
         phi
     }
 
-    /// Points close enough for a smooth line, where a point goes this `way` in the groove: along it, and `beyond` it by this length on both sides, as
-    /// far as the groove goes, once round one that is closed. None where the way has no points.
+    /// Points for a smooth drawing of the groove along the path `way` of a point, extended by the length `beyond` on
+    /// both sides. The drawing ends with the groove, and goes at most once round a closed one. Empty if the path has
+    /// no points.
     pub fn beside(&self, way: &[Vector3<f64>], beyond: f64) -> Vec<Vector3<f64>> {
         let Some(first) = way.first() else {
             return Vec::new();
@@ -233,7 +234,7 @@ impl Groove {
             .collect()
     }
 
-    /// `to` less `from`, the short way round a closed curve.
+    /// `to` less `from`, the shorter way round a closed curve.
     pub fn between(&self, from: f64, to: f64) -> f64 {
         let way = to - from;
         match self.period() {
@@ -242,7 +243,7 @@ impl Groove {
         }
     }
 
-    /// How much the parameter grows once round; None of a curve that is not closed.
+    /// Period of the parameter; None for an open curve.
     pub fn period(&self) -> Option<f64> {
         match &self.curve {
             Curve::Line { .. } => None,
@@ -251,7 +252,7 @@ impl Groove {
         }
     }
 
-    /// The parameters between which it lies, if it has ends.
+    /// The parameters of the ends, if there are any.
     pub fn ends(&self) -> Option<[f64; 2]> {
         match &self.curve {
             Curve::Spline(spline) if !spline.closed => Some([0.0, spline.length()]),
@@ -259,7 +260,7 @@ impl Groove {
         }
     }
 
-    /// At an end, to rounding, the way out of it: -1 at the first point, 1 at the last.
+    /// At an end, to rounding, the outward direction: -1 at the first point, 1 at the last.
     pub fn way_out(&self, phi: f64) -> Option<f64> {
         let [first, last] = self.ends()?;
         let rounding = AT_KNOT * (last - first);
@@ -270,7 +271,7 @@ impl Groove {
         }
     }
 
-    /// The end at which `from` is, to rounding, where `to` lies outside by more than that.
+    /// The end at `from`, to rounding, if `to` lies outside by more than rounding.
     pub fn end_left(&self, from: f64, to: f64) -> Option<f64> {
         let [first, last] = self.ends()?;
         let rounding = AT_KNOT * (last - first);
@@ -298,7 +299,7 @@ impl Groove {
             let shift = (turns + turn) * length;
             spline.knots.iter().map(move |knot| knot + shift)
         });
-        // One to rounding is not beyond.
+        // A knot at `from` to rounding is not beyond.
         let rounding = AT_KNOT * (length + from.abs());
         match from < to {
             true => all
@@ -310,7 +311,7 @@ impl Groove {
         }
     }
 
-    /// The same curve seen from a frame whose pose is `frame`.
+    /// The curve seen from a frame with the pose `frame`.
     #[must_use]
     pub fn seen_from(&self, frame: &Isometry3<f64>) -> Self {
         let place = |x: &Vector3<f64>| frame.inverse_transform_point(&(*x).into()).coords;
@@ -369,8 +370,8 @@ impl Spline {
     }
 }
 
-/// The third and the fourth derivative of a piece of length `h` at its begin, then at its end: by (rise, f', f'' at the begin,
-/// f', f'' at the end).
+/// The third and the fourth derivative of a piece of length `h` at its start, then at its end: by (rise, f', f'' at
+/// the start, f', f'' at the end).
 fn jumps(h: f64) -> [[f64; 5]; 4] {
     let (h2, third, fourth) = (h * h, 6.0 / h.powi(3), 24.0 / h.powi(4));
     [
@@ -381,7 +382,7 @@ fn jumps(h: f64) -> [[f64; 5]; 4] {
     ]
 }
 
-/// The pieces between `points`, whose third and fourth derivatives go on from one to the next.
+/// The pieces between `points`, with continuous third and fourth derivatives.
 fn pieces(points: &[Vector3<f64>], knots: &[f64], closed: bool) -> Option<Vec<[Vector3<f64>; 6]>> {
     let last = points.len() - 1;
     let jets = if closed { last } else { last + 1 };

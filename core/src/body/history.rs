@@ -1,4 +1,4 @@
-//! Scalar histories f(t), from which loads in time and motions of the clamp are made.
+//! Scalar histories f(t) for loads in time and motions of the clamp.
 
 use super::spline::RestSpline;
 use crate::error::{Error, Result};
@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 /// A scalar function of time, with its first two derivatives and its breaks.
 ///
-/// A break is a time at which some derivative jumps, or near which the function does something that a long step would not
-/// see. Runs end a step at every break, so that no kink lies inside a step and no pulse is passed over.
+/// A break is a time at which some derivative jumps, or near which the function has a feature that a long step would
+/// miss. Runs end a step at every break, so that no kink lies inside a step and no pulse is skipped.
 ///
-/// It is plain data, as scenes write it; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers that make
-/// no function.
+/// The data are plain, as in scenes; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers
+/// that do not define a function.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -20,20 +20,20 @@ use std::sync::Arc;
     serde(rename_all = "lowercase")
 )]
 pub enum History {
-    /// f, the same at all times.
+    /// Constant f.
     Constant(f64),
     /// A linear growth.
     Ramp(Ramp),
     /// A raised cosine.
     Pulse(Pulse),
-    /// Constant for a while and zero otherwise, with jumps.
+    /// Constant for an interval and zero otherwise, with jumps.
     Block(Block),
     /// Rows \[t, f\] of growing times, at least one: linear between them, constant before the first and after the last.
     Table(Vec<[f64; 2]>),
     /// Any function.
     #[cfg_attr(feature = "serde", serde(skip))]
     Custom(Custom),
-    /// f = rate t.
+    /// Growth in proportion to time, f = rate t.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Rate {
         /// The rate.
@@ -64,45 +64,46 @@ pub struct Ramp {
     pub from: f64,
     /// Value after.
     pub to: f64,
-    /// When it begins to grow.
+    /// Start of the growth.
     pub start: f64,
-    /// When it has grown, > `start`.
+    /// End of the growth, > `start`.
     pub until: f64,
 }
 
-/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and f' are
-/// continuous, f'' jumps where it begins and ends.
+/// A pulse amplitude (1 + cos(2 pi (t - at)/width))/2, |t - at| <= width/2. Its integral is amplitude width/2. f and
+/// f' are continuous, f'' jumps at its start and end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Pulse {
-    /// Time of its middle.
+    /// Time of the middle of the pulse.
     pub at: f64,
-    /// How long it lasts, > 0.
+    /// Duration, > 0.
     pub width: f64,
-    /// Its height.
+    /// Height of the pulse.
     pub amplitude: f64,
 }
 
-/// `size` from `start` on, zero from `until` on. A run sees a step that ends at a jump with the value before it.
+/// `size` between `start` and `until`, zero otherwise. A step of a run that ends at a jump uses the value before the
+/// jump.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Block {
-    /// Its size.
+    /// Value between `start` and `until`.
     pub size: f64,
-    /// When it begins.
+    /// Start of the block.
     pub start: f64,
-    /// When it ends, > `start`.
+    /// End of the block, > `start`.
     pub until: f64,
 }
 
 impl Pulse {
-    /// When it begins and ends.
+    /// Start and end of the pulse.
     fn times(&self) -> [f64; 2] {
         [self.at - 0.5 * self.width, self.at + 0.5 * self.width]
     }
 }
 
-/// A function and the times at which it breaks: [`History::custom`].
+/// A custom function and the times of its breaks: [`History::custom`].
 #[derive(Clone)]
 pub struct Custom {
     f: Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>,
@@ -131,9 +132,10 @@ impl History {
         })
     }
 
-    /// Through the points \[t, f\] with four continuous derivatives, at rest before the first and after the last.
+    /// The spline through the points \[t, f\] with four continuous derivatives, at rest before the first and after
+    /// the last.
     ///
-    /// It is the spline of degree 5 with f' = f'' = 0 at both ends: f'' is continuous everywhere, as motions of a clamp need.
+    /// It has degree 5, with f' = f'' = 0 at both ends: f'' is continuous everywhere, as motions of a clamp need.
     ///
     /// # Errors
     /// No point; times that do not grow; a number that is not finite.
@@ -146,15 +148,15 @@ impl History {
         Ok(Self::custom(move |t| spline.at(t), breaks))
     }
 
-    /// Any function, which gives \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at which it is
-    /// not smooth, and others that mark where it varies fast: a function that is flat except between two distant steps of the
-    /// motion would else go unseen.
+    /// Any function that returns \[f, f', f''\]; loads use f alone. `breaks` are the times, in growing order, at
+    /// which the function is not smooth or varies fast. Without them a function that is flat except between two
+    /// distant steps of the motion would be missed.
     pub fn custom(f: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static, breaks: Vec<f64>) -> Self {
         let f = Arc::new(f);
         Self::Custom(Custom { f, breaks })
     }
 
-    /// Refuses numbers that are not finite, and times that do not grow.
+    /// Checks that numbers are finite and times grow.
     pub fn checked(self) -> Result<Self> {
         match &self {
             Self::Constant(value) => finite(&[("constant", *value)]),
@@ -176,7 +178,7 @@ impl History {
         Ok(self)
     }
 
-    /// f(t).
+    /// Value f(t).
     #[inline]
     pub fn at(&self, t: f64) -> f64 {
         match self {
@@ -185,7 +187,7 @@ impl History {
         }
     }
 
-    /// \[f, f', f''\] at t; at a break where they jump, from one side.
+    /// \[f, f', f''\] at t; one-sided at breaks.
     pub fn with_rates(&self, t: f64) -> [f64; 3] {
         match self {
             Self::Constant(value) => [*value, 0.0, 0.0],
@@ -237,8 +239,8 @@ impl History {
         }
     }
 
-    /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be a blow. A custom
-    /// function is trusted.
+    /// True if f'' is continuous after the start, as the motion of a clamp must be: a jump of f' would be an impact.
+    /// A custom function is trusted.
     pub fn is_smooth(&self) -> bool {
         !matches!(
             self,
@@ -247,7 +249,7 @@ impl History {
     }
 }
 
-/// Linear between rows of growing times, constant before and after.
+/// Linear interpolation between rows of growing times, constant before and after.
 fn line(t: f64, rows: &[[f64; 2]]) -> [f64; 3] {
     let after = rows.partition_point(|row| row[0] <= t);
     match (rows.get(after.wrapping_sub(1)), rows.get(after)) {

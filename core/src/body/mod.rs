@@ -70,13 +70,13 @@ fn sum_at<const N: usize>(loads: &[TimeLoad<N>], t: f64) -> SVector<f64, N> {
         .fold(SVector::zeros(), |sum, load| sum + load.at(t))
 }
 
-/// The first of their breaks after `t`.
+/// The first break of the loads after `t`.
 fn first_break<const N: usize>(loads: &[TimeLoad<N>], t: f64) -> f64 {
     let breaks = loads.iter().map(|load| load.next_break(t));
     breaks.fold(f64::INFINITY, f64::min)
 }
 
-/// A point mass and what acts on it besides the rod.
+/// A point mass with the loads on it besides the rod.
 #[derive(Debug, Clone)]
 pub struct Body<const N: usize> {
     mass: f64,
@@ -88,7 +88,7 @@ pub struct Body<const N: usize> {
     rod: Option<Arc<dyn FirstOrderInertia<N>>>,
 }
 
-/// The drag, if it is one.
+/// Checks that a drag is finite and >= 0.
 fn resisting(what: &str, drag: f64) -> Result<f64> {
     if (0.0..f64::INFINITY).contains(&drag) {
         return Ok(drag);
@@ -98,7 +98,7 @@ fn resisting(what: &str, drag: f64) -> Result<f64> {
     )))
 }
 
-/// The vector, if it is finite.
+/// Checks that a vector is finite.
 fn finite<const N: usize>(what: &str, v: SVector<f64, N>) -> Result<SVector<f64, N>> {
     if v.iter().all(|x| x.is_finite()) {
         return Ok(v);
@@ -165,27 +165,27 @@ impl<const N: usize> Body<N> {
         self
     }
 
-    /// Has the rod clamped in `support`. Loads stay as given, in the world frame; places, velocities and forces of the rod
-    /// are from here on those seen from the clamp, along its axes.
+    /// Clamps the rod in `support`. Loads stay as given, in the world frame; places, velocities and forces of the rod
+    /// are then seen from the clamp, along its axes.
     #[must_use]
     pub fn with_support(mut self, support: Support<N>) -> Self {
         self.support = Some(Box::new(support));
         self
     }
 
-    /// Has it feel the mass of its rod.
+    /// Accounts for the inertia of the rod.
     #[must_use]
     pub fn with_rod(mut self, rod: Arc<dyn FirstOrderInertia<N>>) -> Self {
         self.rod = Some(rod);
         self
     }
 
-    /// The mass of its rod, if it feels that.
-    pub fn rod(&self) -> Option<&dyn FirstOrderInertia<N>> {
+    /// The inertia of the rod, if accounted for.
+    pub fn rod(&self) -> Option<&dyn RodMass<N>> {
         self.rod.as_deref()
     }
 
-    /// The same on a clamp that stands where its own is at time `t`.
+    /// The body with its clamp fixed in the pose of time `t`.
     #[must_use]
     pub fn standing_at(mut self, t: f64) -> Self {
         self.support = self.support.map(|support| Box::new(support.standing_at(t)));
@@ -202,7 +202,7 @@ impl<const N: usize> Body<N> {
         self.mass
     }
 
-    /// Weight and dead force together, in the world.
+    /// Weight and dead force in total, in the world.
     pub fn constant(&self) -> &SVector<f64, N> {
         &self.constant
     }
@@ -213,7 +213,7 @@ impl<const N: usize> Body<N> {
             Some(support) => support.at(t).place(pose),
             None => *pose,
         };
-        // Subtracted from zero, so that no load gives 0 and not -0.
+        // Subtracted from zero, to give 0 and not -0 without loads.
         0.0 - self.constant.dot(&place)
     }
 
@@ -250,15 +250,15 @@ impl<const N: usize> Body<N> {
         self.drag > 0.0
     }
 
-    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or must not be passed over;
-    /// infinite if none is left.
+    /// The first time after `t` at which a load or the motion of the clamp is not smooth, or which a step must not
+    /// skip; infinite if none is left.
     pub fn next_break(&self, t: f64) -> f64 {
         let clamp = self.support.as_ref();
         let clamp = clamp.map_or(f64::INFINITY, |support| support.next_break(t));
         first_break(&self.forces, t).min(clamp)
     }
 
-    /// What acts at time `t` under the rod's force; place, velocity and force are seen from the clamp.
+    /// Motion of the body at time `t` under the rod's force; place, velocity and force are seen from the clamp.
     #[inline]
     pub fn action(
         &self,
@@ -276,7 +276,7 @@ impl<const N: usize> Body<N> {
         }
     }
 
-    /// The same in the world.
+    /// Motion of the body in the world frame.
     #[inline]
     fn free_action(&self, t: f64, v: &SVector<f64, N>, rod: &SVector<f64, N>) -> EndMotion<N> {
         let mut force = rod + self.constant;

@@ -1,4 +1,4 @@
-//! The motion of a point mass on a manifold, at eight places at once.
+//! Motion of a point mass on a manifold, at eight nodes at once.
 
 use super::Body;
 use crate::manifold::{EightPoints, Eightfold};
@@ -9,15 +9,16 @@ use crate::solve::lobatto::{Block, Sweeps};
 use nalgebra::SVector;
 use pulp::Simd;
 
-/// A point mass at the end of a rod, on a sheet of its manifold, in the independent variable of theory 2.5. Rows: q, v, t, work of what has no potential, loss to drag.
+/// A point mass at the end of a rod, on a sheet of its manifold, in the independent variable of theory 2.5. Rows: q,
+/// v, t, work of non-potential loads, loss to drag.
 pub struct EightMotion<'a, const N: usize> {
     chart: Box<dyn Eightfold<N> + Send>,
     body: &'a Body<N>,
     orientation: f64,
     points: EightPoints<N>,
-    /// What adj(d pose/d q) v is multiplied by.
+    /// Factor of adj(d pose/d q) v.
     slow: Row,
-    /// Loads and clamp at later times are those at this one.
+    /// Time after which loads and clamp are constant.
     pub until: f64,
 }
 
@@ -34,7 +35,7 @@ impl<'a, const N: usize> EightMotion<'a, N> {
         }
     }
 
-    /// What acts where loads depend on time or the clamp moves, one place after the other; times the rate of time.
+    /// Accelerations and power of loads in time or of a moving clamp, node by node; times the rate of time.
     fn driven(&self, at: &Block, rate: &Row, slopes: &mut Block) {
         for i in 0..8 {
             let vector = |rows: &[Row]| SVector::<f64, N>::from_fn(|k, _| rows[k][i]);
@@ -54,7 +55,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
     const PLACES: usize = N;
     const ROWS: usize = 2 * N + 3;
 
-    /// Work and loss behind the time stay as they are where there is neither drag nor what depends on time.
+    /// The rows behind the time, work and loss, are constant if there is neither drag nor dependence on time.
     fn changing(&self) -> usize {
         match self.is_timed() || self.body.drag != 0.0 {
             true => Self::ROWS,
@@ -82,7 +83,7 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
             Eight::of(simd, self.points.det),
             Eight::of(simd, self.points.pace),
         ];
-        // One over the root: root and inverse side by side, not one after the other.
+        // Reciprocal root: root and inverse in parallel, not one after the other.
         let square = det.times_plus(det, pace * pace);
         let slow = square.sqrt() * (square.inverse() * self.orientation);
         let rate = slow * det;

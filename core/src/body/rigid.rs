@@ -8,18 +8,18 @@ use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
-/// A rigid body welded to the end of a rod in space, and what acts on it besides the rod.
+/// A rigid body welded to the end of a rod in space, with the loads on it besides the rod.
 ///
-/// With r1, R1 the end of the rod, n1, m1 its wrench, c the centre of mass from the end (fixed in the directors) and J
-/// the inertia about it:
+/// With r1, R1 the end of the rod, n1, m1 its wrench, c the centre of mass from the end (fixed in the directors) and
+/// J the inertia about it:
 /// ```text
 /// mass (r1 + R1 c)'' = -n1 + forces,       (R1 J R1^T omega)' = -m1 + R1 c x n1 + couples       AMV (2.15), (2.16).
 /// ```
-/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame; on a clamp that is tilted
-/// or moves ([`RigidBody::with_support`]) those of the rod are seen from the clamp.
+/// Forces act at the centre of mass. V = (omega, r1') and wrenches (m, n) are in the world frame; on a clamp that is
+/// tilted or moves ([`RigidBody::with_support`]) those of the rod are seen from the clamp.
 #[derive(Debug, Clone)]
 pub struct RigidBody {
-    /// The motion of the centre of mass.
+    /// The centre of mass as a point mass.
     centre: Body<3>,
     offset: Vector3<f64>,
     inertia: Matrix3<f64>,
@@ -27,7 +27,7 @@ pub struct RigidBody {
     rotor: Vector3<f64>,
     couple: Vector3<f64>,
     couples: Vec<TimeLoad<3>>,
-    /// Along the directors.
+    /// Loads along the directors.
     follower_forces: Vec<TimeLoad<3>>,
     follower_couples: Vec<TimeLoad<3>>,
     rotational_drag: f64,
@@ -80,8 +80,8 @@ impl RigidBody {
         Ok(self)
     }
 
-    /// Puts a symmetric rotor into the body that spins at a constant rate: `momentum` is its angular momentum relative to the
-    /// body, in components along the directors. (R1 J R1^T omega + R1 h)' is then what the couples change.
+    /// Adds a symmetric rotor that spins at a constant rate: `momentum` is its angular momentum relative to the body,
+    /// in components along the directors. The couples then change R1 J R1^T omega + R1 h.
     ///
     /// # Errors
     /// A component that is not finite.
@@ -108,7 +108,7 @@ impl RigidBody {
         Ok(self)
     }
 
-    /// Adds a constant couple, in the world frame. It has no potential: what it does counts as power.
+    /// Adds a constant couple, in the world frame. It has no potential: its work counts as power.
     ///
     /// # Errors
     /// A component that is not finite.
@@ -156,21 +156,21 @@ impl RigidBody {
         self
     }
 
-    /// Adds a couple in time that turns with the body, along its directors.
+    /// Adds a follower couple in time, along the directors of the body.
     #[must_use]
     pub fn with_follower_couple(mut self, couple: TimeLoad<3>) -> Self {
         self.follower_couples.push(couple);
         self
     }
 
-    /// Has the rod clamped in `support`, as [`Body::with_support`].
+    /// Clamps the rod in `support`, as [`Body::with_support`].
     #[must_use]
     pub fn with_support(mut self, support: Support<3>) -> Self {
         self.support = Some(Box::new(support));
         self
     }
 
-    /// The same on a clamp that stands where its own is at time `t`.
+    /// The body with its clamp fixed in the pose of time `t`.
     #[must_use]
     pub fn standing_at(mut self, t: f64) -> Self {
         self.support = self.support.map(|support| Box::new(support.standing_at(t)));
@@ -187,9 +187,9 @@ impl RigidBody {
         self.centre.mass()
     }
 
-    /// From the centre of mass to the middles of three faces of the homogeneous box with this mass and inertia, in components
-    /// along the directors: columns at right angles, each as long as half an edge. An inertia that no solid has (one moment
-    /// beyond the sum of the others) gives an edge of length 0.
+    /// Vectors from the centre of mass to the middles of three faces of the homogeneous box with this mass and
+    /// inertia, in components along the directors: orthogonal columns, each as long as half an edge. An inertia that
+    /// no solid has (one moment beyond the sum of the others) gives an edge of length 0.
     pub fn equal_box(&self) -> Matrix3<f64> {
         let axes = self.inertia.symmetric_eigen();
         let total = axes.eigenvalues.sum();
@@ -205,7 +205,7 @@ impl RigidBody {
         &self.inertia
     }
 
-    /// Its inverse.
+    /// The inverse inertia about the centre of mass, in components along the directors.
     pub fn inverse_inertia(&self) -> &Matrix3<f64> {
         &self.inverse_inertia
     }
@@ -215,7 +215,7 @@ impl RigidBody {
         &self.offset
     }
 
-    /// The centre of mass and what acts on it, as a point.
+    /// The centre of mass with its loads, as a point mass.
     pub fn centre(&self) -> &Body<3> {
         &self.centre
     }
@@ -257,8 +257,8 @@ impl RigidBody {
             .any(|loads| sum_at(loads, t) != Vector3::zeros())
     }
 
-    /// True if the loads at time `t`, held as they are then, have a potential: forces in the world do, couples and loads that
-    /// turn with the body do not.
+    /// True if the loads at time `t`, frozen in time, have a potential: forces in the world do, couples and loads
+    /// that turn with the body do not.
     pub fn is_conservative(&self, t: f64) -> bool {
         !self.is_followed(t) && self.couple + sum_at(&self.couples, t) == Vector3::zeros()
     }
@@ -272,7 +272,7 @@ impl RigidBody {
         joined(&(lever.cross(&force) + couple), &force)
     }
 
-    /// Its derivative by a turn of the body about the end: those of the couple and of the force.
+    /// Derivatives of the load's couple and force by a turn of the body about the end.
     pub fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
         let turn = pose.rotation;
         let lever = (turn * self.offset).cross_matrix();
@@ -309,14 +309,15 @@ impl RigidBody {
     }
 }
 
-/// What a clamp shows of a body at one moment: its frame, the pose of the end in the world, and its place in the frame.
+/// A body seen from its clamp at one moment: the clamp's frame, the pose of the end in the world, and the place of
+/// the end in the frame.
 struct Seen {
     frame: Frame<6>,
     pose: Isometry3<f64>,
     place: Vector6<f64>,
 }
 
-/// The body in the world frame.
+/// The body at a pose and velocity, in the world frame.
 struct Placed {
     turn: Rotation3<f64>,
     /// From the end to the centre of mass.
@@ -339,7 +340,7 @@ impl RigidBody {
         self.couple + sum_at(&self.couples, t) + turn * sum_at(&self.follower_couples, t)
     }
 
-    /// The body as the clamp sees it, unless the clamp's frame is the world's.
+    /// The body seen from its clamp; None if the clamp's frame is the world's.
     fn seen(&self, t: f64, pose: &Isometry3<f64>) -> Option<Seen> {
         let frame = self.support.as_ref()?.at(t);
         Some(Seen {

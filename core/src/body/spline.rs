@@ -12,7 +12,8 @@ pub struct RestSpline {
 }
 
 impl RestSpline {
-    /// Through `points`, at least one, with growing times; None if their spacing is too uneven for double precision.
+    /// The spline through `points`, at least one, with growing times; None if their spacing is too uneven for double
+    /// precision.
     ///
     /// f' and f'' at the inner points follow from the continuity of f''' and f'''' there: a block tridiagonal system.
     pub fn new(points: &[[f64; 2]]) -> Option<Self> {
@@ -25,7 +26,7 @@ impl RestSpline {
             let (l, r) = (b[0] - a[0], c[0] - b[0]);
             let (rise_l, rise_r) = ((b[1] - a[1]) / l, (c[1] - b[1]) / r);
             let (l2, r2) = (l * l, r * r);
-            // The third derivative over 12 and the fourth over 24: from the left minus from the right.
+            // Jumps of the third derivative over 12 and of the fourth over 24: left minus right.
             let before = Matrix2::new(-2.0 / l2, -0.25 / l, -7.0 / (l2 * l), -1.0 / l2);
             let mut block = Matrix2::new(
                 3.0 / r2 - 3.0 / l2,

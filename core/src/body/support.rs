@@ -1,4 +1,4 @@
-//! The clamp: where it is, how it is turned and how it moves, and what that does to a body seen from it.
+//! The clamp: pose, motion, and the motion of a body seen from the clamp.
 
 use super::{EndLinear, EndMotion, History};
 use crate::error::{Error, Result};
@@ -13,14 +13,14 @@ use nalgebra::{Isometry3, Matrix2, SMatrix, SVector, UnitQuaternion, Vector2, Ve
 /// ```
 /// with A the cross matrix of a fixed unit axis of the world, through the clamp; in the plane the axis is its normal.
 ///
-/// A run describes rod and body as seen from the clamp, with components along its axes: there the rod is the rod of a
-/// fixed clamp. Only the body notices, which [`Frame`] accounts for.
+/// A run describes rod and body as seen from the clamp, with components along its axes. In this frame the rod is that
+/// of a fixed clamp. Only the body has inertial forces, which [`Frame`] accounts for.
 #[derive(Debug, Clone)]
 pub struct Support<const N: usize> {
     position: SVector<f64, N>,
     rotation: SMatrix<f64, N, N>,
     moves: Vec<(SVector<f64, N>, History)>,
-    /// A and the angle.
+    /// Cross matrix A of the axis, and the angle.
     turning: Option<(SMatrix<f64, N, N>, History)>,
 }
 
@@ -44,8 +44,8 @@ impl<const N: usize> Support<N> {
     /// Adds a translation direction x history(t).
     ///
     /// # Errors
-    /// A direction or a number of the history that is not finite; a history without a continuous second derivative ([`History::is_smooth`]), for a jump
-    /// of the clamp's velocity would be a blow.
+    /// A direction or a number of the history that is not finite; a history without a continuous second derivative
+    /// ([`History::is_smooth`]), for a jump of the clamp's velocity would be an impact.
     pub fn with_translation(
         mut self,
         direction: SVector<f64, N>,
@@ -66,17 +66,17 @@ impl<const N: usize> Support<N> {
         Ok(self)
     }
 
-    /// True if the clamp only stands.
+    /// True if the clamp does not move.
     pub fn is_fixed(&self) -> bool {
         self.moves.is_empty() && self.turning.is_none()
     }
 
-    /// True if it turns.
+    /// True if the clamp turns.
     pub fn turns(&self) -> bool {
         self.turning.is_some()
     }
 
-    /// The first break of its motion after `t`; infinite if none is left.
+    /// The first break of the clamp's motion after `t`; infinite if none is left.
     pub fn next_break(&self, t: f64) -> f64 {
         let histories = self.moves.iter().map(|(_, history)| history);
         histories
@@ -85,7 +85,7 @@ impl<const N: usize> Support<N> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// A clamp that stands where this one is at time `t`.
+    /// The clamp fixed in the pose of time `t`.
     #[must_use]
     pub fn standing_at(&self, t: f64) -> Self {
         let frame = self.at(t);
@@ -111,7 +111,7 @@ impl<const N: usize> Support<N> {
         let (mut spin, mut spin_rate) = (SMatrix::zeros(), SMatrix::zeros());
         if let Some((axis, history)) = &self.turning {
             let [angle, rate, change] = history.with_rates(t);
-            // exp(angle A) = 1 + sin A + (1 - cos) A^2; A commutes with it.
+            // exp(angle A) = 1 + sin A + (1 - cos) A^2, which commutes with A.
             let (sin, half) = (angle.sin(), (0.5 * angle).sin());
             turn += (axis * sin + axis * axis * (2.0 * half * half)) * self.rotation;
             let along = self.rotation.transpose() * axis * self.rotation;
@@ -189,10 +189,11 @@ fn smooth(history: History) -> Result<History> {
 }
 
 impl<const D: usize> Frame<D> {
-    /// The motion seen from the frame of a body whose `motion` in the world follows from velocity and force of the rod there.
+    /// The motion of a body seen from the frame. `motion` is the motion in the world as a function of the velocity
+    /// and the force of the rod in the world.
     ///
-    /// The power has that of the support: the force of the rod on the body times the velocity of the frame. For the elastic
-    /// energy falls by rod . v while the body gains rod . (v + A x + d).
+    /// The power includes that of the support: the force of the rod on the body times the velocity of the frame. For
+    /// the elastic energy falls by rod . v while the body gains rod . (v + A x + d).
     #[inline]
     pub fn motion(
         &self,

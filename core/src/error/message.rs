@@ -1,8 +1,8 @@
-//! What an error says: words, and numbers that know what they measure, so that a scene tells them in its own units.
+//! Error messages: words, and numbers with their physical quantity, which a scene converts to its own units.
 
 use std::fmt;
 
-/// What a number measures.
+/// Physical quantity of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// A number without a unit: a stretch, an angle, a share.
@@ -33,7 +33,7 @@ pub enum Quantity {
     CoupleRate,
     /// A force per velocity.
     Drag,
-    /// A couple per angular velocity; an angular momentum has the same.
+    /// A couple per angular velocity; an angular momentum has the same unit.
     RotationalDrag,
     /// A curvature or a twist.
     Curvature,
@@ -41,17 +41,17 @@ pub enum Quantity {
     CurvatureRate,
     /// A stiffness between the strains i and j of (u1, .. v3).
     Stiffness(usize, usize),
-    /// A viscosity between them.
+    /// A viscosity between the strains i and j.
     Viscosity(usize, usize),
 }
 
 impl Quantity {
-    /// That of a strain, by its place in (u1, u2, u3, v1, v2, v3).
+    /// Quantity of a strain, by its index in (u1, u2, u3, v1, v2, v3).
     pub fn of_strain(i: usize) -> Self {
         if i < 3 { Self::Curvature } else { Self::Ratio }
     }
 
-    /// That of a part of (angular velocity, velocity).
+    /// Quantity of a component of (angular velocity, velocity).
     pub fn of_twist(i: usize) -> Self {
         if i < 3 {
             Self::AngularVelocity
@@ -60,7 +60,7 @@ impl Quantity {
         }
     }
 
-    /// The unit of the rod, as it is written: of its length L, its bending stiffness EI and the mass it carries.
+    /// Unit of the rod as written: of its length L, its bending stiffness EI and the mass it carries.
     fn of_rod(self) -> &'static str {
         match self {
             Self::Force => "EI/L^2",
@@ -70,45 +70,45 @@ impl Quantity {
     }
 }
 
-/// Units for messages: what one unit of the rod is in them, and their symbol.
+/// Units for messages: size of one unit of the rod, and symbol.
 pub type InUnits<'a> = &'a dyn Fn(Quantity) -> (f64, &'static str);
 
-/// Words and numbers.
+/// Words and numbers of a message.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Message(Vec<Part>);
 
 #[derive(Debug, Clone, PartialEq)]
 enum Part {
     Words(String),
-    /// A number, rounded to so many digits.
+    /// A number, rounded to the given number of digits.
     Number(f64, Quantity, usize),
     List(Vec<(f64, Quantity)>),
 }
 
-/// Digits of a number, which are what a reader compares, and of one whose size alone matters.
+/// Digits of a number that a reader compares, and of one with a meaningful size only.
 const DIGITS: usize = 6;
 const ROUGH: usize = 2;
 
 impl Message {
-    /// Goes on with words.
+    /// Appends words.
     pub fn words(mut self, words: impl Into<String>) -> Self {
         self.0.push(Part::Words(words.into()));
         self
     }
 
-    /// Goes on with a number in units of the rod.
+    /// Appends a number in units of the rod.
     pub fn number(mut self, value: f64, of: Quantity) -> Self {
         self.0.push(Part::Number(value, of, DIGITS));
         self
     }
 
-    /// Goes on with a number of which the size alone matters.
+    /// Appends a number with a meaningful size only.
     pub fn size(mut self, value: f64, of: Quantity) -> Self {
         self.0.push(Part::Number(value, of, ROUGH));
         self
     }
 
-    /// Goes on with numbers in brackets; `of` says what the one at a place measures.
+    /// Appends numbers in brackets; `of` gives the quantity by index.
     pub fn list(mut self, values: &[f64], of: impl Fn(usize) -> Quantity) -> Self {
         let values = values.iter().enumerate();
         let list = values.map(|(i, x)| (*x, of(i))).collect();
@@ -116,13 +116,13 @@ impl Message {
         self
     }
 
-    /// Goes on with another message.
+    /// Appends another message.
     pub fn then(mut self, other: Self) -> Self {
         self.0.extend(other.0);
         self
     }
 
-    /// The same with all numbers in these units, for good.
+    /// This message with all numbers converted to the given units, as text.
     #[must_use]
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
         self.told(units).into()
@@ -159,7 +159,7 @@ impl Part {
     }
 }
 
-/// A number, or a list of them, and its unit.
+/// A number, or a list of numbers, with its unit.
 fn spaced((text, symbol): (String, &str)) -> String {
     match symbol {
         "" => text,
@@ -167,7 +167,7 @@ fn spaced((text, symbol): (String, &str)) -> String {
     }
 }
 
-/// A number rounded to so many digits, with an exponent where it is very small or large.
+/// A rounded number, with an exponent if very small or large.
 fn rounded(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
     if x == 0.0 || !x.is_finite() || (1e-3..1e6).contains(&x.abs()) {
@@ -189,7 +189,7 @@ impl From<&str> for Message {
     }
 }
 
-/// In units of the rod.
+/// The message in units of the rod.
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.told(&|of| (1.0, of.of_rod())))

@@ -1,4 +1,4 @@
-//! Other equilibria under the same end condition: what every start leads to, and what deflation finds besides.
+//! Search for all equilibria under one end condition: from every start, and by deflation.
 
 use super::chart::{AnyChart, Spatial, dynamic};
 use super::ivp::Wrench;
@@ -11,15 +11,15 @@ use crate::solve::deflation::{self, further};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
-/// Couples and forces, in B/L and B/L^2, along which deflation begins: those of a rod that is much bent.
+/// Couples and forces, in B/L and B/L^2, at which deflation begins: those of a strongly bent rod.
 const TYPICAL: f64 = 10.0;
-/// Equilibria nearer to each other than this, relative to 1 + their wrench, are one: a fold, where two meet, is known to no
-/// more than the root of the tolerance.
+/// Distance, relative to 1 + their wrench, below which two equilibria are one. At a fold, where two meet, they are
+/// known only to the root of the tolerance.
 const SAME: f64 = 1e-4;
-/// Newton steps of one search of deflation at most.
+/// Most Newton steps of one search by deflation.
 const PATIENCE: usize = 40;
 
-/// A held rod in the form of a family of one member.
+/// A held rod as a family with one member.
 struct Member<'a> {
     problem: &'a Problem,
     search: Search,
@@ -41,9 +41,10 @@ impl Family for Member<'_> {
 }
 
 impl Problem {
-    /// Base wrenches, in the world frame, of the equilibria that are found under this end condition besides those at `known`:
-    /// from every start of [`Problem::solve`], in a plane and in closed form where the data allow it, and by deflation from all of
-    /// these and from rods bent every way. Only where the closed form holds it is sure that none in its plane is missing.
+    /// Base wrenches, in the world frame, of the equilibria found under this end condition besides those at `known`.
+    /// The search begins from every start of [`Problem::solve`], in a plane and in closed form where the data allow
+    /// it. Deflation then goes on from all of these and from rods bent every way. Only the closed form guarantees
+    /// that none in its plane is missing.
     pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
         match self.charted(None) {
@@ -62,7 +63,7 @@ impl Problem {
         found.map(|b| self.rod.outward_wrench(&b)).collect()
     }
 
-    /// Adds what the starts lead to.
+    /// Adds the equilibria reached from the starts.
     fn gather(
         &self,
         chart: &dyn AnyChart,
@@ -84,7 +85,8 @@ impl Problem {
         }
     }
 
-    /// Adds what deflation finds, up to wrenches of twice the size of those known: rods have equilibria of any order.
+    /// Adds the equilibria found by deflation, up to wrenches of twice the known size: rods have equilibria of any
+    /// order.
     fn deflate(&self, all: &mut Vec<Wrench>) {
         let bound = 2.0 * all.iter().map(|b| b.norm()).fold(TYPICAL, f64::max);
         let mut guesses: Vec<DVector<f64>> = all.iter().map(|b| dynamic(*b)).collect();
@@ -109,7 +111,7 @@ impl Problem {
     }
 }
 
-/// True of two wrenches of one equilibrium.
+/// True if two wrenches belong to one equilibrium.
 fn is_same(a: &Wrench, b: &Wrench) -> bool {
     (a - b).norm() <= SAME * (1.0 + b.norm())
 }

@@ -8,10 +8,12 @@ use crate::error::Result;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DVector, Vector3};
 
-/// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] that holds for all of them.
+/// Problems in one parameter, in a chart: [`Spatial`], or a [`super::Plane`] or [`super::ClosedForm`] valid for all
+/// of them.
 ///
-/// Equations and their derivatives by the unknowns are exact; those by the parameter are central differences, of the
-/// end condition alone unless the parameter changes the rod. They only set directions: no point depends on them.
+/// Equations and their derivatives by the unknowns are exact. Derivatives by the parameter are central differences,
+/// of the end condition alone unless the parameter changes the rod. They only set directions: no point depends on
+/// them.
 pub struct RodFamily<P, C = Spatial> {
     problem: P,
     chart: C,
@@ -26,11 +28,11 @@ pub struct State {
     pub base: Wrench,
     /// The section at the end.
     pub end: RodSection,
-    /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
+    /// Norm of the residual, in the numerics' units (length, B/L, B/L^2).
     pub residual: f64,
 }
 
-/// A family of equilibria of rods, whatever its chart.
+/// A family of equilibria of rods, in any chart.
 pub trait Statical: Family {
     /// The equilibrium at a point of the branch.
     ///
@@ -50,7 +52,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
 impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
     /// As [`RodFamily::new`], in another chart.
     pub fn in_chart(problem: P, changes_rod: bool, span: f64, chart: C) -> Self {
-        // The error of a central difference is of the order of its square, the noise 1e-12 over it.
+        // The error of a central difference is of the order of the squared step, the noise 1e-12 over the step.
         let step = if changes_rod { 1e-4 } else { 1e-5 };
         Self {
             problem,
@@ -80,7 +82,7 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
         self.chart.unknowns(&problem, &problem.rod.inward(base))
     }
 
-    /// By what z does work in each equation at p, as [`Chart::working`].
+    /// Work-conjugate rates of the equations along z at p, as [`Chart::working`].
     pub(super) fn working(&self, p: f64, end: &[Vector3<f64>; 2]) -> Result<Vec<Option<f64>>>
     where
         C: Chart,
@@ -88,7 +90,7 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
         Ok(self.chart.working(&(self.problem)(p)?, end))
     }
 
-    /// The derivative by p: a central difference, one-sided where one side is out of reach.
+    /// Derivative by p: a central difference, one-sided if one side is out of reach.
     fn difference(
         &self,
         p: f64,
@@ -132,7 +134,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> Family for RodFamily<P, C> {
 
     fn index(&self, x: &DVector<f64>, p: f64) -> Result<Option<usize>> {
         let problem = (self.problem)(p)?;
-        // Loads that follow the end have no potential: no index, and only singular tangents are special.
+        // Follower loads have no potential: no index, and only singular tangents are special points.
         if problem.end.follower {
             return Ok(None);
         }

@@ -1,4 +1,4 @@
-//! Charts in which a problem is solved: all six components of the base wrench in space, fewer where the data allow it.
+//! Charts of rod problems: all six components of the base wrench in space, fewer where the data allow it.
 
 use super::RodSection;
 use super::ivp::{self, Wrench};
@@ -6,18 +6,18 @@ use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector3};
 
-/// Unknowns and equations of a problem, and the way from and to the base wrench.
+/// Unknowns and equations of a problem, with the conversion from and to the base wrench.
 pub trait Chart {
     /// The rod at trial unknowns.
     type Trial;
 
-    /// How many unknowns.
+    /// Number of unknowns.
     fn size(&self) -> usize;
 
     /// The rod at `x` with its derivatives by `x`.
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
 
-    /// The rod at `x` without derivatives, which are then meaningless.
+    /// The rod at `x` without derivatives, whose values are then meaningless.
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Self::Trial>;
 
     /// The equations of the end condition.
@@ -29,21 +29,22 @@ pub trait Chart {
     /// The base wrench, in the clamp's frame and the numerics' units.
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench>;
 
-    /// How fast the rod winds, about, under `x`: radians along the whole length.
+    /// Rate of change of the rod's variables under `x`, in radians along the whole length; an estimate.
     fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
         ivp::rate(&problem.rod.law, &self.wrench(problem, x)?)
     }
 
-    /// The unknowns of a base wrench, or of the nearest one in the chart.
+    /// The unknowns of a base wrench, or of the nearest base wrench in the chart.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>>;
 
-    /// How large base wrenches are whose unknowns are of this size.
+    /// Size of base wrenches with unknowns of the given size.
     fn reach(&self, size: f64) -> f64 {
         size
     }
 
-    /// What each equation is multiplied by in the derivative of stored energy less the work of the loads along a critical direction, which changes
-    /// (force, place) of the end by `end`, along the clamp's directors (see `fold`); None where the chart does not tell.
+    /// Factor of each equation in the derivative of stored energy less the work of the loads along a critical
+    /// direction. `end` is the change (force, place) of the end along that direction, along the clamp's directors
+    /// (see `fold`). None if the chart does not provide it.
     fn working(&self, _: &Problem, _end: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
         vec![None; self.size()]
     }
@@ -65,7 +66,7 @@ pub trait Chart {
     }
 }
 
-/// A [`Chart`] without its types: searches for an equilibrium are compiled once.
+/// Object-safe form of [`Chart`]: searches for an equilibrium are compiled once.
 pub(super) trait AnyChart {
     /// [`Chart::size`].
     fn size(&self) -> usize;
@@ -104,10 +105,10 @@ impl<C: Chart> AnyChart for C {
 /// Residuals and their derivatives by the unknowns.
 pub(super) type Equations = (DVector<f64>, DMatrix<f64>);
 
-/// Unknowns in the chart's own size.
+/// Unknowns as an array of the chart's size.
 ///
 /// # Errors
-/// Another number of them.
+/// A different number of unknowns.
 pub(super) fn sized<const N: usize>(x: &DVector<f64>) -> Result<SVector<f64, N>> {
     if x.len() == N {
         return Ok(SVector::from_column_slice(x.as_slice()));
@@ -118,17 +119,17 @@ pub(super) fn sized<const N: usize>(x: &DVector<f64>) -> Result<SVector<f64, N>>
     )))
 }
 
-/// A vector of any size as the solvers hold it.
+/// A vector of fixed size in the form of the solvers.
 pub(super) fn dynamic<const N: usize>(x: SVector<f64, N>) -> DVector<f64> {
     DVector::from_column_slice(x.as_slice())
 }
 
-/// A matrix of any size as the solvers hold it.
+/// A matrix of fixed size in the form of the solvers.
 pub(super) fn dynamic_matrix<const N: usize>(matrix: SMatrix<f64, N, N>) -> DMatrix<f64> {
     DMatrix::from_column_slice(N, N, matrix.as_slice())
 }
 
-/// The base wrench itself: any rod, any end.
+/// The base wrench itself: valid for any rod and any end condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Spatial;
 

@@ -1,7 +1,8 @@
-//! Rods that are the planar elastica: uniform, straight, unshearable, inextensible, in a plane, no couple at the end.
+//! Planar elastica in closed form: uniform, straight, unshearable, inextensible rods in a plane, without a couple at
+//! the end.
 //!
-//! Two unknowns, in units of 0.1 the chart (p, w) of [`crate::elastica`], and no integration. The compliance c in the plane scales
-//! its unit stiffness: lam^2 = c |n|.
+//! The two unknowns are the chart (p, w) of [`crate::elastica`], in units of 0.1; nothing is integrated. The
+//! compliance c in the plane scales its unit stiffness: lam^2 = c |n|.
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::ivp::Wrench;
@@ -12,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::section::Compliance;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2, Vector3};
 
-/// The plane of an elastica.
+/// The chart of an elastica in a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ClosedForm {
     plane: Plane,
@@ -27,15 +28,15 @@ pub struct ClosedTrial {
     d_n: Matrix2<f64>,
 }
 
-/// (p, w) of one unit of the unknowns: a change by 1 then changes the wrench by about 1, as in the other charts, and steps along
-/// a branch mean the same.
+/// Unit of the unknowns in (p, w). A change by 1 then changes the wrench by about 1, as in the other charts, so that
+/// steps along a branch are comparable.
 const UNIT: f64 = 0.1;
-/// Largest |p| and w that are tried: beyond, the rod is straight to rounding or wound up.
+/// Largest |p| and w tried: larger ones are rods straight to rounding or wound up.
 const P_LIMIT: f64 = 300.0;
 const W_LIMIT: f64 = 300.0;
 
 impl Problem {
-    /// The closed form that holds for this problem, or why none does.
+    /// The closed form of this problem, or the reason why none is valid.
     pub(super) fn closed_form(
         &self,
         plane: &Plane,
@@ -69,17 +70,17 @@ impl Problem {
 }
 
 impl ClosedForm {
-    /// Its plane.
+    /// Plane of the elastica.
     pub fn plane(&self) -> &Plane {
         &self.plane
     }
 
-    /// The unknowns at a point of the chart of the elastica.
+    /// Unknowns of the point (p, w) of the elastica's chart.
     pub(super) fn at(p: f64, w: f64) -> Vector2<f64> {
         Vector2::new(p, w) / UNIT
     }
 
-    /// What is prescribed at the end, in the plane: its position or the force on it.
+    /// Prescribed position or force of the end, in the plane.
     pub(super) fn target(&self, problem: &Problem) -> Vector2<f64> {
         self.plane
             .flat(&(0..3).map(|i| problem.axes[i] * problem.targets[i]).sum())
@@ -91,7 +92,7 @@ impl ClosedForm {
         match problem.rod.law.uniform().map(|linear| &linear.compliance) {
             Some(Compliance::Diagonal(c)) => c[0] * a.x * a.x + c[1] * a.y * a.y,
             Some(Compliance::Full(c)) => a.dot(&(c.fixed_view::<3, 3>(0, 0) * a)),
-            // No closed form holds there.
+            // Only uniform linear laws have a closed form.
             None => f64::NAN,
         }
     }
@@ -100,13 +101,13 @@ impl ClosedForm {
         problem.end.position[0].is_some()
     }
 
-    /// The slightly loaded rod under a small force along `n`; None if it only pulls.
+    /// Unknowns under a small force along `n`; None if the force only pulls.
     pub(super) fn slightly_loaded(
         &self,
         problem: &Problem,
         n: &Vector2<f64>,
     ) -> Option<Vector2<f64>> {
-        // At lam -> 0: alpha = -2 asin kap, n = -lam^2 (cos, sin) alpha.
+        // As lam -> 0: alpha = -2 asin kap, n = -lam^2 (cos, sin) alpha.
         let alpha = (-n.y).atan2(-n.x);
         let kap = -(0.5 * alpha).sin();
         let p = kap.atanh();
@@ -178,11 +179,11 @@ impl Chart for ClosedForm {
 
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
         let ClosedTrial { r, n, .. } = self.trial(problem, x)?;
-        // m(1) = 0.
+        // Base couple from m(1) = 0.
         Ok(self.plane.wrench(&Vector3::new(r.perp(&n), n.x, n.y)))
     }
 
-    /// The elastica with the force of the wrench and, as nearly as the chart has it, its couple.
+    /// Elastica with the force of the wrench, and the nearest couple in the chart.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
         let (flat, _) = self.plane.part(b);
         let n = Vector2::new(flat[1], flat[2]);
@@ -190,7 +191,7 @@ impl Chart for ClosedForm {
         let lam = (c * n.norm()).sqrt();
         let alpha = (-n.y).atan2(-n.x);
         let bend = c * flat[0] / (2.0 * lam);
-        // theta'^2/2 - lam^2 cos(theta - alpha) is the same at the clamp and at the end, where theta' = 0.
+        // theta'^2/2 - lam^2 cos(theta - alpha) is constant along the rod, and theta' = 0 at the end.
         let size = (0.5 * alpha).sin().hypot(bend).min(1.0 - 1e-13).atanh();
         let w = amplitude(size, lam)?;
         // sin(-alpha/2) = kap cos w, theta'(0) = 2 lam kap D sin w.

@@ -1,4 +1,5 @@
-//! The end of a uniform linear rod with its tangent, by Gauss collocation (theory Sec. 3): the initial-value problem of `line`.
+//! End of a uniform linear rod and its tangent by Gauss collocation (theory Sec. 3): the initial-value problem of
+//! `line`.
 //!
 //! On a step of length h the slopes k_i at the eight nodes of the Gauss rule satisfy
 //!
@@ -6,13 +7,14 @@
 //! z_i = z(s) + h sum_j a_ij k_j,   k_i = f(z_i),   z(s + h) = z(s) + h sum_j b_j k_j,   a_ij = int_0^{c_i} l_j,
 //! ```
 //!
-//! of order 16 at the end. They are swept until they stay, from the polynomials of the step before. That is cheap here, where sections at the
-//! nodes are worked on side by side, as the lanes of wide registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors
-//! need no division.
+//! of order 16 at the end. The slopes are iterated to convergence by sweeps that begin with the polynomials of the
+//! step before. Sweeps are cheap, since the sections at the nodes are processed side by side as the lanes of wide
+//! registers. Gauss methods keep quadratic invariants, such as |q|^2 = 1: the directors need no division.
 //!
-//! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). Of m = m(0) - r x n the third is then the same
-//! along the rod, and frame and place across the force, (q, r_1, r_2), are all that is swept. Of the tangent it is four variables for each
-//! column (see `tangent`). What the Morse index wants to know on the way is followed in `conjugate`.
+//! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). The third component of m =
+//! m(0) - r x n is then constant along the rod. Frame and place across the force, (q, r_1, r_2), are all that is
+//! swept; for the tangent, four variables for each column (see `tangent`). The angle needed for the Morse index is
+//! followed in `conjugate`.
 
 mod conjugate_angle;
 mod tangent;
@@ -30,13 +32,15 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use pulp::{Simd, WithSimd};
 use tangent::carry;
 
-/// Sweeps beyond which a step is halved, and those that a longer step is to take: about as many more as it is longer. This, [`SAFETY`], [`MORE`]
-/// and the first step are what took the nineteen uniform rods of tests/data/rod_ivp.json least work for errors of 1e-7 and of 1e-10.
+/// Number of sweeps beyond which a step is halved, and the number aimed at: longer steps need about proportionally
+/// more. These, [`SAFETY`], [`MORE`] and the first step minimise the work for the nineteen uniform rods of
+/// tests/data/rod_ivp.json at errors of 1e-7 and of 1e-10.
 const MOST_SWEEPS: usize = 28;
 const SWEEPS: f64 = 15.0;
 
-/// The coefficient of P_7 in slopes that goes with the tolerance 1, fitted to what the errors of these rods are; the part of the length that is
-/// expected to have it, which the next step tries; and by how much more a step may have that is taken.
+/// Step control: the coefficient of P_7 in the slopes that goes with the tolerance 1, fitted to the errors of these
+/// rods; the part of the predicted step that is tried next; the excess over the prediction at which a step is still
+/// accepted.
 const TOP: f64 = 4.0;
 const SAFETY: f64 = 0.75;
 const MORE: f64 = 1.5;
@@ -59,7 +63,7 @@ impl<'a> Collocated<'a> {
     /// The end, with `K` columns of its tangent, by the components of the base wrench from `first` on.
     ///
     /// # Errors
-    /// If it cannot go on, the place from which it cannot.
+    /// If the integration cannot go on: the arclength at which it fails.
     pub(super) fn end<const K: usize>(
         &self,
         b: &Wrench,
@@ -73,11 +77,13 @@ impl<'a> Collocated<'a> {
     }
 }
 
-/// One compliance is alone if the square of their sum is greater than the sum of their pairs by this factor: it is 15 times the others or more.
+/// One compliance dominates if the squared trace exceeds the sum of the pairwise products by this factor: it is then
+/// at least 15 times the others.
 const SOFT: f64 = 10.0;
 
-/// Axes of which the third is that of the force, by columns (Duff et al., *Building an orthonormal basis, revisited*, J. Comput. Graph.
-/// Tech. 6 (2017) 1-8): in a plane with the clamp's third axis and one of the others if the force is, so that planar rods stay planar.
+/// Axes, by columns, of which the third is along the force (Duff et al., *Building an orthonormal basis, revisited*,
+/// J. Comput. Graph. Tech. 6 (2017) 1-8). A force in a plane of the clamp's third axis and another axis leaves the
+/// axes in that plane, so planar rods stay planar.
 fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
     let size = n.amax();
     let [x, y, z] = match size > 0.0 {
@@ -100,42 +106,42 @@ fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
     )
 }
 
-/// A rod, and how it is followed.
+/// The integration along a rod: law, base wrench, axes and step control.
 struct Along<'a> {
     linear: &'a UniformLinear,
     sense: f64,
-    /// The axes along which vectors are given, by columns.
+    /// Axes along which vectors are given, by columns.
     axes: Matrix3<f64>,
     /// m(0) and |n|.
     m: [f64; 3],
     n: f64,
-    /// The component of the base wrench by which the first column of the tangent is, and how many columns there are.
+    /// The component of the base wrench of the first column of the tangent, and the number of columns.
     first: usize,
     count: usize,
-    /// One of the compliances in bending and torsion is much greater than the others.
+    /// True if one of the compliances in bending and torsion is much greater than the others.
     alone: bool,
-    /// How fast the rod's variables change along it.
+    /// Rate of change of the rod's variables along s.
     rate: f64,
     /// The first step.
     step: f64,
-    /// The coefficient of P_7 that slopes are to have.
+    /// Target for the coefficient of P_7 in the slopes.
     goal: f64,
-    /// What another sweep would change a step by, at most, where no other is made.
+    /// Sweeps stop once the next would change the step by less than this.
     stays: f64,
 }
 
-/// Numbers of vectors at the nodes.
+/// Vector fields at the nodes.
 type Vector<S> = [Eight<S>; 3];
 type Matrix<S> = [Vector<S>; 3];
 
-/// Frame as a quaternion, then the place across the force.
+/// Number of swept variables: the frame as a quaternion, then the place across the force.
 const FRAME: usize = 6;
-/// The most columns.
+/// Largest number of columns.
 const MOST: usize = 6;
 
-/// The sections at the nodes.
+/// Sections at the nodes of a step.
 struct Sections<S: Simd> {
-    /// Directors, by their number.
+    /// Directors, by number.
     d: Matrix<S>,
     /// (u, v).
     strain: [Eight<S>; 6],
@@ -145,7 +151,7 @@ struct Sections<S: Simd> {
     energy: Eight<S>,
 }
 
-/// Where it ended, along the rod's axes.
+/// State at the end of the rod, along the axes of the integration.
 struct Ended {
     q: [f64; 4],
     r: [f64; 3],
@@ -155,14 +161,16 @@ struct Ended {
     cost: Cost,
 }
 
-/// Columns of the tangent, and zeros for those that are not asked for, as they are at the clamp, (dm(0), dn), and at a section, (phi, rho).
+/// Columns of the tangent at the clamp, (dm(0), dn), and at a section, (phi, rho); zeros for columns that are not
+/// asked for.
 #[derive(Clone, Copy)]
 struct Columns {
     base: [[f64; 6]; MOST],
     tangent: [[f64; 6]; MOST],
 }
 
-/// A step: its rule and length, the place where it starts, the sections at the nodes, and the slopes of the columns there.
+/// A step: its rule and length, the place of its start, the sections at the nodes, and the slopes of the columns
+/// there.
 struct Step<'a, S: Simd> {
     rule: &'a Rule<S>,
     h: f64,
@@ -171,8 +179,8 @@ struct Step<'a, S: Simd> {
     slopes: &'a [[Eight<S>; 6]],
 }
 
-/// The last step that was tried, from which the slopes of the next are guessed: where it starts, its length, the third component of the place
-/// there, and what was swept.
+/// The last step tried, from which the slopes of the next are extrapolated: its start and length, the third component
+/// of the place there, and the swept slopes.
 struct Tried<S: Simd> {
     s: f64,
     h: f64,
@@ -181,13 +189,13 @@ struct Tried<S: Simd> {
     swept: Swept<S>,
 }
 
-/// Slopes of x by columns: of phi and of tau across the force.
+/// Slopes of x = (phi, tau) across the force, by columns.
 struct Swept<S: Simd> {
     turning: [[Eight<S>; 2]; MOST],
     pulled: [[Eight<S>; 2]; MOST],
 }
 
-/// The whole way from clamp to end, with the angle of the columns if that is asked for.
+/// The integration from clamp to end, with the angle of the columns if asked for.
 struct Whole<'a> {
     along: &'a Along<'a>,
     turning: Option<Turning>,
@@ -210,7 +218,7 @@ impl WithSimd for Whole<'_> {
             base: [[0.0; 6]; MOST],
             tangent: [[0.0; 6]; MOST],
         };
-        // How many there are is known when they are followed: loops over them, which are long, are not written out.
+        // `count` is a run-time number: the loops over columns are long and are not unrolled.
         let count = along.count.min(MOST);
         for k in 0..count {
             columns.base[k][(along.first + k) % 6] = 1.0;
@@ -225,7 +233,7 @@ impl WithSimd for Whole<'_> {
                 pulled: [[zero; 2]; MOST],
             },
         };
-        // How fast the angle turns is not known yet.
+        // The rate of the angle is not known yet: begin with a short step.
         let (first, longest) = match &angle {
             Some(angle) => (0.4 * angle.longest, angle.longest),
             None => (1.0, 1.0),
@@ -235,7 +243,7 @@ impl WithSimd for Whole<'_> {
             if cost.steps + cost.rejected > STEP_LIMIT {
                 return Err(s);
             }
-            // The rest in equal steps.
+            // Divide the remaining length into equal steps.
             let h = (1.0 - s) / ((1.0 - s) / step - 1e-6).ceil().max(1.0);
             let rule = Rule::new(simd, h);
             let start = [q[0], q[1], q[2], q[3], r[0], r[1]];
@@ -308,7 +316,7 @@ impl WithSimd for Whole<'_> {
                     continue;
                 }
                 if angle.growth != growth {
-                    // Columns were mixed: no guess.
+                    // The columns were mixed: discard the extrapolation.
                     tried.h = 0.0;
                 }
             }
@@ -334,7 +342,7 @@ impl WithSimd for Whole<'_> {
 /// The largest size of an entry.
 #[inline(always)]
 fn largest(columns: &[[f64; 6]]) -> f64 {
-    // Row by row: six at once, and no number waits for the one before.
+    // Row by row: six at once, without a chain of dependent maxima.
     let mut sizes = [0.0_f64; 6];
     for column in columns {
         for i in 0..6 {
@@ -363,7 +371,7 @@ impl<'a> Along<'a> {
         let turning = linear.compliance.matrix();
         let turning = turning.fixed_view::<3, 3>(0, 0);
         let trace = turning.trace();
-        // c1 c2 + c2 c3 + c3 c1.
+        // Sum of pairwise products c1 c2 + c2 c3 + c3 c1.
         let pairs = 0.5 * (trace * trace - turning.norm_squared());
         Ok(Self {
             linear,
@@ -376,14 +384,14 @@ impl<'a> Along<'a> {
             alone: SOFT * pairs < trace * trace,
             rate,
             step: (7.5 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
-            // Of a function whose coefficients fall like x^k some x^16 is lost at the end of a step, where P_7 has x^7.
+            // Coefficients that fall like x^k make an error of about x^16 at the end of a step, where P_7 has x^7.
             goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
             stays: 0.005 * tolerance + 5e-16,
         })
     }
 
-    /// Follows it; or the place from which it cannot go on. This is compiled for each kind of processor and takes long: there is one of it, for any
-    /// number of columns, with their angle or without.
+    /// Integrates the rod, or returns the arclength at which the integration fails. Compilation for each kind of
+    /// processor takes long: there is one instance for any number of columns, with the angle or without.
     #[inline(never)]
     fn follow(&self, turning: Option<Turning>) -> std::result::Result<Ended, f64> {
         wide(Whole {
@@ -392,7 +400,7 @@ impl<'a> Along<'a> {
         })
     }
 
-    /// The turn from the rod's axes to those of the clamp.
+    /// Rotation from the axes of the integration to those of the clamp.
     fn clamp(&self) -> [f64; 4] {
         let clamp = Rotation3::from_matrix_unchecked(self.axes.transpose());
         let clamp = UnitQuaternion::from_rotation_matrix(&clamp);
@@ -407,7 +415,8 @@ impl<'a> Along<'a> {
         LineState::ended(q.into(), r.into(), ended.energy, &tangent)
     }
 
-    /// Pairs of vectors along the axes of the clamp, by whose couples and forces they are; as columns they come in threes.
+    /// Pairs of vectors along the axes of the clamp. Columns are by couples and forces, in threes, and are turned as
+    /// well.
     fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MOST]) -> [[f64; 6]; K] {
         let axes = &self.axes;
         std::array::from_fn(|k| {
@@ -424,7 +433,7 @@ impl<'a> Along<'a> {
         })
     }
 
-    /// C w.
+    /// Strain of a wrench: C w.
     #[inline(always)]
     fn change<S: Simd>(&self, w: &[Eight<S>; 6]) -> [Eight<S>; 6] {
         let mut change = *w;
@@ -447,7 +456,7 @@ impl<'a> Along<'a> {
         change
     }
 
-    /// q' = q (0, u)/2, and what of r' is across the force.
+    /// q' = q (0, u)/2, and the part of r' across the force.
     #[inline(always)]
     fn slopes<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> [Eight<S>; FRAME] {
         let [q0, q1, q2, q3, ..] = *z;
@@ -466,7 +475,7 @@ impl<'a> Along<'a> {
         ]
     }
 
-    /// Sweeps the slopes of frame and place until they stay; the number of sweeps.
+    /// Sweeps the slopes of frame and place to convergence; returns the number of sweeps.
     #[inline(always)]
     fn sweep<S: Simd>(
         &self,
@@ -487,7 +496,8 @@ impl<'a> Along<'a> {
             }
             *slopes = new;
             let change = change.total();
-            // Sweeps converge ever faster: the next would change them by at most the square of this change over the last.
+            // Convergence is superlinear: the next sweep would change the slopes by at most the square of this change
+            // over the last.
             if change * change <= stays * stays * last {
                 return Some(sweeps);
             }
@@ -496,7 +506,7 @@ impl<'a> Along<'a> {
         None
     }
 
-    /// The sections of these frames and places.
+    /// Sections of the given frames and places.
     #[inline(always)]
     fn sections<S: Simd>(&self, z: &[Eight<S>; FRAME]) -> Sections<S> {
         let [w, x, y, zz, r1, r2] = *z;
@@ -537,7 +547,7 @@ impl<'a> Along<'a> {
     }
 }
 
-/// R v.
+/// The rotated vector R v.
 #[inline(always)]
 fn turned_vector<S: Simd>(d: &Matrix<S>, v: &Vector<S>) -> Vector<S> {
     let mut all = *v;

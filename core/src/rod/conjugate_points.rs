@@ -8,22 +8,23 @@ use crate::solve::dop853::Dop853;
 use nalgebra::{Complex, Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::{PI, TAU};
 
-/// The rod's end with variations that stay well apart under any load: their columns are mixed on the way.
+/// The rod's end with variations that stay independent under any load, since their columns are mixed on the way.
 #[derive(Debug, Clone)]
 pub(super) struct Variations<const K: usize> {
     /// The end; columns 0..3 of its tangent keep n, columns 3..6 (if any) vary n by unit vectors.
     pub(super) end: LineState<K>,
     /// Force at the end.
     pub(super) n: Vector3<f64>,
-    /// dm(0) - dw(1) of each column: what varies the couple at the end beside force and place there.
+    /// dm(0) - dw(1) of each column: the part of the change of the end's couple that is not due to force and place.
     pub(super) dm: [[f64; K]; 3],
     /// J and P at the end: conjugate variables, J^T P symmetric.
     pub(super) conjugate: (Matrix3<f64>, Matrix3<f64>),
-    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns 0..3.
+    /// Angle of det(P + i kappa J) from clamp to end, followed without jumps: J = phi, P = dm + m x phi/2 of columns
+    /// 0..3.
     pub(super) angle: f64,
     /// The weight kappa.
     pub(super) weight: f64,
-    /// How much the rod makes of an error at its clamp: the size of the unmixed columns at the end over the compliance.
+    /// Amplification of an error at the clamp: size of the unmixed columns at the end over the compliance.
     pub(super) growth: f64,
 }
 
@@ -33,7 +34,8 @@ struct Loaded<'a, const K: usize, C: Carried<K>> {
     b: &'a Wrench,
 }
 
-/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep n, is symmetric.
+/// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep
+/// n, is symmetric.
 fn conjugate<const K: usize, C: Carried<K>>(
     at: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
@@ -62,7 +64,8 @@ pub(super) fn whole<const K: usize>(
     own(p).zip_map(&own(j), |p, j| Complex::new(p, weight * j))
 }
 
-/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2 with a load along it, too.
+/// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2, also under a
+/// load along the rod.
 fn turning<const K: usize, C: Carried<K>>(
     at: &LineState<K, C>,
     slope: &LineState<K, C>,
@@ -84,18 +87,18 @@ fn turning<const K: usize, C: Carried<K>>(
     ))
 }
 
-/// A rod that is followed from clamp to end: `K` = 3 columns at constant n, `K` = 6 with variations of n.
+/// A rod integrated from clamp to end with `K` = 3 columns at constant n, or `K` = 6 with variations of n.
 pub(super) struct Followed<const K: usize, C = ()> {
     pub(super) end: LineState<K, C>,
     /// dm(0) of each column.
     pub(super) dm: [[f64; K]; 3],
     /// Angle of det(P + i kappa J) from clamp to end.
     pub(super) angle: f64,
-    /// By how much columns were shortened on the way.
+    /// Factor by which columns were shortened on the way.
     pub(super) growth: f64,
 }
 
-/// The variations of a rod that `follow` follows, given kappa.
+/// The variations of a rod integrated by `follow`, given kappa.
 pub(super) fn variations<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -126,12 +129,12 @@ fn size<const K: usize, C>(at: &LineState<K, C>) -> f64 {
     entries.fold(0.0, |size, x| size.max(x.abs()))
 }
 
-/// Why variations could not be followed.
+/// Error: the variations could not be followed.
 pub(super) fn lost() -> Error {
     Error::no_convergence("the variations along the rod could not be followed")
 }
 
-/// Follows any rod, by explicit steps.
+/// Integrates the variations of any rod by explicit steps.
 pub(super) fn followed<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -169,7 +172,8 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
             )
             .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
         let next = turning(&step.to, step.end_slope(), rod, &flow.dm, weight).ok_or_else(lost)?;
-        // The turn is known up to whole turns; its rates at both ends say which, if they agree with it and with each other.
+        // The angle is known modulo whole turns. The rates at both ends decide, if they agree with the angle and with
+        // each other.
         let turned = (next.0 / turn.0).arg();
         let [before, after] = [turn.1, next.1].map(|rate| step.h * rate);
         let expected = 0.5 * (before + after);
@@ -189,7 +193,7 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
         if size(&step.to) > GROWN {
             let (mut state, mut slope) = (step.to, *step.end_slope());
             growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
-            // The mixing has a positive determinant: the angle stays.
+            // The mixing matrix has a positive determinant: the angle is unchanged.
             turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
             solver.rewind(state, slope);
         }
@@ -205,11 +209,11 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
     })
 }
 
-/// Size of the tangent beyond which its columns are mixed.
+/// Size of the tangent at which the columns are mixed.
 pub(super) const GROWN: f64 = 30.0;
 
-/// Makes columns 0..3 of (J, P) orthonormal and takes their part out of the others; the equations are linear, so
-/// state, slope and dm(0) mix alike. Returns the size they had.
+/// Makes columns 0..3 of (J, P) orthonormal and removes their part from the others. The equations are linear, so
+/// state, slope and dm(0) mix alike. Returns the previous size of the three.
 fn separate<const K: usize, C: Carried<K>>(
     state: &mut LineState<K, C>,
     slope: &mut LineState<K, C>,
@@ -228,8 +232,8 @@ fn separate<const K: usize, C: Carried<K>>(
     Some(size)
 }
 
-/// What columns are to be multiplied by that columns 0..3 of (J, P) become orthonormal, and the others have no part in them; and
-/// the size of the three. Its determinant is positive.
+/// Mixing matrix, of positive determinant, that makes columns 0..3 of (J, P) orthonormal and removes their part from
+/// the others; and the size of the three.
 pub(super) fn separating<const K: usize>(
     (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
 ) -> Option<(SMatrix<f64, K, K>, f64)> {
@@ -238,7 +242,7 @@ pub(super) fn separating<const K: usize>(
     let one = square.cholesky()?.l().transpose().try_inverse()?;
     let mut mixing = SMatrix::<f64, K, K>::identity();
     mixing.fixed_view_mut::<3, 3>(0, 0).copy_from(&one);
-    // Of a column x the part in the orthonormal ones e = x_0 one is e (e^T x) = x_0 (one one^T) (x_0^T x).
+    // Projection of a column x on the orthonormal ones e = x_0 one: e (e^T x) = x_0 (one one^T) (x_0^T x).
     for column in 3..K {
         let part = one * (one.transpose() * gram.column(column));
         mixing.view_mut((0, column), (3, 1)).copy_from(&(-part));

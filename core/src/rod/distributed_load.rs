@@ -6,8 +6,8 @@
 //! n(s) = n(0) - int_0^s f,   m(s) = m(0) - r x n(s) - w(s),   w' = r x f,   w(0) = 0.
 //! ```
 //!
-//! n(s) is known beforehand; w is carried along the rod, and in the tangent dw' = rho x f. A rod without load carries `()`,
-//! which is nothing: its integration is the same to the last bit as if there were no loads along rods.
+//! n(s) is known beforehand; w is integrated along the rod, and in the tangent dw' = rho x f. A rod without load has
+//! the empty state `()`: its integration is bit for bit that of a program without loads along rods.
 
 use super::Rod;
 use crate::error::{Error, Result};
@@ -19,11 +19,11 @@ pub struct Distributed {
     pieces: Vec<Piece>,
 }
 
-/// From one break of a load to the next.
+/// A piece of the load, from one break to the next.
 #[derive(Debug, Clone, PartialEq)]
 struct Piece {
     from: f64,
-    /// int f dx up to there.
+    /// int f dx from the base to `from`.
     before: Vector3<f64>,
     /// c_0, c_1, ... in powers of x - from.
     coefficients: Vec<Vector3<f64>>,
@@ -43,7 +43,7 @@ impl Piece {
     /// The coefficients in powers of x - `from`.
     fn about(&self, from: f64) -> Vec<Vector3<f64>> {
         let mut c = self.coefficients.clone();
-        // Horner's scheme, again and again.
+        // Repeated Horner scheme (Taylor shift).
         for first in 0..c.len().saturating_sub(1) {
             for k in (first..c.len() - 1).rev() {
                 let next = c[k + 1];
@@ -58,7 +58,7 @@ impl Piece {
 const ROWS: usize = 500;
 
 impl Distributed {
-    /// The same all along the rod, such as the weight of a uniform one.
+    /// A constant load along the rod, such as the weight of a uniform one.
     ///
     /// # Errors
     /// A component that is not finite.
@@ -74,7 +74,8 @@ impl Distributed {
         Self::of(vec![(0.0, coefficients)])
     }
 
-    /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the integration along the rod.
+    /// Linear between the rows (x, f) of a table, x = s/L growing from 0 to 1. Its kinks are breaks of the
+    /// integration along the rod.
     ///
     /// # Errors
     /// Fewer than 2 or more than 500 rows; places that do not grow from 0 to 1; a number that is not finite.
@@ -115,7 +116,7 @@ impl Distributed {
         Ok(Self { pieces: made })
     }
 
-    /// Both loads together.
+    /// The sum of two loads.
     ///
     /// # Errors
     /// A sum that is not finite.
@@ -137,7 +138,7 @@ impl Distributed {
         Self::of(pieces.collect())
     }
 
-    /// The same load with every force changed by a linear map, such as a rotation or a change of units.
+    /// This load with every force changed by a linear map, such as a rotation or a change of units.
     #[must_use]
     pub fn mapped(&self, map: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Self {
         let pieces = self.pieces.iter().map(|piece| Piece {
@@ -150,7 +151,7 @@ impl Distributed {
         }
     }
 
-    /// The same load on the rod begun at its other end: f(1 - x).
+    /// The load f(1 - x) on the rod begun at its other end.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut pieces: Vec<Piece> = Vec::with_capacity(self.pieces.len());
@@ -209,7 +210,7 @@ impl Distributed {
         self.coefficients().all(|c| *c == Vector3::zeros())
     }
 
-    /// The coefficients of all pieces: vectors that span its directions.
+    /// The coefficients of all pieces: vectors that span the directions of the load.
     fn coefficients(&self) -> impl Iterator<Item = &Vector3<f64>> {
         self.pieces.iter().flat_map(|piece| &piece.coefficients)
     }
@@ -219,7 +220,7 @@ impl Distributed {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Weight {
     load: Distributed,
-    /// Potential in the world of a rod that shrinks to its clamp, in B/L.
+    /// Constant of the potential in B/L: potential of a rod shrunk to its clamp.
     ground: f64,
 }
 
@@ -235,7 +236,7 @@ impl Weight {
         }
     }
 
-    /// None at all.
+    /// The zero load.
     pub(super) fn nothing() -> Self {
         let piece = Piece {
             from: 0.0,
@@ -250,7 +251,7 @@ impl Weight {
         }
     }
 
-    /// A part of it.
+    /// The load times a factor.
     pub(super) fn times(&self, part: f64) -> Self {
         Self {
             load: self.load.mapped(|c| c * part),
@@ -258,7 +259,7 @@ impl Weight {
         }
     }
 
-    /// Turned about the clamp.
+    /// The load turned about the clamp.
     pub(super) fn turned(&self, turn: &Rotation3<f64>) -> Self {
         Self {
             load: self.load.mapped(|c| turn * c),
@@ -266,34 +267,34 @@ impl Weight {
         }
     }
 
-    /// Vectors that span its directions.
+    /// Vectors that span the directions of the load.
     pub(super) fn directions(&self) -> impl Iterator<Item = &Vector3<f64>> {
         self.load.coefficients()
     }
 
-    /// int_0^s f.
+    /// Accumulated load int_0^s f.
     #[inline]
     pub(super) fn gathered(&self, s: f64) -> Vector3<f64> {
         self.load.gathered(s)
     }
 
-    /// f(s).
+    /// Load density f(s).
     #[inline]
     pub(super) fn density(&self, s: f64) -> Vector3<f64> {
         self.load.density(s)
     }
 
-    /// f all along the rod.
+    /// Total load int_0^1 f.
     pub(super) fn total(&self) -> Vector3<f64> {
         self.gathered(1.0)
     }
 
-    /// Places inside the rod at which it is not smooth.
+    /// Places inside the rod at which the load is not smooth.
     pub(super) fn breaks(&self) -> Vec<f64> {
         self.load.breaks()
     }
 
-    /// The mean along the rod of a number that depends on the force n(s); `base` is n(0).
+    /// Mean along the rod of a function of the force n(s); `base` is n(0).
     pub(super) fn mean(&self, base: &Vector3<f64>, of: impl Fn(&Vector3<f64>) -> f64) -> f64 {
         const PARTS: usize = 64;
         let at = |k: usize| {
@@ -303,35 +304,35 @@ impl Weight {
         (0..PARTS).map(at).sum::<f64>() / PARTS as f64
     }
 
-    /// The potential of the load: `work` is int f.r ds, in B/L.
+    /// Potential of the load; `work` is int f.r ds, in B/L.
     pub(super) fn potential(&self, work: f64) -> f64 {
         self.ground - work
     }
 }
 
-/// What a rod carries along beside frame and centreline.
+/// State of a load, integrated along the rod besides frame and centreline.
 pub(super) trait Carried<const K: usize>: Copy + std::fmt::Debug {
-    /// The load that it comes from.
+    /// The load itself.
     type Load;
-    /// At the clamp.
+    /// State at the clamp.
     const NOTHING: Self;
     /// self += a x.
     fn axpy(&mut self, a: f64, x: &Self);
     /// Adds the errors of the shape, and of the tangent, squared and relative to the size between `from` and `to`.
     fn add_errors(&self, from: &Self, to: &Self, shape: &mut f64, tangent: &mut f64);
-    /// n(s).
+    /// Force n(s) with n(0) = `base`.
     fn force(load: &Self::Load, base: &[f64; 3], s: f64) -> [f64; 3];
-    /// The load at s.
+    /// Load density at s.
     fn density(load: &Self::Load, s: f64) -> Vector3<f64>;
-    /// Takes w from m.
+    /// Subtracts w from m.
     fn take_couple(&self, m: &mut [f64; 3]);
-    /// Takes dw from dm, by columns.
+    /// Subtracts dw from dm, by columns.
     fn take_columns(&self, dm: &mut [[f64; K]; 3]);
-    /// Along the rod, at s, r and rho.
+    /// Derivative along the rod at s, r and rho.
     fn slope(load: &Self::Load, s: f64, r: &[f64; 3], rho: &[[f64; K]; 3]) -> Self;
-    /// The columns of the tangent.
+    /// Columns of the tangent.
     fn columns(&mut self) -> &mut [[f64; K]];
-    /// int f.r ds from the clamp to here.
+    /// Work int f.r ds from the clamp to this section.
     fn work(&self) -> f64;
 }
 
@@ -374,7 +375,7 @@ impl<const K: usize> Carried<K> for () {
     }
 }
 
-/// w with its tangent, and the work of the load.
+/// State w of the load with its tangent, and the work of the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Heavy<const K: usize> {
     w: [f64; 3],

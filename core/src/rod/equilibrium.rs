@@ -1,4 +1,4 @@
-//! Solving a problem: from a guess, or from the unloaded rod by continuation.
+//! Solution of a problem: from a guess, or from the unloaded rod by continuation.
 
 use super::chart::{AnyChart, Spatial, dynamic};
 use super::distributed_load::Weight;
@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::solve::newton::Solution;
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3};
 
-/// An equilibrium of a rod, and how it was found.
+/// An equilibrium of a rod, with the record of its search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium {
     /// Base wrench (m(0), n) in the world frame.
@@ -25,45 +25,46 @@ pub struct Equilibrium {
     pub potential: f64,
     /// Morse index in space under the end condition; 0 is stable.
     pub index: usize,
-    /// Size of the equations left over, in the numerics' units (length, B/L, B/L^2).
+    /// Norm of the residual, in the numerics' units (length, B/L, B/L^2).
     pub residual: f64,
-    /// How it was found.
+    /// Record of the search.
     pub route: Route,
-    /// In space, in a plane or in closed form, and why.
+    /// Chart of the solution (spatial, planar or closed form), with the reason.
     pub taken: Taken,
 }
 
-/// How an equilibrium was found.
+/// Record of the search that found an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Route {
-    /// From the user's guess, or else from the unloaded rod by continuation.
+    /// True if found from the user's guess; otherwise from the unloaded rod by continuation.
     pub from_guess: bool,
     /// Steps of the continuation.
     pub steps: usize,
-    /// The path did not begin at the unloaded rod, but at a bent or loaded one, to lead it past a bifurcation or a fold.
+    /// True if the path began at a bent or loaded rod, past a bifurcation or a fold, instead of at the unloaded one.
     pub imperfect: bool,
-    /// Newton steps, all in all.
+    /// Newton steps in total.
     pub iterations: usize,
-    /// Evaluations of the rod with its tangent, all in all.
+    /// Evaluations of the rod with its tangent, in total.
     pub evaluations: usize,
     /// The smallest damping factor of Newton's method; 1 if never damped.
     pub damping: f64,
 }
 
-/// Residuals above this, relative to the wrench, are no answer.
+/// Largest residual of an answer, relative to the wrench.
 const POOR: f64 = 1e-7;
 
 impl Problem {
     /// Solves the problem; without a guess by continuation from the unloaded rod.
     ///
-    /// Loads and poses grow in proportion from the unloaded rod. If the path ends on an unstable equilibrium, or cannot be
-    /// followed, it is walked again with small intrinsic curvatures that are taken back at the end: the first
-    /// stable equilibrium is the answer, or else the one of lowest index. Planar data are solved in their plane first,
-    /// and in space only if nothing that is stable in space is found there ([`Problem::with_path`] decides otherwise).
+    /// Loads and poses grow in proportion from the unloaded rod. If the path ends on an unstable equilibrium, or
+    /// cannot be followed, it is repeated with small intrinsic curvatures that are removed by the end. The first
+    /// stable equilibrium is the answer, or else the one of lowest index. Planar data are solved in their plane
+    /// first, and in space only if no equilibrium stable in space is found there ([`Problem::with_path`] decides
+    /// otherwise).
     ///
     /// # Errors
-    /// No convergence from the guess, or on any path; the message says how far the best one came. A path asked for
-    /// that does not hold.
+    /// No convergence from the guess, or on any path; the message says how far the best one came. A requested path
+    /// that is not valid.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         let taut = self.solve_taut(guess, TAUT);
         if let Some(Ok(found)) = &taut
@@ -76,10 +77,10 @@ impl Problem {
             Some(weight) => self.check_weight(weight),
         };
         if let Err(why) = borne {
-            // An unstable rod is better than none.
+            // An unstable equilibrium is better than none.
             return taut.and_then(Result::ok).ok_or(why);
         }
-        // A pull costs digits: a tighter integration gives some of them back.
+        // A pull costs digits: a tighter integration recovers some of them.
         let found = match self.solve_once(guess) {
             Err(why) if why.is_ill_conditioned() && self.tolerance > 1e-13 => Problem {
                 tolerance: 1e-14,
@@ -88,7 +89,8 @@ impl Problem {
             .solve_once(guess),
             found => found,
         };
-        // A hanging body may come to stand upright on the way from the unloaded rod, and a rod that is stretched may not be reached.
+        // A path from the unloaded rod may end with a hanging body upright, and may not reach a stretched rod: try
+        // the taut solver.
         let poor = match &found {
             Ok(found) => found.index > 0 && guess.is_none(),
             Err(_) => true,
@@ -151,7 +153,8 @@ impl Problem {
         })
     }
 
-    /// Under a dead force F a stable rod trails along it, and an error at its clamp grows as exp(lam), lam^2 = |F| L^2/B.
+    /// Bound on a dead force F: a stable rod trails along it, and an error at the clamp grows as exp(lam), lam^2 =
+    /// |F| L^2/B.
     fn check_load(&self) -> Result<()> {
         const LAM: f64 = 24.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
@@ -169,7 +172,7 @@ impl Problem {
         )))
     }
 
-    /// The same under a load along the rod, where lam is the mean of sqrt(|n| L^2/B): what a hanging rod multiplies an error by is
+    /// Bound on a load along the rod, with lam the mean of sqrt(|n| L^2/B): a hanging rod amplifies an error by
     /// exp(lam).
     fn check_weight(&self, weight: &Weight) -> Result<()> {
         const LAM: f64 = 16.0;
@@ -212,7 +215,7 @@ impl Problem {
         }
     }
 
-    /// The stable equilibrium that the first of the starts leads to, or else the one of lowest index.
+    /// The first stable equilibrium reached from the starts, or else the one of lowest index.
     fn solve_in(
         &self,
         chart: &dyn AnyChart,
@@ -265,7 +268,8 @@ impl Problem {
         taken: Taken,
     ) -> Result<Equilibrium> {
         let mut b = chart.wrench(self, &solved.x)?;
-        // In space and from the clamp, whatever the chart: what is reported is what the base wrench gives.
+        // Residual in space and from the clamp, whatever the chart: the reported equilibrium is that of the base
+        // wrench.
         let mut residual = self.residual(&self.bare_trial(&b)?).norm();
         if !(residual < 10.0 * self.correction() * (1.0 + b.norm()))
             && let Ok(polished) =
@@ -369,7 +373,7 @@ impl Problem {
         self.describe(chart, &solved, route, taken.clone())
     }
 
-    /// The rod under a part of the dead force, reached by turning a pull along the clamp's d3 about `axis`.
+    /// The rod under a part of the dead force, reached by rotating a pull along the clamp's d3 about `axis`.
     fn turn_pull(
         &self,
         chart: &dyn AnyChart,
@@ -385,7 +389,7 @@ impl Problem {
         let way = |turn: f64, part: f64| {
             let (on_end, weight) = match &self.weight {
                 None => (Rotation3::new(axis * (angle * turn)) * pull * part, None),
-                // Both loads together, turned back from where they are to be.
+                // Both loads together, rotated back from their final directions.
                 Some(load) => {
                     let back = Rotation3::new(axis * (angle * (turn - 1.0)));
                     let share = part * size / force.norm();
@@ -406,7 +410,7 @@ impl Problem {
         Ok(turned.x)
     }
 
-    /// A part of the load along the rod.
+    /// The given fraction of the load along the rod.
     fn share(&self, part: f64) -> Option<Weight> {
         self.weight.as_ref().map(|weight| weight.times(part))
     }

@@ -1,8 +1,8 @@
-//! The inertia of a rod that stays on its equilibria while base and base wrench change (theory 3.9).
+//! First-order inertia of a rod that stays in equilibrium while base and base wrench change (theory 3.9).
 //!
-//! Seen from a frame that moves with the base and does not turn, the section s is at r(s), R(s). While the base wrench b changes at the
-//! rate b' and the base turns with Omega, the section turns and moves by (omega, v) = T(s) (b', Omega), T the tangent of the
-//! initial-value problem; while b' and Omega do not change, these change by (omega_t, r_tt):
+//! In a frame that moves with the base and does not turn, the section s is at r(s), R(s). The base wrench b changes
+//! at the rate b', and the base turns with Omega. The section then turns and moves by (omega, v) = T(s) (b', Omega),
+//! T the tangent of the initial-value problem. At constant b' and Omega these change by (omega_t, r_tt):
 //!
 //! ```text
 //! omega' = R u_t,                          v' = omega x tau + R v_t,                                         tau = r'
@@ -10,11 +10,12 @@
 //! (u, v)_t = C w_t,   (u, v)_tt = C w_tt,  w = (R^T m, R^T n),   m = m(0) - r x n - w
 //! ```
 //!
-//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along. With the velocity V of the
-//! base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v]; d'Alembert's principle asks for int Lambda^T inertia.
-//! The chart's own integration along the rod has found shape and T at the stages of its steps. The second derivative and all integrals
-//! follow there by the same Runge-Kutta formulas, as if they had been integrated with them. Taut rods are swept from both ends
-//! ([`super::taut`]): there the rates are those of the end, or of the force.
+//! If the law is not linear, dC/dw w_t w_t joins (u, v)_tt; a load along the rod is dead and does not turn along.
+//! With the velocity V of the base a section has the twist Lambda (V, b', Omega), Lambda = [0, T_omega; 1, T_v].
+//! D'Alembert's principle asks for int Lambda^T inertia. The chart's own integration along the rod has found shape
+//! and T at the stages of its steps. The second derivative and all integrals follow there by the same Runge-Kutta
+//! formulas, as if they had been integrated together. Taut rods are swept from both ends ([`super::taut`]): their
+//! rates are those of the end, or of the force.
 
 use super::Rod;
 use super::distributed_load::{Carried, Distributed, Heavy, Weight};
@@ -26,29 +27,29 @@ use crate::math::se3::joined;
 use crate::solve::dop853::over_stages;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
-/// What the sections of a rod weigh.
+/// Mass and rotary inertia of the sections of a rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SectionMass {
-    /// Mass of the whole rod, the same per unloaded length everywhere.
+    /// Mass of the whole rod, uniform per unloaded length.
     pub mass: f64,
-    /// Inertia of the sections per length about their middle, along their directors.
+    /// Inertia of the sections per length about their centre, along the directors.
     pub rotary: Vector3<f64>,
 }
 
 impl SectionMass {
-    /// The inertia of its sections over its own and the square of its length `length`.
+    /// Rotary inertia of the sections over mass and the square of the length `length`.
     pub(super) fn per_mass(&self, length: f64) -> Vector3<f64> {
         self.rotary / (self.mass * length)
     }
 
-    /// Those of a rod without mass.
+    /// No mass.
     pub const NONE: Self = Self {
         mass: 0.0,
         rotary: Vector3::new(0.0, 0.0, 0.0),
     };
 }
 
-/// How the rod moves, along the directors of its base as they are now.
+/// Motion of the rod: rates of base wrench and base, along the present directors of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Swaying {
     /// Rate of the base wrench in the world, in B/L and B/L^2 per time.
@@ -67,40 +68,42 @@ impl Swaying {
     }
 }
 
-/// The inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in the world, in B/L and B/L^2, and angular
-/// velocity of the base, all along the directors of the base as they are now. Of a taut rod [`Rates`](super::Rates) stand in the place of b'.
+/// Inertia of a rod in (V, b', Omega): velocity of its base, rate of the base wrench in B/L and B/L^2, and angular
+/// velocity of the base. All are along the present directors of the base. For a taut rod [`Rates`](super::Rates)
+/// replace b'.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Generalized {
     /// int Lambda^T I Lambda, symmetric: twice the kinetic energy is its quadratic form.
     pub matrix: SMatrix<f64, 12, 12>,
-    /// int Lambda^T (inertia) while V, b' and Omega do not change.
+    /// Inertial force int Lambda^T (inertia) at constant V, b' and Omega.
     pub force: SVector<f64, 12>,
-    /// Where the centre of mass is, seen from the base.
+    /// Centre of mass relative to the base.
     pub centre: Vector3<f64>,
-    /// The angular momentum about the base while that has no velocity.
+    /// Angular momentum about the base while the base has no velocity.
     pub momentum: Vector3<f64>,
-    /// (omega_t, r_tt) of the end while V, b' and Omega do not change.
+    /// (omega_t, r_tt) of the end at constant V, b' and Omega.
     pub second: Vector6<f64>,
-    /// The second derivative of the couple m(1) there.
+    /// Second time derivative of the couple m(1) at constant rates.
     pub couple: Vector3<f64>,
 }
 
-/// A rod whose shape and tangent an integration has found: what [`Rod::generalized_inertia`] goes along again.
+/// Record of an integration along a rod, with shape and tangent at all stages; [`Rod::generalized_inertia`]
+/// integrates over the same stages.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace(Kept);
 
-/// An integration along a rod, and where it ends.
+/// An integration along a rod, and its end state.
 pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
 
-// It is made once a trace, and not moved about.
+// Made once a trace, and not moved about: the size of the variants does not matter.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
 enum Kept {
-    /// Without a load; a turn of the base, if there is one, is one of the whole rod.
+    /// No load; a turn of the base, if any, is a rigid rotation of the rod.
     Bare(Tracked<6, ()>, bool),
-    /// Under a load, the base at rest.
+    /// A load along the rod, the base at rest.
     Held(Tracked<6, Heavy<6>>),
-    /// Under a load, with a turn of the base.
+    /// A load along the rod, with a turn of the base.
     Turning(Tracked<9, Heavy<9>>),
 }
 
@@ -118,13 +121,13 @@ impl Trace {
     }
 }
 
-/// The tangent at a section: d(phi, r), and dw of a load, by b and, if K is 9, by a turn of the base.
+/// Tangent at a section: d(phi, r), and dw of a load, by b and, if K is 9, by a turn of the base.
 pub(super) struct Tangent<const K: usize> {
     pub by: [[f64; K]; 6],
     pub taken: [[f64; K]; 3],
 }
 
-/// A rod in motion.
+/// A rod in motion: sections, load, base wrench, rates.
 struct Field<'a, L> {
     sections: Strained<'a>,
     load: &'a L,
@@ -134,14 +137,14 @@ struct Field<'a, L> {
     rotary: Vector3<f64>,
 }
 
-/// Sections whose strains change.
+/// Section law of a rod whose strains change in time.
 pub(super) struct Strained<'a> {
     law: &'a ScaledLaw,
-    /// True if the compliance is the same under all resultants.
+    /// True if the compliance does not depend on the resultants.
     linear: bool,
 }
 
-/// A section as it moves: shape, (omega, v), and what (omega_t, r_tt) are made of.
+/// State of a moving section: shape, (omega, v), and the rates that (omega_t, r_tt) are formed from.
 pub(super) struct Moving {
     pub turn: Matrix3<f64>,
     pub r: Vector3<f64>,
@@ -154,7 +157,7 @@ pub(super) struct Moving {
 }
 
 impl Moving {
-    /// m_tt, where the section is accelerated by r_tt and the load takes w_tt.
+    /// m_tt of a section accelerated by r_tt, where the load takes w_tt.
     fn couple(&self, r_tt: &Vector3<f64>, taken: &Vector3<f64>) -> Vector3<f64> {
         -r_tt.cross(&self.n) - self.v.cross(&self.n_t) * 2.0 - taken
     }
@@ -171,15 +174,15 @@ fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
     Vector3::new(x[row], x[row + 1], x[row + 2])
 }
 
-/// Sums along the rod, in its units.
+/// Integrals along the rod, in its units.
 pub(super) struct Sums<const K: usize> {
     /// int T^T I T, and int T_v.
     own: [[f64; K]; K],
     mixed: [[f64; K]; 3],
-    /// int r; the angular momentum.
+    /// int r, and the angular momentum.
     first: Vector3<f64>,
     momentum: Vector3<f64>,
-    /// int r_tt, and int T^T of the inertia.
+    /// int r_tt, and int T^T (inertia).
     base: Vector3<f64>,
     chart: [f64; K],
 }
@@ -196,7 +199,7 @@ impl<const K: usize> Sums<K> {
         }
     }
 
-    /// Adds a section.
+    /// Adds a section with its quadrature weight.
     pub fn add(
         &mut self,
         weight: f64,
@@ -224,7 +227,7 @@ impl<const K: usize> Sums<K> {
         let turned = at.turn.tr_mul(&at.omega.cross(&spun));
         let own = at.turn.tr_mul(&omega_t).component_mul(rotary) + turned;
         for i in 0..3 {
-            // Along the director of this number.
+            // Component along the director i.
             let d = at.turn.column(i);
             let along: [f64; K] =
                 std::array::from_fn(|k| d[0] * row(0)[k] + d[1] * row(1)[k] + d[2] * row(2)[k]);
@@ -245,7 +248,7 @@ impl<const K: usize> Sums<K> {
     }
 }
 
-/// Parts of the size of resultants by which they are moved for the derivative of the compliance of a law that is not linear.
+/// Step of the differences for the derivative of the compliance of a nonlinear law, relative to the resultants.
 const ASIDE: f64 = 2e-3;
 
 impl<'a> Strained<'a> {
@@ -256,7 +259,8 @@ impl<'a> Strained<'a> {
         }
     }
 
-    /// (omega_t', r_tt') of a section that is turned and bent on by omega_t and m_tt, under a force that changes at a constant rate.
+    /// (omega_t', r_tt') of a section with the second rates omega_t and m_tt, under a force that changes at a
+    /// constant rate.
     pub fn second(
         &self,
         s: f64,
@@ -300,7 +304,7 @@ impl<'a> Strained<'a> {
         Some([turned, moved])
     }
 
-    /// What the compliance of a law that is not linear changes by, times w_t: by central differences, right up to their fourth order.
+    /// Derivative of the compliance of a nonlinear law along w_t, times w_t: central differences of fourth order.
     fn stiffening(&self, s: f64, w: &Vector6<f64>, w_t: &Vector6<f64>) -> Option<Vector6<f64>> {
         let speed = w_t.norm();
         if speed == 0.0 {
@@ -318,7 +322,8 @@ impl<'a> Strained<'a> {
 }
 
 impl<L> Field<'_, L> {
-    /// The tangent, with that by a turn of the base where the rod turns along as a whole: it then has to get its wrench back.
+    /// Tangent at a section. The columns of a turn of the base, at a fixed base wrench, are a rigid rotation less the
+    /// response to the rotated wrench.
     fn tangent<const J: usize, const K: usize>(
         &self,
         at: &LineState<J, impl Carried<J, Load = L>>,
@@ -374,7 +379,7 @@ impl<L> Field<'_, L> {
         }
     }
 
-    /// What (omega_t, r_tt) and w_tt change by along the rod.
+    /// Derivatives along s of (omega_t, r_tt) and of w_tt.
     fn slope(
         &self,
         s: f64,
@@ -389,7 +394,7 @@ impl<L> Field<'_, L> {
         Some(Second::from_fn(|i, _| [turned, moved, taken][i / 3][i % 3]))
     }
 
-    /// The inertia, in the rod's units, from the sections of `track`; None where the law refuses.
+    /// The inertia, in the rod's units, from the sections of `track`; None if the law refuses.
     fn along<const J: usize, C: Carried<J, Load = L>, const K: usize>(
         &self,
         track: &Track<J, C>,
@@ -415,9 +420,10 @@ impl<L> Field<'_, L> {
 }
 
 impl Rod {
-    /// The inertia of the rod on its equilibria under the base wrench `b` in B/L and B/L^2, and a dead load along it, along the directors of the
-    /// base, while it moves as `motion` says. `trace` is what the integration left that found its end under them, whose error it has. The clamp is
-    /// not used. If the rod bears a load and the trace is without turns of its base, that must be at rest, and nothing is told of its turning.
+    /// Inertia of the rod on its equilibria, in the motion `motion`. The base wrench `b` is in B/L and B/L^2, along
+    /// the directors of the base, as is the dead load along the rod. `trace` is the record of the integration that
+    /// found the end under both, and sets the error. The clamp is not used. If the rod bears a load and the trace has
+    /// no turns of its base, the base must be at rest, and terms of its turning are not computed.
     ///
     /// # Errors
     /// A motion too fast for a law that is not linear.
@@ -441,7 +447,7 @@ impl Rod {
         found.ok_or_else(|| self.refused(b))
     }
 
-    /// A motion that the section law refuses.
+    /// Error: the section law refuses the motion.
     pub(super) fn refused(&self, b: &Wrench) -> Error {
         Error::domain(format!(
             "the motion of the rod cannot be followed along it, its section law refuses: {}",
@@ -480,7 +486,7 @@ impl Rod {
         couple: Vector3<f64>,
     ) -> Generalized {
         let length = self.length;
-        // In lengths L; V is in the user's.
+        // Integrals are in lengths L; V is in the user's.
         let unit = mass * length * length;
         let mut matrix = SMatrix::<f64, 12, 12>::zeros();
         let mut force = SVector::<f64, 12>::zeros();

@@ -1,16 +1,19 @@
-//! The normal form of a fold of a branch: how the parameter drives the rod out of its equilibrium, and how fast it then leaves (theory 2.8).
+//! Normal form of a fold of a branch: force of the parameter along the critical direction, and its curvature (theory
+//! 2.8).
 //!
-//! At a fold the equations F(b, p) = 0 of the end are singular: F_b z = 0. With the amplitude a of the rod along z, out of balance is the force
+//! At a fold the equations F(b, p) = 0 of the end are singular: F_b z = 0. With the amplitude a along z the
+//! unbalanced force is
 //!
 //! ```text
 //! psi . F = A (p - p_f) + B a^2,     A = psi . F_p,     B = 1/2 psi . D^2 F[z, z],     psi . F_b = 0.
 //! ```
-//! Base wrenches make pose and wrench of the end so that d(m dphi + n dr) = 0. psi therefore has, where the end is free, what z moves it by, and
-//! where it is held, against what it is held by, the change of the wrench that holds it; and psi . F is the derivative by a of stored energy less
-//! the work of the loads.
 //!
-//! Loads without a potential, as those that follow the end, leave another motion y of the end as that against which the force is out of balance:
-//! psi has what y moves the free end by, and does not follow from z.
+//! Base wrenches determine pose and wrench of the end such that d(m dphi + n dr) = 0. Where the end is free, psi is
+//! therefore the motion of the end along z; where it is held, minus the change of the holding wrench. psi . F is the
+//! derivative by a of stored energy less the work of the loads.
+//!
+//! Loads without a potential, such as follower loads, have another left null motion y of the end. psi is then the
+//! motion of the free end under y, and does not follow from z.
 
 use super::branch::RodFamily;
 use super::chart::Chart;
@@ -22,17 +25,19 @@ use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
-/// psi . F_b of loads that have a potential, relative to its factors; and what psi makes of the end of a taut rod, relative.
+/// Bound on psi . F_b, relative to its factors, for loads that have a potential; and on the image of psi at the end
+/// of a taut rod.
 const SINGULAR: f64 = 1e-4;
 
 /// A fold of a rod, in B/L.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fold {
-    /// A, per unit of the parameter.
+    /// A: force per unit of the parameter.
     pub drive: f64,
-    /// B.
+    /// B: curvature of the force in the amplitude.
     pub bend: f64,
-    /// The motion y against which the force is out of balance, as the rate of the base wrench. Loads with a potential have z itself.
+    /// The motion y that the unbalanced force works on, as the rate of the base wrench. Loads with a potential have y
+    /// = z.
     pub against: Wrench,
 }
 
@@ -42,7 +47,7 @@ impl Problem {
         let moved = Vector6::from_fn(|i, _| (0..6).map(|k| trial.tangent[i][k] * z[k]).sum());
         let (turn, place) = halves(&moved);
         let [couple, force] = self.resultants_by(trial).map(|by| by * z);
-        // The place at which the force acts.
+        // Displacement of the point of action of the force.
         let place = place + turn.cross(&self.lever(&trial.rotation));
         let first = match self.orientation {
             Some(_) => -couple,
@@ -55,7 +60,7 @@ impl Problem {
         })
     }
 
-    /// The base wrench whose rate moves the end as psi says, where it is free, and leaves it where it is held.
+    /// The base wrench whose rate moves the free components of the end as psi says, and leaves the held ones at rest.
     fn moved_by(&self, trial: &Trial, psi: &Vector6<f64>) -> Option<Wrench> {
         let (first, second) = halves(psi);
         let (turn, place) = if self.end.follower {
@@ -76,8 +81,8 @@ impl Problem {
 }
 
 impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
-    /// The fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the clamp's directors
-    /// in B/L and B/L^2.
+    /// The fold at the parameter p and the base wrench `b`, along the critical direction `z` = db/da, both along the
+    /// clamp's directors in B/L and B/L^2.
     ///
     /// # Errors
     /// Those of the problem and of the rod; a point or a direction that is not that of a fold.
@@ -98,7 +103,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
             let against = against.filter(|y| y.norm() > 0.0).ok_or_else(|| {
                 Error::ill_conditioned("the end of the rod cannot move in every way")
             })?;
-            // As long as z.
+            // Normalised to the length of z.
             let unit = z.norm() / against.norm();
             (psi * unit, against * unit)
         };
@@ -112,8 +117,8 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
 }
 
 impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
-    /// (A, B) of the fold at (x, p) along `z` in the chart, for loads that have a potential; `end` is what z makes of the end: (force, place) per a,
-    /// along the clamp's directors, in B/L^2 and lengths of the rod.
+    /// (A, B) of the fold at (x, p) along `z` in the chart, for loads that have a potential. `end` is the image of z
+    /// at the end: (force, place) per a, along the clamp's directors, in B/L^2 and lengths of the rod.
     ///
     /// # Errors
     /// As [`RodFamily::fold`]; a chart in which the work of an equation is not known; loads without a potential.

@@ -1,8 +1,9 @@
-//! Rods whose end bears no couple, charted by the force on it along its own directors.
+//! Rods whose end bears no couple, charted by the force on the end along its own directors.
 //!
-//! The end is taken as the origin of an initial-value problem that runs back to the clamp: three unknowns and three
-//! columns of the tangent instead of six, and the 3-dimensional submanifold m(1) = 0 of theory Sec. 3 in one chart.
-//! From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with R~^T.
+//! The end is taken as the origin of an initial-value problem that runs back to the clamp. This needs three unknowns
+//! and three columns of the tangent instead of six, and charts the 3-dimensional submanifold m(1) = 0 of theory Sec.
+//! 3. From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with
+//! R~^T.
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::ivp::{self, LineState, Wrench};
@@ -12,11 +13,11 @@ use crate::error::Result;
 use crate::math::se3::halves;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector6};
 
-/// The force on the end, along the directors there, in units B/L^2.
+/// The chart: force on the end, along the directors there, in units B/L^2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FreeEnd;
 
-/// The end in the clamp's frame, with derivatives by the unknowns.
+/// State of the end in the clamp's frame, with derivatives by the unknowns.
 #[derive(Debug, Clone, Copy)]
 pub struct FreeEndTrial {
     /// The unknowns.
@@ -29,7 +30,7 @@ pub struct FreeEndTrial {
 }
 
 impl FreeEndTrial {
-    /// Under the reversed law; with K = 3 columns of the tangent, or none.
+    /// The end under the reversed law, with K = 3 columns of the tangent, or none.
     pub(super) fn new<const K: usize>(
         reversed: &ScaledLaw,
         q: &Vector3<f64>,
@@ -57,7 +58,7 @@ impl FreeEndTrial {
         })
     }
 
-    /// (m(0), n) in the clamp's frame: m(1) = 0.
+    /// Base wrench (m(0), n) in the clamp's frame, from m(1) = 0.
     pub(super) fn wrench(&self) -> Wrench {
         let m = self.r.cross(&self.n);
         Vector6::new(m.x, m.y, m.z, self.n.x, self.n.y, self.n.z)
@@ -65,7 +66,7 @@ impl FreeEndTrial {
 }
 
 impl Problem {
-    /// True if the end bears no couple, and the force on it is that all along the rod.
+    /// True if the end bears no couple, and the force is constant along the rod.
     pub(super) fn has_free_end(&self) -> bool {
         self.weight.is_none()
             && self.orientation.is_none()
@@ -121,7 +122,7 @@ impl Chart for FreeEnd {
         ivp::rate(&problem.rod.law.reversed(), &b)
     }
 
-    /// The force of the wrench along the directors that the end would have under it.
+    /// Force of the wrench along the directors of the end under that wrench.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
         let trial = problem.bare_trial(b)?;
         Ok(dynamic(trial.rotation.transpose() * halves(b).1))

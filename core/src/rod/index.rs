@@ -1,21 +1,23 @@
-//! The Morse index by conjugate points (theory Sec. 3).
+//! Morse index of an equilibrium by conjugate points (theory Sec. 3).
 //!
-//! With n given, all along the rod, and both ends' rotations held, the second variation is a functional of the rotation field alone; its
-//! index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is singular. J and its conjugate
-//! variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan a_k = eigenvalues of kappa J P^-1,
-//! that start from 0 and grow through a multiple of pi at each conjugate point. Their sum is the angle of
-//! det(P + i kappa J), followed along the rod; with their remainders at its end it gives the count: no root is
-//! sought, double points count twice, and unshearable and inextensible rods are as good as any.
+//! With n given along the rod and both ends' rotations held, the second variation is a functional of the rotation
+//! field alone. Its index is the number of conjugate points, where the 3 x 3 matrix J(s) = d phi/d m(0) is singular.
+//! J and its conjugate variable P (J^T P is symmetric) span a Lagrangian plane with three angles a_k, tan a_k =
+//! eigenvalues of kappa J P^-1. The angles start from 0 and grow through a multiple of pi at each conjugate point.
+//! Their sum is the angle of det(P + i kappa J), followed along the rod; with their remainders at its end it gives
+//! the count. No root is sought, double points count twice, and unshearable and inextensible rods need no special
+//! treatment.
 //!
 //! * Rotation held at the end: a_k counts floor(a_k/pi).
-//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues. A dead force n beside
-//!   the end, on the arm c, makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2: the angles are those of P - S J, by
-//!   which they turn as S grows from 0.
-//! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one (Haynsworth).
+//! * Free to turn: floor(a_k/pi + 1/2), since the end's stiffness P J^-1 adds its negative eigenvalues. A dead force
+//!   n on the arm c of the end makes that stiffness P J^-1 - S, S = ([n][c] + [c][n])/2. The angles are then those of
+//!   P - S J, counted as S grows from 0.
+//! * Each held component of the position takes away a negative eigenvalue of d r(1)/d n, if there is one
+//!   (Haynsworth).
 //!
-//! A buckled column of a rod that is alike in all planes can turn about its axis: at given n, too, it has a mode that changes nothing,
-//! whose angle is a multiple of pi but for noise. It counts as stable. If it moves the end, d r(1)/d n has no bound along that motion, with
-//! the sign that goes with a stable mode.
+//! A buckled column with the same stiffness in all planes can turn about its axis. At given n it then has a neutral
+//! mode, whose angle is a multiple of pi up to noise. The mode counts as stable. If it moves the end, d r(1)/d n is
+//! unbounded along that motion, with the sign of a stable mode.
 
 use super::Problem;
 use super::collocation::Collocated;
@@ -30,9 +32,9 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 impl Problem {
     /// The Morse index of the equilibrium with the base wrench `base` (world frame): 0 is stable.
     ///
-    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A load that follows the end is
-    /// taken as dead. Neither index decides stability then ([`Problem::is_conservative`]). A direction in which the
-    /// equilibrium can move freely counts as stable.
+    /// A couple at a free end does work that depends on the path; the symmetric part is taken. A load that follows
+    /// the end is taken as dead. Neither index decides stability then ([`Problem::is_conservative`]). A direction in
+    /// which the equilibrium can move freely counts as stable.
     ///
     /// # Errors
     /// A wrench that the rod cannot follow.
@@ -40,7 +42,8 @@ impl Problem {
         self.index(&self.rod.inward(base))
     }
 
-    /// The Morse index under a base wrench of the numerics: roughly first, to the tolerance if an eigenvalue is near zero.
+    /// The Morse index under a base wrench in the numerics' units: roughly first, then to the tolerance if an
+    /// eigenvalue is near zero.
     pub(super) fn index(&self, b: &Wrench) -> Result<usize> {
         if let Ok(rough) = self.count(b, ROUGH)
             && rough.noise < 1e-2
@@ -51,17 +54,18 @@ impl Problem {
         if let Some(taut) = self.taut_at(b) {
             return self.taut_index(&taut, &Spring::NONE);
         }
-        // A whole number is right or wrong, however loose the tolerance of the rest.
+        // The index is an integer: the bound does not depend on the tolerance of other results.
         let mut tolerance = self.tolerance.min(ROUGH);
         let mut fine = self.count(b, tolerance);
-        // Of a rod that is all but straight, held where it is, what it takes is counted at a place that the tolerance leaves open.
+        // An almost straight rod with its end held: the eigenvalues that the held place removes may be undecided at
+        // this tolerance.
         while fine.as_ref().is_err_and(Error::is_no_convergence) && tolerance > FINEST {
             tolerance = (FINER * tolerance).max(FINEST);
             fine = self.count(b, tolerance);
         }
         let fine = fine?;
-        // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign itself is as good
-        // as the tolerance, and a neutral equilibrium is no error.
+        // An error at the clamp grows along the rod, as exp(lam) under a pull lam^2. Without growth the sign is as
+        // good as the tolerance, and a neutral equilibrium is no error.
         let growth = fine.noise / tolerance;
         if fine.noise > 1e-4 || (growth > 1e3 && fine.margin < fine.noise) {
             return Err(Error::ill_conditioned(format!(
@@ -117,24 +121,24 @@ impl Problem {
     }
 }
 
-/// Tolerance of the integration for a first, rough count; it is repeated more tightly if an eigenvalue is near zero.
+/// Tolerance of a first, rough count; the count is repeated more tightly if an eigenvalue is near zero.
 const ROUGH: f64 = 1e-7;
-/// Tolerances are made finer by this factor, down to the finest, where a count makes no sense.
+/// Factor by which the tolerance of a failed count is tightened, and the finest tolerance.
 const FINER: f64 = 1e-2;
 const FINEST: f64 = 1e-13;
 
-/// An index, and how far the eigenvalue nearest to zero is from it, relative to the others.
+/// An index, and the relative margin of the eigenvalue nearest to zero.
 struct Count {
     index: usize,
     margin: f64,
-    /// Error of the eigenvalues by the integration: one that is smaller cannot be told from zero.
+    /// Error of the eigenvalues by the integration: an eigenvalue below this cannot be told from zero.
     noise: f64,
 }
 
 impl Count {
-    /// The index among variations that keep the force n: the conjugate points between clamp and end, counted by the angle of
-    /// det(P + i kappa J). `beside` is the S of a force beside the end; angles just beyond a threshold, by `zero`, do not count, and neither do
-    /// the nearest `neutral`.
+    /// The index among variations that keep the force n: conjugate points between clamp and end, by the angle of
+    /// det(P + i kappa J). `beside` is the S of a force on an arm. Angles less than `zero` beyond a threshold do not
+    /// count, and neither do the nearest `neutral`.
     fn at_given_force<const K: usize>(
         along: &Variations<K>,
         clamped: bool,
@@ -145,10 +149,11 @@ impl Count {
         let (j, p) = along.conjugate;
         let turned = turned_by(&j, &p, beside, along.weight)?;
         let p = p - beside * j;
-        // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2 beyond one (free end).
+        // The count grows where an angle of the Lagrangian plane passes a multiple of pi (clamped end), or pi/2
+        // beyond one (free end).
         let step = if clamped { 0.0 } else { FRAC_PI_2 };
         let mut beyond = angles(&(along.weight * j), &p)?.map(|a| (a - zero - step).rem_euclid(PI));
-        // From the thresholds themselves: an angle that is not counted for `zero` alone is near one.
+        // Margins are measured from the thresholds themselves: an angle left out for `zero` alone is near one.
         let margin = beyond.iter().fold(f64::INFINITY, |margin, a| {
             let from = (a + zero).rem_euclid(PI);
             margin.min(from.min(PI - from) - zero)
@@ -175,8 +180,8 @@ impl Count {
     }
 }
 
-/// By how much the angle of det(P - t S J + i kappa J) turns as t goes from 0 to 1. With W = J (P + i kappa J)^-1 that is
-/// det(1 - t S W) times its start, and each factor 1 - t mu runs along a straight line that misses 0.
+/// Change of the angle of det(P - t S J + i kappa J) as t goes from 0 to 1. With W = J (P + i kappa J)^-1 the
+/// determinant is that at t = 0 times det(1 - t S W). Its factors 1 - t mu run along straight lines that miss 0.
 fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -> Result<f64> {
     if *s == Matrix3::zeros() {
         return Ok(0.0);
@@ -194,8 +199,8 @@ fn turned_by(j: &Matrix3<f64>, p: &Matrix3<f64>, s: &Matrix3<f64>, kappa: f64) -
 
 /// The angles of a Lagrangian plane (X, Y), modulo pi.
 fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
-    // An angle near a right angle has no finite tangent. The plane is turned by the one of four angles that keeps all three
-    // farthest from it.
+    // An angle near a right angle has no finite tangent. The plane is turned by whichever of four angles keeps all
+    // three farthest from a right angle.
     let turned = |turn: f64| {
         let (sin, cos) = turn.sin_cos();
         (x * cos - y * sin, x * sin + y * cos)
@@ -215,20 +220,21 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
     Ok([slopes.x, slopes.y, slopes.z].map(|slope| turn + slope.atan()))
 }
 
-/// What the end's place holds back.
+/// Effect of the held place of the end on the index.
 struct Held {
-    /// How many of the unstable modes.
+    /// Number of unstable modes that the held place removes.
     taken: usize,
-    /// The size of the eigenvalue nearest to zero relative to the terms it comes from.
+    /// Size of the eigenvalue nearest to zero relative to the terms it comes from.
     margin: f64,
-    /// How many modes are neutral while the end's place is free.
+    /// Number of neutral modes while the end's place is free.
     neutral: usize,
 }
 
-/// What the end's place along `axes` holds back: the negative eigenvalues of d r(1)/d n at held rotation (clamped) or couple of the end.
+/// Effect of holding the end's place along `axes`: the negative eigenvalues of d r(1)/d n at held rotation (clamped)
+/// or couple of the end.
 ///
-/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If it does not, n moves
-/// nothing: a straight inextensible rod.
+/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If the
+/// mode does not bend it, n moves nothing: a straight inextensible rod.
 fn held_back(
     along: &Variations<6>,
     clamped: bool,
@@ -247,9 +253,9 @@ fn held_back(
         (dm(0) + pull * r_m, dm(3) + pull * r_n - lever)
     };
     let (left, sizes, modes) = decomposed(&matrix)?;
-    // dm(0) that keeps the rotation, or the couple, of the end.
+    // dm(0) by n at constant rotation, or couple, of the end.
     let mut couple = Matrix3::zeros();
-    // Where neutral modes move the end, along the axes: orthonormal.
+    // Displacements of the end by neutral modes, along the axes: orthonormal.
     let mut moving = Vec::new();
     let mut neutral = 0;
     for k in 0..3 {
@@ -273,7 +279,7 @@ fn held_back(
         let (a, b) = (&axes[i], &axes[j]);
         0.5 * (a.dot(&(compliance * b)) + b.dot(&(compliance * a)))
     });
-    // Against the terms, not their sum: of two modes that lose their stability at once the whole matrix vanishes.
+    // Relative to the terms, not their sum: if two modes lose stability at once the whole matrix vanishes.
     let size = r_n.norm() + (r_m * couple).norm();
     for moved in &moving {
         let own = moved * moved.transpose();
@@ -306,7 +312,7 @@ fn held_back(
     })
 }
 
-/// The singular values of a matrix, left and right of them their vectors, by columns.
+/// Singular value decomposition: left vectors by columns, singular values, right vectors by columns.
 fn decomposed(matrix: &Matrix3<f64>) -> Result<(Matrix3<f64>, Vector3<f64>, Matrix3<f64>)> {
     let svd = matrix.try_svd(true, true, f64::EPSILON, 1000);
     svd.and_then(|svd| Some((svd.u?, svd.singular_values, svd.v_t?.transpose())))

@@ -1,15 +1,15 @@
-//! The equilibrium of a rod from its base wrench: an initial-value problem from the clamp (theory Sec. 3).
+//! Equilibrium of a rod from its base wrench: an initial-value problem from the clamp (theory Sec. 3).
 //!
 //! Dimension-free, in the frame of the clamp: arclength sigma = s/L in [0, 1], couples in B/L, forces in B/L^2,
 //! energies in B/L. The balance laws are solved: n is constant and m(s) = m(0) - r x n, so that |n| and n.m hold
-//! exactly (under a load along the rod see `weight`). Left to integrate are frame and centreline,
+//! exactly (under a load along the rod see `weight`). Frame and centreline are left to integrate,
 //!
 //! ```text
 //! R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),
 //! ```
 //!
 //! the rotation as a quaternion q' = q (0, u)/2 whose length does not matter: R(q) divides by |q|^2, so the directors
-//! are orthonormal to rounding whatever the step. The tangent is carried along: with dR = [phi]x R, dr = rho
+//! are orthonormal to rounding whatever the step. The tangent is integrated alongside: with dR = [phi]x R, dr = rho
 //!
 //! ```text
 //! phi' = R (C_uu R^T tau + C_uv R^T nu),   rho' = phi x R v + R (C_vu R^T tau + C_vv R^T nu),
@@ -29,7 +29,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 /// A base wrench (m(0), n): couple and force in the frame of the clamp.
 pub type Wrench = Vector6<f64>;
 
-/// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is what a load along the rod adds to them.
+/// Frame, centreline, energy and `K` columns of the tangent at one section; `C` is the additional state of a load
+/// along the rod.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LineState<const K: usize, C = ()> {
     pub(super) s: f64,
@@ -71,12 +72,12 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
         self.s
     }
 
-    /// Where it keeps its arclength.
+    /// Mutable reference to the arclength.
     pub(super) fn place(&mut self) -> &mut f64 {
         &mut self.s
     }
 
-    /// The same section with its arclength set to `s`: used to step over a break of the law.
+    /// The state at another arclength `s`, to step over a break of the law.
     pub(super) fn at(&self, s: f64) -> Self {
         Self { s, ..*self }
     }
@@ -96,12 +97,12 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
         Turn::from(self.q).normalize()
     }
 
-    /// Stored energy from the clamp to here.
+    /// Stored energy between clamp and section.
     pub(super) fn energy(&self) -> f64 {
         self.energy
     }
 
-    /// The same section without what a load adds.
+    /// This state without the part of the load.
     pub(super) fn bare(&self) -> LineState<K> {
         LineState {
             s: self.s,
@@ -113,7 +114,7 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
         }
     }
 
-    /// (m, n) here under the base wrench `b`, in the clamp's frame.
+    /// (m, n) at the section under the base wrench `b`, in the clamp's frame.
     pub(super) fn resultants(&self, b: &Wrench, load: &C::Load) -> (Vector3<f64>, Vector3<f64>) {
         let n = Vector3::from(C::force(load, &[b[3], b[4], b[5]], self.s));
         let mut m = Vector3::new(b[0], b[1], b[2]) - self.position().cross(&n);
@@ -141,8 +142,8 @@ impl<const K: usize, C: Carried<K>> State for LineState<K, C> {
         self.carried.axpy(a, &x.carried);
     }
 
-    /// Frame and centreline count by their own size; the tangent by the largest entry of each column's half, since it
-    /// multiplies wrenches that are known to the tolerance.
+    /// Error norm: frame and centreline relative to their own size, the tangent relative to the largest entry of each
+    /// column's half. The tangent multiplies wrenches that are known to the tolerance.
     fn mean_square(&self, from: &Self, to: &Self) -> f64 {
         let mut sum = (self.energy / (1.0 + to.energy.abs())).powi(2);
         sum += self.q.iter().map(|e| e * e).sum::<f64>();
@@ -156,7 +157,7 @@ impl<const K: usize, C: Carried<K>> State for LineState<K, C> {
         }
         let (before, after) = (&from.carried, &to.carried);
         (self.carried).add_errors(before, after, &mut sum, &mut tangent);
-        // The worse of the two, so that many small columns do not hide a poor shape.
+        // The larger of the two, since many small columns must not hide a poor shape.
         let shape = sum / 4.0;
         if K == 0 {
             shape
@@ -201,7 +202,7 @@ fn along(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| x[0] * d[0][i] + x[1] * d[1][i] + x[2] * d[2][i])
 }
 
-/// phi and rho of a tangent, as arrays: their lengths are known, so no bound is checked.
+/// phi and rho of a tangent, as arrays of known length: no bound is checked.
 #[inline]
 fn halves<const K: usize>(tangent: &[[f64; K]; 6]) -> (&[[f64; K]; 3], &[[f64; K]; 3]) {
     let (phi, rho) = tangent.split_at(3);
@@ -256,14 +257,14 @@ fn turned_diagonal(d: &[[f64; 3]; 3], c: &[f64; 3]) -> [[f64; 3]; 3] {
 
 /// R C R^T for the 3 x 3 block of C at (row, column).
 fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) -> [[f64; 3]; 3] {
-    // Half first: C R^T.
+    // C R^T first.
     let half: [[f64; 3]; 3] = std::array::from_fn(|k| {
         std::array::from_fn(|j| (0..3).map(|l| c[(row + k, column + l)] * d[l][j]).sum())
     });
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| d[k][i] * half[k][j]).sum()))
 }
 
-/// The right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
+/// Right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
 pub(super) struct Flow<'a, const K: usize, C: Carried<K> = ()> {
     law: &'a ScaledLaw,
     load: &'a C::Load,
@@ -379,14 +380,14 @@ impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
 }
 
 impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
-    /// Why an integration cannot go on at s.
+    /// Error of an integration that cannot go on at s.
     pub(super) fn lost(&mut self, s: f64) -> Error {
         let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
         lost(self.law, &b, self.refusal.take(), s)
     }
 }
 
-/// Why an integration, which the law may have refused, cannot go on at s.
+/// Error of an integration that cannot go on at s, possibly since the law refused.
 pub(super) fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) -> Error {
     let why = refusal.unwrap_or_else(|| {
         Error::no_convergence(format!(
@@ -397,10 +398,10 @@ pub(super) fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) 
     why.context(format!("at s = {s:.6} of the length"))
 }
 
-/// Steps beyond which an integration is given up: a rod wound up thousands of times.
+/// Most steps of an integration: reached by a rod wound up thousands of times.
 pub(super) const STEP_LIMIT: u64 = 2_000;
 
-/// A rate of change of the rod's variables along s that sets the first step and bounds the steps of the index.
+/// Rate of change of the rod's variables along s. Sets the first step and bounds the steps of the index.
 pub(super) fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
     let inverse = law.inverse(0.0, b)?;
     let c = inverse.compliance.matrix().fixed_view::<3, 3>(0, 0).norm();
@@ -408,16 +409,16 @@ pub(super) fn rate(law: &ScaledLaw, b: &Wrench) -> Result<f64> {
     Ok(1.0 + inverse.strain.fixed_rows::<3>(0).norm() + (c * force).sqrt())
 }
 
-/// A first step for the integrator's error control to improve.
+/// First step, which the integrator's error control then improves.
 pub(super) fn first_step(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<f64> {
     Ok((6.0 * tolerance.powf(0.125) / rate(law, b)?).min(1.0))
 }
 
-/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step; `place` is where the state
-/// keeps s, `first` the first step.
+/// Integrates `flow` over the pieces of the rod from `start`, at s = 0, and shows every accepted step. `place` gives
+/// access to the state's arclength, `first` is the first step.
 ///
 /// # Errors
-/// The arclength beyond which it cannot go on.
+/// The arclength at which the integration fails.
 pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     law: &ScaledLaw,
     start: S,
@@ -433,7 +434,7 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     let mut step = solver.blank();
     for &(from, to) in law.pieces() {
         if from > 0.0 {
-            // The slope on this side of the break.
+            // Slope on the far side of the break.
             state = *solver.state();
             *place(&mut state) = from;
             flow(&state, &mut slope).ok_or(from)?;
@@ -455,7 +456,8 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
     Ok((*solver.state(), solver.cost()))
 }
 
-/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of `clamp`.
+/// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of
+/// `clamp`.
 fn integrate<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -495,7 +497,7 @@ pub(super) fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
     columns
 }
 
-/// The clamp with unit columns, and for 6..9 its turn at a given base wrench and load.
+/// Clamp with unit columns; columns 6..9 are its turn at a given base wrench and load.
 pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
     let mut clamp = LineState::clamp();
     for j in 6..K {
@@ -504,7 +506,8 @@ pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64
     (clamp, unit_columns())
 }
 
-/// The end of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of the clamp.
+/// End of the rod with `K` columns: 0 for the shape alone, 3 for d/dm(0), 6 for the whole tangent, 9 with a turn of
+/// the clamp.
 pub(super) fn end<const K: usize>(
     law: &ScaledLaw,
     b: &Wrench,
@@ -516,7 +519,7 @@ pub(super) fn end<const K: usize>(
     loaded_end((law, &()), b, tolerance)
 }
 
-/// The same under a load along the rod.
+/// End of a rod under a load along it.
 pub(super) fn loaded_end<const K: usize, C: Carried<K>>(
     rod: (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -525,7 +528,7 @@ pub(super) fn loaded_end<const K: usize, C: Carried<K>>(
     integrate(rod, b, begun(), tolerance, |_, _| ())
 }
 
-/// The sections between the steps of the integration, the first and the last included.
+/// Sections between the steps of the integration, the first and the last included.
 pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
     let mut all = vec![LineState::clamp()];
     integrate((law, &()), b, begun(), tolerance, |step, _| {
@@ -534,8 +537,8 @@ pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<L
     Ok(all)
 }
 
-/// The clamp seen from the end, whose directors are the axes and which bears the force `n` and no couple, under the reversed
-/// law, with the columns d/dn.
+/// The clamp seen from the end, under the reversed law, with the columns d/dn. The axes are the directors of the end,
+/// which bears the force `n` and no couple.
 pub(super) fn clamp_from_end<const K: usize>(
     reversed: &ScaledLaw,
     n: &Vector3<f64>,
@@ -550,7 +553,7 @@ pub(super) fn clamp_from_end<const K: usize>(
     integrate((reversed, &()), &b, columns, tolerance, |_, _| ()).map(|(end, _)| end)
 }
 
-/// The sections at the given arclengths in [0, 1], in growing order.
+/// Sections at the given arclengths in [0, 1], in growing order.
 pub(super) fn sections<const K: usize>(
     law: &ScaledLaw,
     b: &Wrench,
@@ -560,7 +563,7 @@ pub(super) fn sections<const K: usize>(
     loaded_sections((law, &()), b, tolerance, at)
 }
 
-/// The same under a load along the rod.
+/// Sections of a rod under a load along it, at the given arclengths in [0, 1], in growing order.
 pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
     rod: (&ScaledLaw, &C::Load),
     b: &Wrench,
@@ -575,7 +578,7 @@ pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
     let mut cost = Cost::default();
     let mut lost = false;
     let (last, _) = integrate(rod, b, begun(), tolerance, |step, f| {
-        // Redone at full order, not interpolated: a reader may differentiate what is printed.
+        // Recomputed at full order, not interpolated: a reader may differentiate the printed values.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;
             match step.redo(&mut *f, part, &mut cost) {

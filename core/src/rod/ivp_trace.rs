@@ -1,4 +1,4 @@
-//! The way along a rod that an integration has found, for what is carried along it afterwards.
+//! Stages of an integration along a rod, kept for integrals over them.
 
 use super::distributed_load::Carried;
 use super::ivp::{Flow, LineState, Wrench, begun, first_step, over_pieces};
@@ -8,18 +8,18 @@ use crate::solve::cost::Cost;
 use crate::solve::dop853::{COUNT, Step};
 use std::cell::RefCell;
 
-/// The sections at the stages of all steps of an integration, for what is carried along afterwards
+/// The sections at the stages of all steps of an integration, for later integrals
 /// ([`over_stages`](crate::solve::dop853::over_stages)).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track<const K: usize, C = ()> {
-    /// The lengths of the steps.
+    /// Lengths of the steps.
     steps: Vec<f64>,
-    /// One step after the other; behind them what may become the next.
+    /// Stages of the accepted steps in order, then those of the trial step.
     stages: Vec<LineState<K, C>>,
 }
 
 impl<const K: usize, C: Carried<K>> Track<K, C> {
-    /// Steps that most integrations do with.
+    /// Number of steps sufficient for most integrations.
     const USUAL: usize = 8;
 
     pub(super) fn new() -> Self {
@@ -29,13 +29,13 @@ impl<const K: usize, C: Carried<K>> Track<K, C> {
         }
     }
 
-    /// A section at which slopes are asked for.
+    /// Records a section at which slopes are evaluated.
     #[inline]
     fn tried(&mut self, at: &LineState<K, C>) {
         self.stages.push(*at);
     }
 
-    /// What was tried last, its end included, is a step.
+    /// Accepts the step of the last trial stages, its end included.
     fn taken(&mut self, step: &Step<LineState<K, C>>) {
         let (start, tried) = (self.steps.len() * COUNT, self.stages.len());
         self.stages.copy_within(tried - COUNT..tried - 1, start + 1);
@@ -44,13 +44,13 @@ impl<const K: usize, C: Carried<K>> Track<K, C> {
         self.steps.push(step.h);
     }
 
-    /// The steps, each with its length.
+    /// The accepted steps, each with its length.
     pub(super) fn steps(&self) -> impl Iterator<Item = (f64, &[LineState<K, C>])> {
         (self.steps.iter().copied()).zip(self.stages.chunks_exact(COUNT))
     }
 }
 
-/// The end of the rod, with the unit columns of [`begun`], and the way there.
+/// The end of the rod, with the unit columns of [`begun`], and the stages of the integration.
 pub(super) fn tracked_end<const K: usize, C: Carried<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,

@@ -1,14 +1,14 @@
-//! The end of a rod that bears a dead load along it, with all that a base that turns needs to know (theory 3.8).
+//! End of a rod with a dead load along it, with the tangents that a turning base needs (theory 3.8).
 //!
-//! Without a load the end turns with the base as a rigid body does, at a given base wrench along its directors. A load does not turn with
-//! the base: seen from there the end moves by
+//! Without a load the end turns rigidly with the base, at a given base wrench along its directors. A load does not
+//! turn with the base. Seen from the base the end then moves by
 //!
 //! ```text
 //! d(phi, r)(1) = [T (psi x m(0), psi x n(0)) + T_psi psi] - (psi, psi x r(1)),
 //! ```
 //!
-//! T the tangent by the base wrench, T_psi that by a turn psi of the base at a given base wrench and load: three more columns of the same
-//! equations, which begin at phi(0) = psi.
+//! T the tangent by the base wrench, T_psi that by a turn psi of the base at a given base wrench and load: three more
+//! columns of the same equations, which begin at phi(0) = psi.
 
 use super::RodSection;
 use super::distributed_load::{Carried, Heavy, Weight};
@@ -30,16 +30,16 @@ pub struct LoadedEnd {
     pub tangent: Matrix6<f64>,
     /// d m(L)/d(m(0), n(0)); n(L) changes as n(0) does.
     pub couple: Matrix3x6<f64>,
-    /// -int f.r ds, the potential of the load.
+    /// Potential -int f.r ds of the load.
     pub potential: f64,
-    /// d(phi, r, m)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: what the load, which does not turn
-    /// along, makes of it. None if it was not asked for.
+    /// d(phi, r, m)(L), seen from the clamp, by a turn of the clamp at the same base wrench along its directors: the
+    /// effect of the load, which does not turn along. None if not asked for.
     pub by_turn: Option<SMatrix<f64, 9, 3>>,
 }
 
 impl Problem {
-    /// The end of the rod under the base wrench (m(0), n(0)), with its exact tangents; `turns` asks for that by a turn of the clamp, which
-    /// costs half as much again.
+    /// The end of the rod under the base wrench (m(0), n(0)), with its exact tangents; `turns` asks for the tangent
+    /// by a turn of the clamp, which costs half as much again.
     ///
     /// # Errors
     /// As [`super::Rod::end`].
@@ -50,7 +50,7 @@ impl Problem {
         }
     }
 
-    /// The same, and the way there.
+    /// The end as [`Problem::loaded_end`], with the record of the integration.
     ///
     /// # Errors
     /// As [`super::Rod::end`].
@@ -96,7 +96,7 @@ impl Problem {
         let mut taken = [[0.0; K]; 3];
         at.carried.take_columns(&mut taken);
         let r = at.position();
-        // Of (phi, r, m)(1), in the numerics' units: dm(1) = dm(0) - r x dn - rho x n(1) - dw.
+        // Derivatives of (phi, r, m)(1), in the numerics' units: dm(1) = dm(0) - r x dn - rho x n(1) - dw.
         let mut by = SMatrix::<f64, 9, K>::from_fn(|i, j| match i {
             0..6 => at.tangent[i][j],
             _ => taken[i - 6][j],
@@ -110,7 +110,7 @@ impl Problem {
         let mut levers = couples.fixed_columns_mut::<3>(3);
         levers -= r.cross_matrix();
         let by_turn = (K == 9).then(|| {
-            // The base wrench turns with its directors; a rigid body is what is taken off.
+            // The base wrench turns with the directors; the rigid rotation is subtracted.
             let (m0, n0) = halves(b);
             let mut turned = SMatrix::<f64, 6, 3>::zeros();
             let mut rigid = SMatrix::<f64, 9, 3>::zeros();

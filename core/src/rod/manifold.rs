@@ -1,4 +1,5 @@
-//! The rod as an equilibrium manifold (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension 6.
+//! Rods as equilibrium manifolds (theory Sec. 1): a body on a ball joint in dimension 3, a welded body in dimension
+//! 6.
 
 use super::free_end::FreeEndTrial;
 use super::problem::{EndConditions, Problem};
@@ -9,8 +10,8 @@ use crate::manifold::{EquilibriumManifold, ManifoldPoint};
 use crate::math::se3::{halves, joined, rotation_vector};
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
-/// A rod that holds a point: chart q = force on the rod's end along its directors, in units B/L^2; pose = position of the
-/// end in the world; m(L) = 0.
+/// A rod that holds a point: chart q = force on the rod's end along its directors, in units B/L^2; pose = position of
+/// the end in the world; m(L) = 0.
 #[derive(Debug, Clone)]
 pub struct BallJointed {
     rod: Rod,
@@ -18,11 +19,11 @@ pub struct BallJointed {
     tolerance: f64,
 }
 
-/// A rod that holds a body welded to it: chart q = base wrench (m(0), n) along the clamp's axes, in units B/L and B/L^2;
-/// pose = (rotation vector of the end's directors, position of the end) in the world.
+/// A rod that holds a body welded to it: chart q = base wrench (m(0), n) along the clamp's axes, in units B/L and
+/// B/L^2; pose = (rotation vector of the end's directors, position of the end) in the world.
 ///
-/// Rows of the Jacobian are the spin of the directors and the velocity of the end; the force is the couple and force of the
-/// rod on the body. [`EquilibriumManifold::gap`] compares rotations as rotations.
+/// Rows of the Jacobian are the spin of the directors and the velocity of the end; the force is the couple and force
+/// of the rod on the body. [`EquilibriumManifold::gap`] compares rotations as rotations.
 #[derive(Debug, Clone)]
 pub struct Welded {
     rod: Rod,

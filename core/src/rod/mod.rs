@@ -57,7 +57,7 @@ use std::sync::Arc;
 pub struct Rod {
     length: f64,
     stiffness: f64,
-    /// As it was given, in the user's units.
+    /// Section law as given, in the user's units.
     section: Arc<dyn SectionLaw>,
     law: ScaledLaw,
     clamp: Isometry3<f64>,
@@ -72,13 +72,13 @@ pub struct RodSection {
     pub position: Vector3<f64>,
     /// Directors d1, d2, d3 as columns, orthonormal to rounding.
     pub directors: Matrix3<f64>,
-    /// Couple m(s) of the part beyond on the part before.
+    /// Couple m(s) of the part beyond s on the part before s.
     pub couple: Vector3<f64>,
-    /// Force n, the same all along a rod without a load along it.
+    /// Force n(s); constant along a rod without a load.
     pub force: Vector3<f64>,
     /// Strains along the directors.
     pub strain: Strain,
-    /// Energy stored between the clamp and here.
+    /// Energy stored between the clamp and this section.
     pub energy: f64,
 }
 
@@ -138,7 +138,7 @@ impl Rod {
         })
     }
 
-    /// The same rod in other units, from the origin along z.
+    /// This rod in other units, from the origin along z.
     pub fn measured(&self, units: Measures) -> Self {
         Self {
             length: self.length / units.length,
@@ -149,16 +149,16 @@ impl Rod {
         }
     }
 
-    /// The same rod with its clamp elsewhere.
+    /// The rod with its clamp in the given pose.
     #[must_use]
     pub fn with_clamp(mut self, position: Vector3<f64>, rotation: UnitQuaternion<f64>) -> Self {
         self.clamp = Isometry3::from_parts(position.into(), rotation);
         self
     }
 
-    /// The same rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along the rod
-    /// again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of s, and so are couple
-    /// and force. The clamp is back at the origin.
+    /// This rod begun at its other end: s* = L - s, with directors turned by pi about d1, so that d3 points along the
+    /// rod again: d1* = d1, d2* = -d2, d3* = -d3. Strains and resultants of s* are (-u1, u2, u3, -v1, v2, v3) of s,
+    /// and couple and force transform likewise. The clamp is back at the origin.
     ///
     /// # Errors
     /// A law that cannot be inverted without load at its other end.
@@ -170,7 +170,7 @@ impl Rod {
         Self::new(self.length, law)
     }
 
-    /// The pose of its clamp.
+    /// Pose of the clamp.
     pub fn clamp_pose(&self) -> &Isometry3<f64> {
         &self.clamp
     }
@@ -185,7 +185,7 @@ impl Rod {
         &self.section
     }
 
-    /// The bending stiffness B that the numerics scale with: 2/(C11 + C22) at the unloaded clamp.
+    /// Bending stiffness B that scales the numerics: 2/(C11 + C22) at the unloaded clamp.
     pub fn reference_stiffness(&self) -> f64 {
         self.stiffness
     }
@@ -198,7 +198,7 @@ impl Rod {
     /// True if the unloaded section cannot be stretched or sheared at the clamp.
     ///
     /// # Errors
-    /// What the law refuses there.
+    /// A law that refuses zero resultants at the clamp.
     pub fn is_inextensible(&self) -> Result<bool> {
         let c = self
             .law
@@ -249,7 +249,7 @@ impl Rod {
         );
         let e = self.law.inverse(at.s(), &local)?.strain;
         let l = self.length;
-        // The steps along the rod add up to 1 but for rounding.
+        // The steps along the rod add up to 1 up to rounding.
         let part = if (at.s() - 1.0).abs() < 1e-13 {
             1.0
         } else {
@@ -266,7 +266,7 @@ impl Rod {
         })
     }
 
-    /// The sections at which an integration to `tolerance` makes its steps, base and end included.
+    /// Sections at the steps of an integration to `tolerance`, base and end included.
     ///
     /// # Errors
     /// As [`Rod::shape`].
@@ -279,14 +279,14 @@ impl Rod {
     /// The end of the rod under the base wrench (m(0), n) in the world frame, with its exact tangent.
     ///
     /// # Errors
-    /// A section law that refuses a resultant on the way; a wrench too large to be followed.
+    /// A section law that refuses a resultant on the way; a wrench too large for the integration.
     pub fn end(&self, base: &Wrench, tolerance: f64) -> Result<RodEnd> {
         let b = self.inward(base);
         let (at, cost) = ivp::end::<6>(&self.law, &b, tolerance)?;
         self.described(&at, &b, cost)
     }
 
-    /// The same, and the way there; `turns` tells whether its base is to turn.
+    /// The end as [`Rod::end`], with the record of the integration; `turns` says whether the base is to turn.
     ///
     /// # Errors
     /// As [`Rod::end`].
@@ -319,7 +319,7 @@ impl Rod {
         })
     }
 
-    /// The sections at the arclengths `at`, in growing order in [0, L].
+    /// Sections at the arclengths `at`, in growing order in [0, L].
     ///
     /// # Errors
     /// As [`Rod::end`].

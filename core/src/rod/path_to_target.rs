@@ -1,4 +1,4 @@
-//! Following a solution from an easy problem to the one asked for, in any chart.
+//! Continuation of a solution from an easy problem to the given one, in any chart.
 
 use super::chart::{AnyChart, Equations};
 use super::equilibrium::{Equilibrium, Route};
@@ -9,30 +9,31 @@ use crate::solve::newton::{self, Failure, REMEDY, Solution};
 use nalgebra::DVector;
 use std::cell::{Cell, RefCell};
 
-/// First and smallest step of the way, as fractions of it.
+/// First and smallest step of a path, as fractions of the path.
 const FIRST: f64 = 0.25;
 const SMALLEST: f64 = 2e-4;
 /// Distance, in the numerics' units, within which any prediction is good.
 const CLOSE: f64 = 0.3;
-/// Newton steps allowed in one step of a path.
+/// Most Newton steps in one step of a path.
 const PATIENCE: usize = 7;
-/// Newton steps damped more than this say that the prediction was not on the path: under a heavy pull other shapes have almost
-/// the same wrench.
+/// Damping factor of Newton's method below which a prediction counts as off the path: under a heavy pull other shapes
+/// have almost the same wrench.
 const STRAIGHT: f64 = 0.9;
-/// Singular values below this part of the Jacobian are directions in which the equilibrium is free to move.
+/// Singular values below this part of the Jacobian count as zero: directions in which the equilibrium is free to
+/// move.
 const NEUTRAL: f64 = 1e-7;
-/// Trial wrenches that wind the rod up this much faster than it lies unloaded (per length) are refused: a Newton step
-/// from a nearly singular rod asks for them, and they are costly.
+/// Largest winding rate of a trial, in radians along the rod, beyond three times that of the unloaded rod. A Newton
+/// step from a nearly singular rod may ask for more, at great cost.
 const WILD: f64 = 200.0;
 
-/// Evaluations of the rod after which a search is given up.
+/// Evaluations of the rod after which a search is abandoned.
 const BUDGET: usize = 4000;
 
-/// What all paths to a solution share: how much they may cost, and what became of those that failed.
+/// Budget and failures shared by all paths to a solution.
 pub(super) struct Search {
     evaluations: Cell<usize>,
     starts: Cell<usize>,
-    /// How far the farthest of the failed paths came, and why no farther.
+    /// Fraction reached by the farthest of the failed paths, and its error.
     farthest: RefCell<Option<(f64, Error)>>,
     heavy: RefCell<Option<Error>>,
     reached: Cell<f64>,
@@ -49,12 +50,12 @@ impl Search {
         }
     }
 
-    /// True if it has cost too much.
+    /// True if the budget is spent.
     pub(super) fn is_over(&self) -> bool {
         self.evaluations.get() > BUDGET
     }
 
-    /// Notes that a path has failed.
+    /// Records the failure of a path.
     pub(super) fn failed(&self, why: Error) {
         self.starts.set(self.starts.get() + 1);
         let reached = self.reached.replace(0.0);
@@ -65,7 +66,7 @@ impl Search {
         }
     }
 
-    /// Why nothing was found.
+    /// The error of a search without a result.
     pub(super) fn error(&self) -> Error {
         if let Some(why) = &*self.heavy.borrow() {
             return why.clone();
@@ -85,8 +86,8 @@ impl Search {
         }
     }
 
-    /// Replaces an unstable answer by the refusal of a stable one that double precision did not hold, if there was one: the
-    /// unstable equilibrium is then not what was asked for.
+    /// Replaces an unstable answer by the error of a stable one that double precision could not represent, if there
+    /// was one: the stable equilibrium is what was asked for.
     pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
         match (&found, &*self.heavy.borrow()) {
             (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),
@@ -95,7 +96,7 @@ impl Search {
     }
 }
 
-/// Newton's options for a problem.
+/// Options of Newton's method for a problem.
 pub(super) fn options(tolerance: f64, max_iterations: usize) -> newton::Options {
     newton::Options {
         tolerance,
@@ -148,7 +149,7 @@ pub(super) fn tamely(
     chart.equations(problem, x)
 }
 
-/// Follows the solution of `at(part)` from part = 0, where `x` solves it, to 1.
+/// Follows the solution of `at(part)` from part = 0, where the solution is `x`, to 1.
 pub(super) fn follow(
     chart: &dyn AnyChart,
     search: &Search,
@@ -177,7 +178,7 @@ pub(super) fn follow(
         if part >= 1.0 && outcome.is_err() {
             outcome = settle(chart, search, &problem, &guess);
         }
-        // A jump to another solution is no step of the path: the prediction must have been good.
+        // Reject jumps to another solution: the prediction must have been good.
         let on_path = |solved: &Solution| {
             let missed = (&solved.x - &guess).norm();
             let near = before.is_none() || missed < 0.5 * (&solved.x - &done.1).norm() + CLOSE;
@@ -212,8 +213,8 @@ pub(super) fn follow(
     }
 }
 
-/// Steps of least length where the equilibrium is one of a continuous family (a column of equal bending stiffnesses
-/// buckles any way round): Newton's method finds no single solution there, these find the nearest.
+/// Newton steps of least length, for an equilibrium in a continuous family (a column of equal bending stiffnesses
+/// buckles in any plane). Plain Newton steps are singular there; these find the nearest member.
 fn settle(
     chart: &dyn AnyChart,
     search: &Search,
@@ -231,7 +232,7 @@ fn settle(
             .map_err(Error::no_convergence)?;
         let correction = step.norm();
         let fine = correction <= problem.correction() * (1.0 + x.norm());
-        // Down to the noise: the neutral eigenvalue is to come out as zero.
+        // Iterate down to the noise: the neutral eigenvalue must come out as zero.
         if fine && correction > 0.5 * last {
             return Ok(Solution {
                 x,

@@ -1,13 +1,14 @@
 //! Planar rods: section law, clamp and end condition keep the rod in one plane of the directors.
 //!
-//! The rod is then an angle and two coordinates, its wrench a couple about the plane's normal and two forces:
-//! three unknowns instead of six, and no rotation but by one angle. With n = (n_t, n_s) in the clamp's frame,
+//! The state is then an angle and two coordinates, the wrench a couple about the plane's normal and two forces: three
+//! unknowns instead of six, and rotations by one angle only. With n = (n_t, n_s) in the clamp's frame,
 //!
 //! ```text
 //! m = m(0) - (x n_s - y n_t),   theta' = u,   (x, y)' = Rot(theta) (v_t, v_s),   (u, v_t, v_s) = e(m, Rot(-theta) n).
 //! ```
 //!
-//! Under a load f along the rod n is that at s, and m lacks w too, w' = x f_s - y f_t (see [`super::distributed_load`]).
+//! Under a load f along the rod n is the local n(s), and m is reduced by w, w' = x f_s - y f_t (see
+//! [`super::weight`]).
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::distributed_load::Weight;
@@ -24,15 +25,15 @@ use std::f64::consts::TAU;
 
 /// Components out of the plane below this part of the whole are rounding.
 const ROUNDING: f64 = 1e-14;
-/// The same of a guess, which may be a wrench read off some output.
+/// Out-of-plane part up to which a guess counts as planar; a guess may be a wrench read off some output.
 const OUTSIDE: f64 = 1e-6;
 
 /// A plane through the clamp that holds the unloaded rod and every equilibrium sought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plane {
-    /// Its normal, in the clamp's frame and, since it never turns, in that of every section.
+    /// Unit normal in the frame of the clamp, and of every section, since sections turn about the normal only.
     normal: Vector3<f64>,
-    /// In the plane, across d3: (d3, side, normal) is right-handed.
+    /// Unit vector in the plane across d3: (d3, side, normal) is right-handed.
     side: Vector3<f64>,
 }
 
@@ -54,7 +55,7 @@ impl Plane {
         self.normal
     }
 
-    /// Strains (u, v_t, v_s) among the six, and resultants likewise.
+    /// Basis of the strains (u, v_t, v_s) in the six, and of the resultants likewise.
     fn basis(&self) -> Matrix6x3<f64> {
         let (a, s) = (self.normal, self.side);
         Matrix6x3::from_columns(&[
@@ -76,7 +77,7 @@ impl Plane {
         Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
     }
 
-    /// The part of a base wrench that lies in the plane, and whether it is all.
+    /// The part of a base wrench in the plane; true if nothing is left out.
     pub(super) fn part(&self, b: &Wrench) -> (Vector3<f64>, bool) {
         let (m, n) = halves(b);
         let f = self.flat(&n);
@@ -87,7 +88,8 @@ impl Plane {
 }
 
 impl Problem {
-    /// The plane in which the rod stays, and that holds the base wrench `guess` if there is one, or why there is none.
+    /// The plane in which the rod stays, and that contains the base wrench `guess` if given; or the reason why there
+    /// is none.
     pub(super) fn plane(&self, guess: Option<&Wrench>) -> std::result::Result<Plane, String> {
         if self.arm != Vector3::zeros() {
             return Err("the force acts beside the end".to_owned());
@@ -120,11 +122,11 @@ impl Problem {
                 normals.push((compliance[k], Vector3::ith(k, 1.0)));
             }
         }
-        // Of two planes that would do, the one in which the rod is more flexible.
+        // Of two planes, prefer the one in which the rod is more flexible.
         sort_few(&mut normals, |each| -each.0);
         let mut normals: Vec<Vector3<f64>> = normals.into_iter().map(|(_, n)| n).collect();
         if let Some(flexure) = law.is_isotropic() {
-            // Any plane through d3 will do: the one of the data.
+            // Any plane through d3 is valid: take that of the data.
             let given = (inside.iter().map(|v| Vector3::z().cross(v)))
                 .chain(along.iter().copied())
                 .chain(guess.map(|b| halves(b).0))
@@ -171,7 +173,7 @@ impl Problem {
             .ok_or_else(|| "the wrench of [start] leads out of every plane of symmetry".to_owned())
     }
 
-    /// True if the components that the end condition speaks of are those in the plane and one across it.
+    /// True if the world components of the end condition lie in the plane, except for one across it.
     fn world_fits(&self, normal: &Vector3<f64>) -> bool {
         let held = self.end.position.iter().flatten().count();
         let mixed = !self.end.follower && held != 0 && held != 3;
@@ -192,8 +194,8 @@ pub struct FlatTrial {
     d_w: SVector<f64, 3>,
 }
 
-/// Arclength, angle, two coordinates, energy, and with [`VARIED`] the derivatives of angle and coordinates by the three unknowns;
-/// under a load along the rod then w, and its derivatives if the others are there.
+/// State along s: arclength, angle, two coordinates, energy; with [`VARIED`] the derivatives of angle and coordinates
+/// by the three unknowns. Under a load along the rod w follows, with its derivatives if the others are present.
 type Flat<const D: usize> = SVector<f64, D>;
 const BARE: usize = 5;
 const VARIED: usize = 14;
@@ -208,7 +210,7 @@ const fn is_heavy(size: usize) -> bool {
     size == HEAVY || size == HEAVY_VARIED
 }
 
-/// Where w is.
+/// Index of w in the state.
 const fn place_of_w(size: usize) -> usize {
     if is_varied(size) { VARIED } else { BARE }
 }
@@ -375,7 +377,7 @@ impl Plane {
         })
     }
 
-    /// The two components that the end condition speaks of: direction, target, and whether it is a position.
+    /// The two components of the end condition: direction, target, and whether it is a position.
     fn conditions(&self, problem: &Problem) -> [(Vector2<f64>, f64, bool); 2] {
         let held = problem.end.position.iter().flatten().count();
         if held == 0 || held == 3 {

@@ -1,4 +1,4 @@
-//! Problems: what is held and what is loaded at the rod's end, and the equations this gives for the base wrench.
+//! Problem of a rod with an end condition: held and loaded components, and the equations for the base wrench.
 
 use super::distributed_load::{Carried, Distributed, Heavy, Weight};
 use super::ivp::{self, LineState, Wrench};
@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 use crate::math::se3::{inverse_left_jacobian, rotation_vector};
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
-/// The end condition, in the world frame. Each component of position is held or loaded; the orientation is held
-/// (a clamp) or free under a couple (a ball joint, a free end).
+/// End condition in the world frame. Each component of position is held or loaded; the orientation is held (a clamp)
+/// or free under a couple (a ball joint, a free end).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EndConditions {
     /// Held components of the position; None where the force is given.
@@ -21,10 +21,10 @@ pub struct EndConditions {
     pub force: Vector3<f64>,
     /// m(L), used where the orientation is free.
     pub couple: Vector3<f64>,
-    /// Force and couple are given along the directors at the end; only if nothing is held.
+    /// True if force and couple are given along the directors at the end; only if nothing is held.
     pub follower: bool,
-    /// From the end to the point at which the force acts, along the directors there; 0 where anything is held, or the force
-    /// follows.
+    /// Arm from the end to the point of action of the force, along the directors there; 0 if anything is held, or the
+    /// force follows.
     pub arm: Vector3<f64>,
 }
 
@@ -41,8 +41,8 @@ impl EndConditions {
         }
     }
 
-    /// A free end under a dead force that acts at a point beside it, as the weight of a body: `arm` leads there, along the
-    /// directors at the end.
+    /// A free end under a dead force on an arm, as the weight of a body: `arm` is the vector to the point of action,
+    /// along the directors at the end.
     pub fn weight(force: Vector3<f64>, arm: Vector3<f64>, couple: Vector3<f64>) -> Self {
         Self {
             arm,
@@ -50,7 +50,7 @@ impl EndConditions {
         }
     }
 
-    /// A free end under force and couple that turn with it: components along the directors.
+    /// A free end under follower loads: components of force and couple along the directors.
     pub fn follower(force: Vector3<f64>, couple: Vector3<f64>) -> Self {
         Self {
             follower: true,
@@ -87,13 +87,13 @@ pub struct Problem {
     pub(super) end: EndConditions,
     /// The world's axes seen from the clamp.
     pub(super) axes: [Vector3<f64>; 3],
-    /// Targets, by world component: position where held, force where not.
+    /// Targets by world component: position if held, force if not.
     pub(super) targets: [f64; 3],
     pub(super) orientation: Option<Matrix3<f64>>,
     pub(super) couple: Vector3<f64>,
-    /// Where the force acts, from the end and along the directors there.
+    /// Arm of the force, along the directors of the end.
     pub(super) arm: Vector3<f64>,
-    /// What is spread along the rod; `None` where nothing is.
+    /// Load along the rod; `None` if there is none.
     pub(super) weight: Option<Weight>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
@@ -113,7 +113,7 @@ pub struct Trial {
     taken: [[f64; 6]; 3],
 }
 
-/// The rod's end under a base wrench, whatever it carries.
+/// The rod's end under a base wrench, with or without a load along the rod.
 pub(super) struct Ended<const K: usize> {
     pub(super) at: LineState<K>,
     /// Couple and force.
@@ -121,7 +121,7 @@ pub(super) struct Ended<const K: usize> {
     pub(super) n: Vector3<f64>,
     /// -dw of a load along the rod.
     taken: [[f64; K]; 3],
-    /// int f.r ds.
+    /// Work int f.r ds of the load along the rod.
     pub(super) work: f64,
 }
 
@@ -144,7 +144,8 @@ impl Problem {
     /// Checks that the end condition makes sense and can be met.
     ///
     /// # Errors
-    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an inextensible rod.
+    /// A number that is not finite; a follower load, or an arm, on a held end; a position out of the reach of an
+    /// inextensible rod.
     pub fn new(rod: Rod, end: EndConditions, tolerance: f64) -> Result<Self> {
         if !(1e-14..=1e-3).contains(&tolerance) {
             return Err(Error::domain(format!(
@@ -174,7 +175,7 @@ impl Problem {
         let problem = Self::unchecked(rod, end, tolerance);
         let rod = &problem.rod;
         if end.position.iter().any(Option::is_some) && rod.is_inextensible()? {
-            // The distance, or what the components held make of it at least.
+            // Distance of the end, or its least value by the held components.
             let held = (0..3).filter(|i| end.position[*i].is_some());
             let reach = held.map(|i| problem.targets[i].powi(2)).sum::<f64>().sqrt();
             if !(reach < 1.0) {
@@ -189,7 +190,7 @@ impl Problem {
         Ok(problem)
     }
 
-    /// The problem of an end condition that is known to make sense.
+    /// The problem of an end condition that has been checked.
     pub(super) fn unchecked(rod: Rod, end: EndConditions, tolerance: f64) -> Self {
         let (couple, force) = rod.units();
         let turn = rod.clamp.rotation.inverse();
@@ -198,7 +199,7 @@ impl Problem {
             Some(x) => (x - origin[i]) / rod.length,
             None => end.force[i] / force,
         });
-        // Follower loads live in the frame of the end, whatever the clamp's.
+        // Follower loads are in the frame of the end, whatever that of the clamp.
         let given = end.couple / couple;
         Self {
             axes: std::array::from_fn(|i| turn * Vector3::ith(i, 1.0)),
@@ -216,10 +217,10 @@ impl Problem {
         }
     }
 
-    /// The same problem with a dead load along the rod, such as its weight, beside what is at the end.
+    /// This problem with a dead load along the rod, such as its weight, in addition to the loads on the end.
     ///
-    /// Charts that rest on a force that is the same all along the rod are left out: the closed form, and the force on
-    /// an end that bears no couple.
+    /// Charts that need a constant force along the rod are excluded: the closed form, and the force on an end that
+    /// bears no couple.
     #[must_use]
     pub fn with_distributed(mut self, load: &Distributed) -> Self {
         self.weight = Some(Weight::new(load, &self.rod));
@@ -242,7 +243,7 @@ impl Problem {
         self.sections(base, &at)
     }
 
-    /// The same at places in [0, 1], in growing order.
+    /// Sections under a base wrench at places in [0, 1], in growing order.
     pub fn sections(&self, base: &Wrench, at: &[f64]) -> Result<Vec<RodSection>> {
         if let Some(taut) = self.taut_at(&self.rod.inward(base)) {
             return self.taut_sections(&taut, &Spring::NONE, at);
@@ -265,12 +266,12 @@ impl Problem {
         !self.end.follower && (self.end.orientation.is_some() || self.couple == Vector3::zeros())
     }
 
-    /// True if the load turns with the end: equilibria have no index then.
+    /// True if the load turns with the end: its equilibria have no index.
     pub fn is_followed(&self) -> bool {
         self.end.follower
     }
 
-    /// The arm of the force where the end has this rotation.
+    /// Arm of the force at the given rotation of the end.
     pub(super) fn lever(&self, rotation: &Matrix3<f64>) -> Vector3<f64> {
         rotation * self.arm
     }

@@ -1,4 +1,4 @@
-//! The section law that a rod integrates: in the units of the rod, seen from either end of it, with an imperfection.
+//! Section law in the units of a rod, seen from either end, with the imperfection of a continuation.
 
 use crate::error::{Error, Message, Quantity, Result};
 use crate::section::{Compliance, Measures, SectionLaw, UniformLinear, measured};
@@ -6,22 +6,22 @@ use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Pieces end and begin so far beside a break, in parts of the length: a law that jumps has two values there, and which it
-/// gives at the place itself would be chance. What is left out is of the size of rounding.
+/// Distance of the pieces from a break, in parts of the length: a law that jumps has two values at the break. The
+/// omitted length is of the size of rounding.
 const BESIDE: f64 = 4e-15;
 
-/// A section law in the units of the rod, its inverse hoisted if it is linear and uniform.
+/// A section law in the units of the rod; a linear uniform law has its inverse hoisted.
 #[derive(Debug, Clone)]
 pub(super) struct ScaledLaw {
     law: Arc<dyn SectionLaw>,
     hoisted: Option<UniformLinear>,
-    /// Between the places where the law is not smooth: from and to, in [0, 1].
+    /// Smooth pieces of the law between its breaks: from and to, in [0, 1].
     pieces: Vec<(f64, f64)>,
-    /// Flexures and twist added to the law's: the imperfection of a continuation.
+    /// Flexures and twist added to those of the law: the imperfection of a continuation.
     bend: Vector3<f64>,
-    /// 1 from the clamp to the end, -1 from the end to the clamp.
+    /// 1 if s runs from the clamp to the end, -1 from the end to the clamp.
     sense: f64,
-    /// The units of the rod in those of its user.
+    /// Units of the rod, in the user's units.
     units: Measures,
 }
 
@@ -46,7 +46,7 @@ impl ScaledLaw {
         })
     }
 
-    /// The same law, to be integrated with breaks at these places, too.
+    /// This law, to be integrated with additional breaks at the given places.
     pub(super) fn broken_at(mut self, breaks: &[f64]) -> Self {
         let own = self
             .pieces
@@ -86,8 +86,8 @@ impl ScaledLaw {
         bent
     }
 
-    /// The law seen from the end of the rod: s counts from there, and frame and centreline run backwards, as if every strain
-    /// had changed its sign.
+    /// The law seen from the end of the rod: s counts from the end, and frame and centreline run backwards, as if
+    /// every strain had changed its sign.
     pub(super) fn reversed(&self) -> Self {
         let mut reversed = self.clone();
         reversed.sense = -self.sense;
@@ -105,12 +105,12 @@ impl ScaledLaw {
         self.hoisted.as_ref()
     }
 
-    /// 1 from the clamp to the end, -1 from the end to the clamp.
+    /// 1 if s runs from the clamp to the end, -1 from the end to the clamp.
     pub(super) fn sense(&self) -> f64 {
         self.sense
     }
 
-    /// Where an integration starts and stops, piece by piece; in each the law is smooth, both ends included.
+    /// Pieces of an integration; in each the law is smooth, both ends included.
     pub(super) fn pieces(&self) -> &[(f64, f64)] {
         &self.pieces
     }
@@ -128,7 +128,7 @@ impl ScaledLaw {
         })
     }
 
-    /// The unloaded flexure, if the law is uniform, linear, untwisted and the same in all planes through d3 but for it.
+    /// Unloaded flexure of a law that is uniform, linear, untwisted, and isotropic about d3 apart from this flexure.
     pub(super) fn is_isotropic(&self) -> Option<Vector3<f64>> {
         let linear = self.hoisted.as_ref()?;
         let Compliance::Diagonal(c) = &linear.compliance else {
@@ -182,7 +182,7 @@ fn between(breaks: &[f64]) -> Vec<(f64, f64)> {
     from.zip(to).filter(|(from, to)| from < to).collect()
 }
 
-/// What a section does under its resultants.
+/// Response of a section to its resultants: strain, energy, compliance.
 pub(super) struct Response<'a> {
     pub(super) strain: Vector6<f64>,
     pub(super) energy: f64,

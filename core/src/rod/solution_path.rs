@@ -1,4 +1,4 @@
-//! Paths: whether a problem is solved in space, in a plane or in closed form, and why.
+//! Choice of the chart for a problem: space, plane or closed form, with the reason.
 
 use super::chart::Spatial;
 use super::closed_form::ClosedForm;
@@ -8,7 +8,7 @@ use super::planar::Plane;
 use super::problem::Problem;
 use crate::error::{Error, Result};
 
-/// How a problem is computed.
+/// Kind of chart in which a problem is solved.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -16,7 +16,7 @@ use crate::error::{Error, Result};
     serde(rename_all = "kebab-case")
 )]
 pub enum Path {
-    /// The simplest of the others that holds.
+    /// The simplest of the others that is valid.
     #[default]
     Auto,
     /// Six unknowns in space.
@@ -39,7 +39,7 @@ impl Path {
     }
 }
 
-/// The path taken and why not a simpler one.
+/// The chosen path, and the reason why it is not a simpler one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Taken {
     /// Spatial, planar or closed form.
@@ -57,7 +57,7 @@ impl Taken {
     }
 }
 
-/// The charts that hold for a problem.
+/// A chart that is valid for a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Charted {
     /// In space.
@@ -71,7 +71,7 @@ pub enum Charted {
 }
 
 impl Charted {
-    /// True if the unknowns mean the same: the numbers of the law may differ, not the plane.
+    /// True if the unknowns have the same meaning: numbers of the law may differ, the plane may not.
     pub fn is_alike(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Spatial(_), Self::Spatial(_)) | (Self::FreeEnd(_), Self::FreeEnd(_)) => true,
@@ -83,7 +83,7 @@ impl Charted {
 }
 
 impl Problem {
-    /// The chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
+    /// Chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
     pub fn charted_in_space(&self) -> Charted {
         if self.has_free_end() {
             Charted::FreeEnd(FreeEnd)
@@ -92,18 +92,18 @@ impl Problem {
         }
     }
 
-    /// The same problem to be computed by the path of the user's choice.
+    /// This problem, to be solved by the given path.
     #[must_use]
     pub fn with_path(mut self, path: Path) -> Self {
         self.path = path;
         self
     }
 
-    /// The chart of the path asked for, or the simplest, and the reason. A base wrench in the world frame from which the search is to
-    /// begin lies in the chart too: of two planes of symmetry it chooses one.
+    /// The chart of the requested path, or the simplest, and the reason. The chart includes the base wrench `guess`
+    /// (world frame) from which the search is to begin: between two planes of symmetry it decides.
     ///
     /// # Errors
-    /// A path that does not hold for this problem; the message says why.
+    /// A path that is not valid for this problem; the message says why.
     pub fn charted(&self, guess: Option<&Wrench>) -> Result<(Charted, Taken)> {
         let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
         let spatial = |why: String| (self.charted_in_space(), Taken::new(Path::Spatial, why));

@@ -1,4 +1,4 @@
-//! Where the paths to a solution begin: the unloaded rod, and the others that lead past bifurcations and folds.
+//! Starts of the paths to a solution: the unloaded rod, and others that lead past bifurcations and folds.
 
 use super::chart::{Chart, dynamic};
 use super::closed_form::ClosedForm;
@@ -11,33 +11,34 @@ use crate::manifold::Multivalued;
 use nalgebra::{Rotation3, Vector2, Vector3, Vector6};
 use std::f64::consts::FRAC_PI_3;
 
-/// Intrinsic flexures (u1, u2, u3 times L) that lead past bifurcations: generic directions, so that no symmetry is kept.
+/// Intrinsic flexures (u1, u2, u3 times L) in generic directions, which break every symmetry and so lead past
+/// bifurcations.
 const IMPERFECTIONS: [[f64; 3]; 4] = [
     [0.11, 0.23, 0.01],
     [0.21, -0.13, -0.02],
     [-0.12, -0.22, 0.015],
     [0.7, 0.4, 0.05],
 ];
-/// Intrinsic flexures that keep the rod in a plane.
+/// Intrinsic flexures within a plane.
 const PLANAR_IMPERFECTIONS: [f64; 3] = [0.25, -0.25, 0.8];
 
-/// Where a path begins.
+/// Start of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum PathStart {
     /// The unloaded rod.
     Unloaded,
-    /// The unloaded rod with an intrinsic curvature that is taken back at the end.
+    /// The unloaded rod with an intrinsic curvature that is removed by the end of the path.
     Bent(Vector3<f64>),
-    /// The rod under a base wrench (the numerics' units).
+    /// The rod under a base wrench (in the numerics' units), with no load along it.
     Loaded(Wrench),
-    /// The same with all of the load along it.
+    /// The rod under a base wrench, with all of the load along it.
     Resting(Wrench),
-    /// The rod pulled along its clamp's d3, then the pull turned about this axis to where the force is to point.
+    /// The rod pulled along its clamp's d3; the pull is then turned about this axis into the direction of the force.
     Turned(Vector3<f64>),
 }
 
 impl PathStart {
-    /// Where the path comes from, for messages.
+    /// Description of the start, for messages.
     pub(super) fn whence(self) -> &'static str {
         match self {
             Self::Unloaded => "from the unloaded rod",
@@ -49,15 +50,15 @@ impl PathStart {
 }
 
 impl Problem {
-    /// In a plane.
+    /// Starts of a rod in a plane.
     pub(super) fn planar_starts(&self, plane: &Plane) -> impl Iterator<Item = PathStart> {
-        // To the same side of the data in both of two problems that are mirror images within the plane.
+        // Same side relative to the data in both of two problems that are mirror images within the plane.
         let [one, other] = self.hands();
         let side = (one * plane.normal().y - other * plane.normal().x).signum();
         let normal = plane.normal() * side;
         let bends = PLANAR_IMPERFECTIONS.map(|size| PathStart::Bent(normal * size));
         let arcs = self.arcs(&[normal, -normal]);
-        // Bows to both sides, made by a force that follows the end.
+        // Bows to both sides, made by a follower force on the end.
         let held = self.end.position.iter().any(Option::is_some);
         let sides: &[f64] = if held { &[3.0, -3.0] } else { &[] };
         let sides = sides.iter().map(move |across| across * side);
@@ -76,7 +77,7 @@ impl Problem {
             .chain(arcs.into_iter().map(PathStart::Loaded))
     }
 
-    /// A dead force is reached from a pull along the rod, which is stable whatever its size: turned about `axis`.
+    /// Start for a dead force: a pull along the rod, stable whatever its size, then turned about `axis`.
     fn pulled(&self, axis: Vector3<f64>) -> Option<PathStart> {
         let free = self.orientation.is_none() && self.end.position.iter().all(Option::is_none);
         let force = self.whole_force();
@@ -99,16 +100,17 @@ impl Problem {
         Vector3::new(0.6 * other, 0.8 * one, 0.0)
     }
 
-    /// The imperfections, mirrored as the problem is.
+    /// The imperfections, mirrored like the problem.
     fn bends(&self) -> [PathStart; 4] {
         let [one, other] = self.hands();
         IMPERFECTIONS
             .map(|[a, b, twist]| PathStart::Bent([other * a, one * b, one * other * twist].into()))
     }
 
-    /// The sides of d1 and d2, 1 or -1, to which the data lie: the sign changes if the problem is mirrored along that director. A generic direction is taken
-    /// to these sides, so that the starts of a mirror image are the mirror images of the starts, and lead to the mirror images of what these lead to. Places and forces along d1, and couples
-    /// and flexures about d2, change if d1 is mirrored; couples and twist along d3 if either is.
+    /// Signs (1 or -1) of the sides of d1 and d2 on which the data lie; mirroring the problem along a director
+    /// changes its sign. Generic directions are taken to these sides. The starts of a mirror image are then the
+    /// mirror images of the starts, and lead to mirror images of the same solutions. Places and forces along d1, and
+    /// couples and flexures about d2, change sign if d1 is mirrored; couples and twist along d3 if either is.
     fn hands(&self) -> [f64; 2] {
         let part = |held: bool| -> Vector3<f64> {
             let among = (0..3).filter(|i| self.end.position[*i].is_some() == held);
@@ -125,7 +127,7 @@ impl Problem {
             Rotation3::from_matrix_unchecked(target).scaled_axis()
         });
         let axial = [self.couple, rest, turn];
-        // What is less of a vector is rounding.
+        // Smaller components of a vector are rounding.
         let sign = |x: f64, of: &Vector3<f64>| (x.abs() > 1e-9 * of.norm()).then_some(x.signum());
         let first = |along: usize, about: usize| {
             let along = polar.iter().find_map(|v| sign(v[along], v));
@@ -140,12 +142,12 @@ impl Problem {
         }
     }
 
-    /// The force on the end, in the clamp's frame.
+    /// Dead force on the end, in the clamp's frame.
     pub(super) fn dead_force(&self) -> Vector3<f64> {
         (0..3).map(|i| self.axes[i] * self.targets[i]).sum()
     }
 
-    /// The same with the load along the rod.
+    /// Dead force on the end plus the whole load along the rod.
     pub(super) fn whole_force(&self) -> Vector3<f64> {
         match &self.weight {
             None => self.dead_force(),
@@ -153,7 +155,7 @@ impl Problem {
         }
     }
 
-    /// How much of the load along the rod there is where a path begins.
+    /// Fraction of the load along the rod at the start of a path.
     pub(super) fn first_part(&self, start: PathStart) -> f64 {
         match start {
             PathStart::Unloaded | PathStart::Bent(_) | PathStart::Loaded(_) => 0.0,
@@ -162,13 +164,14 @@ impl Problem {
         }
     }
 
-    /// A pull under which the rod is bent, lam = 3, and not yet hard to follow; the whole force if that is smaller.
+    /// A pull that bends the rod, lam = 3, and is easy to follow; the whole force if that is smaller.
     pub(super) fn pull(&self) -> f64 {
         let [a, b] = self.rod.law.flexures();
         self.whole_force().norm().min(9.0 / a.max(b))
     }
 
-    /// Rods bent by a force on their end that follows it: to all sides, if the end is held.
+    /// Starts in the chart of the force along the directors of the end: unloaded and bent rods; if the end is held,
+    /// also bows to all sides.
     pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
@@ -190,7 +193,7 @@ impl Problem {
         })
     }
 
-    /// In space: the unloaded rod, its end free to turn, bent rods, arcs.
+    /// Starts in space: the unloaded rod, its end free to turn, bent rods, arcs.
     pub(super) fn starts(&self) -> impl Iterator<Item = PathStart> {
         let across = self.held_place().map(|place| Vector3::z().cross(&place));
         let axis = across
@@ -206,7 +209,7 @@ impl Problem {
             -side,
             -axis,
         ];
-        // A little force, so that no symmetry is kept.
+        // A small force breaks every symmetry.
         let force = Vector6::new(0.0, 0.0, 0.0, 0.1 * one, 0.07 * other, 0.05);
         let arcs = self.arcs(&axes).into_iter().map(move |b| b + force);
         std::iter::once(PathStart::Unloaded)
@@ -222,8 +225,8 @@ impl Problem {
             )
     }
 
-    /// Points of the chart from which a path may lead to the target: a slight load, or bows to both sides; then, if
-    /// need be, every stable elastica with its end there.
+    /// Points of the chart from which a path may lead to the target: a small load, or bows to both sides; then, if
+    /// need be, every stable elastica with its end at the target.
     pub(super) fn closed_starts(&self, chart: &ClosedForm) -> impl Iterator<Item = PathStart> {
         let target = chart.target(self);
         let held = self.end.position[0].is_some();
@@ -242,8 +245,9 @@ impl Problem {
             .filter_map(|x| chart.wrench(self, &dynamic(x)).ok().map(PathStart::Loaded))
     }
 
-    /// Arcs of a circle, made by couples about the given axes, whose chord is as long as the distance to be held: the other
-    /// starts when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends in a fold.
+    /// Circular arcs, made by couples about the given axes, whose chord is as long as the distance to be held. They
+    /// serve when the unloaded rod cannot be moved (a straight inextensible rod is singular) or its path ends in a
+    /// fold.
     fn arcs(&self, axes: &[Vector3<f64>]) -> Vec<Wrench> {
         let Some(target) = self.held_place() else {
             return Vec::new();
@@ -262,7 +266,7 @@ impl Problem {
         axes.iter().map(wrench).collect()
     }
 
-    /// The rod with its end where it is to be, but free to turn: from there it is turned into its orientation.
+    /// The rod with its end in place but free to turn; a path then turns the end into its orientation.
     fn ball_jointed(&self) -> impl Iterator<Item = PathStart> {
         std::iter::once_with(|| {
             self.orientation?;
@@ -282,7 +286,7 @@ impl Problem {
         .flatten()
     }
 
-    /// Where the end is held, if all of its place is.
+    /// Held position of the end, if all its components are held.
     fn held_place(&self) -> Option<Vector3<f64>> {
         let held = self.end.position.iter().all(Option::is_some);
         held.then(|| (0..3).map(|i| self.axes[i] * self.targets[i]).sum())

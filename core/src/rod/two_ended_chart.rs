@@ -1,15 +1,17 @@
-//! Rods seen from both ends: a chart for branches that holds under any pull.
+//! Two-ended chart of a rod: a chart for branches of equilibria that keeps its digits under any pull.
 //!
-//! The base wrench b = (m(0), n) stays the unknown, and what places the end freely joins it. Of a slack rod the base wrench tells all:
-//! what it makes of the end is to be as the end condition says, and the end where it is placed. Of a taut one (theory 3.6) it tells the
-//! force alone; the rod is then solved from both ends under that force, borne together with a spring from its end to where it is placed,
-//! and its end is turned or loaded as the end condition says. Left over are
+//! The unknowns are the base wrench b = (m(0), n) and the free components of the end's place. For a slack rod the
+//! base wrench determines everything: the residuals are the end condition, and the end of the rod less its given
+//! place. For a taut rod (theory 3.6) the base wrench supplies the force alone. The rod is then solved from both ends
+//! under that force, which it bears together with a spring from its end to the given place. The tip is turned or
+//! loaded as the end condition says. The residuals are
 //! ```text
 //! m(0) - m(0)(f, end),     place - r(1)(f, end),     f = n + k (r(1) - place).
 //! ```
-//! Where both vanish the spring bears nothing. Both forms have the same solutions, whatever the spring, and the sign of the one is made
-//! that of the other, so that a branch may change from one to the other anywhere. Wrenches grow with the square of lam: in the unknowns
-//! they count by their logarithm from [`SLACK`] on, so that a branch takes about as many steps for each power of ten.
+//! The spring bears nothing where both vanish. Both forms have the same solutions, whatever the spring, and their
+//! signs are made to agree, so a branch may change from one form to the other anywhere. Wrenches grow with the square
+//! of lam. Beyond [`SLACK`] the unknowns are therefore logarithmic, so that a branch takes about as many steps for
+//! each power of ten.
 
 use super::RodSection;
 use super::chart::Chart;
@@ -25,35 +27,37 @@ use std::sync::Arc;
 
 /// lam^2 beyond which a rod is solved from both ends.
 const TAUT: f64 = 100.0;
-/// Couples and forces up to which unknowns are themselves.
+/// Couples and forces up to this size enter the unknowns unscaled; larger ones by their logarithm.
 const SLACK: f64 = 10.0;
-/// The tolerance of taut rods, over that of the problem: what differs from mesh to mesh must not trouble Newton's method.
+/// Tolerance of taut rods, over that of the problem: differences between meshes must not trouble Newton's method.
 const FINER: f64 = 0.01;
-/// How far off a rod may be another equilibrium than the one that is given, and how near it is certain to be this one, as [`Given::off`]
-/// has it.
+/// Thresholds on [`Given::off`]: a rod farther off than `OTHER` may be another equilibrium, and one nearer than
+/// `CLOSE` is certainly the given one.
 const OTHER: f64 = 0.05;
 const CLOSE: f64 = 3e-3;
-/// The unknowns of a rod in space whose end is free to move.
+/// Number of unknowns of a rod in space with a movable end.
 const WHOLE: usize = 9;
 
-/// The base wrench, and the components of the end's place that are not held; for a rod in a plane those in it.
+/// The two-ended chart: the base wrench and the components of the end's place that are not held; for a planar rod,
+/// those within the plane.
 #[derive(Debug, Clone)]
 pub struct BothEnds {
     plane: Option<Plane>,
     /// Components of the end's place that are unknown.
     free: Vec<usize>,
-    /// Clones share it: a family, and what looks at its points, begin from the same rod.
+    /// The taut rod last solved, shared between clones: a family and the observers of its points begin from the same
+    /// rod.
     warm: Arc<Warm<Beside>>,
 }
 
-/// A taut rod beside its spring.
+/// A taut rod and the spring beside its end.
 #[derive(Debug)]
 struct Beside {
     found: Solved,
     spring: Spring,
 }
 
-/// What the unknowns mean, in the clamp's frame.
+/// Base wrench (m, n) and place of the end given by the unknowns, in the clamp's frame.
 #[derive(Debug, Clone, Copy)]
 struct Given {
     m: Vector3<f64>,
@@ -62,7 +66,7 @@ struct Given {
 }
 
 impl Given {
-    /// How far off a rod is: its couple at the base over sqrt(F B), or its end over the width of a layer.
+    /// Distance of a rod from the given data: its base couple over sqrt(F B), or its end over the width of a layer.
     fn off(&self, Beside { found, .. }: &Beside) -> f64 {
         let kappa = self.n.norm().sqrt().max(1.0);
         let couple = (found.base_couple - self.m).norm() / kappa;
@@ -85,14 +89,13 @@ enum Seen {
     Taut(Arc<Beside>, Tip),
 }
 
-/// Equations of a rod in space whose end is free to move: of the couple or turn, of the place, of the force.
+/// Residuals of a rod in space whose end is free to move: couple or turn, place, force.
 type Equations = SVector<f64, WHOLE>;
 type Slopes = SMatrix<f64, WHOLE, WHOLE>;
 
 impl Problem {
-    /// True if the rod is so taut in the equilibrium with this base wrench and this end, both in the world, that the base wrench loses digits
-    /// as to where the end is: beyond sqrt(F L^2/B) of ten. Rods under a load that turns with the end have no other
-    /// chart.
+    /// True if the rod is so taut that its base wrench loses digits of the end: sqrt(F L^2/B) beyond ten. Base wrench
+    /// and end are in the world. False for loads that turn with the end, which have no other chart.
     pub fn is_taut(&self, base: &Wrench, end: &RodSection) -> bool {
         let (_, n) = halves(&self.rod.inward(base));
         let clamp = &self.rod.clamp;
@@ -102,7 +105,8 @@ impl Problem {
 }
 
 impl BothEnds {
-    /// The chart of all problems with the same components of the end held as `problem`; those of a plane stay in it.
+    /// The chart of all problems with the same components of the end held as `problem`. With a plane, the unknowns
+    /// stay in the plane.
     pub fn new(problem: &Problem, plane: Option<Plane>) -> Self {
         let held = problem.is_held();
         let mut free: Vec<usize> = (0..3).filter(|i| !held[*i]).collect();
@@ -122,7 +126,7 @@ impl BothEnds {
         }
     }
 
-    /// Directions of couples, of forces, and of the components of the place that are not held.
+    /// Directions of the unknown couples, forces, and components of the end's place.
     fn directions(&self, problem: &Problem) -> [Vec<Vector3<f64>>; 3] {
         let Some(plane) = &self.plane else {
             let all: Vec<_> = (0..3).map(|i| Vector3::ith(i, 1.0)).collect();
@@ -176,7 +180,7 @@ impl BothEnds {
         Ok((given, by))
     }
 
-    /// The unknowns of what is given.
+    /// The unknowns of a given base wrench and place.
     fn of(&self, problem: &Problem, given: &Given) -> DVector<f64> {
         let vectors = [given.m, given.n, given.place];
         let mut x = Vec::with_capacity(self.size());
@@ -192,7 +196,7 @@ impl BothEnds {
         DVector::from_vec(x)
     }
 
-    /// The rod under the force given, beside a spring that keeps it regular.
+    /// The rod under the given force, beside a spring that keeps the problem regular.
     fn beside(&self, problem: &Problem, given: &Given) -> Result<Arc<Beside>> {
         let last = self.warm.last();
         let tip = problem.tip();
@@ -214,7 +218,7 @@ impl BothEnds {
             .as_ref()
             .map_or(springs[0], |last| last.spring.stiffness);
         let mut nearest = under(kept, last.as_deref());
-        // Beside another spring, or from another start, there may be a nearer rod: one that is off may be another equilibrium.
+        // Another spring, or another start, may lead to a nearer rod: a rod that is off may be another equilibrium.
         for stiffness in [kept].into_iter().chain(springs) {
             if nearest.as_ref().is_ok_and(|found| given.off(found) < OTHER) {
                 break;
@@ -257,12 +261,12 @@ impl BothEnds {
         Ok(BothEndsTrial { given, by, seen })
     }
 
-    /// The equations that the plane, and what is held, leave.
+    /// Projection of the nine residuals on the directions of the unknowns: plane and held components drop out.
     fn rows(&self, problem: &Problem) -> DMatrix<f64> {
         let [couples, forces, free] = self.directions(problem);
         let mut rows = DMatrix::zeros(self.size(), WHOLE);
         let free = match problem.end.follower {
-            // Along the directors of the end, which turns in the plane.
+            // Loads along the directors of the end, which turns within the plane.
             true => forces.clone(),
             false => free,
         };
@@ -279,7 +283,7 @@ impl BothEnds {
 }
 
 impl BothEndsTrial {
-    /// By how much the turn, or the couple, of the end is another in `problem`.
+    /// Change of the tip's turn, or couple, from the trial to `problem`.
     fn other_tip(&self, problem: &Problem, beside: &Beside, tip: &Tip) -> Vector3<f64> {
         match (tip, problem.tip()) {
             (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
@@ -288,16 +292,17 @@ impl BothEndsTrial {
                 let n = self.given.n - problem.borne();
                 c - couple + (directors * (a - arm)).cross(&n)
             }
-            // The kind of end is the same all along.
+            // The kind of tip does not change along a branch.
             _ => Vector3::repeat(f64::NAN),
         }
     }
 
-    /// All equations, to first order in what the end condition of `problem` is off that of the trial.
+    /// All nine residuals. The difference between the end conditions of `problem` and of the trial enters to first
+    /// order.
     fn residual(&self, problem: &Problem) -> Equations {
         let Given { m, n, mut place } = self.given;
         let held = problem.is_held();
-        // What the end bears.
+        // Force on the end.
         let mut force = n - problem.borne();
         let mut moved = Vector3::zeros();
         for (i, (axis, target)) in problem.axes.iter().zip(problem.targets).enumerate() {
@@ -331,7 +336,7 @@ impl BothEndsTrial {
         Equations::from_iterator(first.iter().chain(&off).chain(&force).copied())
     }
 
-    /// Their derivatives by m, n and place.
+    /// Derivatives of the residuals by m, n and place.
     fn slopes(&self, problem: &Problem) -> Slopes {
         let mut slopes = Slopes::zeros();
         let mut put = |row: usize, column: usize, block: &Matrix3<f64>| {
@@ -375,7 +380,7 @@ impl BothEndsTrial {
 }
 
 impl Beside {
-    /// By which couples at the base count, with the sign that the equations of the base wrench have.
+    /// Factor of the residual of the base couple, with the sign that the equations of the base wrench have.
     fn weight(&self) -> f64 {
         self.found.sign / self.found.shape.force().norm().sqrt().max(1.0)
     }
@@ -424,7 +429,8 @@ impl Chart for BothEnds {
         SLACK * (size / SLACK).sinh()
     }
 
-    /// Of held components of the end the change of the force that holds them, of free ones what they move by.
+    /// Work-conjugate rates of the unknowns: for held components of the end the rate of the holding force, for free
+    /// ones their displacement.
     fn working(&self, problem: &Problem, [force, place]: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
         let [couples, forces, free] = self.directions(problem);
         let held = |direction: &Vector3<f64>| {

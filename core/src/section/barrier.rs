@@ -1,24 +1,24 @@
 //! A nonlinear law in which total compression costs infinite energy: AMV (2.7), (2.26).
 //!
-//! With half-widths h1, h2 of the section along d1 and d2 the fibres of an elliptic section keep their orientation
-//! where the strains lie in the cone
+//! With half-widths h1, h2 of the section along d1 and d2 the fibres of an elliptic section keep their orientation if
+//! the strains lie in the cone
 //! ```text
 //! v3 > V,   V^2 = h2^2 u1^2 + h1^2 u2^2      (the fibre at (x1, x2) is stretched by v3 + u1 x2 - u2 x1),
 //! ```
-//! which is (2.7). To a linear law the stored energy adds the barrier of the cone, less its tangent at rest:
+//! which is (2.7). The stored energy is that of a linear law plus the barrier of the cone, less its tangent at rest:
 //! ```text
 //! W = 1/2 (e - rest).K (e - rest) + beta [phi(e) - phi(rest) - phi'(rest).(e - rest)],   phi = -log(v3^2 - V^2).
 //! ```
 //! phi is convex, so W is strictly convex, zero with zero slope at rest, at least quadratic far out and infinite at
 //! the boundary of the cone: (2.21), (2.24), (2.26). For a straight rod the bracket is -log(v3^2 - V^2) + 2 (v3 - 1).
-//! Curvature at rest leaves the cone as it is (the strains are counted from the straight prism, whose fibres it bounds)
-//! but must lie inside it, V(rest) < 1. Linearised at a straight rest the stiffness is
-//! K + beta diag(2 h2^2, 2 h1^2, 0, 0, 0, 2).
+//! Curvature at rest does not change the cone (the strains are counted from the straight prism, whose fibres it
+//! bounds) but must lie inside it, V(rest) < 1. Linearised at a straight rest the stiffness is K + beta diag(2 h2^2,
+//! 2 h1^2, 0, 0, 0, 2).
 //!
-//! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J e)^T/q^2.
-//! Under large couples q is a small difference of large squares; so the inverse law works with rho = sqrt(q) in place
-//! of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q. Newton's iteration
-//! starts from the solution of an equivalent scalar equation and only removes its rounding.
+//! With q = v3^2 - V^2, J = diag(h2^2, h1^2, 0, 0, 0, -1): q = -e.J e, phi' = 2 J e/q, phi'' = 2 J/q + 4 (J e)(J
+//! e)^T/q^2. Under large couples q is a small difference of large squares. The inverse law therefore works with rho =
+//! sqrt(q) in place of v3: v3 = sqrt(rho^2 + V^2) keeps every digit, and dw/d(u, v1, v2, rho) has no squares of 1/q.
+//! Newton's iteration starts from the solution of an equivalent scalar equation and only removes its rounding.
 
 use super::newton::{Point, Potential, invert};
 use super::profile::positive;
@@ -31,8 +31,8 @@ use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BarrierTerm {
-    /// Its size, > 0: of an energy per length, a force; of friction, what it adds to the axial viscosity of the straight
-    /// unstretched rod, force times time.
+    /// Strength > 0: of an energy per length, a force; of friction, the increase of the axial viscosity of the
+    /// straight unstretched rod, force times time.
     pub strength: f64,
     /// Half widths h1, h2 > 0 of the cross-section along d1 and d2.
     pub half_widths: [f64; 2],
@@ -55,7 +55,7 @@ impl BarrierTerm {
         (h2 * e[0]).hypot(h1 * e[1])
     }
 
-    /// V, if v3 is larger.
+    /// V, or an error unless v3 > V.
     pub(super) fn inside(&self, e: &Strain) -> Result<f64> {
         let compressed = self.compressed(e);
         if !(compressed < e[5]) {
@@ -119,7 +119,7 @@ impl Barrier {
         })
     }
 
-    /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
+    /// Residuals of the Newton iterates of the inverse law, relative to their terms: the convergence history.
     ///
     /// # Errors
     /// As [`SectionLaw::inverse`].
@@ -136,7 +136,7 @@ impl Barrier {
         Ok((e[5] - compressed).sqrt() * (e[5] + compressed).sqrt())
     }
 
-    /// 2 (J e/q - J rest/q_rest), the slope of the barrier per unit of strength.
+    /// Slope of the barrier per unit of strength, 2 (J e/q - J rest/q_rest).
     fn push(&self, e: &Strain, rho: f64) -> Resultant {
         let inner = e / rho / rho - self.base.rest() / self.q_rest;
         2.0 * self.cone.component_mul(&inner)
@@ -148,7 +148,7 @@ impl Barrier {
         let root = self.q_rest.sqrt();
         let z = (rho / root - 1.0) * (rho / root + 1.0);
         let bent = deviation.dot(&pushed) / self.q_rest;
-        // Two forms of one number: near rest the terms of first order are taken out.
+        // Two forms of the same number: near rest the terms of first order are cancelled analytically.
         let barrier = if z.abs() + bent.abs() < 0.1 {
             (z - z.ln_1p()) + bent
         } else {
@@ -181,14 +181,14 @@ impl Barrier {
 
 /// The inverse law as one scalar equation, from which Newton's iteration starts.
 ///
-/// Given a = (u1, u2, v3) the other strains follow linearly, and what is left is 1/2 (a - m).C_a^-1 (a - m) with m the
-/// strains of the linear law and C_a its compliance. A congruence a = T y makes this 1/2 |y - T^-1 m|^2 and J into
-/// diag(l1, l2, -l3), l > 0. With p = 1/q and c = T^-1 m + beta T^T phi'(rest) the inverse law reads
+/// Given a = (u1, u2, v3) the other strains follow linearly. The remaining energy is 1/2 (a - m).C_a^-1 (a - m) with
+/// m the strains of the linear law and C_a its compliance. A congruence a = T y makes this 1/2 |y - T^-1 m|^2 and J
+/// into diag(l1, l2, -l3), l > 0. With p = 1/q and c = T^-1 m + beta T^T phi'(rest) the inverse law reads
 /// ```text
 /// y1 (1 + 2 beta p l1) = c1,   y2 (1 + 2 beta p l2) = c2,   y3 (1 - 2 beta p l3) = c3,   p q(y) = 1.
 /// ```
-/// The third gives p(y3), which is positive for y3 > max(c3, 0); then y1(y3), y2(y3); p q - 1 is negative at the lower
-/// end and positive far out, and by convexity has one zero where q > 0.
+/// The third gives p(y3), which is positive for y3 > max(c3, 0); then y1(y3), y2(y3). p q - 1 is negative at the
+/// lower end and positive far out, and by convexity has one zero with q > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Decoupled {
     /// T, from y to (u1, u2, v3).
@@ -203,7 +203,7 @@ struct Decoupled {
     others: Matrix6x3<f64>,
 }
 
-/// The places of u1, u2, v3.
+/// Indices of u1, u2, v3.
 const CONE: [usize; 3] = [0, 1, 5];
 
 impl Decoupled {
@@ -254,7 +254,7 @@ impl Decoupled {
         })
     }
 
-    /// (u1, u2, u3, v1, v2, rho) for the strains `linear` that the law had without barrier; None if not finite.
+    /// (u1, u2, u3, v1, v2, rho) for the strains `linear` of the law without barrier; None if not finite.
     fn coordinates(&self, linear: &Strain) -> Option<Vector6<f64>> {
         let m = Vector3::from_fn(|i, _| linear[CONE[i]]);
         let c = self.from_strain * m + self.at_rest;
@@ -273,7 +273,7 @@ impl Decoupled {
         let off = |log: f64| {
             let (y, push) = at(log.exp());
             let scale = (0.5 * push / self.strength).sqrt();
-            // sqrt(p q) = 1, by factors that do not overflow.
+            // sqrt(p q) = 1, in factors that do not overflow.
             let out = y[2] * (-self.cone[2]).sqrt();
             let side = (y[0] * self.cone[0].sqrt()).hypot(y[1] * self.cone[1].sqrt());
             if side < out {
@@ -379,7 +379,7 @@ impl SectionLaw for Barrier {
         Ok(*self.base.rest())
     }
 
-    /// The barrier joins u1, u2, v3 in even powers only: as the linear law.
+    /// Unchanged by the barrier, which contains u1, u2, v3 in even powers only.
     fn planar_about(&self) -> [bool; 2] {
         self.base.planar_about()
     }

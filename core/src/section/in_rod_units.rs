@@ -1,4 +1,4 @@
-//! Section laws in the units of the rod: the one place where a law's numbers change their units.
+//! Section laws converted to the units of the rod.
 
 use super::rate::{Maxwell, Rate, RateLaw, Viscoelastic};
 use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, UniformLinear};
@@ -6,19 +6,19 @@ use crate::error::Result;
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
-/// The units in which a rod is made dimensionless: lengths are measured by `length`, times by `time`, forces by
-/// stiffness/length^2 and couples by stiffness/length.
+/// Units that make a rod dimensionless: lengths in `length`, times in `time`, forces in stiffness/length^2, couples
+/// in stiffness/length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measures {
     /// Length of the rod.
     pub length: f64,
-    /// A bending stiffness.
+    /// Bending stiffness.
     pub stiffness: f64,
-    /// A time; elastic laws do not use it.
+    /// Unit of time; elastic laws do not use it.
     pub time: f64,
 }
 
-/// The same law measured by `units`. A law that is in these units already is handed back as it is.
+/// The law converted to `units`; returned unchanged if these are 1.
 pub fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
     match units.length == 1.0 && units.stiffness == 1.0 {
         true => law,
@@ -27,7 +27,7 @@ pub fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw
 }
 
 impl Viscoelastic {
-    /// The same section measured by `units`. A section that is in these units already is handed back as it is.
+    /// The section converted to `units`; returned unchanged if these are 1.
     #[must_use]
     pub fn measured(&self, units: Measures) -> Self {
         if units == Measures::ONE {
@@ -57,24 +57,24 @@ struct Measured<T: ?Sized> {
 
 /// "in": from the law's own units to those of the rod; "out": back to the law's own.
 impl Measures {
-    /// Everything is 1: the law is in the units of the rod already.
+    /// Units of a law that is in the units of the rod already.
     pub const ONE: Self = Self {
         length: 1.0,
         stiffness: 1.0,
         time: 1.0,
     };
 
-    /// Length of a strain's unit: L for u, 1 for v.
+    /// Unit of length of a strain: L for u, 1 for v.
     fn span(&self, i: usize) -> f64 {
         if i < 3 { self.length } else { 1.0 }
     }
 
-    /// Resultants of the law per resultant: that of v, and L times it for u.
+    /// Unit of force; that of couples is L times as large.
     fn force(&self) -> f64 {
         self.stiffness / (self.length * self.length)
     }
 
-    /// Strains in units of the rod: flexures and twist times its length.
+    /// Strains in units of the rod: flexures and twist times the length.
     pub fn strain_in(&self, e: &Strain) -> Strain {
         e.map_with_location(|i, _, e| e * self.span(i))
     }

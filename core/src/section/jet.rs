@@ -1,4 +1,4 @@
-//! First and second derivatives of a user's potential in six variables, by hyper-dual numbers: exact up to rounding.
+//! First and second derivatives of a user's potential in six variables, by hyper-dual numbers: exact to rounding.
 
 use nalgebra::{Matrix6, Vector6};
 use num_dual::HyperDual64;

@@ -7,15 +7,15 @@ use nalgebra::{Matrix6, Vector6};
 /// The strains of a straight unstretched rod.
 pub(super) const STRAIGHT: [f64; 6] = [0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
 
-/// How far a rigid strain may be from its rest value: rounding.
+/// Largest distance of a rigid strain from its rest value: rounding.
 const HELD: f64 = 1e-13;
 
 /// A linear law: w = K (e - rest), K diagonal or any symmetric positive definite matrix.
 ///
-/// The components v1, v2 (shear) and v3 (stretch) may be *rigid*: held at their rest values (0, 0, 1) as
-/// constraints. Their rows and columns of the compliance are zero, the forces n1, n2, n3 that go with them are
-/// reactions; the rest of the law is the free block of K, inverted. A rod of [`Linear::diagonal`] is unshearable and
-/// inextensible until it is given the stiffnesses.
+/// The components v1, v2 (shear) and v3 (stretch) may be *rigid*: held at their rest values (0, 0, 1) as constraints.
+/// Their rows and columns of the compliance are zero, and the forces n1, n2, n3 conjugate to them are reactions. The
+/// rest of the compliance is the inverse of the free block of K. A rod of [`Linear::diagonal`] is unshearable and
+/// inextensible until these stiffnesses are given.
 ///
 /// ```
 /// # use snaprod_core as snaprod;
@@ -29,7 +29,7 @@ const HELD: f64 = 1e-13;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Linear {
-    /// K; the entries of a rigid component are kept if they were given, else zero.
+    /// K; entries of rigid components are kept if given, else zero.
     stiffness: Matrix6<f64>,
     rigid: [bool; 3],
     rest: Strain,
@@ -105,7 +105,7 @@ impl Linear {
         Self::of(self.stiffness, [v1, v2, false], self.rest)
     }
 
-    /// Holds rigid those of v1, v2, v3 that are marked; the others stay as they are.
+    /// Holds the marked components of v1, v2, v3 rigid; the others are unchanged.
     ///
     /// # Errors
     /// None for a law that could be built; the free block is inverted anew.
@@ -135,12 +135,12 @@ impl Linear {
         Ok(self)
     }
 
-    /// K. The rows and columns of rigid components mean nothing.
+    /// Stiffness K. Rows and columns of rigid components are meaningless.
     pub fn stiffness(&self) -> &Matrix6<f64> {
         &self.stiffness
     }
 
-    /// Which of v1, v2, v3 are rigid.
+    /// Marks of the rigid components of v1, v2, v3.
     pub fn is_rigid(&self) -> [bool; 3] {
         self.rigid
     }
@@ -165,7 +165,7 @@ impl Linear {
         })
     }
 
-    /// e - rest, if the constraints are kept.
+    /// e - rest, if the constraints hold.
     fn deviation(&self, e: &Strain) -> Result<Strain> {
         finite(e)?;
         held(self.rigid, &self.rest, e)?;
@@ -177,7 +177,7 @@ impl Linear {
     }
 }
 
-/// The strains are numbers.
+/// Checks that the strains are finite.
 pub(super) fn finite(e: &Strain) -> Result<()> {
     if e.iter().all(|x| x.is_finite()) {
         return Ok(());
@@ -188,7 +188,7 @@ pub(super) fn finite(e: &Strain) -> Result<()> {
     )))
 }
 
-/// The strains keep the constraints.
+/// Checks that the strains satisfy the constraints.
 pub(super) fn held(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
     for k in (0..3).filter(|k| rigid[*k]) {
         let (value, at) = (e[3 + k], rest[3 + k]);
@@ -202,7 +202,7 @@ pub(super) fn held(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
     Ok(())
 }
 
-/// Resultants follow from the strains only where nothing is rigid.
+/// Error if a strain is rigid: its resultant is then a reaction.
 pub(super) fn unconstrained(rigid: [bool; 3]) -> Result<()> {
     match rigid.iter().position(|r| *r) {
         None => Ok(()),
@@ -214,7 +214,7 @@ pub(super) fn unconstrained(rigid: [bool; 3]) -> Result<()> {
     }
 }
 
-/// With unit rows and columns at the rigid components and nothing else there.
+/// The matrix with unit rows and columns at the rigid components.
 pub(super) fn unit_at_rigid(stiffness: &Matrix6<f64>, rigid: [bool; 3]) -> Matrix6<f64> {
     let mut free = *stiffness;
     for k in (0..3).filter(|k| rigid[*k]) {
@@ -281,7 +281,7 @@ fn entry_name(row: usize, column: usize) -> String {
     }
 }
 
-/// Scaled to a unit diagonal, so that units play no part in what is called singular.
+/// Inverse, scaled to a unit diagonal: the criterion for singularity must not depend on units.
 fn inverse_of_full(stiffness: &Matrix6<f64>) -> Result<Matrix6<f64>> {
     let roots = stiffness.diagonal().map(f64::sqrt);
     let scaled = stiffness.map_with_location(|i, j, entry| {
@@ -317,7 +317,7 @@ fn inverse_of_full(stiffness: &Matrix6<f64>) -> Result<Matrix6<f64>> {
         return Err(singular());
     }
     let inverse = scaled.cholesky().ok_or_else(singular)?.inverse();
-    // One step of Newton's iteration for inverses takes off what the elimination left.
+    // One step of Newton's iteration for inverses removes the error of the elimination.
     let inverse = inverse + inverse * (Matrix6::identity() - scaled * inverse);
     Ok(inverse
         .map_with_location(|i, j, entry| 0.5 * (entry + inverse[(j, i)]) / roots[i] / roots[j]))
@@ -388,7 +388,7 @@ impl SectionLaw for Linear {
         Ok(self.rest)
     }
 
-    /// Exact: the rest strains out of the plane and the compliances that join the two sets are zero.
+    /// Exact: rest strains out of the plane and compliances that couple the two sets are zero.
     fn planar_about(&self) -> [bool; 2] {
         let matrix = self.compliance.matrix();
         std::array::from_fn(|axis| {

@@ -1,8 +1,8 @@
-//! Section laws: how strains and resultants of a cross-section belong together.
+//! Section laws: relations between the strains and the resultants of a cross-section.
 //!
-//! Strains e = (u1, u2, u3, v1, v2, v3): flexure, flexure, twist, shear, shear, stretch, all components
-//! along the directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic,
-//! w = dW/de with W(e, s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
+//! Strains e = (u1, u2, u3, v1, v2, v3): flexure, flexure, twist, shear, shear, stretch, all components along the
+//! directors. Resultants w = (m1, m2, m3, n1, n2, n3): couple and force. A law is hyperelastic, w = dW/de with W(e,
+//! s) strictly convex, so that the inverse e(w) exists (AMV (2.28)).
 //!
 //! * [`Linear`]: diagonal or full stiffness, intrinsic curvature and twist, unshearable and inextensible rods.
 //! * [`Varying`]: linear laws that vary along the rod. [`Profile`]: linear laws from shape and material.
@@ -23,7 +23,8 @@ mod varying;
 pub use barrier::{Barrier, BarrierTerm};
 pub use in_rod_units::{Measures, measured};
 pub use linear::Linear;
-/// Numbers that carry their derivatives, for [`StoredEnergy`].
+pub use measured::{Measures, measured};
+/// Numbers with derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
 pub use profile_along::Along;
@@ -67,13 +68,13 @@ impl StrainName {
     /// All six, in order: `name as usize` is the place in (u1, u2, u3, v1, v2, v3).
     pub const ALL: [Self; 6] = [Self::U1, Self::U2, Self::U3, Self::V1, Self::V2, Self::V3];
 
-    /// As it is written.
+    /// Name as written in scenes.
     pub fn as_str(self) -> &'static str {
         ["u1", "u2", "u3", "v1", "v2", "v3"][self as usize]
     }
 }
 
-/// de/dw, symmetric, positive definite; only semidefinite where a strain is held rigid.
+/// Compliance de/dw, symmetric, positive definite; only semidefinite if a strain is held rigid.
 // Boxing the matrix would cost an allocation at every section of every rod.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,7 +114,7 @@ impl std::ops::Mul<&Resultant> for &Compliance {
     }
 }
 
-/// What the inverse law gives.
+/// Result of the inverse law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inverse {
     /// The strains e(w).
@@ -124,7 +125,7 @@ pub struct Inverse {
     pub compliance: Compliance,
 }
 
-/// What a law gives of the strains that can change: [`SectionLaw::free`].
+/// Energy, resultants and tangent in the strains that are not rigid: [`SectionLaw::free`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Free {
     /// Stored energy W per length.
@@ -155,7 +156,7 @@ impl Free {
     }
 }
 
-/// A linear law that is the same all along the rod: e = rest + C w.
+/// A linear law that is uniform along the rod: e = rest + C w.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformLinear {
     /// Strains without load.
@@ -184,7 +185,7 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// As [`SectionLaw::resultants`]; a tangent that is not positive definite.
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>>;
 
-    /// What the law says of the strains that can change; reactions of rigid strains are left out.
+    /// Energy, resultants and tangent in the free strains; reactions of rigid strains are left out.
     ///
     /// # Errors
     /// As [`SectionLaw::energy`].
@@ -196,7 +197,7 @@ pub trait SectionLaw: Debug + Send + Sync {
         })
     }
 
-    /// Which of v1, v2, v3 are held rigid; the default says none.
+    /// Marks of the rigid strains among v1, v2, v3; none by default.
     fn rigid(&self) -> [bool; 3] {
         [false; 3]
     }
@@ -207,7 +208,7 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// A law that is not convex on the way, or no convergence; the message says where.
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse>;
 
-    /// The law in its simplest form, if it is linear and uniform: its inverse is then formed once.
+    /// The law in its simplest form, if it is linear and uniform: its inverse is then formed only once.
     fn uniform_linear(&self) -> Option<UniformLinear> {
         None
     }
@@ -220,7 +221,8 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// True if the law does not depend on s.
     fn is_uniform(&self) -> bool;
 
-    /// True if the stiffness at the unloaded strains does not depend on s, though these strains may. False may also mean "not known".
+    /// True if the stiffness at the unloaded strains does not depend on s, though these strains may. False may also
+    /// mean "unknown".
     fn has_uniform_stiffness(&self) -> bool {
         self.is_uniform()
     }
@@ -233,23 +235,23 @@ pub trait SectionLaw: Debug + Send + Sync {
         Ok(self.inverse(s, &Resultant::zeros())?.strain)
     }
 
-    /// Whether planar data stay planar: entry 0 for bending about d1, in the plane of d2 and d3 (u1, v2, v3 alone),
-    /// entry 1 for bending about d2, in the plane of d3 and d1 (u2, v1, v3 alone).
+    /// True if planar data stay planar. Entry 0 is for bending about d1, in the plane of d2 and d3 (u1, v2, v3
+    /// alone); entry 1 for bending about d2, in the plane of d3 and d1 (u2, v1, v3 alone).
     ///
-    /// True means: without the resultants that belong to the other strains these are (0, 0, 0) there, everywhere
-    /// along the rod; false may also mean "not known".
+    /// True means that without their resultants the other strains are (0, 0, 0) everywhere along the rod; false may
+    /// also mean "unknown".
     fn planar_about(&self) -> [bool; 2] {
         [false; 2]
     }
 
-    /// Interior points in s where the law is not smooth in s, in growing order: an integration along the rod stops
-    /// and starts again there.
+    /// Interior points in s where the law is not smooth, in growing order: an integration along the rod is restarted
+    /// at these points.
     fn breaks(&self) -> Vec<f64> {
         Vec::new()
     }
 }
 
-/// The places of the strains in and out of the plane of bending about d1 (axis 0) or d2 (axis 1).
+/// Indices of the strains in and out of the plane of bending about d1 (axis 0) or d2 (axis 1).
 fn planar_strains(axis: usize) -> [[usize; 3]; 2] {
     [[axis, 4 - axis, 5], [1 - axis, 2, 3 + axis]]
 }

@@ -6,7 +6,7 @@ use super::{Compliance, Inverse, Resultant, Strain};
 use crate::error::{Error, Result};
 use nalgebra::{Matrix6, Vector6};
 
-/// A law at one point, in coordinates x of its own in which it is well conditioned.
+/// A law at one point, in well-conditioned coordinates x.
 pub(crate) struct Point {
     /// e(x).
     pub strain: Strain,
@@ -22,29 +22,28 @@ pub(crate) struct Point {
 
 /// A strictly convex stored energy at a fixed s. The coordinates of rigid strains are the strains themselves.
 pub(crate) trait Potential {
-    /// Which of v1, v2, v3 are held.
+    /// Marks of the rigid strains among v1, v2, v3.
     fn rigid(&self) -> [bool; 3];
 
-    /// The law at x; None outside its domain.
+    /// The law at x; None outside the domain.
     ///
     /// # Errors
-    /// A law that is not convex there.
+    /// A law that is not convex at x.
     fn at(&self, x: &Vector6<f64>) -> Result<Option<Point>>;
 }
 
-/// Newton steps, and trials within one of them.
+/// Most Newton steps, and most trials within a step.
 const STEPS: usize = 200;
 const TRIALS: usize = 60;
 
-/// Residuals, relative to the terms they are made of: below `DONE` each on its own, or no longer falling and below
-/// `ROUNDOFF` all together.
+/// Residuals relative to their terms: each below `DONE`, or no longer falling and below `ROUNDOFF` in total.
 const DONE: f64 = 4.0 * f64::EPSILON;
 const ROUNDOFF: f64 = 1e-12;
 
-/// Below this residual full steps are taken: energies can no longer be compared.
+/// Residual below which full steps are taken: energies can no longer be compared.
 const CLOSE: f64 = 1e-7;
 
-/// Solves w(x) = w from the admissible coordinates `x`. `seen` is told the residual of every iterate.
+/// Solves w(x) = w from the admissible coordinates `x`. `seen` receives the residual of every iterate.
 pub(crate) fn invert(
     law: &impl Potential,
     mut x: Vector6<f64>,
@@ -95,7 +94,7 @@ pub(crate) fn invert(
     )))
 }
 
-/// What is missing in w, and dx/dw; zero for rigid strains.
+/// Residual of w, and dx/dw; zero for rigid strains.
 fn linearised(
     law: &impl Potential,
     point: &Point,
@@ -117,7 +116,7 @@ fn linearised(
     Ok((off, inverse))
 }
 
-/// Rows, then columns, are scaled to largest entry 1, so that units play no part in the choice of pivots.
+/// Inverse after scaling rows, then columns, to largest entry 1: the choice of pivots must not depend on units.
 fn equilibrated_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     let rows = Vector6::from_fn(|i, _| matrix.row(i).amax().recip());
     let scaled = matrix.map_with_location(|i, _, entry| entry * rows[i]);
@@ -128,7 +127,7 @@ fn equilibrated_inverse(matrix: &Matrix6<f64>) -> Option<Matrix6<f64>> {
     inverse.iter().all(|x| x.is_finite()).then_some(inverse)
 }
 
-/// The largest residual relative to the terms it is made of, and the same in the energy norm for all together.
+/// The largest residual relative to its terms, and the total relative residual in the energy norm.
 fn sizes(
     point: &Point,
     x: &Vector6<f64>,
@@ -149,7 +148,7 @@ fn sizes(
     (single, numerator / denominator)
 }
 
-/// A step along dx to where W - w.e has fallen and its slope is not above half of what it was, with the sign turned.
+/// Line search along dx: W - w.e must fall, and its slope with the sign reversed be at most half of the first.
 fn search(
     law: &impl Potential,
     x: &Vector6<f64>,
@@ -184,21 +183,21 @@ fn search(
     Ok(None)
 }
 
-/// What a second derivative of the energy, on the free strains, says about convexity.
+/// Convexity of an energy on the free strains, by its second derivative.
 pub(crate) enum Convexity {
     /// Positive definite.
     Strict,
-    /// Positive definite or not: rounding hides it. The smallest eigenvalue.
+    /// Undecided by rounding; with the smallest eigenvalue.
     Hidden(f64),
-    /// Not positive semidefinite: the smallest eigenvalue and the strain that weighs most in its direction.
+    /// Not positive semidefinite; with the smallest eigenvalue and the strain of largest weight in its direction.
     Lost(f64, &'static str),
 }
 
-/// Eigenvalues below this in size, after scaling to a unit diagonal, are rounding.
+/// Size of eigenvalues, after scaling to a unit diagonal, that are rounding.
 const HIDDEN: f64 = 1e-13;
 
 impl Convexity {
-    /// Of a tangent whose entries are finite.
+    /// Convexity by a tangent with finite entries.
     pub(crate) fn of(tangent: &Matrix6<f64>, rigid: [bool; 3]) -> Self {
         let free = unit_at_rigid(tangent, rigid);
         let roots = free.diagonal().map(|entry| entry.abs().sqrt());
@@ -222,10 +221,10 @@ impl Convexity {
         )
     }
 
-    /// The refusal, if there is one to be made.
+    /// Error unless strictly convex.
     ///
     /// # Errors
-    /// Where convexity is lost, or hidden.
+    /// Convexity that is lost, or hidden by rounding.
     pub(crate) fn strict(&self, s: f64, e: &Strain) -> Result<()> {
         let (what, smallest) = match self {
             Self::Strict => return Ok(()),

@@ -1,18 +1,18 @@
-//! Linear laws from the shape of the section and its material.
+//! Linear laws from the shape and the material of a section.
 //!
 //! A point of the section is x1 d1 + x2 d2 from the centroid. Flexure u1 turns the section about d1, so that its
 //! stiffness is E times the second moment *about* d1, the integral of x2^2; u2 likewise with x1^2.
 //! ```text
 //! K = diag(E I1, E I2, G J, k G A, k G A, E A),   I1 = int x2^2,   I2 = int x1^2
 //! ```
-//! with St Venant's torsion constant J (not the polar moment, except where the section is round) and the shear
-//! correction factor k, Cowper's, which depends on nu. Both can be given instead.
+//! with St Venant's torsion constant J (not the polar moment, except for round sections) and Cowper's shear
+//! correction factor k, which depends on nu. Both can be given instead.
 
 use super::Linear;
 use crate::error::{Error, Result};
 use std::f64::consts::PI;
 
-/// The shape of a section, of the same material all over.
+/// Shape of a homogeneous section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -22,7 +22,7 @@ use std::f64::consts::PI;
 pub enum Shape {
     /// A disc.
     Circle {
-        /// Its radius.
+        /// Radius of the disc.
         radius: f64,
     },
     /// A rectangle.
@@ -42,7 +42,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The smallest size across: two such rods whose centrelines are nearer than this touch, however they are turned.
+    /// Smallest width of the section: rods whose centrelines are nearer than this touch, whatever their orientation.
     pub fn thickness(&self) -> f64 {
         match *self {
             Self::Circle { radius } => 2.0 * radius,
@@ -142,7 +142,7 @@ impl Shape {
 /// ```text
 /// 1/3 - 64/(pi^5 ratio) sum tanh(n pi ratio/2)/n^5,   tanh(x/2) = 1 - 2/(e^x + 1),   sum 1/n^5 = 31/32 zeta(5):
 /// ```
-/// what is left to be summed falls as exp(-n pi ratio).
+/// the terms of the remaining sum fall as exp(-n pi ratio).
 fn rectangle_torsion(ratio: f64) -> f64 {
     const ODD_FIFTHS: f64 = 1.004_523_762_795_139_6;
     let mut sum = ODD_FIFTHS;
@@ -153,18 +153,18 @@ fn rectangle_torsion(ratio: f64) -> f64 {
     1.0 / 3.0 - 64.0 / PI.powi(5) / ratio * sum
 }
 
-/// A linearly elastic isotropic material, or one whose two moduli are given apart.
+/// A linearly elastic isotropic material, or one with two independent moduli.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Material {
     /// Young's modulus E > 0, force per area.
     pub young: f64,
-    /// The other elastic constant.
+    /// Shear modulus or Poisson's ratio.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub transverse: Transverse,
 }
 
-/// The elastic constant beside Young's modulus.
+/// The elastic constant besides Young's modulus.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -179,7 +179,7 @@ pub enum Transverse {
 }
 
 impl Material {
-    /// G: E/2(1 + nu) if Poisson's ratio is given.
+    /// Shear modulus G: E/2(1 + nu) if Poisson's ratio is given.
     pub fn shear(&self) -> f64 {
         match self.transverse {
             Transverse::ShearModulus(modulus) => modulus,
@@ -187,7 +187,7 @@ impl Material {
         }
     }
 
-    /// nu: E/2G - 1 if G is given, which may lie outside (-1, 1/2].
+    /// Poisson's ratio nu: E/2G - 1 if G is given, possibly outside (-1, 1/2].
     pub fn poisson(&self) -> f64 {
         match self.transverse {
             Transverse::ShearModulus(modulus) => 0.5 * self.young / modulus - 1.0,
@@ -214,11 +214,11 @@ impl Material {
     serde(rename_all = "lowercase")
 )]
 pub enum Rigid {
-    /// Held at its rest value.
+    /// Held at the rest value.
     Rigid,
 }
 
-/// What may be set beside the shape of a cross-section.
+/// Optional settings besides the shape of a cross-section.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ShapeSettings {
@@ -253,26 +253,26 @@ pub struct ShapeSettings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Profile {
-    /// Its shape.
+    /// Shape of the section.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub shape: Shape,
-    /// Its material.
+    /// Material of the section.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub material: Material,
-    /// What is set beside them.
+    /// Optional settings.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub set: ShapeSettings,
 }
 
 impl Profile {
-    /// k of K, the same along d1 and d2; 1 where shear is rigid.
+    /// Shear factor k, equal along d1 and d2; 1 if shear is rigid.
     fn shear_factor(&self) -> Result<f64> {
         if let Some(factor) = self.set.shear_factor.or(self.set.shear.map(|_| 1.0)) {
             positive("shear factor", factor)?;
             return Ok(factor);
         }
         let poisson = self.material.poisson();
-        // nu = 1/2 comes back from G with an error of rounding.
+        // nu = 1/2 computed from G has a rounding error.
         if !(-1.0 < poisson && poisson <= 0.5 + 4.0 * f64::EPSILON) {
             return Err(Error::domain(format!(
                 "the moduli E = {} and G = {} mean a Poisson's ratio of {poisson}, outside -1 < nu <= 0.5: \
@@ -287,8 +287,8 @@ impl Profile {
     /// The law K = diag(E I1, E I2, G J, k G A, k G A, E A).
     ///
     /// # Errors
-    /// Sizes, moduli and settings that are not finite and > 0, a wall thicker than the tube's radius; Cowper's factor for moduli
-    /// that no isotropic material has; stiffnesses that overflow or underflow.
+    /// Sizes, moduli and settings that are not finite and > 0; a wall thicker than the tube's radius; Cowper's factor
+    /// for moduli of no isotropic material; stiffnesses that overflow or underflow.
     pub fn law(&self) -> Result<Linear> {
         self.shape.check()?;
         self.material.check()?;
@@ -307,7 +307,7 @@ impl Profile {
     }
 }
 
-/// A number that must be finite and > 0.
+/// Checks that a number is finite and > 0.
 pub(super) fn positive(name: &str, value: f64) -> Result<()> {
     if 0.0 < value && value < f64::INFINITY {
         return Ok(());

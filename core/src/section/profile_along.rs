@@ -1,4 +1,4 @@
-//! Numbers that are the same all along a rod, or vary with the arclength.
+//! Scalar profiles along a rod: constant, or functions of the arclength.
 
 use super::profile::positive;
 use crate::error::{Error, Result};
@@ -12,7 +12,7 @@ pub struct Along(Form);
 #[cfg_attr(feature = "serde", derive(serde::Serialize), serde(untagged))]
 enum Form {
     Constant(f64),
-    /// Linear between the nodes, s in growing order; a place that stands twice is a jump.
+    /// Linear between the nodes, s in growing order; a repeated place is a jump.
     Table {
         s: Vec<f64>,
         values: Vec<f64>,
@@ -23,7 +23,7 @@ enum Form {
     },
 }
 
-/// How far beyond the ends of a table s may lie, relative to its length: rounding.
+/// Largest distance of s beyond the ends of a table, relative to its length: rounding.
 const BEYOND: f64 = 1e-12;
 
 impl From<f64> for Along {
@@ -33,11 +33,12 @@ impl From<f64> for Along {
 }
 
 impl Along {
-    /// Linear between the nodes (s, value). A place that stands twice is a jump; at the jump itself the second value
-    /// holds. The interior nodes are breaks ([`SectionLaw::breaks`](super::SectionLaw::breaks)). The table must cover the rod.
+    /// Linear between the nodes (s, value). A repeated place is a jump; at the jump itself the second value holds.
+    /// The interior nodes are breaks ([`SectionLaw::breaks`](super::SectionLaw::breaks)). The table must cover the
+    /// rod.
     ///
     /// # Errors
-    /// Fewer than two nodes, numbers that are not finite, places out of order or standing more than twice.
+    /// Fewer than two nodes, numbers that are not finite, places out of order or given more than twice.
     pub fn table(nodes: &[(f64, f64)]) -> Result<Self> {
         if nodes.len() < 2 {
             return Err(Error::domain(format!(
@@ -118,7 +119,7 @@ impl Along {
         }
     }
 
-    /// The number, if it is the same all along the rod.
+    /// The value, if constant along the rod.
     pub fn constant(&self) -> Option<f64> {
         match self.0 {
             Form::Constant(value) => Some(value),
@@ -126,7 +127,7 @@ impl Along {
         }
     }
 
-    /// The number, to be changed, if it is the same all along the rod.
+    /// The value, to be changed, if constant along the rod.
     pub fn constant_mut(&mut self) -> Option<&mut f64> {
         match &mut self.0 {
             Form::Constant(value) => Some(value),
@@ -134,7 +135,7 @@ impl Along {
         }
     }
 
-    /// The arclengths of a table, in growing order; none of another form.
+    /// The arclengths of a table, in growing order; empty for other forms.
     pub fn nodes(&self) -> &[f64] {
         match &self.0 {
             Form::Table { s, .. } => s,
@@ -142,7 +143,7 @@ impl Along {
         }
     }
 
-    /// The nodes inside, at which it is not smooth.
+    /// Interior nodes, where the profile is not smooth.
     pub(super) fn breaks(&self) -> &[f64] {
         match self.nodes() {
             [_, inside @ .., _] => inside,
@@ -150,7 +151,7 @@ impl Along {
         }
     }
 
-    /// Zero for all s.
+    /// True if zero for all s.
     pub(super) fn vanishes(&self) -> bool {
         match &self.0 {
             Form::Constant(value) => *value == 0.0,
@@ -160,7 +161,7 @@ impl Along {
         }
     }
 
-    /// Refuses what is not positive, as far as it can be known beforehand: linear pieces are where their nodes are.
+    /// Error unless positive, as far as known beforehand: linear pieces are positive if their nodes are.
     pub(super) fn positive(&self, name: &str) -> Result<()> {
         match &self.0 {
             Form::Constant(value) => positive(name, *value),

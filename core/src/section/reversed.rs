@@ -5,15 +5,15 @@ use crate::error::Result;
 use nalgebra::{Matrix6, Vector6};
 use std::sync::Arc;
 
-/// The law in arclength from the other end and along directors turned by pi about d1, so that d3 points along the rod again.
-/// With T = diag(-1, 1, 1, -1, 1, 1) it is W*(e, s) = W(T e, L - s).
+/// The law in arclength from the other end and along directors turned by pi about d1, so that d3 points along the rod
+/// again. With T = diag(-1, 1, 1, -1, 1, 1): W*(e, s) = W(T e, L - s).
 #[derive(Debug)]
 pub(crate) struct Reversed {
     pub law: Arc<dyn SectionLaw>,
     pub length: f64,
 }
 
-/// u1 and v1 change their signs.
+/// Changes the signs of components 1 and 4 (u1 and v1).
 fn turned(x: &Vector6<f64>) -> Vector6<f64> {
     Vector6::new(-x[0], x[1], x[2], -x[3], x[4], x[5])
 }

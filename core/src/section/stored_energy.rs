@@ -38,18 +38,19 @@ pub trait StoredEnergy: Debug + Send + Sync {
     /// W(e, s), per length.
     fn energy<D: DualNum<Primitive = f64> + Copy>(&self, s: f64, e: &[D; 6]) -> D;
 
-    /// Whether the strains are in the law's domain, which must be convex. Where W is not finite they are not, anyhow.
+    /// True if the strains are in the law's domain, which must be convex. Strains with an infinite or undefined W are
+    /// outside anyhow.
     fn admissible(&self, _s: f64, _e: &Strain) -> bool {
         true
     }
 
-    /// Admissible strains from which the inverse law starts, best those without load; rigid strains are held at these
-    /// values. Default: straight and unstretched.
+    /// Admissible strains from which the inverse law starts, preferably those without load; rigid strains are held at
+    /// these values. Default: straight and unstretched.
     fn start(&self, _s: f64) -> Strain {
         Strain::from(STRAIGHT)
     }
 
-    /// Which of v1, v2, v3 are held rigid. Default: none.
+    /// Marks of the rigid strains among v1, v2, v3. Default: none.
     fn rigid(&self) -> [bool; 3] {
         [false; 3]
     }
@@ -64,7 +65,7 @@ pub trait StoredEnergy: Debug + Send + Sync {
         Vec::new()
     }
 
-    /// As [`SectionLaw::planar_about`]. Default: not known.
+    /// As [`SectionLaw::planar_about`]. Default: unknown.
     fn planar_about(&self) -> [bool; 2] {
         [false; 2]
     }
@@ -80,7 +81,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
         Self(stored)
     }
 
-    /// The residual of every Newton iterate of the inverse law, relative to the terms it is made of: how it converged.
+    /// Residuals of the Newton iterates of the inverse law, relative to their terms: the convergence history.
     ///
     /// # Errors
     /// As [`SectionLaw::inverse`].
@@ -104,7 +105,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
             .then_some((energy, slope, curvature))
     }
 
-    /// Of strains that keep the constraints.
+    /// Energy, resultants, tangent at strains that satisfy the constraints.
     fn inside(&self, s: f64, e: &Strain) -> Result<(f64, Resultant, Matrix6<f64>)> {
         finite(e)?;
         held(self.0.rigid(), &self.0.start(s), e)?;
@@ -120,7 +121,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
     }
 }
 
-/// The law at one s, in its strains.
+/// The law at one s, as a function of its strains.
 struct Here<'a, E> {
     law: &'a Hyperelastic<E>,
     s: f64,
@@ -136,7 +137,7 @@ impl<E: StoredEnergy> Potential for Here<'_, E> {
             return Ok(None);
         };
         let convexity = Convexity::of(&slope, self.rigid());
-        // A step that went too far into a law that stiffens fast: a shorter one will do.
+        // The step went too far into a fast stiffening law: try a shorter one.
         if matches!(convexity, Convexity::Hidden(_)) {
             return Ok(None);
         }

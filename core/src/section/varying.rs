@@ -7,7 +7,7 @@ use nalgebra::Matrix6;
 use std::fmt;
 use std::sync::Arc;
 
-/// A stiffness, or none: the strain is held at its rest value.
+/// A stiffness, or none for a strain held at its rest value.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -15,14 +15,14 @@ use std::sync::Arc;
     serde(rename_all = "lowercase")
 )]
 pub enum Stiffness<T> {
-    /// Held.
+    /// Held at the rest value.
     Rigid,
     /// Elastic.
     #[cfg_attr(feature = "serde", serde(untagged))]
     Elastic(T),
 }
 
-/// Stiffnesses of each strain by itself. Every number is > 0.
+/// Stiffness of each strain, without coupling. Every number is > 0.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Diagonal {
@@ -58,7 +58,7 @@ impl Diagonal {
         .chain(axial)
     }
 
-    /// The law with these rest strains, if every number of it is the same all along the rod.
+    /// The law with these rest strains, if all its numbers are uniform along the rod.
     ///
     /// # Errors
     /// As [`Linear::diagonal`] and [`Linear::with_rest`].
@@ -86,7 +86,7 @@ impl Diagonal {
             .with_rest(curvature, twist)
     }
 
-    /// Whether shear and stretch are held.
+    /// Marks for rigid shear and rigid stretch.
     pub fn rigid(&self) -> [bool; 2] {
         [
             self.shear == Stiffness::Rigid,
@@ -100,7 +100,7 @@ impl Diagonal {
     }
 }
 
-/// Strains without load.
+/// Rest strains, without load.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Rest {
@@ -126,7 +126,7 @@ impl Rest {
         self.curvature.iter().chain([&self.twist])
     }
 
-    /// Curvatures and twist, if they are the same all along the rod.
+    /// Curvatures and twist, if uniform along the rod.
     pub fn uniform(&self) -> Option<([f64; 2], f64)> {
         let [first, second] = &self.curvature;
         Some((
@@ -142,13 +142,13 @@ impl Rest {
     }
 }
 
-/// What a user's law of s is called.
+/// A user's linear law as a function of s.
 type Law = Arc<dyn Fn(f64) -> Result<Linear> + Send + Sync>;
 
 /// A linear law that varies along the rod: diagonal with entries that are functions of s, or any [`Linear`] law as a
 /// function of s. Shear and stretch are rigid until their stiffnesses are given, everywhere along the rod.
 ///
-/// Tables are checked when they are given; polynomials and functions where they are evaluated, and the message names
+/// Tables are checked when they are given; polynomials and functions when they are evaluated, and the message names
 /// s.
 ///
 /// ```
@@ -178,12 +178,12 @@ enum Source {
     Function(Law),
 }
 
-/// A law that is the same all along but for its rest strains.
+/// A law with uniform stiffness and varying rest strains.
 #[derive(Debug, Clone)]
 struct Rested {
     law: Linear,
     rest: Rest,
-    /// Of the rod.
+    /// Length of the rod.
     length: f64,
 }
 
@@ -191,7 +191,7 @@ struct Rested {
 struct Entries {
     law: Diagonal,
     rest: Rest,
-    /// Of the rod.
+    /// Length of the rod.
     length: f64,
 }
 
@@ -219,8 +219,8 @@ impl Varying {
         Ok(varying)
     }
 
-    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's length, by
-    /// which polynomials measure s, is 1.
+    /// Flexural stiffnesses about d1 and d2, torsional stiffness about d3; unshearable, inextensible. The rod's
+    /// length, by which polynomials measure s, is 1.
     ///
     /// # Errors
     /// A constant or a node of a table that is not finite and > 0.
@@ -237,7 +237,7 @@ impl Varying {
     /// A law with rest strains that vary along a rod of this length.
     ///
     /// # Errors
-    /// None for rest strains that are numbers along the whole rod.
+    /// None for rest strains that are defined along the whole rod.
     pub fn rested(law: Linear, rest: Rest, length: f64) -> Result<Self> {
         let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
         let varying = Self {
@@ -255,7 +255,7 @@ impl Varying {
         }
     }
 
-    /// With shear stiffnesses along d1 and d2.
+    /// Adds shear stiffnesses along d1 and d2.
     ///
     /// # Errors
     /// As [`Varying::diagonal`]; a law given as a function of s, which has its own.
@@ -265,7 +265,7 @@ impl Varying {
         })
     }
 
-    /// With an axial stiffness.
+    /// Adds an axial stiffness.
     ///
     /// # Errors
     /// As [`Varying::with_shear`].
@@ -275,7 +275,7 @@ impl Varying {
         })
     }
 
-    /// With intrinsic curvatures u1, u2 and an intrinsic twist u3.
+    /// Sets intrinsic curvatures u1, u2 and an intrinsic twist u3.
     ///
     /// # Errors
     /// A law given as a function of s, which has its own.
@@ -283,7 +283,7 @@ impl Varying {
         self.edited("rest", |entries| entries.rest = Rest { curvature, twist })
     }
 
-    /// With further places where the law is not smooth in s.
+    /// Adds places where the law is not smooth in s.
     ///
     /// # Errors
     /// A place that is not finite.
@@ -299,7 +299,7 @@ impl Varying {
     /// The law at s.
     ///
     /// # Errors
-    /// s outside a table; a law that is not positive definite there.
+    /// s outside a table; a law without a positive definite stiffness at s.
     pub fn at(&self, s: f64) -> Result<Linear> {
         match &self.source {
             Source::Entries(entries) => entries.law.at(&entries.rest, s, entries.length),
@@ -370,7 +370,7 @@ impl SectionLaw for Varying {
         self.at(s)?.free(s, e)
     }
 
-    /// What is rigid at the clamp is rigid all along.
+    /// Marks of the rigid strains at the clamp, which are rigid along the whole rod.
     fn rigid(&self) -> [bool; 3] {
         self.at(0.0).map_or([false; 3], |law| law.is_rigid())
     }
@@ -407,7 +407,7 @@ impl SectionLaw for Varying {
         }
     }
 
-    /// The interior nodes of the tables, and the places the user named.
+    /// The interior nodes of the tables, and the user's breaks.
     fn breaks(&self) -> Vec<f64> {
         self.breaks.clone()
     }

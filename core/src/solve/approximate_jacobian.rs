@@ -1,38 +1,39 @@
-//! Rough Jacobians: Newton's iteration of an implicit step tries one that costs less ([`super::system::System::roughly_linearised`]), and whether
-//! it serves is seen by how the iteration contracts.
+//! Use of rough Jacobians: Newton's iteration of an implicit step first tries a cheaper one
+//! ([`super::system::System::roughly_linearised`]), which is judged by the contraction of the iteration.
 
-/// Rough Jacobians are doubted where Newton's iteration contracts by less than this in an iteration, in the mean of about so many steps.
+/// Contraction of Newton's iteration beyond which rough Jacobians are doubted, in the mean of about `MEAN` steps.
 const ROUGH: f64 = 0.2;
 const MEAN: f64 = 4.0;
-/// Steps that are then taken with whole ones.
+/// Steps of a trial with exact Jacobians.
 const TRIAL: u32 = 4;
-/// Whole ones are worth their price if they make the logarithm of the contraction so many times what it was: iterations are fewer by as much.
+/// Exact Jacobians pay if they multiply the logarithm of the contraction by this factor: iterations are fewer by the
+/// same factor.
 const BETTER: f64 = 2.0;
-/// Steps for which such a verdict holds: at first, and at most, for each holds twice as long as the one before.
+/// Steps for which a verdict holds: at first, and at most; each holds twice as long as the one before.
 const PATIENCE: u32 = 16;
 const PATIENCE_LIMIT: u32 = 1024;
-/// A contraction below this counts as this.
+/// Smaller contractions count as this value.
 const LEAST: f64 = 0.02;
 
-/// What is known of rough Jacobians: whether they serve is tried.
+/// Statistics that decide between rough and exact Jacobians.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rough {
-    /// The Jacobian in use is one.
+    /// True if the Jacobian in use is rough.
     pub(super) used: bool,
-    /// Steps to be taken with whole ones, and whether they are a trial.
+    /// Steps left with exact Jacobians, and whether these are a trial.
     whole: u32,
     trying: bool,
-    /// Steps to be taken with rough ones, however poor.
+    /// Steps left with rough Jacobians, whatever their contraction.
     trusted: u32,
-    /// How long the next verdict holds.
+    /// Steps for which the next verdict holds.
     patience: u32,
-    /// Logarithms of the contraction, in the mean: with rough ones, and of the trial so far.
+    /// Mean logarithms of the contraction: with rough Jacobians, and of the present trial.
     usual: f64,
     tried: f64,
 }
 
 impl Rough {
-    /// Nothing is known, and the best is hoped.
+    /// Initial statistics: rough Jacobians are assumed to be good.
     pub(super) const HOPED: Self = Self {
         used: false,
         whole: 0,
@@ -43,7 +44,7 @@ impl Rough {
         tried: 0.0,
     };
 
-    /// What is known stays known where the integration starts anew, without a Jacobian.
+    /// The statistics for a restarted integration, which has no Jacobian yet.
     pub(super) fn anew(self) -> Self {
         Self {
             used: false,
@@ -51,12 +52,12 @@ impl Rough {
         }
     }
 
-    /// Whether the next Jacobian may be one.
+    /// True if the next Jacobian may be rough.
     pub(super) fn is_due(&self) -> bool {
         self.whole == 0
     }
 
-    /// Newton's iteration contracted by this; 1 if it failed.
+    /// Records the contraction of Newton's iteration; 1 if it failed.
     pub(super) fn seen(&mut self, contraction: f64) {
         let log = contraction.max(LEAST).ln();
         if self.used {

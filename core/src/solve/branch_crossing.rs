@@ -1,4 +1,4 @@
-//! Crossings of branches: simple branch points, and changes of the index that no determinant shows.
+//! Crossings of branches: simple branch points, and changes of the index without a sign change of a determinant.
 
 use super::elimination::{Place, Svd};
 use super::newton_on_branch::{Corrected, Cubic, Space};
@@ -6,7 +6,7 @@ use super::rounding::{AtRoot, solver};
 use super::special_points::{Bracket, MAX_DEPTH, Sample, Special, SpecialKind, Status, lowest};
 use nalgebra::{DMatrix, DVector};
 
-/// Bound of the singular values that a crossing makes small, relative to the largest singular value.
+/// Largest singular value, relative to the largest of all, that counts as zero at a crossing.
 const CROSSING: f64 = 1e-4;
 
 /// Border of A = [F_x F_p] near a branch point: the left and right near-kernels l and V of A at a guess.
@@ -92,8 +92,7 @@ impl Bordered {
 }
 
 impl Space<'_> {
-    /// A simple branch point: bracketed by the determinant, then polished with a system that is
-    /// regular there.
+    /// A simple branch point: bracketed by the determinant, then polished with a system that is regular at the point.
     pub fn branch_point(&self, a: &Sample, b: &Sample) -> Special {
         let test = |s: &Sample| Some(s.on.branching);
         let rough = self.bracket(a, b, false, 0.05, test);
@@ -135,10 +134,10 @@ impl Space<'_> {
 
     /// Newton on F + b left = 0, left^T [F_x F_p] = 0 for (z, b): regular at a simple branch point.
     ///
-    /// The second condition is written with the bordered matrix M = [A l; V^T 0], A = [F_x F_p], l and V the
-    /// left and right near-kernels at the guess: gamma in M^T (left, gamma) = (0, 1) vanishes with it,
-    /// and its gradient along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from
-    /// central differences, kept over the iterations.
+    /// The second condition is written with the bordered matrix M = [A l; V^T 0], A = [F_x F_p], l and V the left and
+    /// right near-kernels at the guess. gamma in M^T (left, gamma) = (0, 1) vanishes with the condition. Its gradient
+    /// along w is -left^T A'[w] W with M (W, *) = (0, I). Residuals are exact; A' comes from central differences,
+    /// kept over the iterations.
     pub fn polish_branch_point(&self, guess: &Place, length: f64) -> Option<(Place, f64)> {
         let n = guess.x.len();
         let mut z = guess.clone();
@@ -166,7 +165,7 @@ impl Space<'_> {
             let stalled =
                 iteration > 1 && moved > 0.3 * before && (fresh || moved <= 1e-11 * scale);
             if moved <= 1e-13 * scale || stalled {
-                // An imperfect crossing has b != 0: no branch point at all.
+                // An imperfect crossing has b != 0: no branch point.
                 let size = border.size + gradient.as_ref()?.norm() * length;
                 let perfect = b.abs() <= 1e-7 * size * scale;
                 let good = moved <= 1e-9 * scale && perfect;
@@ -180,7 +179,7 @@ impl Space<'_> {
         None
     }
 
-    /// By how much rounding of F and of its derivatives moves a branch point.
+    /// Displacement of a branch point by rounding of F and of its derivatives.
     pub fn rounding_of_branch_point(&self, z: &Place) -> Option<Place> {
         let n = z.x.len();
         let border = Border::new(&self.matrix(z)?.0);
@@ -223,8 +222,8 @@ impl Space<'_> {
         Some((plus - minus) / (2.0 * h))
     }
 
-    /// The index changes and no determinant does: |det|^(1 / jump), signed by the index, is smooth at a
-    /// regular crossing; if it is not, the search falls back to bisection.
+    /// A change of the index without a sign change of a determinant. |det|^(1 / jump), signed by the index, is smooth
+    /// at a regular crossing; if not smooth, the search falls back to bisection.
     pub fn stability_change(&self, a: &Sample, b: &Sample, found: &mut Vec<Special>) {
         let Some((low, high)) = a.index.zip(b.index) else {
             return;
@@ -238,8 +237,8 @@ impl Space<'_> {
             converged: true,
             ..self.bracket(a, b, true, 1e-9, test)
         };
-        // A double crossing is where the determinant is smallest; a mode that this chart does not see leaves no root
-        // of it, and only the bracket itself tells the place.
+        // At a double crossing the determinant is smallest. A mode outside this chart leaves no root of the
+        // determinant; only the bracket itself then gives the place.
         let size = |s: &Sample| s.on.branching.abs();
         let (best, whole) = (&end.best, b.arclength - a.arclength);
         let near = (best.arclength - end.left.arclength).abs() < 1e-3 * whole;
@@ -252,7 +251,7 @@ impl Space<'_> {
         };
         let width = end.width();
         let mut special = self.special(SpecialKind::StabilityChange, best, &end, width);
-        // Beside a multiple crossing the corrector loses digits as the distance shrinks.
+        // Near a multiple crossing the corrector loses digits as the distance shrinks.
         if width <= 1e-6 * (1.0 + best.on.place.norm()) {
             special.status = Status::Converged;
         }
@@ -264,9 +263,9 @@ impl Space<'_> {
         }
     }
 
-    /// By how much rounding of A = [F_x F_p] moves a crossing along the branch: what it does to Psi^T A W, which
-    /// vanishes there, over the rate of that; Psi and W are the near-kernels of A, W without the tangent. None where A
-    /// has none.
+    /// Displacement along the branch of a crossing by rounding of A = [F_x F_p]: the error of Psi^T A W, which
+    /// vanishes at the crossing, over its rate. Psi and W are the near-kernels of A, W without the tangent. None if A
+    /// has no near-kernel.
     pub fn rounding_of_crossing(&self, place: &Place, tangent: &Place) -> Option<f64> {
         let (matrix, _) = self.matrix(place)?;
         let n = matrix.nrows();
@@ -279,7 +278,7 @@ impl Space<'_> {
         let left = kernels.left.columns(n - corank, corank).into_owned();
         let along = tangent.flat();
         let mut right = kernels.right.columns(n - corank, corank + 1).into_owned();
-        // A basis of the kernel without the tangent: the tangent is projected out, the largest columns stay.
+        // Basis of the kernel without the tangent: the tangent is projected out, the largest columns stay.
         right -= &along * (along.transpose() * &right);
         let right = Svd::new(&right.transpose())
             .right

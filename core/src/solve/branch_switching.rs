@@ -1,4 +1,4 @@
-//! Other branches through a branch point.
+//! Branch switching: starts on the other branches through a branch point.
 
 use super::arclength::{BranchStart, Options};
 use super::elimination::{Place, Svd};
@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{PI, TAU};
 
-/// How the directions were found.
+/// Method that found the directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SwitchMethod {
     /// The algebraic bifurcation equation: both tangents of a simple branch point.
@@ -19,12 +19,12 @@ pub enum SwitchMethod {
     Sampled,
 }
 
-/// The other branches through a branch point.
+/// Starts on the other branches through a branch point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Switch {
-    /// Starts on them, pointing away from the branch point: each branch has two.
+    /// Starts on the branches, pointing away from the branch point: two for each branch.
     pub starts: Vec<BranchStart>,
-    /// How they were found.
+    /// Method that found the directions.
     pub method: SwitchMethod,
     /// Dimension of the kernel of [F_x F_p], less one: 1 at a simple branch point.
     pub corank: usize,
@@ -36,15 +36,15 @@ pub struct Switch {
     pub evaluations: usize,
 }
 
-/// Starts on the other branches through a located branch point (or a stability change of higher
-/// multiplicity), at about `distance` (> 0, in the units of arclength) from it.
+/// Starts on the other branches through a located branch point (or a stability change of higher multiplicity), at
+/// about `distance` (> 0, in the units of arclength) from it.
 ///
-/// At a simple branch point both tangents solve the algebraic bifurcation equation, its second
-/// derivatives taken by differences of the Jacobian. Where that is degenerate, and at a higher
-/// corank, solutions on a circle (sphere) of this radius in the kernel are sought from samples.
+/// At a simple branch point both tangents solve the algebraic bifurcation equation, its second derivatives taken by
+/// differences of the Jacobian. If this equation is degenerate, and at a higher corank, solutions on a circle
+/// (sphere) of this radius in the kernel are sought from samples.
 ///
 /// # Errors
-/// Options or `distance` outside their sets; no branch point here; F undefined nearby.
+/// Options or `distance` outside their sets; no branch point at the place; F undefined nearby.
 pub fn switch(
     family: &dyn Family,
     special: &Special,
@@ -70,7 +70,7 @@ pub fn switch(
     let n = place.x.len();
     let (matrix, _) = space.matrix(&place).ok_or_else(undefined)?;
     let svd = Svd::new(&matrix);
-    // All of [F_x F_p] may vanish here: its usual size is seen a little further on.
+    // All of [F_x F_p] may vanish at the point: its usual size is taken a little farther on.
     let usual = space
         .matrix(&(&place + &tangent * distance))
         .map_or(0.0, |(beside, _)| Svd::new(&beside).values[0]);
@@ -243,7 +243,7 @@ impl Switch {
     }
 }
 
-/// Directions spread over the unit sphere of the kernel (a half turn of each is among them).
+/// Directions spread over the unit sphere of the kernel (with each also its opposite).
 fn samples(kernel: &[Place]) -> Vec<Place> {
     match kernel {
         [u, v] => (0..32)
@@ -269,7 +269,7 @@ fn samples(kernel: &[Place]) -> Vec<Place> {
     }
 }
 
-/// Newton on F = 0, |K (z - centre)| = radius: (z, tangent, whether it is isolated).
+/// Newton on F = 0, |K (z - centre)| = radius: (z, tangent, whether the solution is isolated).
 fn on_sphere(
     space: &Space<'_>,
     centre: &Place,
@@ -290,7 +290,7 @@ fn on_sphere(
         let normal = inside.unit();
         let slant = normal.dot(&null);
         let any = eliminated.solve(&-&residual);
-        // Parallel to the sphere: the solution is one of a family; the least correction will do.
+        // Parallel to the sphere: the solution is one of a family; take the least correction.
         let isolated = slant.abs() > 1e-4 && eliminated.regularity() > 1e-6;
         let step = if slant.abs() > 1e-8 {
             let slide = (excess + normal.dot(&any)) / slant;

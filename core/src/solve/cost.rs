@@ -1,23 +1,23 @@
-//! What an integration costs.
+//! Cost counters of an integration.
 
-/// Counts of what an integration cost; a method leaves at 0 what it does not have.
+/// Cost counters of an integration; counters that a method lacks stay 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Cost {
-    /// Slopes evaluated, all purposes.
+    /// Evaluations of slopes, for all purposes.
     pub evaluations: u64,
-    /// Steps accepted, all.
+    /// Accepted steps, of all methods.
     pub steps: u64,
-    /// Steps of Radau IIA among them.
+    /// Accepted steps of Radau IIA.
     pub implicit_steps: u64,
-    /// Steps tried and given up.
+    /// Rejected steps.
     pub rejected: u64,
     /// Jacobians evaluated.
     pub jacobians: u64,
-    /// Sets of matrices factored, a real one and one complex one, at order 9 two, at order 13 three.
+    /// Factorised sets of matrices: one real and one complex matrix, at order 9 two complex ones, at order 13 three.
     pub factorisations: u64,
-    /// Newton iterations: a slope for every stage, and a solution with every matrix.
+    /// Newton iterations: each takes a slope for every stage, and a solution with every matrix.
     pub iterations: u64,
-    /// Interpolants built and samples computed inside steps.
+    /// Interpolants built, and samples computed inside steps.
     pub samples: u64,
     /// Changes of method.
     pub switches: u64,

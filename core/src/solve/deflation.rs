@@ -1,9 +1,9 @@
 //! Further solutions at the same parameter, by deflation: known solutions are made repelling.
 //!
-//! Farrell, Birkisson and Funke, Deflation techniques for finding distinct solutions of nonlinear
-//! partial differential equations (SIAM J. Sci. Comput. 37, 2015): Newton on m(x) F(x) with
-//! m = product of (|x - x_i|^-2 + shift). What is found lies off the known solutions, so also on
-//! branches that no path connects to them. Nothing found is no proof that nothing is there.
+//! Farrell, Birkisson and Funke, Deflation techniques for finding distinct solutions of nonlinear partial
+//! differential equations (SIAM J. Sci. Comput. 37, 2015): Newton on m(x) F(x) with m = product of (|x - x_i|^-2 +
+//! shift). New solutions lie off the known ones, so also on branches that no path connects to the known ones. A
+//! search without result does not prove that no other solution exists.
 
 use super::elimination::Elimination;
 use super::newton;
@@ -11,12 +11,12 @@ use super::parametrised_problem::{Family, check_size};
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// How to search.
+/// Options of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// For each of the Newton iterations.
+    /// Options of each Newton iteration.
     pub newton: newton::Options,
-    /// Keeps far solutions attractive; > 0.
+    /// Shift of m, which keeps far solutions attractive; > 0.
     pub shift: f64,
     /// Solutions nearer than this, relative to 1 + |x|, are one; > 0.
     pub separation: f64,
@@ -33,25 +33,25 @@ impl Default for Options {
     }
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Search {
     /// New solutions, distinct from each other and from the known ones, each with its Newton report
     /// (the last, undeflated iteration).
     pub solutions: Vec<newton::Solution>,
-    /// For each guess, why nothing more was found from it.
+    /// For each guess, the error that ended the search.
     pub ends: Vec<Error>,
     /// Evaluations of F.
     pub evaluations: usize,
 }
 
-/// Further solutions of F(x, p) = 0 at this `p`. From each guess Newton is repeated, each time with
-/// all solutions so far deflated, until it finds nothing new.
+/// Further solutions of F(x, p) = 0 at this `p`. Newton is repeated from each guess, each time with all solutions up
+/// to now deflated, until no new solution is found.
 ///
 /// Solutions have the accuracy of [`newton::solve`], which finishes each of them undeflated.
 ///
 /// # Errors
-/// Options outside their sets. A search that finds nothing is no error.
+/// Options outside their sets. A search without result is no error.
 pub fn further(
     family: &dyn Family,
     p: f64,
@@ -122,7 +122,7 @@ pub fn further(
     Ok(search)
 }
 
-/// The guess, or if it lies on a pole of m, points to both sides of it.
+/// The guess; if it lies on a pole of m, a point on either side of the pole.
 fn starts(guess: &DVector<f64>, known: &[DVector<f64>], separation: f64) -> Vec<DVector<f64>> {
     if known.iter().any(|x| near(x, guess, separation)) {
         let aside = 1e-2 * (1.0 + guess.norm());

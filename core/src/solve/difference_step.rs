@@ -1,26 +1,26 @@
-//! The step of a difference: long enough that noise is no part of it, short enough that it is the derivative.
+//! Steps of difference quotients: long enough to exceed noise, short enough to give the derivative.
 
 use crate::error::Result;
 
-/// Each step over the one before it.
+/// Ratio of successive steps.
 const SHORTER: f64 = 0.25;
-/// Where no two steps next to each other give the same to this part, there is no derivative.
+/// Largest relative difference of neighbouring steps at which a derivative still exists.
 const ROUGH: f64 = 1e-4;
 
-/// The steps that are tried.
+/// Sequence of trial steps.
 #[derive(Debug, Clone, Copy)]
 pub struct Steps {
     /// The first one.
     pub first: f64,
-    /// How many at most.
+    /// Most steps.
     pub most: usize,
-    /// The part to which two give the same that are good.
+    /// Relative difference at which two steps agree.
     pub same: f64,
 }
 
 impl Steps {
-    /// The longest step that gives the same as the one before it, or that which comes nearest to it, with what `at` finds there; `apart` is by what
-    /// part two of them differ. None where no two agree to 1e-4.
+    /// The longest step that agrees with the one before, or else the best, with the value of `at`; `apart` is the
+    /// relative difference of two values. None if no two agree to 1e-4.
     ///
     /// # Errors
     /// Those of `at`.

@@ -1,20 +1,20 @@
 //! Explicit Runge-Kutta stepping of order 8 (DOP853) for autonomous systems.
 //!
-//! One struct, one step at a time; the caller loops, and looks between the stages for events. No
-//! crate tried finds a directional event to 1e-12 or has a dense output to trust, hence our own;
-//! the coefficients are Hairer's, `ode_solvers` is the oracle in the tests.
+//! One struct, one step at a time; the caller loops, and looks between the stages for events. No crate tried locates
+//! a directional event to 1e-12 or has a reliable dense output, hence our own. The coefficients are Hairer's;
+//! `ode_solvers` is the oracle in the tests.
 
 use super::cost::Cost;
 use super::dop853_tableau::{DENSE, ERROR3, ERROR5, EXTRA, STAGES, STEP};
 use nalgebra::{DVector, SVector};
 
-/// What a Runge-Kutta method needs of a state.
+/// State space of a Runge-Kutta method.
 pub trait State: Clone {
     /// self += a x.
     fn axpy(&mut self, a: f64, x: &Self);
 
-    /// Mean over the components of (self_i / scale_i)^2, scale_i = 1 + max(|from_i|, |to_i|), unless
-    /// the state knows a better scale.
+    /// Mean over the components of (self_i / scale_i)^2, scale_i = 1 + max(|from_i|, |to_i|), unless the state has a
+    /// better scale.
     fn mean_square(&self, from: &Self, to: &Self) -> f64;
 }
 
@@ -45,7 +45,7 @@ impl State for DVector<f64> {
     }
 }
 
-/// Why no step could be taken.
+/// Error: no step could be taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StepTooSmall;
 
@@ -56,7 +56,7 @@ const GROW: f64 = 6.0;
 /// Exponents of the controller err^-ALPHA err_old^BETA: a little memory halves the rejections.
 const BETA: f64 = 0.04;
 const ALPHA: f64 = 0.125 - 0.75 * BETA;
-/// A step below this multiple of the largest step so far has stalled.
+/// A step below this multiple of the largest step up to now has stalled.
 const STALL: f64 = 1e-14;
 
 /// An integration in progress: the state, its slope and the next step size.
@@ -71,7 +71,7 @@ pub struct Dop853<S> {
     cost: Cost,
 }
 
-/// One accepted step: enough to redo it shorter and to interpolate within it.
+/// An accepted step, with all data for repetition at another length and for interpolation.
 #[derive(Debug, Clone)]
 pub struct Step<S> {
     /// State at the start.
@@ -80,12 +80,12 @@ pub struct Step<S> {
     pub to: S,
     /// Length in the independent variable.
     pub h: f64,
-    /// Slopes: 0 .. 11 the stages, 12 at the end, 13 .. 15 only with the dense output.
+    /// Slopes: 0 .. 11 the stages, 12 at the end, 13 .. 15 only for the dense output.
     slopes: [S; 16],
 }
 
 impl<S: State> Dop853<S> {
-    /// Starts at `state` with its `slope`; `h` is a first guess that the error control corrects.
+    /// Starts at `state` with its `slope`; the error control corrects the first step `h`.
     pub fn new(state: S, slope: S, h: f64, tolerance: f64) -> Self {
         Self {
             tolerance,
@@ -98,7 +98,8 @@ impl<S: State> Dop853<S> {
         }
     }
 
-    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension. The cost counters and the largest step, which defines a stall,
+    /// carry over.
     pub fn restart(&mut self, state: S, slope: S, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
@@ -107,12 +108,12 @@ impl<S: State> Dop853<S> {
         };
     }
 
-    /// What it cost so far.
+    /// Cost counters.
     pub fn cost(&self) -> Cost {
         self.cost
     }
 
-    /// The cost, to be counted up by the caller for evaluations made outside the steps.
+    /// Cost counters, to be increased by the caller for evaluations made outside the steps.
     pub fn cost_mut(&mut self) -> &mut Cost {
         &mut self.cost
     }
@@ -127,13 +128,13 @@ impl<S: State> Dop853<S> {
         &self.slope
     }
 
-    /// The size that the next step will try.
+    /// Length of the next trial step.
     pub fn next_step(&self) -> f64 {
         self.h
     }
 
-    /// Takes one step of at most `h_max`. `f` is the right-hand side; None means outside its domain
-    /// and shortens the step.
+    /// Takes one step of at most `h_max`. `f` is the right-hand side; None means outside its domain and shortens the
+    /// step.
     pub fn step(
         &mut self,
         f: impl FnMut(&S) -> Option<S>,
@@ -144,13 +145,13 @@ impl<S: State> Dop853<S> {
         Ok(step)
     }
 
-    /// A place for [`Dop853::step_into`] to fill.
+    /// An empty step for [`Dop853::step_into`] to fill.
     pub fn blank(&self) -> Step<S> {
         Step::blank(&self.state, &self.slope)
     }
 
-    /// As [`Dop853::step`] for large states, whose copies cost: the step is used again and again, and `f` writes the slope
-    /// into its second argument (None: undefined here).
+    /// As [`Dop853::step`] for large states, which are costly to copy: the step is reused, and `f` writes the slope
+    /// into its second argument (None: undefined).
     pub fn step_into(
         &mut self,
         f: impl FnMut(&S, &mut S) -> Option<()>,
@@ -184,7 +185,7 @@ impl<S: State> Dop853<S> {
                 let mut factor =
                     SAFETY * error.max(1e-10).powf(-ALPHA) * self.last_error.max(1e-4).powf(BETA);
                 factor = factor.clamp(SHRINK, if rejected { 1.0 } else { GROW });
-                // A step cut short from outside says little about the size that the error allows.
+                // A step cut short by `h_max` says little about the step that the error allows.
                 self.h = if h < self.h {
                     self.h.max(h * factor)
                 } else {
@@ -204,19 +205,20 @@ impl<S: State> Dop853<S> {
         }
     }
 
-    /// Moves the state back inside the last step, to where an event was found.
+    /// Moves the state back inside the last step, to a located event.
     pub fn rewind(&mut self, state: S, slope: S) {
         self.state = state;
         self.slope = slope;
     }
 }
 
-/// Stages of a step, its start included and its end not.
+/// Number of stages of a step: the start included, the end not.
 pub const COUNT: usize = 12;
 
-/// Takes a step of the length `h` again with what rides along with a state and does not act on it: `slope` of stage i, which is to be added up
-/// with a weight over the steps (0 of most), at the value there. Stages are those of [`Dop853::step_into`]: its start, and the eleven states
-/// that its right-hand side is asked for before the end.
+/// Repeats a step of the length `h` for a quantity driven by the state without acting on it.
+/// `slope(i, value, weight)` is the slope of the quantity at stage i; `weight` = h b_i (0 for most stages) serves to
+/// sum integrals. Stages are those of [`Dop853::step_into`]: the start, and the eleven states at which the right-hand
+/// side is evaluated before the end.
 pub fn over_stages<const D: usize>(
     from: &SVector<f64, D>,
     h: f64,
@@ -238,7 +240,7 @@ pub fn over_stages<const D: usize>(
     Some(sum.fold(*from, |sum, (weight, slope)| sum + slope * *weight))
 }
 
-/// A right-hand side that returns its slope, as one that writes it.
+/// Converts a right-hand side with a returned slope to one with a written slope.
 fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
     move |at, slope| {
         *slope = f(at)?;
@@ -256,7 +258,7 @@ fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -
     y
 }
 
-/// The state in a step of length `h` from a state, where the integrals of the polynomials of the slopes are these.
+/// State inside a step of length `h`, from the integrals of the polynomials of the slopes.
 pub(super) fn collocated<S: State>(from: &S, h: f64, integrals: &[f64], slopes: &[S]) -> S {
     let mut state = from.clone();
     for (integral, slope) in integrals.iter().zip(slopes) {
@@ -287,7 +289,7 @@ impl<S: State> Step<S> {
         }
     }
 
-    /// All stages of a step of length `h` from where this one starts, or None where the right-hand side is undefined.
+    /// All stages of a step of length `h` from the start of this one; None if the right-hand side is undefined.
     fn attempt(
         &mut self,
         h: f64,
@@ -318,7 +320,7 @@ impl<S: State> Step<S> {
         if error.is_nan() { f64::INFINITY } else { error }
     }
 
-    /// The slopes at the stages of the step, its start first and its end last: a free look inside.
+    /// Slopes at the stages of the step, first the start and last the end; available without evaluations.
     pub fn stage_slopes(&self) -> &[S] {
         &self.slopes[..13]
     }
@@ -328,8 +330,8 @@ impl<S: State> Step<S> {
         &self.slopes[12]
     }
 
-    /// The step times the size of the dominant eigenvalue, seen by the last two stages: about 6.1 where stability and
-    /// not accuracy limits the step (Hairer's test). None where the two stages coincide to rounding.
+    /// Step times the dominant eigenvalue, estimated by the last two stages: about 6.1 if stability and not accuracy
+    /// limits the step (Hairer's test). None if the two stages coincide to rounding.
     pub fn stiffness(&self, mean_square: impl Fn(&S, &S, &S) -> f64) -> Option<f64> {
         let last = STAGES.len();
         let mut apart = combine(&self.from, self.h, STAGES[last - 1], &self.slopes);
@@ -340,8 +342,8 @@ impl<S: State> Step<S> {
         (apart > f64::EPSILON).then(|| self.h * slopes / apart)
     }
 
-    /// The same step with another length, at full order: 12 evaluations. This is how an event is
-    /// located to the accuracy of the integration instead of that of an interpolant.
+    /// This step with another length, at full order: 12 evaluations. Events are thus located to the accuracy of the
+    /// integration instead of that of an interpolant.
     pub fn redo(&self, f: impl FnMut(&S) -> Option<S>, h: f64, cost: &mut Cost) -> Option<Step<S>> {
         let mut step = Self::blank(&self.from, &self.slopes[0]);
         step.attempt(h, &mut written(f), cost)?;

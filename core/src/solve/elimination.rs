@@ -1,5 +1,5 @@
-//! Dense linear algebra of systems in which singular matrices are the point: elimination with
-//! complete pivoting of N x (N + 1), and singular values by one-sided Jacobi rotations.
+//! Dense linear algebra near singular matrices: elimination with complete pivoting of N x (N + 1), and singular
+//! values by one-sided Jacobi rotations.
 
 use crate::math::small_sort::sort_few;
 use nalgebra::{DMatrix, DVector};
@@ -17,7 +17,7 @@ impl Place {
         Self { x, p }
     }
 
-    /// The unit vector along the parameter, beside `size` unknowns.
+    /// The unit vector along the parameter, with `size` unknowns.
     pub fn along_p(size: usize) -> Self {
         Self::new(DVector::zeros(size), 1.0)
     }
@@ -30,7 +30,7 @@ impl Place {
         self.dot(self).sqrt()
     }
 
-    /// Of unit length; a zero vector stays as it is.
+    /// Normalised to unit length; a zero vector stays zero.
     pub fn unit(self) -> Self {
         let norm = self.norm();
         if norm > 0.0 {
@@ -40,7 +40,7 @@ impl Place {
         }
     }
 
-    /// Itself or its opposite, whichever makes less than a right angle with `reference`.
+    /// The vector or its opposite, whichever is less than a right angle from `reference`.
     pub fn towards(self, reference: &Self) -> Self {
         if self.dot(reference) < 0.0 {
             self * -1.0
@@ -53,17 +53,17 @@ impl Place {
         self.x.iter().all(|v| v.is_finite()) && self.p.is_finite()
     }
 
-    /// The unknowns, and the parameter behind them.
+    /// Unknowns and parameter as one vector.
     pub fn flat(&self) -> DVector<f64> {
         self.x.clone().push(self.p)
     }
 
-    /// The largest length along this direction of errors as large as `errors`.
+    /// Largest component along this vector of errors bounded by `errors`.
     pub fn reach_of(&self, errors: &Self) -> f64 {
         self.x.abs().dot(&errors.x.abs()) + (self.p * errors.p).abs()
     }
 
-    /// From the unknowns, and the parameter behind them.
+    /// A place from a slice: the unknowns, then the parameter.
     pub fn from_slice(values: &[f64]) -> Self {
         let size = values.len() - 1;
         Self::new(DVector::from_column_slice(&values[..size]), values[size])
@@ -112,7 +112,7 @@ impl Mul<f64> for &Place {
     }
 }
 
-/// A determinant, which is too large or too small for a number where there are many unknowns: value * BLOCK^blocks.
+/// A determinant as value * BLOCK^blocks: with many unknowns it overflows or underflows a double.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Determinant {
     value: f64,
@@ -135,7 +135,7 @@ impl Determinant {
         }
     }
 
-    /// How many factors BLOCK are taken out of it.
+    /// Exponent of BLOCK.
     pub fn blocks(self) -> i32 {
         self.blocks
     }
@@ -146,10 +146,10 @@ impl Determinant {
     }
 }
 
-/// [J | b], N x (N + 1), eliminated with complete pivoting: a singular J does no harm as long as the
-/// whole has rank N.
+/// [J | b], N x (N + 1), eliminated with complete pivoting: a singular J does no harm as long as the whole has rank
+/// N.
 pub(crate) struct Elimination {
-    /// Unit lower and upper factors of the pivot columns; last the column that no pivot was taken from.
+    /// Unit lower and upper factors of the pivot columns; the last column is that without a pivot.
     factors: DMatrix<f64>,
     rows: Vec<usize>,
     columns: Vec<usize>,
@@ -187,7 +187,7 @@ impl Elimination {
         this
     }
 
-    /// Brings the largest entry of what is left to (k, k); of equal ones that of the first row, and in it the first.
+    /// Brings the largest remaining entry to (k, k); of equal ones that of the first row, and in the row the first.
     fn pivot(&mut self, k: usize) {
         let n = self.rows.len();
         let (mut row, mut column, mut largest) = (k, k, 0.0);
@@ -237,7 +237,7 @@ impl Elimination {
         z
     }
 
-    /// One solution z of [J | b] z = right (that with the free component zero).
+    /// A solution z of [J | b] z = right: the one with the free component zero.
     pub fn solve(&self, right: &DVector<f64>) -> Place {
         let n = right.len();
         let mut y = DVector::from_iterator(n, self.rows.iter().map(|&row| right[row]));
@@ -250,8 +250,8 @@ impl Elimination {
         self.spread(&self.back(y), 0.0)
     }
 
-    /// (n, d): the unit null vector n of [J | b] and the determinant d of [J b; n^T]. The vector
-    /// d n is the Cramer product of the rows: smooth, and zero where the rank falls below N.
+    /// (n, d): the unit null vector n of [J | b] and the determinant d of [J b; n^T]. The vector d n is the Cramer
+    /// product of the rows: smooth, and zero where the rank is below N.
     pub fn null(&self) -> (Place, Determinant) {
         let n = self.rows.len();
         let null = self.spread(&self.back(-self.factors.column(n)), 1.0);
@@ -280,11 +280,11 @@ impl Elimination {
     }
 }
 
-/// A = U diag(values) V^T of a matrix with as many rows as columns or fewer.
+/// A = U diag(values) V^T of a matrix that is square or has fewer rows than columns.
 pub(crate) struct Svd {
     /// rows x rows.
     pub left: DMatrix<f64>,
-    /// Falling, as many as A has columns (the last are zero if A is wide).
+    /// Singular values in falling order, as many as A has columns (the last are zero if A is wide).
     pub values: DVector<f64>,
     /// columns x columns, a complete basis: the last columns span the kernel.
     pub right: DMatrix<f64>,
@@ -343,8 +343,8 @@ impl Svd {
     }
 }
 
-/// `column` made orthogonal to the first `k` columns of `basis`; if nothing of it is left (the
-/// singular value is zero or rounding), any unit vector orthogonal to them.
+/// `column` made orthogonal to the first `k` columns of `basis`; if nothing remains (the singular value is zero or
+/// rounding), any unit vector orthogonal to these columns.
 fn completed(basis: &DMatrix<f64>, k: usize, column: DVector<f64>) -> DVector<f64> {
     let rows = basis.nrows();
     let units = (0..rows).map(|i| DVector::from_fn(rows, |r, _| f64::from(u8::from(r == i))));

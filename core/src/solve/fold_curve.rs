@@ -25,10 +25,10 @@ pub trait Family2 {
     /// N, the number of unknowns and of equations.
     fn size(&self) -> usize;
 
-    /// F with its first derivatives.
+    /// F with first derivatives.
     ///
     /// # Errors
-    /// F is undefined here.
+    /// F is undefined at (x, p, q).
     fn linearised(&self, x: &DVector<f64>, p: f64, q: f64) -> Result<Linearised2>;
 
     /// The Morse index of the solution (x, p, q), or None if the family has none.
@@ -40,8 +40,8 @@ pub trait Family2 {
     }
 }
 
-/// A family in two parameters made of families in each of them, with the same unknowns: `in_p(q)` has the
-/// parameter p, `in_q(p)` the parameter q. Costs an evaluation of both.
+/// A family in two parameters made of families in each of them, with the same unknowns: `in_p(q)` has the parameter
+/// p, `in_q(p)` the parameter q. An evaluation costs one of each.
 pub struct Crossed<A, B> {
     in_p: A,
     in_q: B,
@@ -50,8 +50,8 @@ pub struct Crossed<A, B> {
 }
 
 impl<A, B> Crossed<A, B> {
-    /// Of families of `size` unknowns. p is counted in `unit`s (not 0) of the families' own, so that it is of the size of the
-    /// unknowns.
+    /// Combines families of `size` unknowns. p is counted in `unit`s (not 0) of the families' own, and so is of the
+    /// size of the unknowns.
     pub fn new(in_p: A, in_q: B, size: usize, unit: f64) -> Self {
         Self {
             in_p,
@@ -89,16 +89,16 @@ where
     }
 }
 
-/// The folds of F(., ., q) as a family of its own, with unknowns (x, p) in R^(N + 1) and
-/// parameter q: F = 0 and g = 0, g the smallest singular value of F_x with the sign of det F_x.
+/// The folds of F(., ., q) as a family, with unknowns (x, p) in R^(N + 1) and parameter q: F = 0 and g = 0, g the
+/// smallest singular value of F_x with the sign of det F_x.
 ///
-/// Follow it with [`super::arclength::Continuation`], starting from a located fold; folds of this branch
-/// are turns of the curve in q, its events are cusps. g is exact; only its gradient comes from
-/// central differences (of F_x along the kernel: one evaluation here costs three of F), so that
-/// folds are as accurate as F_x. At a cusp p and q are accurate to second order, x to about 1e-7.
+/// Follow it with [`super::arclength::Continuation`], starting from a located fold. Folds of this branch are turns of
+/// the curve in q, its events are cusps. g is exact; only its gradient comes from central differences (of F_x along
+/// the kernel: one evaluation here costs three of F). Folds are therefore as accurate as F_x. At a cusp p and q are
+/// accurate to second order, x to about 1e-7.
 pub struct FoldCurve<'a> {
     family: &'a dyn Family2,
-    /// The kernel where it was last asked for: gives the test function of cusps a steady sign.
+    /// The last kernel, which gives the test function of cusps a consistent sign.
     kernel: RefCell<Option<DVector<f64>>>,
 }
 
@@ -106,7 +106,7 @@ pub struct FoldCurve<'a> {
 struct Smallest {
     left: DVector<f64>,
     right: DVector<f64>,
-    /// left . F_x right, with left and right oriented so that its sign is that of det F_x.
+    /// left . F_x right; left and right are oriented to give the sign of det F_x.
     value: f64,
 }
 
@@ -145,8 +145,8 @@ impl<'a> FoldCurve<'a> {
         }
     }
 
-    /// Morse indices of the two solutions that meet at a fold, the lower one first; none if the family has none, or if
-    /// they cannot be told apart. At a cusp, where three meet, they mean nothing.
+    /// Morse indices of the two solutions that meet at a fold, the lower one first. None if the family has none, or
+    /// if they cannot be told apart. At a cusp, where three solutions meet, they are meaningless.
     ///
     /// # Errors
     /// As [`Family2::linearised`] and [`Family2::index`].
@@ -155,7 +155,8 @@ impl<'a> FoldCurve<'a> {
         let right = Smallest::of(&self.at(&x, p, q)?.jacobian).right;
         let h = 1e-4 * (1.0 + x.norm());
         let beside = |h: f64| self.family.index(&(&x + &right * h), p, q);
-        // Two that do not differ by one are not those of this fold: another is near, or the index is not known that well.
+        // Indices that do not differ by one do not belong to this fold: another fold is near, or the indices are too
+        // inaccurate.
         Ok(beside(h)?
             .zip(beside(-h)?)
             .map(|(a, b)| (a.min(b), a.max(b)))
@@ -190,7 +191,7 @@ impl Family for FoldCurve<'_> {
         let plus = self.at(&(&x + &small.right * h), p, q)?;
         let minus = self.at(&(&x - &small.right * h), p, q)?;
         let along = |a: f64, b: f64| (a - b) / (2.0 * h);
-        // d g = left . d(F_x) right, and by symmetry F_x's derivative may be taken along right.
+        // d g = left . d(F_x) right, and by symmetry the derivative of F_x may be taken along right.
         let by_x = (plus.jacobian - minus.jacobian).tr_mul(&small.left) / (2.0 * h);
         let by_p = along(
             small.left.dot(&plus.slope_p),
@@ -214,8 +215,8 @@ impl Family for FoldCurve<'_> {
         })
     }
 
-    /// Along a fold curve left . (F_p dp + F_q dq) = 0, so (dp, dq) is a multiple of (-left . F_q, left . F_p):
-    /// the multiple, which vanishes at a cusp.
+    /// Along a fold curve left . (F_p dp + F_q dq) = 0, so (dp, dq) is a multiple of (-left . F_q, left . F_p). The
+    /// multiple vanishes at a cusp.
     fn event(
         &self,
         y: &DVector<f64>,

@@ -1,10 +1,10 @@
 //! Symmetric Runge-Kutta stepping of order 12 (Gauss collocation, 6 stages) for reversible systems over long times.
 //!
-//! Hairer, Lubich, Wanner: *Geometric Numerical Integration*, 2nd ed., Secs. V.1, VIII.3, VIII.6. An explicit step leaves a
-//! defect of one sign in the energy, and the defects add up. A step that is its own inverse under h -> -h, of a system that
-//! runs back the same way when its velocities are turned round, cannot tell forward from backward: what it takes from
-//! the energy on one half of an oscillation it gives back on the other. So it must not be controlled by an error that looks back:
-//! steps have the same length all along, in the independent variable sigma of
+//! Hairer, Lubich, Wanner: *Geometric Numerical Integration*, 2nd ed., Secs. V.1, VIII.3, VIII.6. An explicit step
+//! leaves an energy error of one sign, and the errors accumulate. A symmetric step is its own inverse under h -> -h.
+//! In a system that is reversible under a change of sign of the velocities, the energy errors of both halves of an
+//! oscillation then cancel. The step must not be controlled by an error of past steps. All steps have the same length
+//! in the independent variable sigma of
 //! ```text
 //! dy/dsigma = f(y)/Q(y),
 //! ```
@@ -13,15 +13,16 @@
 use super::cost::Cost;
 use super::dop853::{State, StepTooSmall, collocated};
 
-/// A state whose motion may be reversible.
+/// State space of a system that may be reversible.
 pub trait Reversible: State {
-    /// Q^2 at the state `at`, whose slope this is: a smooth function of both, even in the slope, that does not depend on time.
+    /// Q^2 at the state `at` with the slope `self`: a smooth function of both, even in the slope, independent of
+    /// time.
     fn pace_squared(&self, at: &Self) -> f64;
 }
 
-/// Stages.
+/// Number of stages.
 const S: usize = 6;
-/// Start, stages, end.
+/// Nodes: start, stages, end.
 const PLACES: [f64; S + 2] = [
     0.0,
     0.033_765_242_898_423_99,
@@ -40,7 +41,7 @@ const WEIGHTS: [f64; S] = [
     0.180_380_786_524_069_3,
     0.085_662_246_189_585_18,
 ];
-/// What the weights lack as doubles: their errors would be the same in every step.
+/// Rounding errors of the weights as doubles, which would accumulate with one sign over the steps.
 const REMAINDERS: [f64; S] = [R0, R1, R2, R2, R1, R0];
 const R0: f64 = -5.81519e-18;
 const R1: f64 = 6.51018e-19;
@@ -96,31 +97,33 @@ const STAGES: [[f64; S]; S] = [
     ],
 ];
 
-/// A stage equation is solved when its slopes change by no more than this ..
+/// Change of the slopes at which a stage equation is solved to rounding.
 const ROUNDING: f64 = 1e-16;
-/// .. or below this, and a part of the tolerance, no longer get nearer to each other.
+/// Unshrinking changes are rounding below `FLOOR`, or below this part of the tolerance.
 const FLOOR: f64 = 1e-12;
 const PART: f64 = 0.01;
-/// What an iteration leaves of an error, over h times the fastest rate.
+/// Contraction of an error by one iteration, over h times the fastest rate.
 const SWEEP: f64 = 0.1;
 /// Most iterations; a step that takes more is shortened.
 const ITERATIONS: u64 = 40;
-/// A first step is lengthened while it takes fewer than these.
+/// A first step is lengthened as long as fewer iterations suffice.
 const EASY: u64 = 14;
-/// Most rounds of fitting the first step, and the bounds of its change in one.
+/// Most rounds of fitting the first step, and the bounds of its change in one round.
 const ROUNDS: u32 = 30;
 const GROW: f64 = 1.5;
 const SHRINK: f64 = 0.3;
-/// A first step is fitted when its error lies within so many times less than its bound.
+/// Largest ratio of the bound to the error of a first step at which the step counts as fitted.
 const FITTED: f64 = 30.0;
-/// The bound of a first step's error, as a part of that of all: the hardest place of the motion is not known yet. (Half the length is
-/// 8000 times less error, for some tenths more of work: the iteration then converges faster.)
+/// Bound on the error of the first step, relative to that of all steps, since the hardest part of the motion is not
+/// known yet. (Half the length reduces the error 8000 times at a few tenths more work: the iteration then converges
+/// faster.)
 const SAFE: f64 = 0.1;
-/// Later steps may have so many times the error; one with more shortens all that follow, by a little more than needed.
+/// Factor by which the error of later steps may exceed the bound; beyond, all later steps are shortened, by a little
+/// more than needed.
 const SLACK: f64 = 10.0;
 const SPARE: f64 = 0.8;
-/// What a trial of more than `h_max` over this is rejected for may lie at the break on account of which `h_max` is given. (Some callers allow four
-/// times the way there, and time may run faster in the step than at its start.)
+/// A trial longer than `h_max` over this may reach the break that `h_max` stands for, and be rejected for it. (Some
+/// callers allow four times the way to the break, and time may run faster in the step than at its start.)
 const NEAR: f64 = 8.0;
 /// A step below this multiple of the first has stalled.
 const STALL: f64 = 1e-12;
@@ -131,12 +134,12 @@ pub struct Gauss<Y> {
     tolerance: f64,
     h: f64,
     first: f64,
-    /// Nothing was integrated yet with steps of this length.
+    /// True before the first step with this length.
     fresh: bool,
     state: Y,
-    /// In sigma.
+    /// Slope in sigma.
     slope: Y,
-    /// What rounding left out of the state.
+    /// Rounding error of the state, for compensated summation.
     rest: Option<Y>,
     last: Option<GaussStep<Y>>,
     cost: Cost,
@@ -153,15 +156,15 @@ pub struct GaussStep<Y> {
     pub h: f64,
     /// Slopes in sigma at the places.
     slopes: [Y; S + 2],
-    /// What rounding left out at the end.
+    /// Rounding error of the state at the end.
     rest: Y,
     floor: f64,
     iterations: u64,
-    /// Of the last iterations, each relative to the one before.
+    /// Contraction of the last iterations: ratio of successive changes.
     contraction: f64,
 }
 
-/// Turns the slope at `at` into that in sigma.
+/// Converts the slope at `at` into the slope in sigma.
 fn paced<Y: Reversible>(slope: &mut Y, at: &Y) -> Option<()> {
     let pace = slope.pace_squared(at).sqrt();
     if !(0.0 < pace && pace < f64::INFINITY) {
@@ -172,7 +175,7 @@ fn paced<Y: Reversible>(slope: &mut Y, at: &Y) -> Option<()> {
     Some(())
 }
 
-/// Values at `x` of the polynomials that are 1 at one of the places and 0 at the others.
+/// Values at `x` of the Lagrange polynomials of the nodes.
 fn basis(x: f64) -> [f64; S + 2] {
     std::array::from_fn(|i| {
         let others = (0..S + 2).filter(|j| *j != i);
@@ -182,7 +185,7 @@ fn basis(x: f64) -> [f64; S + 2] {
     })
 }
 
-/// Their integrals over [0, x], exact by Gauss's rule.
+/// Integrals over [0, x] of the Lagrange polynomials, exact by Gauss's rule.
 fn integrals(x: f64) -> [f64; S + 2] {
     let mut sums = [0.0; S + 2];
     for (place, weight) in PLACES[1..].iter().zip(WEIGHTS) {
@@ -221,7 +224,7 @@ impl<Y: Reversible> Gauss<Y> {
         })
     }
 
-    /// Goes on from another state, with steps of the same length.
+    /// Continues from another state, with steps of the same length.
     pub fn restart(&mut self, state: Y, mut slope: Y) -> Option<()> {
         paced(&mut slope, &state)?;
         self.state = state;
@@ -231,17 +234,17 @@ impl<Y: Reversible> Gauss<Y> {
         Some(())
     }
 
-    /// Fits the length of the steps anew: where another motion begins.
+    /// Fits the length of the steps anew, for the start of another motion.
     pub fn refit(&mut self) {
         self.fresh = true;
     }
 
-    /// What it cost so far.
+    /// Cost counters.
     pub fn cost(&self) -> Cost {
         self.cost
     }
 
-    /// The cost, to be counted up by the caller for evaluations made outside the steps.
+    /// Cost counters, to be increased by the caller for evaluations made outside the steps.
     pub fn cost_mut(&mut self) -> &mut Cost {
         &mut self.cost
     }
@@ -261,8 +264,9 @@ impl<Y: Reversible> Gauss<Y> {
         self.h
     }
 
-    /// Takes one step of at most `h_max`. `f` is the right-hand side in the system's own variable; None means outside its
-    /// domain and shortens the steps: this one alone where it may have met the break for which `h_max` is given, else all.
+    /// Takes one step of at most `h_max`. `f` is the right-hand side in the system's own variable; None means outside
+    /// its domain and shortens the steps. Only this step is shortened if it may have met the break that `h_max`
+    /// stands for, otherwise all.
     ///
     /// # Errors
     /// [`StepTooSmall`] if no step of a size worth taking can be solved.
@@ -326,7 +330,7 @@ impl<Y: Reversible> Gauss<Y> {
         }
     }
 
-    /// Moves the state back inside the last step, to where an event was found; `slope` is in sigma.
+    /// Moves the state back inside the last step, to a located event; `slope` is in sigma.
     pub fn rewind(&mut self, state: Y, slope: Y) {
         self.state = state;
         self.slope = slope;
@@ -335,8 +339,8 @@ impl<Y: Reversible> Gauss<Y> {
     }
 }
 
-/// The step of length `h` from a state with its slope and rest, by fixed-point iteration to rounding from guesses of the
-/// slopes at the stages. None where it does not converge, or leaves the domain.
+/// The step of length `h` from a state with its slope and rest, by fixed-point iteration to rounding from guesses of
+/// the slopes at the stages. None if it does not converge, or leaves the domain.
 fn solve<Y: Reversible>(
     (from, slope, rest): (&Y, &Y, Option<&Y>),
     (h, floor): (f64, f64),
@@ -376,7 +380,7 @@ fn solve<Y: Reversible>(
         last = moved;
     }
     cost.iterations += iterations;
-    // y + increment by compensated summation: what rounding cuts off is kept for the next step.
+    // y + increment by compensated summation: the rounding error is kept for the next step.
     let mut increment = weighted(&REMAINDERS, &stages);
     let main = weighted(&WEIGHTS, &stages);
     increment.axpy(1.0, &main);
@@ -408,15 +412,15 @@ fn solve<Y: Reversible>(
 }
 
 impl<Y: Reversible> GaussStep<Y> {
-    /// Guesses of the slopes at the stages of a step of length `h` that follows.
+    /// Guesses of the slopes at the stages of a following step of length `h`.
     fn beyond(&self, h: f64) -> [Y; S] {
         std::array::from_fn(|i| weighted(&basis(1.0 + PLACES[i + 1] * h / self.h), &self.slopes))
     }
 
-    /// An estimate of the local error: the first Legendre coefficient over the step of what the slope is beyond its
-    /// polynomial, times that of what a change of the slope does to the end. The one from the decay of the coefficients that are there;
-    /// the other from the same decay or, if that is more, from the fastest rate z that the iteration has met, as it would be for
-    /// exp(i z x): the product then is the error of that motion to leading order.
+    /// Estimate of the local error: the first Legendre coefficient of the slope beyond the step's polynomial, times
+    /// the response of the end to it. The coefficient is extrapolated by the decay of the known ones. The response
+    /// decays likewise or, if that is more, follows from the fastest rate z met by the iteration as for exp(i z x).
+    /// The product is then the error of such a motion to leading order.
     fn error(&self) -> f64 {
         let sizes: [f64; S] = std::array::from_fn(|k| {
             let weights: [f64; S] = std::array::from_fn(|i| {
@@ -425,7 +429,7 @@ impl<Y: Reversible> GaussStep<Y> {
             });
             weighted(&weights, &self.slopes[1..=S]).mean_square(&self.from, &self.to)
         });
-        // Of squares, over two degrees.
+        // Decay of squares, over two degrees.
         let ratio = (sizes[5] + sizes[4]) / (sizes[3] + sizes[2] + f64::MIN_POSITIVE);
         let decay = ratio.min(1.0).powf(0.25);
         let fastest = 0.5 * self.contraction / SWEEP;
@@ -440,17 +444,17 @@ impl<Y: Reversible> GaussStep<Y> {
         &self.slopes
     }
 
-    /// The slope in sigma at the end.
+    /// Slope in sigma at the end.
     pub fn end_slope(&self) -> &Y {
         &self.slopes[S + 1]
     }
 
-    /// The state at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 8.
+    /// State at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 8.
     pub fn at(&self, x: f64) -> Y {
         collocated(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
-    /// The same step with another length, at full order.
+    /// This step with another length, at full order.
     pub fn redo(
         &self,
         mut f: impl FnMut(&Y, &mut Y) -> Option<()>,

@@ -1,4 +1,4 @@
-//! Integration of systems that are stiff at times: DOP853 while it pays, Radau IIA while the system is stiff.
+//! Integration of intermittently stiff systems: DOP853 while it is cheaper, Radau IIA while the system is stiff.
 
 use super::cost::Cost;
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
@@ -6,7 +6,7 @@ use super::radau::{Radau, estimate_bound};
 use super::system::{AnySystem, spectral_radius};
 use nalgebra::DVector;
 
-/// How steps are taken; in a scene by its name in small letters.
+/// Integration method; in a scene by its name in small letters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -14,51 +14,53 @@ use nalgebra::DVector;
     serde(rename_all = "lowercase")
 )]
 pub enum Method {
-    /// Whichever suits, judged while integrating (the default).
+    /// Explicit or implicit, judged during the integration (the default).
     #[default]
     Auto,
     /// DOP853, order 8: explicit steps, bounded by the fastest decay.
     Explicit,
-    /// Radau IIA, order 5, or 9 or 13 where tolerances are fine: implicit steps, for stiff systems.
+    /// Radau IIA, order 5, or 9 or 13 at fine tolerances: implicit steps, for stiff systems.
     Implicit,
-    /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction ([`super::gauss`]). The
-    /// integrator of this module has none, and chooses as under `Auto`.
+    /// Gauss collocation, order 12: symmetric steps of one length, for long motions without friction
+    /// ([`super::gauss`]). The integrator of this module does not implement it, and chooses as under `Auto`.
     Symmetric,
 }
 
-/// Above this step times eigenvalue, stability limits DOP853 (Hairer's test).
+/// Step times eigenvalue above which stability limits DOP853 (Hairer's test).
 const STIFF: f64 = 6.1;
-/// Above this step times eigenvalue, the interpolant of DOP853 is much poorer than its steps.
+/// Step times eigenvalue above which the interpolant of DOP853 is much poorer than its steps.
 const POOR: f64 = 2.0;
-/// Number of steps limited by stability after which Radau takes over: at first, and at most after changes that were not
-/// worth it. RELIEF steps in a row that are not limited start the count again.
+/// Number of steps limited by stability after which Radau takes over: at first, and at most after changes that did
+/// not pay. RELIEF unlimited steps in a row reset the count.
 const PATIENCE: u32 = 12;
 const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
-/// The solution is so smooth that Radau would take steps this much longer than DOP853 does: the system is stiff, even
-/// where accuracy limits the step (as order reduction makes it). Looked at every STRIDE steps.
+/// Ratio of the steps of Radau to those of DOP853 at which the system counts as stiff, even if accuracy limits the
+/// step (as order reduction makes it). Checked every STRIDE steps.
 const LONGER: f64 = 3.0;
 const STRIDE: u64 = 4;
-/// Error estimate of Radau of order 5 for a step h, over h^4 y''''. Steps of order 9 are longer, so that it stays with DOP853 rather too long.
+/// Error estimate of Radau of order 5 for a step h, over h^4 y''''. Steps of order 9 are longer, so the estimate
+/// favours DOP853.
 const RADAU_ERROR: f64 = 0.00458;
-/// Below this product of step and spectral radius DOP853 would be stable with the steps of Radau.
+/// Step times spectral radius below which DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
-/// Number of such steps in a row after which DOP853 takes over: at first, and at most after changes that did harm. A step that still grows
-/// by more than GROWTH is not one of them.
+/// Number of such steps in a row after which DOP853 takes over: at first, and at most after harmful changes. A step
+/// that still grows by more than GROWTH does not count.
 const CALM: u32 = 4;
 const CALM_LIMIT: u32 = 4096;
 const GROWTH: f64 = 2.0;
-/// Below this product of step and spectral radius it is rounding that limits DOP853, where the inverse of a nearly singular mass is in the slope:
-/// no motion is that much faster than the fastest rate.
+/// Step times spectral radius below which rounding limits DOP853: the slope contains the inverse of a nearly singular
+/// mass, and no motion is that much faster than the fastest rate.
 const ROUGH: f64 = 0.1;
-/// A change to DOP853 did harm if its first TRIAL steps are on average this much shorter than the one that Radau would have taken.
+/// A change to DOP853 was harmful if its first TRIAL steps are on average this much shorter than the next step of
+/// Radau.
 const TRIAL: u64 = 12;
 const SHORTER: f64 = 8.0;
-/// If Radau was used for fewer steps than this, the change to it was not worth its cost: the next one waits twice as long.
+/// If Radau was used for fewer steps than this, the change did not pay: the next one waits twice as long.
 const SHORT_STAY: u64 = 60;
 
-/// An integration in progress. The system is handed to every call, so that its owner may change it in between;
-/// see [`Integrator::restart`].
+/// An integration in progress. The system is passed to every call, so that its owner may change it in between; see
+/// [`Integrator::restart`].
 pub struct Integrator {
     tolerance: f64,
     method: Method,
@@ -68,21 +70,21 @@ pub struct Integrator {
     dense: Option<Dense<DVector<f64>>>,
     radau: Radau,
     span: f64,
-    /// Steps in a row that speak for the other method, and that speak against it.
+    /// Steps in a row in favour of the other method, and steps against it.
     votes: u32,
     relief: u32,
     patience: u32,
     calm: u32,
-    /// The step that Radau would have taken when DOP853 took over from it, the steps DOP853 had taken, and the length walked since; None if
-    /// it did not, or has been judged.
+    /// Next step of Radau when DOP853 took over, the step count of DOP853 then, and the length covered since. None if
+    /// DOP853 did not take over, or has been judged.
     trial: Option<(f64, u64, f64)>,
-    /// The last slopes, STRIDE steps apart, each with the length walked since the one before.
+    /// The last slopes, STRIDE steps apart, each with the length covered since the one before.
     trail: Vec<(f64, DVector<f64>)>,
-    /// Length walked since the last of them.
+    /// Length covered since the last of these slopes.
     walked: f64,
-    /// How many steps Radau had taken when it last took over.
+    /// Step count of Radau when it last took over.
     since: u64,
-    /// Spectral radius, the number of the Jacobian that it belongs to, and the vector of its power iteration.
+    /// Spectral radius with the number of its Jacobian, and the last vector of the power iteration.
     radius: (u64, f64),
     direction: DVector<f64>,
     switches: u64,
@@ -92,8 +94,8 @@ pub struct Integrator {
 
 impl Integrator {
     /// Starts at `y`. The error of each step is kept near `tolerance`, in units of the root of
-    /// [`AnySystem::mean_square`]: 1e-13 is the finest that makes sense. `first_step` is a guess that the error control
-    /// corrects; without one it is made from the slope and its change. None if `y` is outside the domain of the slope.
+    /// [`AnySystem::mean_square`]: 1e-13 is the finest that makes sense. The error control corrects `first_step`;
+    /// without one it is estimated from the slope and its change. None if `y` is outside the domain of the slope.
     pub fn new(
         system: &dyn AnySystem,
         y: DVector<f64>,
@@ -144,8 +146,8 @@ impl Integrator {
         })
     }
 
-    /// Implicit steps try no order but the one that suits the tolerance: for systems whose samples inside of steps cost as much as steps, so that
-    /// longer ones do not pay.
+    /// Restricts implicit steps to the order that suits the tolerance: for systems whose samples inside steps cost as
+    /// much as steps, so that longer steps do not pay.
     pub fn keep_order(&mut self) {
         self.radau.keep_order();
     }
@@ -159,7 +161,7 @@ impl Integrator {
         first_step: Option<f64>,
     ) -> Option<()> {
         let h = first_step.unwrap_or(self.next_step());
-        // The votes are kept over a restart: a run that restarts often would otherwise never change its method.
+        // Votes survive a restart: a run that restarts often would otherwise never change its method.
         let (votes, relief) = (self.votes, self.relief);
         self.place(system, y, h)?;
         (self.votes, self.relief) = (votes, relief);
@@ -168,7 +170,7 @@ impl Integrator {
         Some(())
     }
 
-    /// Puts the method in use at a state; None, and nothing has changed, if that is outside the domain.
+    /// Places the current method at a state; None, and nothing has changed, if the state is outside the domain.
     fn place(&mut self, system: &dyn AnySystem, mut y: DVector<f64>, h: f64) -> Option<()> {
         let mut slope = DVector::zeros(y.len());
         self.extra += 1;
@@ -192,7 +194,7 @@ impl Integrator {
         Some(())
     }
 
-    /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff from here on.
+    /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff.
     pub fn stiffen(&mut self, system: &dyn AnySystem) {
         if self.method == Method::Auto && !self.implicit {
             self.switch(system, self.span);
@@ -202,7 +204,7 @@ impl Integrator {
     /// Takes one step of at most `h_max`.
     ///
     /// # Errors
-    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined here.
+    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined.
     pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         if self.method == Method::Auto {
             self.choose(system);
@@ -230,7 +232,7 @@ impl Integrator {
         Ok(())
     }
 
-    /// Looks at the last step and changes the method if the other one is due.
+    /// Judges the last step and changes the method if due.
     fn choose(&mut self, system: &dyn AnySystem) {
         if self.span == 0.0 {
             return;
@@ -272,7 +274,7 @@ impl Integrator {
         if self.votes < self.calm {
             return;
         }
-        // The Jacobian in use may be that of an earlier state: a new one decides.
+        // The Jacobian in use may belong to an earlier state: a new one decides.
         if self.radau.refresh(system).is_none() || h * self.radius(h) > EASY {
             self.votes = 0;
             return;
@@ -287,7 +289,7 @@ impl Integrator {
         self.trial = (!self.implicit).then(|| (h, self.explicit.cost().steps, 0.0));
     }
 
-    /// Whether the first steps of DOP853 after Radau show that the change did harm.
+    /// True if the first steps of DOP853 after Radau show that the change was harmful.
     fn did_harm(&mut self) -> bool {
         let Some((before, since, walked)) = &mut self.trial else {
             return false;
@@ -301,8 +303,8 @@ impl Integrator {
         harm
     }
 
-    /// The step that Radau would take by its error estimate, over that of DOP853; every STRIDE steps. From the third
-    /// divided difference of the slope, y''''/6, and the estimate of Radau for it.
+    /// Step of Radau by its error estimate, over that of DOP853; every STRIDE steps. From the third divided
+    /// difference of the slope, y''''/6, and the error estimate of Radau.
     fn smoothness(&mut self, system: &dyn AnySystem) -> Option<f64> {
         self.walked += self.span;
         if !self.explicit.cost().steps.is_multiple_of(STRIDE) {
@@ -331,12 +333,12 @@ impl Integrator {
         let y = self.state();
         let size = 6.0 * system.mean_square(&third, y, y).sqrt();
         let step = (estimate_bound(self.tolerance) / (RADAU_ERROR * size)).powf(0.25);
-        // Slopes along three strides say nothing about steps of more than a few times their length.
+        // Slopes along three strides do not support steps of more than a few times their length.
         let taken = (at / (3 * STRIDE) as f64).max(self.explicit.next_step());
         Some(step.min(10.0 * at) / taken)
     }
 
-    /// Spectral radius of the Jacobian that Radau uses, or what shows that it is well beyond the bound for the step `h`.
+    /// Spectral radius of the Jacobian of Radau, or a lower bound well beyond the limit for the step `h`.
     fn radius(&mut self, h: f64) -> f64 {
         let number = self.radau.cost().jacobians;
         if self.radius.0 != number
@@ -395,9 +397,10 @@ impl Integrator {
         }
     }
 
-    /// The part of the last step, in [0, 1], after which the time is `t`; None outside the step. The time is the component number `time` of the
-    /// state. It is taken from the states at both ends of the step: their difference is the length of the step only up to rounding, and measured by
-    /// that length a moment just after the start could lie before it.
+    /// Fraction of the last step, in [0, 1], after which the time is `t`; None outside the step. Time is the
+    /// component number `time` of the state. It is taken from the states at both ends of the step: their difference
+    /// equals the length of the step only up to rounding, and a moment just after the start could otherwise lie
+    /// before it.
     pub fn fraction(&self, time: usize, t: f64) -> Option<f64> {
         let (from, to) = (self.from()[time], self.state()[time]);
         let inside = from < to && (from..=to).contains(&t);
@@ -409,7 +412,7 @@ impl Integrator {
         self.span
     }
 
-    /// The size that the next step will try.
+    /// Length of the next trial step.
     pub fn next_step(&self) -> f64 {
         if self.implicit {
             self.radau.next_step()
@@ -427,11 +430,11 @@ impl Integrator {
         }
     }
 
-    /// The state at the fraction `x` in [0, 1] of the last step. DOP853 builds its interpolant of order 7 when first
-    /// asked (3 slopes); near its limit of stability, where that is poor, it repeats the step as short as needed (12
-    /// slopes). The collocation polynomial of Radau is of order 3, 5 or 7, too poor by far, and slopes at the ends are
-    /// too noisy for a better polynomial where the system is stiff: the state comes from a step of its own, with the
-    /// accuracy of the steps, for the price of new factors and an iteration or two. None if that fails.
+    /// State at the fraction `x` in [0, 1] of the last step; None on failure. DOP853 builds its interpolant of order
+    /// 7 when first asked (3 slopes). Near its limit of stability, where the interpolant is poor, it repeats the step
+    /// at the needed length (12 slopes). The collocation polynomial of Radau is of order 3, 5 or 7, far too poor.
+    /// Slopes at the ends are too noisy for a better polynomial in a stiff system. The state then comes from a
+    /// separate step, as accurate as the others, at the cost of new factors and an iteration or two.
     pub fn at(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if self.span == 0.0 || x == 1.0 {
             return Some(self.state().clone());
@@ -458,7 +461,7 @@ impl Integrator {
         Some(self.dense.as_ref()?.at(x))
     }
 
-    /// What it cost so far.
+    /// Cost counters.
     pub fn cost(&self) -> Cost {
         let extra = Cost {
             evaluations: self.extra,

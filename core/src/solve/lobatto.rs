@@ -1,17 +1,19 @@
-//! Collocation at the nine places of Lobatto's rule, of order 16, for motions whose slope is evaluated at eight places at once.
+//! Collocation at the nine nodes of Lobatto's rule, of order 16, for motions whose slope is evaluated at eight nodes
+//! at once.
 //!
-//! On a step of length h the slopes k_i at the places c_i, the first of them known, satisfy
+//! On a step of length h the slopes k_i at the nodes c_i, the first of them known, satisfy
 //!
 //! ```text
 //! y_i = y + h sum_j a_ij k_j,   k_i = f(y_i),   a_ij = int_0^{c_i} l_j,
 //! ```
 //!
-//! and the last of them is the end. They are swept until they stay, from the polynomial of the step before. An explicit method asks for its slopes one after
-//! the other; here eight are asked for at once, and where a motion's slope is made in wide registers a sweep costs little more than a slope or two.
-//! In a sweep velocities come before places: places are carried by the velocities that the new forces give, which halves the sweeps of a smooth motion.
+//! and the last of them is the end. The slopes are iterated to convergence by sweeps that begin with the polynomial
+//! of the step before. An explicit method evaluates its slopes one after the other. Here eight are evaluated at once;
+//! in wide registers a sweep costs little more than a slope or two. In a sweep velocities come before positions:
+//! positions are advanced by the velocities of the new forces, which halves the sweeps of a smooth motion.
 //!
-//! Steps are as long as the last two of the nine coefficients of the slopes by Legendre polynomials allow: of a smooth function whose coefficients fall like x^k
-//! about x^16 is lost at the end of a step, where they are x^8.
+//! The last two of the nine Legendre coefficients of the slopes control the step. A smooth function whose
+//! coefficients fall like x^k has an error of about x^16 at the end of a step, where they are x^8.
 
 mod rule;
 
@@ -24,45 +26,45 @@ pub use rule::Block;
 use rule::{Fitting, Modes, changed, integrals, integrated};
 use std::marker::PhantomData;
 
-/// A motion whose slope is evaluated at eight places at once, in rows of numbers at these: places, as many velocities, time, and what is integrated along but acts on
-/// nothing.
+/// A motion whose slope is evaluated at eight nodes at once, in rows of numbers at the nodes: positions, as many
+/// velocities, time, and integrals that act on nothing.
 pub trait Sweeps {
-    /// Number of places.
+    /// Number of positions.
     const PLACES: usize;
     /// Number of rows, at most 8.
     const ROWS: usize;
 
-    /// How many of the rows change in this motion; those behind them have no slope.
+    /// Number of rows with a slope in this motion; later rows are constant.
     fn changing(&self) -> usize;
 
-    /// Whether forces depend on time.
+    /// True if forces depend on time.
     fn is_timed(&self) -> bool;
 
-    /// Begins a step, which does not depend on what was asked before.
+    /// Begins a step, independent of earlier evaluations.
     fn begin(&mut self);
 
-    /// The slopes of all rows but places; false outside of the domain.
+    /// Slopes of all rows but the positions; false outside the domain.
     fn forces<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block) -> bool;
 
-    /// The slopes of places, after [`Sweeps::forces`], with the velocities of `at`.
+    /// Slopes of the positions, after [`Sweeps::forces`], with the velocities of `at`.
     fn moves<S: Simd>(&mut self, simd: S, at: &Block, slopes: &mut Block);
 }
 
 /// Steps of a motion in terms of its states.
 pub trait Eightwise<Y> {
-    /// A state's rows.
+    /// Rows of a state.
     fn row(&self, state: &Y) -> Row;
 
-    /// The state of rows.
+    /// State of the rows.
     fn state(&self, row: &Row) -> Y;
 
-    /// The states at eight places.
+    /// States at the eight nodes.
     fn states(&self, at: &Block) -> [Y; 8];
 
     /// Solves a step, by [`solve`].
     ///
     /// # Errors
-    /// Why it is not solved.
+    /// The reason for a step that is not solved.
     fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), Fails>;
 }
 
@@ -71,7 +73,7 @@ pub trait Slopes<Y> {
     /// The slope at a state; None outside the domain.
     fn slope(&mut self, at: &Y) -> Option<Y>;
 
-    /// Steps with eight at once, where that is served.
+    /// Solver of steps with eight states at once, if there is one.
     fn eightwise(&mut self) -> Option<&mut dyn Eightwise<Y>>;
 }
 
@@ -85,22 +87,22 @@ impl<Y, F: FnMut(&Y) -> Option<Y>> Slopes<Y> for F {
     }
 }
 
-/// A coefficient that goes with the tolerance 1, by its root; measured.
+/// Coefficient for the tolerance 1, which scales with the root of the tolerance; measured.
 const GOAL: f64 = 0.012;
-/// Steps with so many times that are taken; they shorten the next.
+/// Excess of the error up to which a step is accepted; the next step is then shorter.
 const SLACK: f64 = 30.0;
-/// A sweep after which a step is given up that has so many times the most error.
+/// Sweep after which the error is judged, and the error over `SLACK` at which the step is given up.
 const LOOK: usize = 2;
 const HOPELESS: f64 = 2.0;
-/// What a sweep that is the last may leave, as a part of the tolerance, and rounding.
+/// Remaining change of a last sweep, as a part of the tolerance; and rounding.
 const LEFT: f64 = 0.05;
 const ROUNDING: f64 = 1e-15;
-/// Most sweeps, and the least decrease by one from the fourth on.
+/// Most sweeps, and the largest ratio of successive changes from the fourth sweep on.
 const SWEEPS: usize = 13;
 const CONVERGES: f64 = 0.7;
-/// Differences below this are rounding where a sweep leaves more of them than that.
+/// Changes below `NOISE` are rounding if a sweep leaves more than the part `STALLS` of them.
 const NOISE: f64 = 1e-12;
-/// Rounding in a part of a step that was taken, in tolerances.
+/// Rounding accepted in a part of an accepted step, in tolerances; and the part that a sweep leaves of noise.
 const ROUGH: f64 = 10.0;
 const STALLS: f64 = 0.5;
 /// Safety factor and bounds of a change of length.
@@ -108,7 +110,7 @@ const SAFETY: f64 = 0.8;
 const SHRINK: f64 = 0.3;
 const GROW: f64 = 1.5;
 const EXPONENT: f64 = 1.0 / 9.0;
-/// Trials of a step; then it is left to another method, and so are so many that follow.
+/// Most trials of a step; another method then takes this step and `PAUSE` more.
 const TRIALS: usize = 6;
 const PAUSE: u32 = 4;
 
@@ -120,7 +122,7 @@ pub struct Unsolved<'a> {
     h: f64,
     tolerance: f64,
     guess: Option<Guess<'a>>,
-    /// Given up as soon as it is seen to be too long; if not, it is a part of one that was taken.
+    /// True if the step is given up as soon as it proves too long; false for a part of an accepted step.
     judged: bool,
 }
 
@@ -132,7 +134,7 @@ struct Guess<'a> {
     ratio: f64,
 }
 
-/// A step in rows.
+/// A solved step, in rows.
 #[derive(Debug, Clone)]
 pub struct Solved {
     to: Row,
@@ -143,7 +145,7 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// None yet.
+    /// Not yet solved.
     const BLANK: Self = Self {
         to: [0.0; 8],
         slopes: Block::ZERO,
@@ -153,23 +155,23 @@ impl Solved {
     };
 }
 
-/// Why a step is not solved.
+/// Reason for a step that is not solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Fails {
-    /// Its places leave the domain.
+    /// A node leaves the domain.
     Domain,
     /// Sweeps do not converge.
     Slow,
-    /// It is too long by this error, as the first sweeps show.
+    /// The step is too long by this error, according to the first sweeps.
     Long(f64),
 }
 
-/// The memory of steps by collocation.
+/// State of the stepper between collocation steps.
 #[derive(Debug, Clone)]
 pub struct Lobatto<Y> {
     tolerance: f64,
     h: f64,
-    /// The last step, its length (0 if there is none), and room for the next one.
+    /// The last step and its length (0 if none), and storage for the next.
     last: Box<Solved>,
     length: f64,
     next: Box<Solved>,
@@ -177,7 +179,7 @@ pub struct Lobatto<Y> {
     of: PhantomData<Y>,
 }
 
-/// One step.
+/// One accepted step.
 #[derive(Debug, Clone)]
 pub struct LobattoStep<Y> {
     /// State at the start.
@@ -191,7 +193,7 @@ pub struct LobattoStep<Y> {
 }
 
 impl<Y: State> Lobatto<Y> {
-    /// With steps whose local errors are about `tolerance`, the first of them tried with the length `h`.
+    /// Stepper with local errors of about `tolerance`; the first step is tried with the length `h`.
     pub fn new(h: f64, tolerance: f64) -> Self {
         Self {
             tolerance,
@@ -204,7 +206,7 @@ impl<Y: State> Lobatto<Y> {
         }
     }
 
-    /// The length that the next step will try, where such steps are taken.
+    /// Length of the next trial step; None while another method is in use.
     pub fn next_step(&self) -> Option<f64> {
         (self.pause == 0).then_some(self.h)
     }
@@ -215,7 +217,7 @@ impl<Y: State> Lobatto<Y> {
         self.length = 0.0;
     }
 
-    /// A step from a state with its slope, of at most `h_max`. None where it is to be taken by another method.
+    /// A step from a state with its slope, of at most `h_max`; None to request another method.
     pub fn step(
         &mut self,
         (from, slope): (&Y, &Y),
@@ -248,7 +250,7 @@ impl<Y: State> Lobatto<Y> {
                 Ok(()) if self.next.error <= SLACK => {
                     let factor = SAFETY * self.next.error.max(1e-10).powf(-EXPONENT);
                     let longer = h * factor.clamp(SHRINK, GROW);
-                    // A step cut short from outside says little about the length that the error allows.
+                    // A step cut short by `h_max` says little about the length that the error allows.
                     self.h = if h < self.h {
                         self.h.max(longer)
                     } else {
@@ -271,7 +273,7 @@ impl<Y: State> Lobatto<Y> {
     }
 }
 
-/// Solves a step, and counts what that took.
+/// Solves a step and counts its cost.
 fn solved<Y>(
     of: &mut dyn Eightwise<Y>,
     step: &Unsolved,
@@ -288,10 +290,10 @@ fn solved<Y>(
     found
 }
 
-/// Solves a step: sweeps from its guess until the slopes stay.
+/// Solves a step: sweeps from its guess until the slopes converge.
 ///
 /// # Errors
-/// Why it is not solved; what `to` holds then says nothing.
+/// The reason for a step that is not solved; `to` is then meaningless.
 pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved, to: &mut Solved) -> Result<(), Fails> {
     motion.begin();
     wide(Sweeping { motion, step, to })
@@ -319,14 +321,14 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         } = step;
         let (places, rows, timed) = (M::PLACES, motion.changing(), motion.is_timed());
         let all = M::ROWS as f64;
-        // Nothing depends on the rows behind the time.
+        // No slope depends on the rows behind the time.
         let time = 2 * places;
         let mut scales = *from;
         for x in &mut scales {
             *x = 1.0 / (1.0 + x.abs());
         }
         scales[time] = 1.0;
-        // Slopes before and after a sweep, which change places from one sweep to the next.
+        // Slopes before and after a sweep, swapped from one sweep to the next.
         let mut slopes = [Block::ZERO; 2];
         match guess {
             Some(guess) => guess
@@ -341,7 +343,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         let [mut old, mut new] = slopes.each_mut();
         let mut at = Block::ZERO;
         integrated(simd, (from, start, old), *h, places..time, &mut at);
-        // Squares are compared, for nothing waits for a root then.
+        // Squares are compared, which saves the latency of a root.
         let mean = h * h / (8.0 * all);
         let left = (LEFT * tolerance) * (LEFT * tolerance);
         let rough = (ROUGH * tolerance) * (ROUGH * tolerance);
@@ -361,7 +363,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             let small = moved < NOISE * NOISE;
             let stalls = sweep > 3 && moved > CONVERGES * CONVERGES * last && !small;
             let noisy = sweep > 2 && small && moved > STALLS * STALLS * last;
-            // A part of a step converges as the whole did: there, too, it is rounding that stays.
+            // A part of a step converges as the whole did: the remaining changes are rounding.
             let rounding =
                 moved < ROUNDING * ROUNDING || noisy || !judged && stalls && moved < rough;
             // The next sweep is expected to move by moved min(moved/last, 1), in terms of the roots of these squares.
@@ -393,7 +395,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
     }
 }
 
-/// The size of what goes on behind these coefficients. One of two may vanish by chance.
+/// Size of the truncated coefficients by extrapolation. One of two may vanish by chance.
 #[inline(always)]
 fn size([fifth, sixth, seventh, eighth]: [f64; 4]) -> f64 {
     let decay = ((eighth + seventh) / (sixth + fifth + f64::MIN_POSITIVE)).min(1.0);
@@ -417,7 +419,7 @@ fn finished<Y: State>(
 }
 
 impl<Y: State> LobattoStep<Y> {
-    /// The slopes at the places, the start's first and the end's last.
+    /// Slopes at the nodes, first the start and last the end.
     pub fn stage_slopes(&self) -> &[Y] {
         &self.slopes
     }
@@ -427,17 +429,17 @@ impl<Y: State> LobattoStep<Y> {
         &self.slopes[8]
     }
 
-    /// The state at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 9.
+    /// State at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 9.
     pub fn at(&self, x: f64) -> Y {
         collocated(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
-    /// A part of the step from its start, of length `h`, at full order. None where it is not solved.
+    /// A part of the step from its start, of length `h`, at full order; None on failure.
     pub fn redo(&self, of: &mut dyn Eightwise<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
         self.part((&self.from, &self.slopes[0], -1.0), of, h, cost)
     }
 
-    /// Both halves, whose polynomials are as accurate all along as the step is at its end.
+    /// Both halves, with polynomials as accurate inside as the step is at its end.
     pub fn halves(&self, of: &mut dyn Eightwise<Y>, cost: &mut Cost) -> Option<[Self; 2]> {
         let h = 0.5 * self.h;
         let first = self.redo(of, h, cost)?;
@@ -445,7 +447,7 @@ impl<Y: State> LobattoStep<Y> {
         Some([first, second])
     }
 
-    /// A step of length `h` that begins at a place in [-1, 1] of this one, where state and slope are these.
+    /// A step of length `h` that begins at a place in [-1, 1] of this one, with the given state and slope.
     fn part(
         &self,
         (from, slope, place): (&Y, &Y, f64),

@@ -1,7 +1,7 @@
-//! Factors of real and complex matrices by elimination with partial pivoting.
+//! LU factors of real and complex matrices with partial pivoting, in wide registers.
 //!
-//! Real and imaginary parts are kept apart, and columns in whole lines of eight: what is done to them are sums of real products down
-//! the columns, for which registers are wide.
+//! Real and imaginary parts are stored separately, and columns in whole lines of eight: all operations are sums of
+//! real products down the columns.
 
 use super::system::{Factor, Scalar};
 use crate::math::lanes8::Eight;
@@ -31,18 +31,18 @@ const FROM: [[f64; 8]; 8] = {
     from
 };
 
-/// P A = L U.
+/// Factors P A = L U.
 ///
-/// Single numbers are never written just before the line around them is read: the processor would wait for them.
+/// Single numbers are never written just before the line around them is read: the processor would stall.
 #[derive(Debug, Clone)]
 pub struct Lu {
     size: usize,
-    /// The parts of U, and of L below its diagonal of ones, by columns; imaginary ones of complex matrices only.
+    /// Entries of U, and of L below its unit diagonal, by columns; imaginary parts of complex matrices only.
     re: Vec<Line>,
     im: Vec<Line>,
-    /// The row that was exchanged with each when it was its turn, in this order.
+    /// Row exchanged with row k at step k.
     rows: Vec<usize>,
-    /// 1/u_kk.
+    /// Reciprocal pivots 1/u_kk.
     inverse: Vec<[f64; 2]>,
 }
 
@@ -69,12 +69,12 @@ impl Lu {
         lu.eliminate().then_some(lu)
     }
 
-    /// Makes factors of a matrix; false if it is singular, or has entries that are not finite.
+    /// Factorises the matrix; false if singular or not finite.
     fn eliminate(&mut self) -> bool {
         if !wide(Eliminating(self)) {
             return false;
         }
-        // Columns of L were left as they were when it was their turn.
+        // Exchanges of rows have yet to be applied to the earlier columns of L.
         let each = self.lines().max(1);
         for part in [&mut self.re, &mut self.im] {
             for (i, column) in part.chunks_exact_mut(each).enumerate() {
@@ -86,7 +86,7 @@ impl Lu {
         true
     }
 
-    /// The solution, by its parts, of right-hand sides by theirs, which are overwritten.
+    /// Solution for the right-hand sides, by real and imaginary parts; the sides are overwritten.
     fn solved(&self, sides: [&mut [Line]; 2]) -> Vec<[f64; 2]> {
         let mut found = vec![[0.0; 2]; self.size];
         wide(Solving {
@@ -97,12 +97,12 @@ impl Lu {
         found
     }
 
-    /// Lines of a column.
+    /// Number of lines of a column.
     fn lines(&self) -> usize {
         self.size.div_ceil(8)
     }
 
-    /// Brings the largest entry of what is left of column k to its diagonal; false if there is none.
+    /// Brings the largest remaining entry of column k to the diagonal; false if all are zero.
     #[inline(always)]
     fn pivot(&mut self, k: usize) -> bool {
         let column = k * self.lines()..(k + 1) * self.lines();
@@ -133,12 +133,12 @@ impl Lu {
     }
 }
 
-/// Whether numbers of this type have two parts.
+/// True if numbers of this type are complex.
 const fn is_complex<T>() -> bool {
     size_of::<T>() > size_of::<f64>()
 }
 
-/// Writes a part of every number into lines.
+/// Copies one part of every number into lines.
 fn part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) {
     for (line, numbers) in lines.iter_mut().zip(numbers.chunks(8)) {
         for (place, x) in line.0.iter_mut().zip(numbers) {
@@ -163,7 +163,7 @@ impl WithSimd for Eliminating<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let (n, lines, lu) = (self.0.size, self.0.lines(), self.0);
-        // The column of L, from the line of the row below the diagonal on.
+        // Column of L, from the line of the row below the diagonal on.
         let (mut below, mut imaginary) = (vec![ZERO; lines], vec![ZERO; lines]);
         for k in 0..n {
             if !lu.pivot(k) {
@@ -174,7 +174,7 @@ impl WithSimd for Eliminating<'_> {
             }
             let ([p, q], row) = (lu.inverse[k], lu.rows[k]);
             let first = (k + 1) / 8;
-            // The row that is exchanged for that of the pivot is worked on by itself: what it had below the pivot, and its factor.
+            // The row exchanged with the pivot row is treated separately: its entry below the pivot, and its factor.
             let factor = |l: &[Line]| {
                 if row > k {
                     l[row / 8 - first].0[row % 8]
@@ -225,14 +225,14 @@ impl WithSimd for Eliminating<'_> {
     }
 }
 
-/// Ones in the line of a row from that row on and zeros before, and the reverse.
+/// Mask of the line of a row: ones from the row on and zeros before; and its complement.
 #[inline(always)]
 fn masks<S: Simd>(simd: S, row: usize) -> (Eight<S>, Eight<S>) {
     let mask = Eight::of(simd, FROM[row % 8]);
     (mask, Eight::all(simd, 1.0) - mask)
 }
 
-/// Takes out of the first line of a column what is above `row`, before it is divided by a pivot that may be small.
+/// Separates the entries above `row` from the first line of a column, before its division by a possibly small pivot.
 #[inline(always)]
 fn apart<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
     let (mask, others) = masks(simd, row);
@@ -241,14 +241,14 @@ fn apart<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
     above
 }
 
-/// Puts a column of L into its place, below what was above it in the first line.
+/// Stores a column of L below the separated entries of its first line.
 #[inline(always)]
 fn put<S: Simd>(simd: S, place: &mut [Line], l: &[Line], above: Line) {
     place.copy_from_slice(l);
     place[0] = Line((Eight::of(simd, above.0) + Eight::of(simd, l[0].0)).numbers());
 }
 
-/// x -= a l.
+/// x -= a l for real columns.
 #[inline(always)]
 fn take<S: Simd>(simd: S, x: &mut [Line], l: &[Line], a: f64) {
     let a = Eight::all(simd, -a);
@@ -259,7 +259,7 @@ fn take<S: Simd>(simd: S, x: &mut [Line], l: &[Line], a: f64) {
     }
 }
 
-/// The same of complex numbers.
+/// x -= a l for complex columns.
 #[inline(always)]
 fn take_complex<S: Simd>(
     simd: S,
@@ -283,7 +283,7 @@ fn take_complex<S: Simd>(
 
 struct Solving<'a> {
     lu: &'a Lu,
-    /// The parts of the right-hand side, which are used up.
+    /// Real and imaginary part of the right-hand side, overwritten.
     sides: [&'a mut [Line]; 2],
     found: &'a mut [[f64; 2]],
 }
@@ -347,7 +347,7 @@ impl WithSimd for Solving<'_> {
     }
 }
 
-/// A line times another.
+/// A line times a mask.
 #[inline(always)]
 fn only<S: Simd>(simd: S, line: Line, mask: Eight<S>) -> Line {
     Line((mask * Eight::of(simd, line.0)).numbers())
@@ -373,8 +373,8 @@ mod tests {
     use nalgebra::Complex;
     use std::cmp::Ordering;
 
-    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, whichever row the pivots come from. And
-    /// small pivots that make numbers above them infinite.
+    /// Catches a wrong sign, row or part: products with the matrix give back the right-hand sides, for all rows of
+    /// the pivots. Also small pivots that make numbers above them infinite.
     #[test]
     fn solutions_solve() {
         let number = |i: usize| ((i * i) as f64 * 0.618_033_988_749_894_9).fract() - 0.5;

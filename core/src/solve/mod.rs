@@ -1,4 +1,4 @@
-//! Generic algorithms that know nothing of rods.
+//! Generic numerical algorithms, independent of rods: linear and nonlinear equations, continuation, integration.
 
 mod approximate_jacobian;
 pub mod arclength;

@@ -1,9 +1,8 @@
 //! Damped Newton for dense square systems, globalised by the natural monotonicity test.
 //!
-//! Deuflhard, Newton Methods for Nonlinear Problems (2004), Sec. 3.3 (algorithm NLEQ-ERR): a step is
-//! judged by the next simplified correction, J_k^-1 F(x_k + damping dx), not by |F|, so that the
-//! iteration does not depend on how the equations are scaled; damping factors are predicted from
-//! the curvature met so far.
+//! Deuflhard, Newton Methods for Nonlinear Problems (2004), Sec. 3.3 (algorithm NLEQ-ERR): a step is judged by the
+//! next simplified correction, J_k^-1 F(x_k + damping dx), not by |F|. The iteration therefore does not depend on the
+//! scaling of the equations. Damping factors are predicted from the curvature of the preceding steps.
 
 use super::elimination::Elimination;
 use super::newton_on_branch::POOREST;
@@ -12,14 +11,14 @@ use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 use std::cell::Cell;
 
-/// How far to go.
+/// Tolerance and limits of the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// A correction below tolerance (1 + |x|) counts as converged. In (0, 1).
     pub tolerance: f64,
-    /// Newton steps at most, >= 1.
+    /// Most Newton steps, >= 1.
     pub max_iterations: usize,
-    /// A damping factor below this gives up. In (0, 1).
+    /// Smallest damping factor; below, the iteration gives up. In (0, 1).
     pub min_damping: f64,
 }
 
@@ -55,17 +54,17 @@ impl Options {
     }
 }
 
-/// Why a Newton iteration stopped.
+/// Reason for the end of a converged iteration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
     /// The next correction would be below rounding.
     Rounding,
-    /// Corrections below the tolerance, or no longer than rounding of F makes them, no longer shrink: the noise of F
-    /// is reached.
+    /// Corrections below the tolerance, or at the level of rounding of F, no longer shrink: the noise of F is
+    /// reached.
     Noise,
 }
 
-/// A solution and how it was found.
+/// A solution with the record of the iteration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solution {
     /// x with F(x) = 0.
@@ -80,18 +79,18 @@ pub struct Solution {
     pub residual: f64,
     /// Length of the last correction.
     pub correction: f64,
-    /// Why it stopped.
+    /// Reason for the end.
     pub reason: Reason,
 }
 
 /// Solves F(x) = 0 from `start`; `system` gives F and dF/dx.
 ///
-/// Converges to rounding, or to the noise of F if that lies below the tolerance. The error of x is
-/// about the last `correction` or the noise, whichever is larger.
+/// Converges to rounding, or to the noise of F if that lies below the tolerance. The error of x is about the last
+/// `correction` or the noise, whichever is larger.
 ///
 /// # Errors
-/// Options outside their sets; F undefined at `start`; no convergence: the message says where, why
-/// and what may help.
+/// Options outside their sets; F undefined at `start`; no convergence: the message gives the point, the reason and a
+/// remedy.
 pub fn solve(
     system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
     start: &DVector<f64>,
@@ -100,7 +99,7 @@ pub fn solve(
     attempt(system, start, options).map_err(Error::from)
 }
 
-/// As [`solve`], for a caller who knows what the unknowns are.
+/// As [`solve`], with an error type for callers that can name the unknowns.
 pub(crate) fn attempt(
     system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
     start: &DVector<f64>,
@@ -109,19 +108,19 @@ pub(crate) fn attempt(
     iterate(&system, start, options)
 }
 
-/// Why there is no solution.
+/// Reason for a missing solution.
 pub(crate) enum Failure {
-    /// Nothing was tried.
+    /// Invalid input: no iteration was made.
     Refused(Error),
     /// The iteration stopped.
     Stopped {
-        /// Where.
+        /// Last iterate.
         x: DVector<f64>,
-        /// |F| there.
+        /// |F| at the last iterate.
         residual: f64,
         /// Evaluations of F.
         evaluations: usize,
-        /// Why.
+        /// Reason for the stop.
         why: String,
     },
 }
@@ -149,13 +148,13 @@ impl From<Failure> for Error {
     }
 }
 
-/// What helps.
+/// Remedy for a failed iteration, as told in messages.
 pub(crate) const REMEDY: &str =
     "start nearer to a solution, or follow a branch from a solved problem to this one";
 
 type System<'a> = &'a dyn Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>;
 
-/// Compiled once, not for every system.
+/// Takes a trait object: compiled once, not for every system.
 fn iterate(
     system: System<'_>,
     start: &DVector<f64>,
@@ -181,7 +180,7 @@ fn iterate(
             Err(Error::domain("F or its Jacobian is not finite"))
         }
     };
-    // Whether a correction may be no more than rounding of F.
+    // True if a correction may be mere rounding of F.
     let is_rounding = |x: &DVector<f64>, f: &DVector<f64>, factors: &Elimination, length: f64| {
         let at_root = AtRoot {
             z: x,
@@ -275,7 +274,7 @@ fn iterate(
                         }
                         break Some((trial, value, jacobian, simplified));
                     }
-                    // A tolerance below rounding is not to be had: corrections stay as long as rounding makes them.
+                    // A tolerance below rounding cannot be met: corrections stay at the level of rounding.
                     if damping == 1.0 && is_rounding(&x, &f, &factors, length) {
                         return Ok(done(x + &step, Reason::Noise));
                     }

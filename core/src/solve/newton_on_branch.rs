@@ -1,4 +1,4 @@
-//! Newton's method back to the branch, in a hyperplane, and interpolation along the branch.
+//! Newton corrections on a branch of equilibria, in a hyperplane, and interpolation along the branch.
 
 use super::elimination::{Elimination, Place};
 use super::parametrised_problem::Family;
@@ -14,21 +14,21 @@ pub(crate) struct Space<'a> {
     pub tolerance: f64,
     pub max_corrections: usize,
     pub evaluations: Cell<usize>,
-    /// |next correction| / |correction|^2, the largest met lately.
+    /// |next correction| / |correction|^2, the largest of the recent corrections.
     bend: Cell<f64>,
-    /// The size of the first determinant, by which all are measured.
+    /// Scale of the first determinant, common to all.
     blocks: OnceCell<i32>,
 }
 
-/// The largest correction, relative to the place, that may be called rounding.
+/// The largest correction, relative to the place, that may be taken for rounding.
 pub(super) const POOREST: f64 = 1e-7;
 
-/// When a correction counts as the last.
+/// Criterion for the last correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Finish {
-    /// As soon as the next one, as predicted, would be below the tolerance.
+    /// The next correction, as predicted, would be below the tolerance.
     Predicted,
-    /// Only when it is itself far below: the tangent is then as accurate as the place.
+    /// The correction itself is far below the tolerance: the tangent is then as accurate as the place.
     Evaluated,
 }
 
@@ -36,19 +36,19 @@ pub(crate) enum Finish {
 #[derive(Debug, Clone)]
 pub(crate) struct Corrected {
     pub place: Place,
-    /// Unit length, less than a right angle from the hyperplane's normal.
+    /// Unit tangent, less than a right angle from the hyperplane's normal.
     pub tangent: Place,
-    /// det [F_x F_p; tangent^T]: changes sign at a simple branch point.
+    /// det [F_x F_p; tangent^T]; changes sign at a simple branch point.
     pub branching: f64,
     /// Last pivot over first pivot of [F_x F_p].
     pub regularity: f64,
-    /// Second correction over first, measured or, if there was no second, predicted.
+    /// Second correction over first; predicted if there was only one.
     pub contraction: f64,
     /// Estimated distance from the branch.
     pub error: f64,
 }
 
-/// Why the corrector gave up.
+/// Reason for a failed correction.
 #[derive(Debug, Clone)]
 pub(crate) enum Failure {
     Undefined(Error),
@@ -98,15 +98,16 @@ impl<'a> Space<'a> {
         Ok((at.residual, eliminated))
     }
 
-    /// The unit null vector of [F_x F_p] and the determinant with it as the last row, over a size common to the whole branch.
+    /// The unit null vector of [F_x F_p] and the determinant with it as the last row, over a scale common to the
+    /// whole branch.
     pub fn null(&self, eliminated: &Elimination) -> (Place, f64) {
         let (null, determinant) = eliminated.null();
         let blocks = self.blocks.get_or_init(|| determinant.blocks());
         (null, determinant.over(*blocks))
     }
 
-    /// From `guess` to the branch in the hyperplane through it with this normal; the first
-    /// correction may not be longer than `reach`.
+    /// Corrects `guess` to the branch within the hyperplane through it with the given normal; the first correction
+    /// may not be longer than `reach`.
     pub fn correct(
         &self,
         guess: &Place,
@@ -151,17 +152,17 @@ impl<'a> Space<'a> {
                     self.bend.set(bend.max(kept));
                 }
             }
-            // A tolerance below rounding is not to be had: corrections stay as long as rounding makes them.
+            // A tolerance below rounding cannot be met: corrections stay at the level of rounding.
             let noise = shrinking > 0.5;
             let stays = noise && !fine;
             if stays && !self.is_rounding(length, (&at, &residual), &eliminated, &normal) {
                 return Err(Failure::Diverging(shrinking));
             }
             if stays {
-                // Corrections at the level of rounding say nothing of the step.
+                // Corrections at the level of rounding do not measure contraction.
                 contraction = 0.0;
             }
-            // Quadratic convergence; after the first correction with the bend met before, with a margin.
+            // Quadratic convergence; after the first correction by the largest recent bend, with a margin.
             let next = if k > 0 {
                 length * shrinking * shrinking
             } else {
@@ -174,7 +175,7 @@ impl<'a> Space<'a> {
             };
             if last || stays || length <= rounding {
                 let sign = slant.signum();
-                // At the level of noise the length of the last correction is the only estimate of the error.
+                // At the level of noise the last correction is the only estimate of the error.
                 let measured = noise || finish == Finish::Evaluated;
                 let error = if measured { length } else { next.min(length) };
                 return Ok(Corrected {
@@ -192,7 +193,7 @@ impl<'a> Space<'a> {
     }
 
     /// True if a correction of this length in the hyperplane across `normal`, near a place where F is `residual`, may
-    /// be no more than rounding of F.
+    /// be mere rounding of F.
     pub fn is_rounding(
         &self,
         length: f64,
@@ -221,7 +222,7 @@ impl<'a> Space<'a> {
     }
 }
 
-/// The cubic through two places with their tangents, over their distance along the branch.
+/// The cubic through two places with tangents, over the distance along the branch.
 #[derive(Debug, Clone)]
 pub(crate) struct Cubic {
     pub a: Place,
@@ -260,7 +261,7 @@ impl Cubic {
             + &self.db * (self.length * t * (3.0 * t - 2.0))
     }
 
-    /// Where p turns twice inside although it runs the same way at both ends: the middle of the two.
+    /// Fraction at the middle of two turns of p inside, if p has the same direction at both ends.
     pub fn turns_twice(&self) -> Option<f64> {
         let (pa, pb) = (self.da.p * self.length, self.db.p * self.length);
         let rise = self.b.p - self.a.p;

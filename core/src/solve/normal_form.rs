@@ -1,24 +1,25 @@
-//! The normal form of a fold of a family F(x, p) = 0: beside it, with x = x_f + a z,
+//! Normal form of a fold of a family F(x, p) = 0. Near the fold, with x = x_f + a z,
 //! ```text
 //! l . F = A (p - p_f) + B a^2,     A = l . F_p,     B = 1/2 l . D^2 F[z, z],     F_x z = 0,   l . F_x = 0.
 //! ```
-//! What A and B are in units of is decided by the length of z, and by what l is made to be.
+//! The normalisations of z and of l set the units of A and B.
 
 use super::difference_step::Steps;
 use super::parametrised_problem::Family;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// Steps of derivatives along z, the first relative to 1 + |x|: their error is of the fourth power of the step, or the noise of F_x over it.
+/// Steps of derivatives along z, the first relative to 1 + |x|. Their error is of the fourth power of the step, plus
+/// the noise of F_x over the step.
 const STEPS: Steps = Steps {
     first: 4e-3,
     most: 6,
     same: 1e-8,
 };
-/// l . F_x and F_x z of what is a fold, relative to their factors.
+/// Bound on l . F_x and F_x z at a fold, relative to their factors.
 const SINGULAR: f64 = 1e-4;
 
-/// (l, z) of length 1 of the matrix that is nearest to being singular along them.
+/// Unit vectors (l, z) of the smallest singular value of the matrix.
 pub fn null_vectors(jacobian: &DMatrix<f64>) -> Result<[DVector<f64>; 2]> {
     let svd = jacobian.clone().svd(true, true);
     let least = svd.singular_values.imin();
@@ -31,7 +32,7 @@ pub fn null_vectors(jacobian: &DMatrix<f64>) -> Result<[DVector<f64>; 2]> {
 /// (A, B) at the fold (x, p) along z, by l.
 ///
 /// # Errors
-/// Those of the family; a point or vectors that are not those of a fold.
+/// Those of the family; a point that is no fold, or vectors that are not its null vectors.
 pub fn normal_form(
     family: &dyn Family,
     (x, p): (&DVector<f64>, f64),

@@ -1,25 +1,26 @@
-//! Which of the orders 9 and 13 implicit steps take: the one that costs less is found by trying the other one now and then.
+//! Choice between the orders 9 and 13 of implicit steps: the cheaper one, found by occasional trials of the other.
 
 use super::radau_stages::Order;
 
-/// Errors of steps below which the order 13 is tried at all: above, it is rarely worth what trying it costs.
+/// Largest error of steps at which order 13 is tried at all: above, it is rarely worth the cost of a trial.
 const FINEST: f64 = 2e-11;
-/// It is tried where Newton's iteration contracts by less than this, in the mean of about MEAN steps: it is the error that bounds
-/// the steps then, and those of the higher order are longer.
+/// Order 13 is tried if Newton's iteration contracts by less than this, in the mean of about MEAN steps. The error
+/// then bounds the steps, and those of the higher order are longer.
 const EASY: f64 = 0.08;
 const MEAN: f64 = 8.0;
-/// It is left at once where the iteration contracts by more than this: more stages cost more for nothing.
+/// Contraction of the iteration beyond which order 13 is left at once: more stages then gain nothing.
 const HARD: f64 = 0.2;
-/// Steps of a trial, and those at its beginning that do not count, since their length is still that of the other order.
+/// Steps of a trial, and those at its beginning that do not count, since their length is still that of the other
+/// order.
 const TRIAL: u32 = 12;
 const SETTLING: u32 = 4;
-/// What is tried must cost no more than this part of what there is.
+/// Largest cost of the trial order, relative to the current one, for a change.
 const BETTER: f64 = 0.9;
 /// Steps from one trial to the next, at first and at most: each trial doubles them.
 const PATIENCE: u32 = 48;
 const PATIENCE_LIMIT: u32 = 512;
 
-/// Steps, fading ones less than one each, with their work and length.
+/// Fading sums over steps: number, work and length.
 #[derive(Debug, Clone, Copy, Default)]
 struct Steps {
     count: f64,
@@ -40,23 +41,23 @@ impl Steps {
         self.length += length;
     }
 
-    /// Work for a unit of length.
+    /// Work per unit of length.
     fn cost(&self) -> f64 {
         self.work / self.length
     }
 }
 
-/// The order in use, and what is known of the other.
+/// The current order, with statistics for the choice.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Orders {
     now: Order,
-    /// Another one may be tried.
+    /// True if another order may be tried.
     free: bool,
-    /// Logarithm of the contraction of Newton's iteration, in the mean.
+    /// Mean logarithm of the contraction of Newton's iteration.
     ease: f64,
-    /// The last steps of this order.
+    /// Statistics of the last steps of this order.
     last: Steps,
-    /// If this order is being tried, what a unit of length cost with the other one.
+    /// During a trial, the cost of a unit of length with the other order.
     other: Option<f64>,
     /// Steps until a trial is decided, or until the other order may be tried.
     left: u32,
@@ -66,7 +67,7 @@ pub(super) struct Orders {
 }
 
 impl Orders {
-    /// The order that suits the tolerance; nothing is known of another.
+    /// The order that suits the tolerance, without statistics.
     pub(super) fn suited(tolerance: f64) -> Self {
         Self {
             now: Order::suited(tolerance),
@@ -80,7 +81,7 @@ impl Orders {
         }
     }
 
-    /// One order, which is not changed.
+    /// A fixed order.
     #[cfg(test)]
     pub(super) fn only(now: Order) -> Self {
         Self {
@@ -89,7 +90,7 @@ impl Orders {
         }
     }
 
-    /// No other order is tried from here on.
+    /// Disables trials of the other order.
     pub(super) fn stay(&mut self) {
         self.free = false;
     }
@@ -99,12 +100,12 @@ impl Orders {
         self.now
     }
 
-    /// Newton's iteration failed.
+    /// Records a failure of Newton's iteration.
     pub(super) fn failed(&mut self) {
         self.ease -= self.ease / MEAN;
     }
 
-    /// A step of this length was taken with so much work, and the iteration contracted by this.
+    /// Records a step of the given length and work, with the contraction of its iteration.
     pub(super) fn taken(&mut self, contraction: f64, work: f64, length: f64) {
         self.ease += (contraction.max(f64::EPSILON).ln() - self.ease) / MEAN;
         self.left = self.left.saturating_sub(1);
@@ -116,7 +117,8 @@ impl Orders {
         self.last.add(work, length);
     }
 
-    /// Chooses the order of the next step, which would have the length `h`: if it is another order, the length that the step is to have with it.
+    /// Chooses the order of the next step, which would have the length `h`. If the order changes, returns the length
+    /// of the step with the new order.
     pub(super) fn choose(&mut self, h: f64) -> Option<f64> {
         if !self.free {
             return None;
@@ -151,7 +153,7 @@ impl Orders {
         Some(self.fit(h))
     }
 
-    /// The length to begin an order with, where the other one had `h`: order 9 goes back to the length that it had.
+    /// First length with the current order, where the other had `h`: order 9 returns to its previous length.
     fn fit(&self, h: f64) -> f64 {
         match self.now {
             Order::Thirteen => h,
@@ -168,7 +170,8 @@ impl Orders {
 mod tests {
     use super::*;
 
-    /// Part of the steps that are of order 13, if these are `longer` times as long and Newton's iteration contracts by `contraction`.
+    /// Fraction of steps of order 13, if these are `longer` times as long and Newton's iteration contracts by
+    /// `contraction`.
     fn share(longer: f64, contraction: f64) -> f64 {
         let mut orders = Orders::suited(1e-12);
         let (mut count, mut h) = (0.0, 1.0);
@@ -185,7 +188,7 @@ mod tests {
         count
     }
 
-    /// Catches an order that costs more and is kept, trials without end, and trials where none is to be.
+    /// Catches a costlier order that is kept, endless trials, and trials where none is allowed.
     #[test]
     fn the_order_that_costs_less_is_kept() {
         for (longer, contraction, expected) in [

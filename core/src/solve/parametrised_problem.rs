@@ -1,4 +1,4 @@
-//! What the continuation asks of a problem: F(x, p) = 0 with its derivatives.
+//! Families of problems F(x, p) = 0 for continuation, with their derivatives.
 
 use super::special_points::SpecialKind;
 use crate::error::{Error, Result};
@@ -16,7 +16,7 @@ pub struct Linearised {
 }
 
 impl Linearised {
-    /// Itself, unless a number in it is not finite.
+    /// Error if the sizes are wrong or a number is not finite.
     pub(crate) fn checked(self, x: &DVector<f64>, p: f64) -> Result<Self> {
         let n = x.len();
         if self.residual.len() != n || self.jacobian.shape() != (n, n) || self.slope.len() != n {
@@ -51,20 +51,20 @@ pub trait Family {
     /// F, dF/dx and dF/dp.
     ///
     /// # Errors
-    /// F is undefined here. Branches end there, with this error as the reason.
+    /// F is undefined at this point. Branches end there, with this error as the reason.
     fn linearised(&self, x: &DVector<f64>, p: f64) -> Result<Linearised>;
 
-    /// The Morse index of the solution (x, p), or None if the family has none. Asked once for each
-    /// accepted point, and during the location of stability changes.
+    /// The Morse index of the solution (x, p), or None if the family has none. Evaluated once for each accepted
+    /// point, and during the location of stability changes.
     ///
     /// # Errors
-    /// The index cannot be found here; the point is then reported without one.
+    /// The index cannot be found; the point is then reported without one.
     fn index(&self, _x: &DVector<f64>, _p: f64) -> Result<Option<usize>> {
         Ok(None)
     }
 
-    /// A test function of the family's own, whose sign changes along the branch are located and
-    /// labelled as events. `direction` is the unit tangent as (dx, dp). None (the default): no events.
+    /// A test function of the family, whose sign changes along the branch are located and labelled as events.
+    /// `direction` is the unit tangent as (dx, dp). None (the default): no events.
     ///
     /// # Errors
     /// As [`Family::index`].
@@ -77,13 +77,13 @@ pub trait Family {
         Ok(None)
     }
 
-    /// What a root of [`Family::event`] is called.
+    /// Kind of a root of [`Family::event`].
     fn event_kind(&self) -> SpecialKind {
         SpecialKind::Event
     }
 }
 
-/// Refuses unknowns of another number than the family has; `what` has them.
+/// Error if the number of unknowns is not that of the family; `what` names the vector.
 pub(crate) fn check_size(family: &dyn Family, what: &str, x: &DVector<f64>) -> Result<()> {
     let (size, given) = (family.size(), x.len());
     if size == given && size > 0 {

@@ -2,10 +2,11 @@
 
 use nalgebra::{Cholesky, DMatrix, Dyn};
 
-/// The least pivot, in parts of the diagonal element that it was, which rounding does not make.
+/// Smallest pivot relative to its diagonal element; smaller ones are rounding.
 const PIVOT: f64 = 1e-11;
 
-/// The Cholesky factors of a symmetric matrix; None unless it is positive definite beyond rounding, whatever the units of its rows.
+/// Cholesky factors of a symmetric matrix; None unless the matrix is positive definite beyond rounding, whatever the
+/// units of its rows.
 pub fn definite(matrix: &DMatrix<f64>) -> Option<Cholesky<f64, Dyn>> {
     let factors = matrix.clone().cholesky()?;
     let pivots = factors.l_dirty().diagonal();

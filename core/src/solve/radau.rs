@@ -1,7 +1,8 @@
-//! Implicit Runge-Kutta stepping (Radau IIA: 3 stages, order 5, or 5 or 7 stages, orders 9 and 13) for stiff systems of any dimension.
+//! Implicit Runge-Kutta stepping (Radau IIA: 3 stages, order 5, or 5 or 7 stages, orders 9 and 13) for stiff systems
+//! of any dimension.
 //!
-//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable: the
-//! end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
+//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable:
+//! the end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
 
 use super::approximate_jacobian::Rough;
 use super::cost::Cost;
@@ -15,26 +16,28 @@ const SAFETY: f64 = 0.9;
 /// Bounds of a change of step size: internal layers are entered and left within a few steps.
 const SHRINK: f64 = 0.01;
 const GROW: f64 = 8.0;
-/// The step and its factors are kept if the step could grow by no more than this.
+/// A growth of the step up to this factor is forgone to keep the factors.
 const KEPT: f64 = 1.2;
 /// The Jacobian is kept while Newton contracts by this per iteration.
 const FAST: f64 = 0.02;
-/// Newton's iteration contracts in proportion to the step, along which the Jacobian changes: a step at which it would contract by less
-/// than this in an iteration is not tried.
+/// Largest predicted contraction of Newton's iteration at which a step is tried. The contraction grows in proportion
+/// to the step, along which the Jacobian changes.
 const CONTRACTING: f64 = 0.3;
-/// What factors cost, in evaluations for each stage.
+/// Cost of the factors, in evaluations for each stage.
 const FACTORS: f64 = 3.0;
-/// A step below this multiple of the largest step so far has stalled.
+/// A step below this multiple of the largest step up to now has stalled.
 const STALL: f64 = 1e-14;
-/// Steps of a motion that rests grow for ever; squares of 1/h must be numbers, for complex ones to be divided by it.
+/// Longest step. Steps of a motion at rest grow for ever, but squares of 1/h must not underflow, for complex division
+/// by them.
 const LONGEST: f64 = 1e140;
-/// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) where the solution is smooth. To bound the latter
-/// by the tolerance the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program for s = 3. For s = 5 they let it be as
-/// large as tolerance^(3/5): what is stiff leaves less of the order, and errors of up to a hundred tolerances were seen.
+/// With s stages the estimated error is of order h^(s+1), the true one of order h^(2s) if the solution is smooth. To
+/// bound the true one by the tolerance the estimate is held to ESTIMATE tolerance^(2/3), as in the authors' program
+/// for s = 3. For s = 5 they allow tolerance^(3/5): stiffness then reduces the order, and errors of up to a hundred
+/// tolerances were seen.
 const ESTIMATE: f64 = 0.1;
-/// The part of the tolerance that the error of Newton's iteration may take up.
+/// Largest error of Newton's iteration, in parts of the tolerance.
 const NEWTON: f64 = 0.1;
-/// Increments of the stages that are rounding, in units of the state's scale.
+/// Size of increments of the stages that are rounding, in units of the state's scale.
 const ROUNDING: f64 = 1e-13;
 
 /// The bound of the error estimate that keeps the error of a step near `tolerance`.
@@ -42,7 +45,7 @@ pub(super) fn estimate_bound(tolerance: f64) -> f64 {
     ESTIMATE * tolerance.powf(2.0 / 3.0)
 }
 
-/// What the controller of the step size remembers.
+/// Last accepted step, for the step-size controller.
 #[derive(Debug, Clone, Copy)]
 struct Accepted {
     h: f64,
@@ -65,11 +68,11 @@ pub struct Radau {
     newton: Newton,
     accepted: Option<Accepted>,
     jacobian: Option<Box<dyn AnyLinearised>>,
-    /// The Jacobian is that at the current state.
+    /// True if the Jacobian is that at the current state.
     fresh: bool,
-    /// It is that at the state expected in the middle of the next step.
+    /// True if the Jacobian is that at the predicted middle of the next step.
     foreseen: bool,
-    /// The Jacobian is to be evaluated again before the next step.
+    /// True if the Jacobian must be evaluated again before the next step.
     worn: bool,
     rough: Rough,
     factors: Option<Factors>,
@@ -77,8 +80,8 @@ pub struct Radau {
 }
 
 impl Radau {
-    /// Starts at `state`, settled, with its `slope` in the form of [`AnySystem::balance`]; `h` is a first guess that the error
-    /// control corrects. The error of each step is kept near `tolerance`, in units of the root of
+    /// Starts at `state`, settled, with its `slope` in the form of [`AnySystem::balance`]; the error control corrects
+    /// the first step `h`. The error of each step is kept near `tolerance`, in units of the root of
     /// [`AnySystem::mean_square`]; 1e-13 is the finest that makes sense.
     pub fn new(state: DVector<f64>, slope: DVector<f64>, h: f64, tolerance: f64) -> Self {
         let newton = NEWTON * tolerance.min(estimate_bound(tolerance));
@@ -108,12 +111,13 @@ impl Radau {
         }
     }
 
-    /// Tries no order but the one that suits the tolerance.
+    /// Restricts steps to the order that suits the tolerance.
     pub fn keep_order(&mut self) {
         self.orders.stay();
     }
 
-    /// Starts anew at another state, of any dimension; the cost is counted on, and so is the step that counts as a stall.
+    /// Starts anew at another state, of any dimension. The cost counters and the largest step, which defines a stall,
+    /// carry over.
     pub fn restart(&mut self, state: DVector<f64>, slope: DVector<f64>, h: f64) {
         *self = Self {
             largest: self.largest.max(h),
@@ -124,7 +128,7 @@ impl Radau {
         };
     }
 
-    /// What it cost so far.
+    /// Cost counters.
     pub fn cost(&self) -> Cost {
         self.cost
     }
@@ -149,7 +153,7 @@ impl Radau {
         self.span
     }
 
-    /// The size that the next step will try.
+    /// Length of the next trial step.
     pub fn next_step(&self) -> f64 {
         self.h
     }
@@ -159,7 +163,7 @@ impl Radau {
         self.jacobian.as_deref()
     }
 
-    /// Evaluates the Jacobian at the current state; None if it has none there.
+    /// Evaluates the Jacobian at the current state; None if it is undefined.
     pub fn refresh(&mut self, system: &dyn AnySystem) -> Option<()> {
         if !self.fresh {
             self.cost.jacobians += 1;
@@ -171,8 +175,9 @@ impl Radau {
         Some(())
     }
 
-    /// Evaluates the Jacobian where the middle of a step of length `h` is expected, for it stands for all of the step, roughly if that
-    /// served so far; at the current state if there is none.
+    /// Evaluates the Jacobian at the predicted middle of a step of length `h`, as representative of the whole step. A
+    /// rough Jacobian is used if these served up to now; the current state is used if there is no Jacobian at the
+    /// middle.
     fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
         let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
         let rough = match self.rough.is_due() {
@@ -193,12 +198,12 @@ impl Radau {
     /// Takes one step of at most `h_max`.
     ///
     /// # Errors
-    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if there is no Jacobian here.
+    /// [`StepTooSmall`] if no step of a size worth taking meets the tolerance, or if the Jacobian is undefined.
     pub fn step(&mut self, system: &dyn AnySystem, h_max: f64) -> Result<(), StepTooSmall> {
         if let Some(h) = self.orders.choose(self.h) {
             (self.h, self.factors) = (h, None);
             if let Some(before) = &mut self.accepted {
-                // That of another order says nothing of how errors will grow.
+                // The error of another order does not predict the growth of errors.
                 before.error = f64::INFINITY;
             }
         }
@@ -248,7 +253,7 @@ impl Radau {
                     extrapolate = false;
                     continue;
                 }
-                // The same step is tried with another Jacobian before it is shortened.
+                // Try the step again with another Jacobian before shortening it.
                 Outcome::Slow(_) if !self.fresh && !self.foreseen => {
                     self.worn = true;
                     continue;
@@ -261,7 +266,8 @@ impl Radau {
                 if self.rough.used {
                     self.rough.seen(1.0);
                 }
-                // What was expected may not come: after a second failure it is the Jacobian of the current state that is taken.
+                // The prediction of the middle may be wrong: after a second failure use the Jacobian of the current
+                // state.
                 if rejected && !self.fresh {
                     (foresee, self.worn) = (false, true);
                 }
@@ -278,7 +284,7 @@ impl Radau {
             let safety = SAFETY * (1.0 + most) / (self.newton.iterations as f64 + most);
             let mut factor = safety * error.max(1e-10).powf(-power);
             if error < 1.0 {
-                // Gustafsson's predictive controller: it extrapolates the growth of the error from step to step.
+                // Gustafsson's predictive controller extrapolates the growth of the error from step to step.
                 if let Some(before) = self.accepted {
                     let change = before.error.max(0.01) / (error * error).max(1e-20);
                     factor = factor.min(SAFETY * h / before.h * change.powf(power));
@@ -314,8 +320,9 @@ impl Radau {
         }
     }
 
-    /// The slope at the end of a step of length `h`: that of the collocation polynomial, for the end is its last stage and fulfils the
-    /// equations. Where the step has the length `h_max` it may have ended at a break of the loads, beyond which the slope is another one.
+    /// Slope at the end of a step of length `h`: that of the collocation polynomial, since the end is its last stage
+    /// and satisfies the equations. A step of the length `h_max` may have ended at a break of the loads, beyond which
+    /// the slope differs.
     fn end_slope(
         &mut self,
         system: &dyn AnySystem,
@@ -335,7 +342,7 @@ impl Radau {
         slope
     }
 
-    /// What was spent so far, in evaluations.
+    /// Cost up to now, in evaluations.
     fn spent(&self) -> f64 {
         let stages = self.orders.now().tableau().stages() as f64;
         self.cost.evaluations as f64 + FACTORS * stages * self.cost.factorisations as f64
@@ -353,7 +360,7 @@ impl Radau {
         self.cost.implicit_steps += 1;
     }
 
-    /// Makes the factors those of the step size `h`; false if a matrix is singular.
+    /// Updates the factors to the step size `h`; false if a matrix is singular.
     fn factor(&mut self, h: f64) -> bool {
         if self.factors.as_ref().is_some_and(|f| f.h == h) {
             return true;
@@ -366,7 +373,7 @@ impl Radau {
         self.factors.is_some()
     }
 
-    /// Stages of a next step of length `h` from the last one's polynomial.
+    /// Guess of the stages of a next step of length `h`, from the last step's polynomial.
     fn extrapolated(&self, h: f64) -> Stages {
         let nodes = self.orders.now().tableau().nodes().iter();
         nodes
@@ -374,13 +381,14 @@ impl Radau {
             .collect()
     }
 
-    /// What the polynomial of the last step, which may be of another order than the next, adds to the state at its start at `x` of its length.
+    /// Polynomial of the last step at the fraction `x`, less the state at its start. The order of the last step may
+    /// differ from that of the next.
     fn within(&self, x: f64) -> DVector<f64> {
         let last = Order::of_stages(self.stages.len());
         last.tableau().polynomial(x, &self.stages)
     }
 
-    /// What it adds to the state at its end at `x` > 1.
+    /// Polynomial of the last step at the fraction `x` > 1, less the state at its end.
     fn beyond(&self, x: f64) -> DVector<f64> {
         let polynomial = self.within(x);
         match self.stages.last() {
@@ -389,7 +397,7 @@ impl Radau {
         }
     }
 
-    /// The error estimate of a step in units of its bound; infinite if it is none. `careful`: an estimate too large is
+    /// Error estimate of a step in units of its bound; infinite if undefined. `careful`: an estimate too large is
     /// filtered again, for a state off the slow manifold overrates it.
     fn error(
         &mut self,
@@ -421,8 +429,8 @@ impl Radau {
         size
     }
 
-    /// The state at the fraction `x` in [0, 1] of the last step by a step of that length: as accurate as the steps, at
-    /// the price of new factors and an iteration or two. None if that step cannot be solved.
+    /// State at the fraction `x` in [0, 1] of the last step by a separate step of that length: as accurate as the
+    /// steps, at the cost of new factors and an iteration or two. None if that step cannot be solved.
     pub fn exactly(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if x == 1.0 || self.span == 0.0 {
             return Some(self.state.clone());

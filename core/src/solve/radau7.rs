@@ -1,13 +1,14 @@
-//! Radau IIA with seven stages (order 13): the tableau, and the steps that are polynomials.
+//! Radau IIA with seven stages (order 13): the tableau, and dense output by the collocation polynomial.
 //!
-//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Secs. VI.5, VII.4. A stiff mechanical system is close to one
-//! with constraints (index 3): whatever the order, the velocities across the constraints err by the h^s of s stages and the forces by
-//! h^(s-1). Hence many stages. Who solves the stage equations knows the system; this module knows what can be said of any.
+//! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Secs. VI.5, VII.4. A stiff mechanical
+//! system is close to one with constraints (index 3). Whatever the order, the velocities across the constraints then
+//! have errors of h^s for s stages, and the forces of h^(s-1). Hence many stages. The stage equations are solved by
+//! modules that know the system; this module holds the parts common to all systems.
 
 use super::gauss::Reversible;
 use std::sync::OnceLock;
 
-/// Stages.
+/// Number of stages.
 pub const S: usize = 7;
 /// Nodes of the stages; the last is the end of the step.
 pub const NODES: [f64; S] = [
@@ -22,18 +23,18 @@ pub const NODES: [f64; S] = [
 /// The real eigenvalue of the tableau's matrix.
 pub const GAMMA: f64 = 0.111_896_465_300_035_08;
 
-/// The tableau and what follows from it.
+/// The tableau with derived constants.
 #[derive(Debug)]
 pub struct Tableau {
     /// A: integrals of the stages' polynomials up to the nodes.
     pub once: [[f64; S]; S],
-    /// A^2: the same twice.
+    /// A^2: the double integrals.
     pub twice: [[f64; S]; S],
     /// Values at the start of the step of the polynomials through the stages.
     pub start: [f64; S],
 }
 
-/// Values at `x` of the polynomials that are 1 at one of the `nodes` and 0 at the others.
+/// Values at `x` of the Lagrange polynomials of the `nodes`.
 fn basis<const N: usize>(nodes: &[f64; N], x: f64) -> [f64; N] {
     std::array::from_fn(|i| {
         let others = (0..N).filter(|j| *j != i);
@@ -48,7 +49,7 @@ pub fn through_stages(x: f64) -> [f64; S] {
     basis(&NODES, x)
 }
 
-/// The tableau.
+/// The tableau, computed once.
 pub fn tableau() -> &'static Tableau {
     static TABLEAU: OnceLock<Tableau> = OnceLock::new();
     TABLEAU.get_or_init(|| {
@@ -77,8 +78,8 @@ pub fn tableau() -> &'static Tableau {
     })
 }
 
-/// One accepted step: the polynomial through its start and its stages. In the limit of great stiffness it is as accurate inside as at
-/// its end, so that nothing better need be looked for.
+/// One accepted step: the polynomial through its start and its stages. In the limit of great stiffness it is as
+/// accurate inside as at its end, so no better interpolant is needed.
 #[derive(Debug, Clone)]
 pub struct RadauStep<Y> {
     /// State at the start.
@@ -88,12 +89,12 @@ pub struct RadauStep<Y> {
     /// Length.
     pub h: f64,
     stages: Box<[Y; S]>,
-    /// At the start and at the end.
+    /// Slopes at the start and at the end.
     slopes: Box<[Y; 2]>,
 }
 
 impl<Y: Reversible> RadauStep<Y> {
-    /// A step of length `h` with these states at the stages, slopes at its start and its end.
+    /// A step of length `h` from the states at the stages and the slopes at both ends.
     pub fn new(from: Y, h: f64, stages: [Y; S], slopes: [Y; 2]) -> Self {
         Self {
             from,
@@ -109,7 +110,7 @@ impl<Y: Reversible> RadauStep<Y> {
         &*self.slopes
     }
 
-    /// The slope at the end.
+    /// Slope at the end.
     pub fn end_slope(&self) -> &Y {
         &self.slopes[1]
     }
@@ -140,8 +141,8 @@ impl<Y: Reversible> RadauStep<Y> {
 mod tests {
     use super::*;
 
-    /// Catches a wrong digit of a node: the end integrates polynomials up to the degree 2 s - 2 exactly, which no other nodes with
-    /// c_s = 1 do, and the determinant and trace of A belong to the eigenvalue given.
+    /// Catches a wrong digit of a node: the end integrates polynomials up to the degree 2 s - 2 exactly, unlike all
+    /// other nodes with c_s = 1. Determinant and trace of A belong to the given eigenvalue.
     #[test]
     fn quadrature_is_that_of_radau() {
         let weights = tableau().once[S - 1];

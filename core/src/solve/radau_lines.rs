@@ -1,4 +1,5 @@
-//! The work of Newton's iteration on stages beside the linear systems, in wide registers: eight components of all stages at once.
+//! Vector operations of Newton's iteration on Radau stages, in wide registers: eight components of all stages at
+//! once.
 
 use super::radau_stages::Tableau;
 use super::radau7::S;
@@ -7,10 +8,10 @@ use crate::math::real::Real;
 use nalgebra::{DMatrix, DVector};
 use pulp::{Simd, WithSimd};
 
-/// Most stages of a method.
+/// Largest number of stages.
 const MOST: usize = S;
 
-/// Eight numbers of a field from the place `first` on; beyond its end there are zeros.
+/// Eight numbers of a field from index `first` on, padded with zeros.
 #[inline(always)]
 fn line<S: Simd>(simd: S, field: &[f64], first: usize) -> Eight<S> {
     let left = field.get(first..).unwrap_or_default();
@@ -22,7 +23,7 @@ fn line<S: Simd>(simd: S, field: &[f64], first: usize) -> Eight<S> {
     Eight::of(simd, padded)
 }
 
-/// Puts them there, as far as the field goes.
+/// Stores a line at the index `first`, truncated at the end of the field.
 #[inline(always)]
 fn put<S: Simd>(line: Eight<S>, field: &mut DVector<f64>, first: usize) {
     let left = &mut field.as_mut_slice()[first..];
@@ -43,11 +44,11 @@ fn row_times<S: Simd>(rows: &DMatrix<f64>, i: usize, lines: &[Eight<S>; MOST]) -
     sum
 }
 
-/// T^-1 F - Lambda/h W: what the linear systems of an iteration are to be solved for.
+/// T^-1 F - Lambda/h W: right-hand sides of the linear systems of an iteration.
 pub(super) struct Residuals<'a> {
     pub tableau: &'a Tableau,
     pub h: f64,
-    /// How many components have a derivative, the first ones; of the others, which are algebraic, it is T^-1 F.
+    /// Number of leading components that are differential; for the algebraic ones the residual is T^-1 F.
     pub differential: usize,
     pub slopes: &'a [DVector<f64>],
     pub w: &'a [DVector<f64>],
@@ -91,7 +92,7 @@ impl WithSimd for Residuals<'_> {
     }
 }
 
-/// Takes the increments of W over into all that follows from it.
+/// Applies the increments of W to W, Z and the states.
 pub(super) struct Advance<'a> {
     pub t: &'a DMatrix<f64>,
     pub increments: &'a [DVector<f64>],
@@ -100,7 +101,7 @@ pub(super) struct Advance<'a> {
     pub z: &'a mut [DVector<f64>],
     /// y + z.
     pub states: &'a mut [DVector<f64>],
-    /// Component by component the root of the mean square, over the stages, of what z changes by.
+    /// Root mean square over the stages of the change of Z, by components.
     pub change: &'a mut DVector<f64>,
 }
 

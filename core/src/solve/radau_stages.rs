@@ -1,5 +1,5 @@
-//! The stages of Radau IIA of orders 5, 9 and 13: tableaux, collocation polynomials, and the simplified Newton iteration that
-//! solves them (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
+//! Stages of Radau IIA of orders 5, 9 and 13: tableaux, collocation polynomials, and the simplified Newton iteration
+//! (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
 //! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
 use super::radau_lines::{Advance, Residuals};
@@ -10,7 +10,8 @@ use nalgebra::{Complex, DMatrix, DVector};
 use std::sync::OnceLock;
 
 const SQRT6: f64 = 2.449_489_742_783_178;
-/// Nodes c of the stages of two methods, those of the third stand in [`super::radau7`]; the last is the end of the step.
+/// Nodes c of the methods with three and five stages (for seven see [`super::radau7`]); the last is the end of the
+/// step.
 const THREE: [f64; 3] = [(4.0 - SQRT6) / 10.0, (4.0 + SQRT6) / 10.0, 1.0];
 const FIVE: [f64; 5] = [
     0.057_104_196_114_517_68,
@@ -31,11 +32,11 @@ pub(super) enum Order {
     Thirteen,
 }
 
-/// Steps that are as accurate as this are fewer by so much with the order 9 that they cost less, each at two to three times the price.
+/// Tolerance below which order 9 is cheaper: its steps cost two to three times as much, but are fewer by more.
 const FINE: f64 = 1e-8;
 
 impl Order {
-    /// The order that takes least time for errors of steps of this size.
+    /// The cheapest order for errors of steps of this size.
     pub(super) fn suited(tolerance: f64) -> Self {
         if tolerance <= FINE {
             Self::Nine
@@ -44,7 +45,7 @@ impl Order {
         }
     }
 
-    /// That of the method with so many stages.
+    /// The order of the method with the given number of stages.
     pub(super) fn of_stages(stages: usize) -> Self {
         match stages {
             0..5 => Self::Five,
@@ -61,8 +62,9 @@ impl Order {
     }
 }
 
-/// A method of s stages: nodes c, and the matrix A of the integrals up to them, as A^-1 = T Lambda T^-1. Lambda has the real
-/// eigenvalue `gamma` of A^-1, then for each pair alpha +- i beta the block \[alpha, -beta; beta, alpha\].
+/// A method of s stages: nodes c, and the matrix A of the integrals up to the nodes, as A^-1 = T Lambda T^-1. Lambda
+/// has the real eigenvalue `gamma` of A^-1, then for each pair alpha +- i beta the block
+/// \[alpha, -beta; beta, alpha\].
 #[derive(Debug)]
 pub(super) struct Tableau {
     nodes: &'static [f64],
@@ -70,14 +72,15 @@ pub(super) struct Tableau {
     pub(super) pairs: Vec<Complex<f64>>,
     pub(super) t: DMatrix<f64>,
     pub(super) t_inverse: DMatrix<f64>,
-    /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the step.
+    /// Weights of the stages z_i in the slopes at the start and at the end of the collocation polynomial, times the
+    /// step.
     start: Vec<f64>,
     end: Vec<f64>,
 }
 
 impl Tableau {
     fn new(nodes: &'static [f64]) -> Self {
-        // With z_i = y(c_i) - y(0), A^-1 takes the z to the slopes of the polynomial through 0 and them.
+        // With z_i = y(c_i) - y(0), A^-1 maps the z to the slopes of the polynomial through 0 and the z.
         let s = nodes.len();
         let inverse = DMatrix::from_fn(s, s, |i, j| slope_of_basis(nodes, j, nodes[i]));
         let mut t = DMatrix::zeros(s, s);
@@ -98,7 +101,7 @@ impl Tableau {
                 gamma = value.re;
             }
         }
-        // Of constants that the test below holds to be regular.
+        // T is constant, and regular by the test below.
         let t_inverse = t.clone().try_inverse().unwrap_or_default();
         let slope = |x: f64| (0..s).map(|j| slope_of_basis(nodes, j, x)).collect();
         Self {
@@ -128,13 +131,14 @@ impl Tableau {
         combined(weights, z)
     }
 
-    /// Its slope at the end of a step of length `h`, where the polynomial fulfils the equations.
+    /// Slope of the collocation polynomial at the end of a step of length `h`, where the polynomial satisfies the
+    /// equations.
     pub(super) fn end_slope(&self, h: f64, z: &[DVector<f64>]) -> DVector<f64> {
         combined(self.end.iter().map(|w| w / h), z)
     }
 }
 
-/// At x, the polynomial that is 1 at node j, and 0 at the other nodes and at 0.
+/// Lagrange polynomial of node j at x: 1 at node j, and 0 at the other nodes and at 0.
 fn basis(nodes: &[f64], j: usize, x: f64) -> f64 {
     let c = nodes[j];
     let others = (0..nodes.len()).filter(|k| *k != j);
@@ -143,7 +147,7 @@ fn basis(nodes: &[f64], j: usize, x: f64) -> f64 {
     })
 }
 
-/// Its derivative.
+/// Derivative of the Lagrange polynomial of node j.
 fn slope_of_basis(nodes: &[f64], j: usize, x: f64) -> f64 {
     let roots: Vec<f64> = std::iter::once(0.0)
         .chain((0..nodes.len()).filter(|k| *k != j).map(|k| nodes[k]))
@@ -159,7 +163,7 @@ fn slope_of_basis(nodes: &[f64], j: usize, x: f64) -> f64 {
         .sum()
 }
 
-/// An eigenvalue and its vector, 1 at the end, from a value nearby: by inverse iteration.
+/// Eigenvalue near `near` and its eigenvector, 1 at the end, by inverse iteration.
 fn eigenpair(matrix: &DMatrix<f64>, near: Complex<f64>) -> (Complex<f64>, DVector<Complex<f64>>) {
     let s = matrix.nrows();
     let matrix = matrix.map(Complex::from);
@@ -173,7 +177,7 @@ fn eigenpair(matrix: &DMatrix<f64>, near: Complex<f64>) -> (Complex<f64>, DVecto
     ((&matrix * &vector)[s - 1], vector)
 }
 
-/// The error after an increment is never taken to be less than this part of it: quadratures whose rows of the Jacobian are zero follow one
+/// Least error after an increment, relative to the increment: quadratures whose rows of the Jacobian are zero lag one
 /// iteration behind.
 const LAG: f64 = 0.05;
 
@@ -194,7 +198,7 @@ fn combine(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>], sum: &mut DVect
     }
 }
 
-/// The matrices of the transformed stages for one step size.
+/// Factorised matrices of the transformed stages for one step size.
 pub(super) struct Factors {
     /// The step size.
     pub(super) h: f64,
@@ -220,8 +224,9 @@ impl Factors {
         })
     }
 
-    /// (gamma / h - J)^-1 (slope - u'), with the slope u' at the start of the collocation polynomial: the error of an embedded method
-    /// of order s, damped where the system is stiff. The last `algebraic` components have no derivative.
+    /// (gamma / h - J)^-1 (slope - u'), with the slope u' at the start of the collocation polynomial: the error of an
+    /// embedded method of order s, damped where the system is stiff. The last `algebraic` components have no
+    /// derivative.
     pub(super) fn error(
         &self,
         slope: &DVector<f64>,
@@ -237,47 +242,47 @@ impl Factors {
     }
 }
 
-/// How a solution of the stages ended.
+/// Outcome of a solution of the stages.
 pub(super) enum Outcome {
     /// Solved.
     Solved,
-    /// It does not converge or would take too long; a step shorter by the factor might.
+    /// Convergence is too slow or absent; a step shorter by the factor may converge.
     Slow(f64),
-    /// A stage left the domain of the slope in the iteration of that number, from 0.
+    /// A stage left the domain of the slope in the iteration of this number, from 0.
     Outside(i32),
 }
 
-/// The simplified Newton iteration, with what it learnt of its speed.
+/// The simplified Newton iteration, with statistics of its convergence.
 #[derive(Debug, Clone)]
 pub(super) struct Newton {
     /// Bound of the remaining error of the stages.
     goal: f64,
-    /// Increments below this which no longer shrink are rounding.
+    /// Level of rounding: smaller increments need not shrink.
     floor: f64,
     /// theta / (1 - theta) of the last solution: error after an increment by its size.
     remainder: f64,
-    /// Contraction per iteration seen in the last solution; 0 if it took one iteration.
+    /// Contraction per iteration in the last solution; 0 if it took one iteration.
     pub(super) contraction: f64,
     /// Iterations of the last solution.
     pub(super) iterations: u64,
     room: Room,
 }
 
-/// Where stages are worked on, kept from one solution to the next.
+/// Work space of the stages, kept from one solution to the next.
 #[derive(Debug, Clone)]
 struct Room {
     states: Stages,
     slopes: Stages,
-    /// W = T^-1 Z, which is kept apart, as in the book, and its increments.
+    /// W = T^-1 Z, stored separately as in the book, and its increments.
     transformed: Stages,
     increments: Stages,
-    /// What the increments change the stages by: the root of the mean square over them.
+    /// Root mean square over the stages of the change by an increment.
     change: DVector<f64>,
     pair: DVector<Complex<f64>>,
 }
 
 impl Room {
-    /// For so many stages of n numbers.
+    /// Work space for the given number of stages of n components.
     fn new(stages: usize, n: usize) -> Self {
         let all = vec![DVector::zeros(n); stages];
         Self {
@@ -304,7 +309,7 @@ impl Newton {
         }
     }
 
-    /// Takes larger increments for rounding: a sample inside a step that was accepted must not fail for rounding.
+    /// Raises the rounding level: a sample inside an accepted step must not fail for rounding.
     pub(super) fn loosen(&mut self) {
         self.floor *= 100.0;
     }
@@ -319,7 +324,7 @@ impl Newton {
     }
 
     /// Solves z = h A F(y + z) from the guess in `z`. Convergence is judged by increments of y, never by residuals of
-    /// the slope: those may be large by rounding alone where the system is stiff.
+    /// the slope: rounding alone may make these large in a stiff system.
     pub(super) fn solve(
         &mut self,
         system: &dyn AnySystem,
@@ -332,7 +337,8 @@ impl Newton {
         let h = factors.h;
         let tableau = factors.order.tableau();
         let (stages, most) = (tableau.stages(), Self::most(factors.order));
-        // Increments are taken for rounding up to the tolerance at most; where rounding is larger, a shorter step must reduce it.
+        // Increments up to the tolerance, ten times the floor, may count as rounding; if rounding is larger, a
+        // shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));
         if self.room.pair.len() != n || self.room.states.len() != stages {
             self.room = Room::new(stages, n);
@@ -346,7 +352,8 @@ impl Newton {
             pair,
         } = &mut self.room;
         let (mut last, mut last_ratio) = (0.0, 0.0);
-        // From no guess at all the first iteration moves the time of the stages, and nothing sees a load in time before the next.
+        // From a zero guess the first iteration moves the time of the stages, and a load in time acts only from the
+        // next on.
         let blind = z.iter().all(|z| z.amax() == 0.0);
         let mut first = 0;
         self.remainder = self.remainder.powf(0.8);
@@ -415,7 +422,7 @@ impl Newton {
                 if !(theta < 0.99) {
                     return Outcome::Slow(0.5);
                 }
-                // Ratios of increments at the level of rounding say nothing.
+                // Ratios of increments at the level of rounding are meaningless.
                 if size > floor || k == first + 1 {
                     self.contraction = theta;
                 }
@@ -448,7 +455,8 @@ impl Newton {
 mod tests {
     use super::*;
 
-    /// Catches a wrong digit of a node or a wrong transformation: nodes are those of Radau, P_s = P_(s-1), A integrates c^p up to each node, and T block-diagonalises A^-1.
+    /// Catches a wrong digit of a node or a wrong transformation: nodes are those of Radau, P_s = P_(s-1), A
+    /// integrates c^p up to each node, and T block-diagonalises A^-1.
     #[test]
     fn transformations_are_those_of_the_tableaux() {
         for (order, bound) in [

@@ -1,8 +1,8 @@
 //! Bracketed scalar roots.
 
-/// A root of `f` between `a` and `b`, where `fa`, `fb` have opposite signs, by Chandrupatla's method
-/// (inverse quadratic interpolation where it is safe, else bisection): to |b - a| <= tolerance or
-/// f = 0. None if the signs agree or a value is NaN.
+/// A root of `f` between `a` and `b`, where `fa`, `fb` have opposite signs, by Chandrupatla's method (inverse
+/// quadratic interpolation if safe, else bisection): to |b - a| <= tolerance or f = 0. None if the signs agree or a
+/// value is NaN.
 pub fn chandrupatla(
     mut f: impl FnMut(f64) -> f64,
     a: (f64, f64),
@@ -12,7 +12,7 @@ pub fn chandrupatla(
     search(&mut f, a, b, tolerance)
 }
 
-/// Compiled once, not for every function.
+/// Takes a trait object: compiled once, not for every function.
 fn search(
     f: &mut dyn FnMut(f64) -> f64,
     (mut a, mut fa): (f64, f64),

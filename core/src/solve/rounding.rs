@@ -1,16 +1,16 @@
-//! Errors of roots by rounding.
+//! Rounding errors of roots, by stochastic sampling.
 //!
-//! A computed phi is phi + e, with e its rounding. The root of phi + e is off by S^-1 e, where S = d phi/dz. The module
-//! measures e by second differences, (phi(z + d) + phi(z - d))/2 - phi(z): over short distances d these are rounding
-//! alone, for phi is straight there. Each, led through S^-1, is a sample of the error of the root (stochastic
+//! A computed phi is phi + e, with e its rounding. The root of phi + e is off by S^-1 e, where S = d phi/dz. The
+//! module measures e by second differences, (phi(z + d) + phi(z - d))/2 - phi(z). Over short distances d these are
+//! rounding alone, for phi is linear there. Each, mapped by S^-1, is a sample of the error of the root (stochastic
 //! arithmetic: J. Vignes, Math. Comput. Simul. 35 (1993) 233-261).
 
 use nalgebra::{DMatrix, DVector};
 
-/// Distances in units of the last digit of the unknowns. The next digits of the unknowns alone may change nothing: the
-/// place of the end of a stiff rod changes by a digit only where its force changes by many.
+/// Distances in units of the last digit of the unknowns. Distances of a few digits alone may change nothing: the
+/// place of the end of a stiff rod changes by a digit only if its force changes by many.
 const DISTANCES: [f64; 4] = [2.0, 128.0, 8192.0, 524_288.0];
-/// Samples of the error.
+/// Number of samples of the error.
 const SAMPLES: u64 = 12;
 /// The error is at most the largest sample times this. Normal roundings exceed the bound once in 10^4.
 const MARGIN: f64 = 4.0;
@@ -19,7 +19,7 @@ const MARGIN: f64 = 4.0;
 pub(crate) struct AtRoot<'a, Phi, Solve> {
     /// The root.
     pub z: &'a DVector<f64>,
-    /// phi there.
+    /// phi at the root.
     pub value: &'a DVector<f64>,
     /// phi; None where it is undefined.
     pub phi: Phi,
@@ -32,7 +32,7 @@ where
     Phi: Fn(&DVector<f64>) -> Option<DVector<f64>>,
     Solve: Fn(&DVector<f64>) -> Option<DVector<f64>>,
 {
-    /// Sizes of one sample of the errors.
+    /// Absolute values of one sample of the errors.
     fn sample(&self, number: u64) -> Option<DVector<f64>> {
         let z = self.z;
         let distance = DISTANCES[number as usize % DISTANCES.len()] * f64::EPSILON;
@@ -45,7 +45,7 @@ where
         finite.then(|| moved.abs())
     }
 
-    /// Bounds of the errors of the components of the root. None where phi or S^-1 is undefined.
+    /// Bounds of the errors of the components of the root. None if phi or S^-1 is undefined.
     pub fn errors(&self) -> Option<DVector<f64>> {
         let mut largest = self.sample(0)?;
         for number in 1..SAMPLES {
@@ -54,7 +54,7 @@ where
         Some(largest * MARGIN)
     }
 
-    /// True if a distance from the root may be rounding: it is within the bound of the error.
+    /// True if a distance from the root may be rounding, that is, lies within the error bound.
     pub fn explains(&self, distance: f64) -> bool {
         let explained = |number| {
             self.sample(number)

@@ -1,11 +1,11 @@
-//! Bounds of the errors of special points: each is located again on families that are computed otherwise.
+//! Error bounds of special points: each is located again on families with other errors of computation.
 //!
-//! A family carries the error of its computation, such as that of an integration to a tolerance, and its special points
-//! with it; nothing in the family itself shows how much. Two finer families show it: the error of the first place is
-//! the distance to theirs, but for their own errors, of which their distance from each other is a measure. Where
-//! nothing is finer two coarser ones do: an error that is at most half of theirs is at most the distance to theirs.
-//! Rounding, which all of them have, comes on top: what it does to the equations, through the regular system that has
-//! the special point as its root.
+//! A family carries the error of its computation, such as that of an integration to a tolerance, and so do its
+//! special points; the family itself cannot show this error. Two finer families show it. The error of the first
+//! location is its distance to theirs, up to their own errors, which their mutual distance measures. If nothing is
+//! finer, two coarser families serve: an error at most half of theirs is at most the distance to theirs. Rounding,
+//! common to all, is added: its effect on the equations is mapped through the regular system that has the special
+//! point as its root.
 
 use super::arclength::Options;
 use super::elimination::Place;
@@ -15,15 +15,15 @@ use super::rounding::{AtRoot, solver};
 use super::special_points::{Special, SpecialKind, Status};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-/// How far from the special point the search begins, relative to the size of the unknowns: nearest first, so that a
-/// neighbour is not taken for it.
+/// Distances from the special point at which the search begins, relative to the size of the unknowns: nearest first,
+/// so that no neighbour is found instead.
 const REACHES: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
-/// A special point found again.
+/// A special point located again.
 struct Found {
     x: DVector<f64>,
     p: f64,
-    /// Distance along the branch from where it was found first.
+    /// Distance along the branch from the first location.
     shift: f64,
     error_s: f64,
     error_p: f64,
@@ -31,10 +31,10 @@ struct Found {
 }
 
 impl Special {
-    /// The same special point with `error_p`, `error_x` and `error_s` that bound its errors, those of the family's own computation
-    /// included. `others` are families of the same problem whose errors are less by a factor of 10 or more, each by
-    /// another, or greater by a factor of two or more. A point that one of them does not have is a guess. Rounding is
-    /// that of the last.
+    /// This special point with bounds `error_p`, `error_x` and `error_s` that include the error of the family's own
+    /// computation. `others` are families of the same problem whose errors are less by different factors of 10 or
+    /// more, or greater by a factor of two or more. A point missing in one of them becomes a guess. Rounding is that
+    /// of the last family.
     #[must_use]
     pub fn bounded(mut self, others: &[&dyn Family], options: &Options) -> Self {
         let found: Vec<Found> = others
@@ -66,8 +66,8 @@ impl Special {
         self
     }
 
-    /// Bounds of what rounding of the family's equations makes of unknowns and parameter, and of the arclength.
-    /// None where the family is undefined nearby.
+    /// Error bounds by rounding of the family's equations: of unknowns and parameter, and of the arclength. None if
+    /// the family is undefined nearby.
     fn rounding(&self, family: &dyn Family, options: &Options) -> Option<(Place, f64)> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
@@ -129,7 +129,7 @@ impl Special {
 }
 
 impl Space<'_> {
-    /// F, and the test function of folds or of the family's own events, on or beside the branch.
+    /// F, and the test function of folds or of the family's own events, on the branch or near it.
     fn tested(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<DVector<f64>> {
         let (residual, eliminated) = self.evaluate(z).ok()?;
         let along = self.null(&eliminated).0.towards(tangent);
@@ -144,7 +144,7 @@ impl Space<'_> {
         Some(residual.push(test))
     }
 
-    /// By how much rounding of F and of the test function moves a fold or an event.
+    /// Displacement of a fold or an event by rounding of F and of the test function.
     fn rounding_of_tested(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<Place> {
         let (matrix, _) = self.matrix(z)?;
         let n = matrix.nrows();
@@ -187,7 +187,7 @@ impl Space<'_> {
     }
 }
 
-/// Twice the distance to the other values, four times their own, and what each is uncertain by.
+/// Twice the distance to the other values, plus four times their scatter, plus the largest own uncertainty.
 fn bound(here: &Found, others: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f64 {
     let (value, own) = of(here);
     let apart = |a: f64, b: f64| (a - b).abs();
@@ -199,7 +199,7 @@ fn bound(here: &Found, others: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f
     2.0 * distance + 4.0 * scatter + all().map(|(_, e)| e).fold(own, f64::max)
 }
 
-/// A branch point and a change of the index are one thing seen by two tests: which of them sees it first depends on errors.
+/// A branch point and a change of the index are one event seen by two tests: errors decide which test sees it first.
 fn alike(a: SpecialKind, b: SpecialKind) -> bool {
     let crossing = |kind| {
         matches!(

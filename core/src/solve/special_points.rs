@@ -1,8 +1,8 @@
-//! Special points between two accepted points of a branch: found, located, labelled.
+//! Special points between two accepted points of a branch: detected, located, labelled.
 //!
-//! Test functions with a sign: the tangent's part along p (fold), the determinant of
-//! [F_x F_p; tangent^T] (simple branch point), the family's own (event). The Morse index shows the
-//! rest: crossings of even multiplicity, and pairs that one step holds, which is then divided.
+//! Test functions with a sign: the tangent's part along p (fold), the determinant of [F_x F_p; tangent^T] (simple
+//! branch point), the family's own (event). The Morse index shows the rest: crossings of even multiplicity, and pairs
+//! within one step, which is then divided.
 
 use super::arclength::Point;
 use super::elimination::Place;
@@ -11,15 +11,15 @@ use super::roots::chandrupatla;
 use crate::math::small_sort::sort_few;
 use nalgebra::DVector;
 
-/// What a special point is.
+/// Kind of a special point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpecialKind {
     /// p turns back: F_x is singular, the branch is smooth.
     Fold,
     /// A second branch crosses: [F_x F_p] loses one rank.
     BranchPoint,
-    /// The index changes though neither determinant shows it (a crossing of even multiplicity, or an
-    /// index that is not that of F_x).
+    /// The index changes without a sign change of either determinant (a crossing of even multiplicity, or an index
+    /// that is not that of F_x).
     StabilityChange,
     /// The family's own test function changes sign.
     Event,
@@ -39,27 +39,27 @@ impl std::fmt::Display for SpecialKind {
     }
 }
 
-/// How far a location can be trusted.
+/// Convergence of a location.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Status {
-    /// Located to the precision stated.
+    /// Located to the stated precision.
     Converged,
-    /// It lies in the interval; the location did not converge, for this reason.
+    /// Only bracketed by the interval; the location did not converge, for the given reason.
     Guess(String),
 }
 
 /// A special point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Special {
-    /// What it is.
+    /// Kind of the point.
     pub kind: SpecialKind,
-    /// Whether it was located.
+    /// Convergence of the location.
     pub status: Status,
     /// The place, with its tangent along the branch followed. Index: the lower of the two sides.
     pub point: Point,
-    /// The arclengths between which it lies.
+    /// Arclengths that bracket the point.
     pub interval: (f64, f64),
-    /// Error of the arclength on the family as it is computed: [`Special::bounded`] tells that of the computation.
+    /// Error of the arclength on the family as computed; [`Special::bounded`] includes the error of the computation.
     pub error_s: f64,
     /// Error of p, likewise.
     pub error_p: f64,
@@ -67,13 +67,13 @@ pub struct Special {
     pub error_x: DVector<f64>,
     /// Index before and after, along the branch.
     pub index: (Option<usize>, Option<usize>),
-    /// True of a branch point or a cusp at which the parameter turns as well (as in a pitchfork met
-    /// on its bent branch).
+    /// True for a branch point or a cusp at which the parameter turns as well (as in a pitchfork met on its bent
+    /// branch).
     pub turning: bool,
 }
 
 impl Special {
-    /// In coordinates (x, weight p).
+    /// Place and tangent in coordinates (x, weight p).
     pub(crate) fn place_and_tangent(&self, weight: f64) -> (Place, Place) {
         let at = &self.point;
         (
@@ -88,7 +88,7 @@ impl Special {
     }
 }
 
-/// A place on the branch with all that is asked there.
+/// A place on the branch with arclength, index and event function.
 #[derive(Debug, Clone)]
 pub(crate) struct Sample {
     pub on: Corrected,
@@ -103,11 +103,11 @@ impl Sample {
     }
 }
 
-/// Steps are divided this often in search of what the index shows on both sides of their middle, or of a parameter
+/// Most divisions of a step in search of points shown by the index on both sides of its middle, or of a parameter
 /// that turns twice.
 pub(super) const MAX_DEPTH: usize = 6;
-/// Special points nearer than this along the branch, or than so many times the tolerance, relative to the unknowns,
-/// are one.
+/// Distance along the branch, relative to the unknowns, below which special points are one; and the same in
+/// tolerances.
 const APART: f64 = 1e-7;
 const TOLERANCES: f64 = 100.0;
 
@@ -122,7 +122,7 @@ pub(super) fn lowest(a: Option<usize>, b: Option<usize>) -> Option<usize> {
     }
 }
 
-/// What a bracketing search on real points of the branch ended with.
+/// Result of a bracketing search on points of the branch.
 pub(super) struct Bracket {
     pub left: Sample,
     pub right: Sample,
@@ -165,12 +165,12 @@ impl Space<'_> {
         }
     }
 
-    /// A real point of the branch at the fraction `t` between two others.
+    /// A point of the branch at the fraction `t` between two others.
     pub fn between(&self, a: &Sample, b: &Sample, t: f64, index: bool) -> Result<Sample, Failure> {
         let cubic = Cubic::new(a.pair(), b.pair());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
-        // Not the length from `a`: points between two others keep their order whatever its error.
+        // Not measured from `a`: points between two others must keep their order, whatever the error of the length.
         let arclength = a.arclength + t * (b.arclength - a.arclength);
         Ok(self.dressed(on, arclength, index))
     }
@@ -195,7 +195,7 @@ impl Space<'_> {
         }
     }
 
-    /// True if the signs of the test functions tell as much as the index does between two neighbours.
+    /// True if the signs of the test functions account for the change of the index between two neighbours.
     fn is_explained(&self, a: &Sample, b: &Sample) -> bool {
         let simple = usize::from(flips(a.on.tangent.p, b.on.tangent.p))
             + usize::from(flips(a.on.branching, b.on.branching));
@@ -206,7 +206,7 @@ impl Space<'_> {
         }
     }
 
-    /// The special points between two neighbours, in order.
+    /// Special points between two neighbours, in order.
     pub fn search(&self, a: &Sample, b: &Sample, depth: usize) -> Vec<Special> {
         let fold = flips(a.on.tangent.p, b.on.tangent.p);
         let branch = flips(a.on.branching, b.on.branching);
@@ -215,8 +215,8 @@ impl Space<'_> {
         let explained = self.is_explained(a, b);
         let cubic = Cubic::new(a.pair(), b.pair());
         let twice = if fold { None } else { cubic.turns_twice() };
-        // What the index alone shows is divided until points as near as these are told apart: their kind does not
-        // depend on the step.
+        // Steps with changes of the index alone are divided until points at this distance are resolved: their kind
+        // does not depend on the step.
         let apart = APART.max(TOLERANCES * self.tolerance) * (1.0 + b.on.place.norm());
         let many = depth < MAX_DEPTH;
         let divides = match explained {
@@ -247,7 +247,7 @@ impl Space<'_> {
         if event {
             let mut special = self.root(self.family.event_kind(), a, b, |s| s.event);
             if special.kind == SpecialKind::Cusp {
-                // q turns there as well: one point, one label.
+                // q turns at a cusp as well: one point, one label.
                 let near = |s: &Special| {
                     let distance = (s.point.arclength - special.point.arclength).abs();
                     s.kind == SpecialKind::Fold && distance <= 1e-2 * cubic.length
@@ -262,7 +262,7 @@ impl Space<'_> {
         found
     }
 
-    /// Indices beside each special point: those of the neighbours, and real points in between.
+    /// Indices on both sides of each special point: those of the neighbours, or of points in between.
     fn label_indices(&self, a: &Sample, b: &Sample, found: &mut [Special]) {
         let mut before = a.index;
         for k in 0..found.len() {
@@ -287,7 +287,7 @@ impl Space<'_> {
         }
     }
 
-    /// Brackets a sign change of `test` on real points, to `tolerance` of the interval.
+    /// Brackets a sign change of `test` on points of the branch, to `tolerance` of the interval.
     pub(super) fn bracket(
         &self,
         a: &Sample,
@@ -310,8 +310,7 @@ impl Space<'_> {
         let mut ends = (a.clone(), b.clone());
         let root = chandrupatla(
             |t| {
-                // The prediction is best between the nearest points known, unless these are so near
-                // that only noise lies between them.
+                // The prediction is best between the nearest known points, unless their distance is mere noise.
                 if this.width() > 1e-3 * (b.arclength - a.arclength) {
                     ends = (this.left.clone(), this.right.clone());
                 }
@@ -350,7 +349,7 @@ impl Space<'_> {
         this
     }
 
-    /// A root of a smooth test function, located on real points.
+    /// A root of a smooth test function, located on points of the branch.
     fn root(
         &self,
         kind: SpecialKind,
@@ -361,7 +360,7 @@ impl Space<'_> {
         let ends = test(a).zip(test(b));
         let found = self.bracket(a, b, false, 1e-11, &test);
         let best = found.best.clone();
-        // The secant's estimate of the distance to the root; no less than the place's own error.
+        // Distance to the root by the secant; at least the error of the place itself.
         let steep = ends.map_or(0.0, |(fa, fb)| (fb - fa) / (b.arclength - a.arclength));
         let missed = test(&best).map_or(f64::INFINITY, |f| (f / steep).abs());
         let error_s = missed.min(found.width()).max(best.on.error);
@@ -381,7 +380,7 @@ impl Space<'_> {
             _ => Status::Guess("its test function has no root that could be bracketed".into()),
         };
         let slope = at.on.tangent.p.abs();
-        // p is flat at a fold: the bend of the branch is at most about 1 / length in these units.
+        // p is stationary at a fold: the curvature of the branch is at most about 1 / length in these units.
         let second = match kind {
             SpecialKind::Fold | SpecialKind::Cusp => error_s * error_s,
             _ => 0.0,
@@ -399,8 +398,8 @@ impl Space<'_> {
         }
     }
 
-    /// Both p and the determinant change sign: either p turns at the branch point itself, or a fold
-    /// lies on one side of it.
+    /// Both p and the determinant change sign: either p turns at the branch point itself, or a fold lies on one side
+    /// of it.
     fn fold_beside_branch_point(&self, a: &Sample, b: &Sample, s: f64, found: &mut Vec<Special>) {
         let fold = |l: &Sample, r: &Sample| {
             flips(l.on.tangent.p, r.on.tangent.p)

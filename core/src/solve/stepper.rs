@@ -1,4 +1,4 @@
-//! Steps of all methods behind one face, for those that look for events inside steps.
+//! Common interface to the steps of all methods, for the location of events inside steps.
 
 use super::cost::Cost;
 use super::dop853::{Dense, Dop853, Step, StepTooSmall};
@@ -30,8 +30,8 @@ pub enum Taken<Y> {
     Implicit(RadauStep<Y>),
 }
 
-/// The states inside a step, roughly.
-// As above.
+/// Interpolant of a step.
+// Boxing would cost an allocation at every step.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
 pub enum Inside<Y> {
@@ -39,15 +39,15 @@ pub enum Inside<Y> {
     Explicit(Dense<Y>),
     /// The polynomial of the step itself.
     Symmetric(GaussStep<Y>),
-    /// Those of its halves.
+    /// The polynomials of the halves of the step.
     Collocated([LobattoStep<Y>; 2]),
     /// The polynomial of the step itself.
     Implicit(RadauStep<Y>),
 }
 
 impl<Y: Reversible> Stepper<Y> {
-    /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace there, so that symmetric steps
-    /// have no length.
+    /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace at the start, which
+    /// symmetric steps need for their length.
     pub fn new(symmetric: bool, state: Y, slope: Y, h: f64, tolerance: f64) -> Option<Self> {
         Some(match symmetric {
             false => Self::Explicit(Box::new(Dop853::new(state, slope, h, tolerance))),
@@ -55,7 +55,7 @@ impl<Y: Reversible> Stepper<Y> {
         })
     }
 
-    /// True of symmetric steps.
+    /// True for symmetric steps.
     pub fn is_symmetric(&self) -> bool {
         matches!(self, Self::Symmetric(_))
     }
@@ -71,7 +71,7 @@ impl<Y: Reversible> Stepper<Y> {
         }
     }
 
-    /// What it cost so far.
+    /// Cost counters.
     pub fn cost(&self) -> Cost {
         match self {
             Self::Explicit(solver) => solver.cost(),
@@ -79,7 +79,7 @@ impl<Y: Reversible> Stepper<Y> {
         }
     }
 
-    /// The cost, to be counted up by the caller for evaluations made outside the steps.
+    /// Cost counters, to be increased by the caller for evaluations made outside the steps.
     pub fn cost_mut(&mut self) -> &mut Cost {
         match self {
             Self::Explicit(solver) => solver.cost_mut(),
@@ -103,7 +103,7 @@ impl<Y: Reversible> Stepper<Y> {
         }
     }
 
-    /// The size that the next step will try.
+    /// Length of the next trial step.
     pub fn next_step(&self) -> f64 {
         match self {
             Self::Explicit(solver) => solver.next_step(),
@@ -114,7 +114,7 @@ impl<Y: Reversible> Stepper<Y> {
     /// Takes one step of at most `h_max`; `f` writes the slope of the right-hand side into its second argument.
     ///
     /// # Errors
-    /// [`StepTooSmall`] if there is none of a size worth taking.
+    /// [`StepTooSmall`] if no step of a size worth taking is accepted.
     pub fn step(
         &mut self,
         f: impl FnMut(&Y, &mut Y) -> Option<()>,
@@ -130,7 +130,7 @@ impl<Y: Reversible> Stepper<Y> {
         }
     }
 
-    /// Moves the state back to inside the last step; `slope` is one of that step's.
+    /// Moves the state back inside the last step; `slope` is one of the step's slopes.
     pub fn rewind(&mut self, state: Y, slope: Y) {
         match self {
             Self::Explicit(solver) => solver.rewind(state, slope),
@@ -138,7 +138,7 @@ impl<Y: Reversible> Stepper<Y> {
         }
     }
 
-    /// The next steps are those of another motion, as after a snap: symmetric ones get a length that suits it.
+    /// Announces another motion, as after a snap: symmetric steps are fitted anew.
     pub fn refit(&mut self) {
         if let Self::Symmetric(solver) = self {
             solver.refit();
@@ -167,7 +167,7 @@ impl<Y: Reversible> Taken<Y> {
         }
     }
 
-    /// The state at the end, to be put right to rounding.
+    /// State at the end, to be corrected to rounding.
     pub fn to_mut(&mut self) -> &mut Y {
         match self {
             Self::Explicit(step) => &mut step.to,
@@ -187,7 +187,7 @@ impl<Y: Reversible> Taken<Y> {
         }
     }
 
-    /// The slopes at the stages of the step, its start first and its end last.
+    /// Slopes at the stages of the step, first the start and last the end.
     pub fn stage_slopes(&self) -> &[Y] {
         match self {
             Self::Explicit(step) => step.stage_slopes(),
@@ -212,7 +212,7 @@ impl<Y: Reversible> Taken<Y> {
         }
     }
 
-    /// The same step with another length, as accurate; of an implicit one a part.
+    /// This step with another length, at the same accuracy; for implicit steps a part of its polynomial.
     pub fn redo(&self, f: &mut impl Slopes<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
         Some(match self {
             Self::Explicit(step) => Self::Explicit(step.redo(|at| f.slope(at), h, cost)?),
@@ -231,7 +231,7 @@ impl<Y: Reversible> Taken<Y> {
         })
     }
 
-    /// The states inside, to find places by.
+    /// Interpolant of the step, for the location of events.
     pub fn inside(&mut self, f: &mut impl Slopes<Y>, cost: &mut Cost) -> Option<Inside<Y>> {
         Some(match self {
             Self::Explicit(step) => Inside::Explicit(step.dense(|at| f.slope(at), cost)?),

@@ -5,62 +5,63 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 pub use crate::math::small_matrices::Scalar;
 
-/// An autonomous system y' = f(y) of any dimension; time is a component of y where it is needed.
+/// An autonomous system y' = f(y) of any dimension; time, if needed, is a component of y.
 pub trait System {
     /// The Jacobian df/dy.
     type Linearised: Linearised + 'static;
 
-    /// f(y) into `out`, of the same length as `y`; None outside its domain, which shortens the step.
+    /// f(y) into `out`, of the same length as `y`; None outside the domain, which shortens the step.
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
 
-    /// The Jacobian at y. It drives an iteration only: errors in it cost time, not accuracy. Rows of components that
-    /// nothing depends on (quadratures) may be left zero.
+    /// The Jacobian at y. It drives an iteration only: its errors cost time, not accuracy. Rows of quadratures, on
+    /// which nothing depends, may be left zero.
     fn linearised(&self, y: &DVector<f64>) -> Option<Self::Linearised>;
 
-    /// The Jacobian without what costs much and counts little in most steps: Newton's iteration tries it first. None if there is none
-    /// that is cheaper.
+    /// A cheaper Jacobian without costly terms that matter little in most steps: Newton's iteration tries it first.
+    /// None if no cheaper one exists.
     fn roughly_linearised(&self, _y: &DVector<f64>) -> Option<Self::Linearised> {
         None
     }
 
-    /// How many components at the end of y are algebraic, in the form that implicit steps take: y' = f(y, a), 0 = g(y, a).
-    /// In the form of [`System::slope`] nothing depends on them.
+    /// Number of components at the end of y that are algebraic in the form for implicit steps: y' = f(y, a), 0 = g(y,
+    /// a). In the form of [`System::slope`] nothing depends on them.
     fn algebraic(&self) -> usize {
         0
     }
 
-    /// f(y, a), and g(y, a) in the places of the algebraic components.
+    /// f(y, a), and g(y, a) in the components of a.
     fn balance(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()> {
         self.slope(y, out)
     }
 
-    /// [`System::balance`] of several states, as those of the stages of a step; None if one of them has none.
+    /// [`System::balance`] of several states, such as the stages of a step; None if one is undefined.
     fn balances(&self, states: &[DVector<f64>], out: &mut [DVector<f64>]) -> Option<()> {
         let mut states = states.iter().zip(out);
         states.try_for_each(|(y, out)| self.balance(y, out))
     }
 
-    /// Makes y fit for [`System::balance`]: algebraic components that solve it, and what else only that form depends on.
+    /// Prepares y for [`System::balance`]: solves for the algebraic components and updates others used by that form
+    /// alone.
     fn settle(&self, _y: &mut DVector<f64>) -> Option<()> {
         Some(())
     }
 
-    /// Weighted mean square of an error made between the states `from` and `to`; the tolerance bounds its root. It is a sum of multiples of the
-    /// squares of the components: that of several errors, in the mean, is that of the root mean squares of their components.
+    /// Weighted mean square of an error between the states `from` and `to`; the tolerance bounds its root. It is a
+    /// sum of multiples of the squared components. The mean over several errors is thus that of the root mean squares
+    /// of their components.
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 
 /// A Jacobian J.
 pub trait Linearised {
-    /// sigma - J of the form of [`System::balance`], ready to be solved with; without sigma in the rows of algebraic
-    /// components.
+    /// Factors of sigma - J in the form of [`System::balance`]; without sigma in the rows of algebraic components.
     type Factor<T: Scalar>: Factor<T> + 'static;
 
     /// sigma - J, factored; None if it is singular.
     fn shifted<T: Scalar>(&self, sigma: T) -> Option<Self::Factor<T>>;
 
     /// Rounding of the solutions of steps of length `h` beyond that of the components themselves, in units of
-    /// [`System::mean_square`]: increments of this size say nothing.
+    /// [`System::mean_square`]: increments of this size are meaningless.
     fn rounding(&self, _h: f64) -> f64 {
         0.0
     }
@@ -71,12 +72,11 @@ pub trait Linearised {
 
 /// A factored matrix.
 pub trait Factor<T> {
-    /// Overwrites the right-hand side `b` with the solution; false if that failed.
+    /// Overwrites the right-hand side `b` with the solution; false on failure.
     fn solve(&self, b: &mut DVector<T>) -> bool;
 }
 
-/// A [`System`] as the integrator sees it, without its types: the integrator is compiled once for all of them. Every system
-/// is one.
+/// Object-safe form of [`System`]: the integrator is compiled once for all systems. Every system implements it.
 pub trait AnySystem {
     /// [`System::slope`].
     fn slope(&self, y: &DVector<f64>, out: &mut DVector<f64>) -> Option<()>;
@@ -96,7 +96,7 @@ pub trait AnySystem {
     fn mean_square(&self, error: &DVector<f64>, from: &DVector<f64>, to: &DVector<f64>) -> f64;
 }
 
-/// A [`Linearised`] without its types.
+/// Object-safe form of [`Linearised`].
 pub trait AnyLinearised {
     /// [`Linearised::shifted`] by a real number.
     fn real(&self, sigma: f64) -> Option<Box<dyn Factor<f64>>>;
@@ -176,15 +176,15 @@ impl Linearised for DMatrix<f64> {
     }
 }
 
-/// Products of a power iteration, and how many of the last are averaged: growth under a matrix that is far from
+/// Number of products of a power iteration, and number of the last ones averaged: growth under a matrix far from
 /// normal alternates.
 const PRODUCTS: usize = 8;
 const AVERAGED: usize = 4;
-/// By this factor growth may exceed the spectral radius in a product.
+/// Factor by which the growth in one product may exceed the spectral radius.
 const WELL_BEYOND: f64 = 10.0;
 
-/// The spectral radius of J by power iteration, mostly to some 10 %; one that is seen to be well beyond `enough` is left at that.
-/// `vector` is where the last one of a similar J ended; any other length starts afresh.
+/// Spectral radius of J by power iteration, mostly to some 10 %; the iteration stops early once the radius is well
+/// beyond `enough`. `vector` is the last vector for a similar J; any other length starts afresh.
 pub(super) fn spectral_radius(
     jacobian: &dyn AnyLinearised,
     vector: &mut DVector<f64>,
@@ -195,7 +195,7 @@ pub(super) fn spectral_radius(
     if afresh {
         *vector = DVector::zeros(dimension);
     }
-    // A small part of every direction is added: the vector of the last iteration may lack the one that is dominant now.
+    // A small part of every direction is added: the last vector may lack the direction that is now dominant.
     let share = 0.1 / (dimension.max(1) as f64).sqrt();
     for (i, x) in vector.iter_mut().enumerate() {
         *x += share * (1.0 + 2.0 * i as f64 * i as f64).sin();

@@ -1,9 +1,9 @@
-//! What was found last, to begin the next search with.
+//! Warm starts: the last solution, as the start of the next search.
 
 use std::sync::{Arc, Mutex};
 
-/// The solution that was found last: a copy has it too, and goes its own way from there. What is found does not depend on it beyond
-/// its tolerance, only how soon.
+/// The last solution. Clones begin with the same one and are independent afterwards. Results depend on it only within
+/// their tolerance; the work depends on it more.
 #[derive(Debug)]
 pub struct Warm<T>(Mutex<Option<Arc<T>>>);
 
@@ -20,12 +20,12 @@ impl<T> Clone for Warm<T> {
 }
 
 impl<T> Warm<T> {
-    /// The last one, if there was one.
+    /// The last solution, if any.
     pub fn last(&self) -> Option<Arc<T>> {
         self.0.lock().ok()?.clone()
     }
 
-    /// Puts another in its place.
+    /// Replaces the last solution.
     pub fn keep(&self, found: &Arc<T>) {
         if let Ok(mut kept) = self.0.lock() {
             *kept = Some(found.clone());

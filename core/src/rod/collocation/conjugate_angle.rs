@@ -1,7 +1,7 @@
-//! The angle that counts conjugate points (see `index`), followed along a uniform linear rod.
+//! Angle of det(P + i kappa J) along a uniform linear rod, which counts conjugate points (see `index`).
 //!
-//! The rate of the angle of det X, X = P + i kappa J, is known at the nodes of a step, and its integral says how many whole turns are to be
-//! added to what the determinants at both ends of the step tell.
+//! At the nodes of a step the rate of the angle of det X, X = P + i kappa J, is known. Its integral determines how
+//! many whole turns are added to the difference of the determinants' arguments at both ends of the step.
 
 use super::tangent::cross;
 use super::{Along, Collocated, Columns, MOST, Step, Vector, largest};
@@ -15,7 +15,7 @@ use pulp::Simd;
 use std::f64::consts::TAU;
 
 impl Collocated<'_> {
-    /// The rod from clamp to end as `variations::followed` has any rod.
+    /// The rod from clamp to end: the fast path of `variations::followed`.
     pub(in crate::rod) fn followed<const K: usize>(
         &self,
         b: &Wrench,
@@ -45,24 +45,24 @@ impl Collocated<'_> {
 /// The longest step, times the rate of the rod's variables.
 const LONGEST: f64 = 4.0;
 
-/// The widest gap between neighbouring nodes, in parts of a step, and by how much the angle may turn there.
+/// The widest gap between neighbouring nodes, in parts of a step, and the largest turn of the angle in that gap.
 const GAP: f64 = 0.184;
 const TURN: f64 = 1.5;
 
-/// The angle of the determinant along a rod.
+/// Angle of the determinant along a rod.
 pub(super) struct Turning {
     /// kappa.
     weight: f64,
     /// The longest step.
     pub longest: f64,
-    /// The determinant where the next step starts, but for its size.
+    /// The normalised determinant at the start of the next step.
     last: Complex<f64>,
     angle: f64,
     pub growth: f64,
 }
 
 impl Turning {
-    /// Goes along with a step that takes the columns from where they were to `to`, where it may mix them; or asks for a shorter step.
+    /// Follows a step that takes the columns to `to`, and may mix them; false asks for a shorter step.
     #[inline(always)]
     pub fn follow<S: Simd>(
         &mut self,
@@ -76,7 +76,7 @@ impl Turning {
         self.take(along, (r, to), expected, fastest * step.h)
     }
 
-    /// The rate at which the angle of det X turns, at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
+    /// Rate of the angle of det X at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
     #[inline(always)]
     fn rate<S: Simd>(&self, along: &Along, step: &Step<S>, columns: &Columns) -> Eight<S> {
         let Step { rule, at, .. } = step;
@@ -124,7 +124,7 @@ impl Turning {
             }
         }
         let [x1, x2, x3] = &x;
-        // The columns of the adjugate matrix.
+        // Columns of the adjugate matrix.
         let beside = [
             complex_cross(x2, x3),
             complex_cross(x3, x1),
@@ -141,7 +141,8 @@ impl Turning {
         (dim * re - dre * im) * size.inverse()
     }
 
-    /// Takes a step to `to`, along which the angle is to turn by `expected`, and at its fastest by `fastest` times its length.
+    /// Takes a step to `to`, along which the angle is expected to turn by `expected`, and at its fastest by `fastest`
+    /// times its length.
     fn take(
         &mut self,
         along: &Along,
@@ -160,7 +161,7 @@ impl Turning {
         self.angle += turned + whole;
         self.last = next / next.norm();
         if largest(&to.tangent) > GROWN {
-            // The mixing has a positive determinant: the angle stays.
+            // The mixing matrix has a positive determinant: the angle is unchanged.
             let Some((mixing, size)) = separating(&pair) else {
                 return false;
             };
@@ -175,7 +176,7 @@ impl Turning {
 }
 
 impl Along<'_> {
-    /// J and P of all columns at a place.
+    /// J and P of all columns at a section.
     fn conjugate(
         &self,
         r: &[f64; 3],
@@ -192,7 +193,7 @@ impl Along<'_> {
     }
 }
 
-/// Real and imaginary part.
+/// Real and imaginary parts of a vector field.
 type Complexes<S> = [Vector<S>; 2];
 
 /// a x b.
@@ -208,7 +209,7 @@ fn complex_cross<S: Simd>(a: &Complexes<S>, b: &Complexes<S>) -> Complexes<S> {
     all
 }
 
-/// a.b, nothing conjugated.
+/// a.b without conjugation.
 #[inline(always)]
 fn complex_dot<S: Simd>(a: &Complexes<S>, b: &Complexes<S>) -> [Eight<S>; 2] {
     let (mut re, mut im) = (a[0][0] * b[0][0], a[0][0] * b[1][0]);

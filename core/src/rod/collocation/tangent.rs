@@ -1,7 +1,7 @@
-//! The tangent of the end: what changes when the base wrench does.
+//! Tangent of the end of a uniform linear rod: derivatives of frame and centreline by the base wrench.
 //!
-//! Frame and centreline change by phi and rho. About the place r_s where a step starts, where rho* = rho - phi x (r - r_s) is what rho is
-//! about the section,
+//! Frame and centreline change by phi and rho. Let r_s be the place where a step starts, and rho* = rho - phi x (r -
+//! r_s). Then
 //!
 //! ```text
 //! (phi, rho*)' = C* y,   y = (tau, sigma) = y_s + (m_s x dphi + n x drho*, n x dphi),
@@ -10,20 +10,22 @@
 //!      | Q^T  T |
 //! ```
 //!
-//! with the changes y_s of couple and force there, and what phi and rho* have changed since, dphi and drho*. What a step adds to y is of
-//! rank four, for n.sigma and m_s.sigma + n.tau stay as they are: it is L x with x = (dphi_1, dphi_2, dtau_1, dtau_2),
+//! with the changes y_s of couple and force at r_s, and the changes dphi and drho* of phi and rho* since. A step adds
+//! to y only a term of rank four, for n.sigma and m_s.sigma + n.tau are constant: it is L x with x = (dphi_1, dphi_2,
+//! dtau_1, dtau_2),
 //!
 //! ```text
 //! dsigma = |n| (-dphi_2, dphi_1, 0),   dtau_3 = m_1 dphi_2 - m_2 dphi_1,
 //! ```
 //!
-//! and x' = A x + f with A = H C* L, f = H C* y_s, where H takes (phi, rho*)' to x', is a Hamiltonian system of four variables, whose
-//! matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each by the newest of the other, which takes
-//! two thirds of the sweeps. That needs an origin nearby: about the clamp y would change by a force times the whole of r, most of which
-//! cancels.
+//! and x' = A x + f with A = H C* L, f = H C* y_s. H takes (phi, rho*)' to x'. This is a Hamiltonian system of four
+//! variables, whose matrices are formed once a step instead of once a slope. Its two halves are swept in turn, each
+//! with the newest values of the other, which takes two thirds of the sweeps. The origin r_s must be near: about the
+//! clamp y would change by a force times the whole of r, most of which cancels.
 //!
-//! If one compliance is much greater than the others, as that of a rod that is soft in torsion, A is nearly nilpotent, for d.(m x d) = 0, and
-//! swept as a whole it is done at once however great it is. Its halves are not: there both are taken from the sweep before.
+//! If one compliance is much greater than the others, as for a rod soft in torsion, A is nearly nilpotent, for d.(m x
+//! d) = 0. Swept as a whole it converges at once, however great it is. Its halves do not: in that case both take the
+//! values of the sweep before.
 
 use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Swept, Vector};
 use crate::math::lanes8::{Eight, Extension, Rule};
@@ -32,7 +34,7 @@ use nalgebra::Matrix6;
 use pulp::Simd;
 
 impl Along<'_> {
-    /// C* at the nodes, which are by `r` away from the start of the step.
+    /// C* at the nodes, at the distances `r` from the start of the step.
     #[inline(always)]
     fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
         let zero = at.energy.with(0.0);
@@ -74,7 +76,7 @@ impl Along<'_> {
         all
     }
 
-    /// The couple at a place.
+    /// Couple m at the place `r`.
     #[inline(always)]
     pub(super) fn couple(&self, r: &[f64; 3]) -> [f64; 3] {
         [
@@ -84,7 +86,7 @@ impl Along<'_> {
         ]
     }
 
-    /// y at a place: how couple and force change there.
+    /// y at a section: change of couple and force by each column.
     #[inline(always)]
     fn changed(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MOST] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
@@ -104,8 +106,9 @@ impl Along<'_> {
         all
     }
 
-    /// Sweeps x until its slopes stay, to within `stays`, and takes those of phi and rho* from it, on a step from the place `r`; the number
-    /// of sweeps. They begin with what `swept` on another step extends to, if there is one, which starts by that much earlier along the force.
+    /// Sweeps x on a step from the place `r` until its slopes converge to `stays`, then forms those of phi and rho*;
+    /// returns the number of sweeps. The first guess extrapolates `swept` of another step, if given, which starts
+    /// earlier by the given length along the force.
     #[inline(always)]
     pub(super) fn vary<S: Simd>(
         &self,
@@ -149,7 +152,7 @@ impl Along<'_> {
                 Some((extension, further)) => {
                     let ([k1, k2], [k3, k4]) = (turning[k], pulled[k]);
                     let [k1, k2, k3, k4] = extension.of(&[k1, k2, k3, k4]);
-                    // Couples about the one start and about the other.
+                    // Transfers the couple from the start of the other step to the present start.
                     f3 = k1.times_plus(zero.with(n * further), k3);
                     f4 = k2.times_plus(zero.with(n * further), k4);
                     [k1, k2]
@@ -160,8 +163,8 @@ impl Along<'_> {
         }
         let mut last = 0.0;
         for sweeps in 1..=MOST_SWEEPS {
-            // The newest of each: tau' by phi, then phi' by tau; for all columns at once, since what is stored at the nodes is loaded again at
-            // all lanes, which it could not be at once.
+            // Gauss-Seidel: tau' by phi, then phi' by tau. All columns are done together, since values stored at the
+            // nodes are reloaded for all lanes, and an immediate reload would stall.
             for k in 0..count {
                 let [_, _, mut k3, mut k4] = own[k];
                 let [_, _, tau1, tau2] = x[k];
@@ -194,7 +197,7 @@ impl Along<'_> {
                 x[k] = newest;
             }
             let moved = moved.total();
-            // As for the frame.
+            // The same superlinear stop as for the frame.
             if moved * moved <= stays * stays * last {
                 for k in 0..count {
                     let [phi1, phi2, tau1, tau2] = x[k];
@@ -219,7 +222,7 @@ impl Along<'_> {
     }
 }
 
-/// Adds a step with these slopes, which has moved the section.
+/// Adds a step with the given slopes; `moved` is the displacement of the section over the step.
 #[inline(always)]
 pub(super) fn carry<S: Simd>(
     tangent: &mut [[f64; 6]],

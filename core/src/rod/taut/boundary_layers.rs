@@ -1,4 +1,4 @@
-//! Where a taut rod is looked for: straight along the force, with the layers of the pendulum at both ends.
+//! Initial guess for a taut rod: straight along the force, with the pendulum's boundary layers at both ends.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::mesh::{first, places};
@@ -12,18 +12,18 @@ use crate::rod::ivp::{LineState, Wrench, loaded_sections, sections};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::TAU;
 
-/// A guess may have more intervals than its rod, but not so many more.
+/// Most intervals of a guess; more than those of the rod.
 const LIMIT: usize = 10 * INTERVALS;
 
 /// Tolerance of an integration from the base.
 const FINE: f64 = 1e-12;
 
-/// A base wrench that leads the end farther from where it is held, in radians or couples over sqrt|n|, tells nothing.
+/// Miss of the tip, in radians or couples over sqrt|n|, beyond which a base wrench gives no guess.
 const MISSED: f64 = 0.3;
 
-/// A layer: the rod turns from where its end is held into the direction of the force.
+/// Boundary layer: the rod turns from its held end into the direction of the force.
 struct Layer {
-    /// Turns the end's d3 into the force, and by how much.
+    /// Axis and angle of the turn of the end's d3 into the force.
     axis: Vector3<f64>,
     angle: f64,
     lam: f64,
@@ -31,12 +31,12 @@ struct Layer {
 }
 
 impl Layer {
-    /// At an end whose d3 is `direction`.
+    /// Layer at an end with the d3 `direction`.
     fn new(direction: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Self {
         let across = direction.cross(n);
         let angle = across.norm().atan2(direction.dot(n));
         let axis = across.try_normalize(1e-12 * n.norm()).unwrap_or_else(|| {
-            // Along the force, or against it: any axis across it.
+            // d3 along the force, or against it: any axis across.
             let aside = Vector3::ith(n.iamin(), 1.0);
             n.cross(&aside).normalize()
         });
@@ -48,7 +48,8 @@ impl Layer {
         }
     }
 
-    /// At an end along the pull but for a force beside it, on the arm `arm`: the layer bears what is left of that force's couple.
+    /// Layer at an end along the pull with the force on the arm `arm`: the layer bears the rest of that force's
+    /// couple.
     fn beside(arm: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Option<Self> {
         let across = n.cross(arm);
         let axis = across.try_normalize(1e-12 * n.norm() * arm.norm())?;
@@ -71,7 +72,7 @@ impl Layer {
         })
     }
 
-    /// The angle that is left `way` from the end: the pendulum's separatrix.
+    /// Remaining angle at the distance `way` from the end: the pendulum's separatrix.
     fn left(&self, way: f64) -> f64 {
         4.0 * ((0.25 * self.angle).tan() * (-self.lam * way).exp()).atan()
     }
@@ -80,17 +81,17 @@ impl Layer {
         exponential(&(self.axis * angle))
     }
 
-    /// B times the rate at which it turns.
+    /// Couple of the layer: B times its rate of turn.
     fn couple(&self, angle: f64) -> Vector3<f64> {
         self.axis * (2.0 * self.lam * (0.5 * angle).sin() / self.flexure)
     }
 }
 
 impl Pulled<'_> {
-    /// The places of the nodes.
+    /// Places of the nodes.
     ///
     /// # Errors
-    /// More of them than a rod may have.
+    /// More nodes than a rod may have.
     fn places(&self, lam: f64, tolerance: f64, longest: f64) -> Result<Vec<f64>> {
         if !(longest * LIMIT as f64 > 1.0) {
             return Err(Error::no_convergence(format!(
@@ -109,12 +110,12 @@ impl Pulled<'_> {
         ))
     }
 
-    /// The same without layers, where sections turn at the rate `lam`.
+    /// Places of the nodes without layers, for sections that turn at the rate `lam`.
     pub(super) fn even_places(&self, lam: f64, tolerance: f64) -> Result<Vec<f64>> {
         self.places(lam, tolerance, first(tolerance) / lam.max(1.0))
     }
 
-    /// The rod that the base wrench leads to, if it can be followed and ends near `tip`.
+    /// The rod integrated from the base wrench `b`, if the integration succeeds and ends near `tip`.
     pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
         let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance).ok()?;
         let inner = &Scheme::get().nodes;
@@ -154,7 +155,7 @@ impl Pulled<'_> {
         })
     }
 
-    /// sqrt(c |n|) of the steeper flexure at `s`, and the mean flexure.
+    /// sqrt(c |n|) of the softer flexure at `s`, and the mean flexure.
     fn lam(&self, s: f64, local: &Wrench) -> Result<(f64, f64)> {
         let c = self.law.inverse(s, local)?.compliance.matrix();
         let most = self.n.norm().max(self.force(1.0).norm());
@@ -162,7 +163,8 @@ impl Pulled<'_> {
         Ok((lam, 0.5 * (c[(0, 0)] + c[(1, 1)])))
     }
 
-    /// Straight along the force between its layers, a string where a load along the rod turns that.
+    /// Guess: straight along the force between the layers. Under a load along the rod the force turns, and the guess
+    /// is a string.
     pub(super) fn guessed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Result<Shape> {
         let (m0, n) = halves(b);
         let (pull, at_end) = (n.normalize(), self.force(1.0));
@@ -178,7 +180,7 @@ impl Pulled<'_> {
         let first = Layer::new(&Vector3::z(), &n, near);
         let straight = first.turn(first.angle);
         let twisted = middle.strain[2];
-        // Turns the force at the base into that at a place.
+        // Rotation of the force at the base into the force at a place.
         let swung = |s: f64| match self.weight {
             None => identity(),
             Some(_) => {
@@ -202,7 +204,7 @@ impl Pulled<'_> {
                     &Turn::new(wanted.w, wanted.i, wanted.j, wanted.k),
                 );
                 let between = product(&end, &conjugate(&product(&swung(1.0), &straight)));
-                // A rotation about the pull.
+                // Remaining rotation about the pull.
                 let pull = at_end.normalize();
                 let along = Vector3::new(between[1], between[2], between[3]).dot(&pull);
                 let angle = 2.0 * along.atan2(between[0]);

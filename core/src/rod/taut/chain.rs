@@ -1,64 +1,64 @@
-//! The intervals of a taut rod joined: elimination from node to node with exchanges of rows.
+//! Joined intervals of a taut rod: elimination from node to node with exchanges of rows.
 //!
-//! What the base leaves over, three equations, goes along from node to node: growing variations are eliminated by what comes after them,
-//! decaying ones by what came before. That is as stable as the problem itself, whatever lam (de Boor and Weiss).
+//! The three equations left by the base are carried from node to node. Growing variations are eliminated by later
+//! intervals, decaying ones by earlier ones. This is as stable as the problem itself, whatever lam (de Boor and
+//! Weiss).
 
-// Entries of matrices are told by their indices.
+// Matrix entries are addressed by their indices.
 #![allow(clippy::needless_range_loop)]
 
-//!
-//! The force is an unknown as well: that of a rod whose end a spring holds is known but for the stretch of that spring,
+//! The force is an unknown as well: a spring at the end determines it up to the stretch of the spring,
 //! ```text
-//! dn + k dr(1) = df,        dr(1) = sum of what the intervals add.
+//! dn + k dr(1) = df,        dr(1) = sum of the contributions of the intervals.
 //! ```
-//! The sum is three rows that go along and are never pivots, so that the equations of the end and of the spring decide together at last:
-//! they are regular where those of the end alone, under a given force, are not.
+//! The sum is carried along as three rows that are never pivots. The equations of the end and of the spring are
+//! solved together last: they are regular where those of the end alone, under a given force, are not.
 
 use super::condensed::Condensed;
 use nalgebra::{SMatrix, SVector, Vector3};
 
-/// Answers to unit forces (of the spring), to unit turns (or couples) of the end, and to the residual.
+/// Number of right-hand sides: unit forces (of the spring), unit turns (or couples) of the end, and the residual.
 pub(super) const ANSWERS: usize = 7;
-/// Where the residual's stand.
+/// Column of the residual.
 pub(super) const REST: usize = 6;
 
 pub(super) type Answers = SMatrix<f64, 6, ANSWERS>;
 pub(super) type Forces = SMatrix<f64, 3, ANSWERS>;
 
-/// The equations at the end: `by` y = `right`.
+/// Equations at the end: `by` y = `right`.
 pub(super) struct AtEnd {
     pub by: SMatrix<f64, 3, 6>,
     pub right: SMatrix<f64, 3, ANSWERS>,
 }
 
-/// What gives the force: give dn + k dr(1) = df.
+/// Equation of the force: give dn + k dr(1) = df.
 pub(super) struct Hold {
-    /// 1, or 0 where the end is held.
+    /// 1, or 0 if the end is held.
     pub give: f64,
     pub stiffness: f64,
-    /// What is left over of it.
+    /// Residual of this equation.
     pub off: Vector3<f64>,
-    /// By which forces are measured.
+    /// Unit of forces.
     pub unit: f64,
 }
 
-/// What the unknowns answer.
+/// Solution of the chain for all right-hand sides.
 pub(super) struct Chained {
     /// Turn and couple (over kappa) at every node.
     pub nodes: Vec<Answers>,
-    /// The force.
+    /// Change of the force.
     pub force: Forces,
-    /// The sign of the determinant.
+    /// Sign of the determinant.
     pub sign: f64,
 }
 
 const WIDE: usize = 12 + ANSWERS;
 const LAST: usize = 9 + ANSWERS;
 
-/// The unknowns for every right-hand side; None where the determinant vanishes.
+/// Unknowns for every right-hand side; None if the determinant vanishes.
 pub(super) fn chain(intervals: &[Condensed], end: &AtEnd, hold: &Hold) -> Option<Chained> {
     let mut sign = 1.0;
-    // dr(1) by the node that has been reached, then by the force, the tip, and 1.
+    // dr(1) by the node reached, then by the force, the tip, and 1.
     let mut way = [[0.0; 6 + ANSWERS]; 3];
     // The base does not turn.
     let mut carry = [[0.0; 6 + ANSWERS]; 3];
@@ -166,7 +166,7 @@ fn split(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {
     )
 }
 
-/// Solves in place with the upper triangle of the first columns of `rows`.
+/// Back substitution in place with the upper triangle of the first columns of `rows`.
 fn back<const W: usize, const R: usize>(rows: &[[f64; W]; R], y: &mut SMatrix<f64, R, ANSWERS>) {
     for i in (0..R).rev() {
         for j in i + 1..R {
@@ -178,7 +178,7 @@ fn back<const W: usize, const R: usize>(rows: &[[f64; W]; R], y: &mut SMatrix<f6
     }
 }
 
-/// Eliminates the first columns with exchanges of rows; the sign of the determinant of what was eliminated.
+/// Gaussian elimination of the first columns with exchanges of rows; returns the sign of the eliminated determinant.
 fn pivoted<const W: usize, const R: usize>(
     rows: &mut [[f64; W]; R],
     columns: usize,
@@ -208,7 +208,7 @@ fn pivoted<const W: usize, const R: usize>(
     Some(sign)
 }
 
-/// The change of an interval that its start, and the force, make: `by` has the columns of [`Condensed`].
+/// Change of an interval by its start and by the force: `by` has the columns of [`Condensed`].
 pub(super) fn follow<const K: usize>(
     by: &SMatrix<f64, K, 10>,
     start: &Answers,
@@ -220,7 +220,7 @@ pub(super) fn follow<const K: usize>(
     found
 }
 
-/// The answer to the residual.
+/// Solution for the residual.
 pub(super) fn rest<const K: usize>(answers: &SMatrix<f64, K, ANSWERS>) -> SVector<f64, K> {
     SVector::from(answers.column(REST))
 }

@@ -1,14 +1,16 @@
-//! An interval of a taut rod linearised, and what is left of it when its stages are eliminated.
+//! Linearised interval of a taut rod, and its condensation to the ends.
 //!
-//! The variations (phi, mu), turns and changes of the couple over kappa, are collocated at the places of the rod's own stages ([`super::interval`]),
+//! The variations (phi, mu), turns and changes of the couple over kappa, are collocated at the rod's own stages
+//! ([`super::interval`]),
 //! ```text
 //! phi' = (E_uu [m] + E_uv [n]) phi + kappa E_uu mu + E_uv dn,          E = R C R^T,
 //! mu'  = ([n] rho' + [dn] r')/kappa,   rho' = (E_vu [m] + E_vv [n] - [R v]) phi + kappa E_vu mu + E_vv dn,
 //! ```
-//! and mu is eliminated first: where shear and flexure are not coupled its stages are a quadrature. On the right-hand sides stands what the rod leaves over of its
-//! own equations, or what the second derivative of a motion makes of the first.
+//! and mu is eliminated first: if shear and flexure are not coupled, its stages are a quadrature. The right-hand
+//! sides are the residuals of the rod's equations, or the terms that are quadratic in the first derivatives of a
+//! motion.
 
-// Entries of matrices are told by their indices.
+// Matrix entries are addressed by their indices.
 #![allow(clippy::needless_range_loop)]
 
 use super::interval::{Pulled, STAGES, Scheme, Section, Slope};
@@ -17,24 +19,25 @@ use crate::math::se3::{Turn, conjugate, joined, product};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3, Vector6};
 
 const SIZE: usize = 3 * STAGES;
-/// What an interval depends on: turn and couple at its start, the force, and 1 for the residual.
+/// Columns of an interval: turn and couple at its start, the force, and 1 for the residual.
 const COLUMNS: usize = 10;
 const FORCE: usize = 6;
 const REST: usize = 9;
 
 pub(super) type Block = SMatrix<f64, 3, COLUMNS>;
 
-/// An interval with its stages eliminated: columns are turn and couple (over kappa) at its start, dn, and the residual.
+/// An interval with its stages eliminated: columns are turn and couple (over kappa) at its start, dn, and the
+/// residual.
 pub(super) struct Condensed {
     pub turns: [Block; STAGES],
     pub couples: [Block; STAGES],
     pub end: SMatrix<f64, 6, COLUMNS>,
-    /// Change of r(1) - r(0), and that as it is.
+    /// Change of r(1) - r(0), and its value.
     pub way: Block,
     pub length: Vector3<f64>,
     /// Relative changes of the lengths of the stages' quaternions.
     lengths: [f64; STAGES],
-    /// What the stages of phi solve.
+    /// Factors of the equations of the stages of phi.
     stages: Factors,
 }
 
@@ -43,19 +46,19 @@ pub(super) struct Variations {
     pub h: f64,
     kappa: f64,
     pub slopes: [Slope; STAGES],
-    /// What phi' has of phi, and rho' of phi.
+    /// Coefficients of phi in phi' and in rho'.
     by_turn: [Matrix3<f64>; STAGES],
     way_by_turn: [Matrix3<f64>; STAGES],
-    /// What phi' and mu' have of dn.
+    /// Coefficients of dn in phi' and mu'.
     pub by_force: [[Matrix3<f64>; 2]; STAGES],
     /// [n].
     pull: [Matrix3<f64>; STAGES],
-    /// The stages of mu by what mu' has of everything but mu, if shear and flexure are coupled.
+    /// Stages of mu by the terms of mu' without mu, if shear and flexure are coupled.
     transfer: Option<DMatrix<f64>>,
 }
 
-/// What the variations of an interval have on their right-hand sides: h times what is left over of phi', mu' and rho' at the stages, and the
-/// jumps of phi and mu at its end.
+/// Right-hand sides of the variations of an interval: h times the residuals of phi', mu' and rho' at the stages, and
+/// the jumps of phi and mu at its end.
 pub(super) struct Residual {
     pub turned: [Vector3<f64>; STAGES],
     pub bent: [Vector3<f64>; STAGES],
@@ -79,7 +82,7 @@ impl Residual {
 }
 
 impl Pulled<'_> {
-    /// The interval linearised at its stages; None where those of mu are singular.
+    /// The interval linearised at its stages; None if the equations of the stages of mu are singular.
     ///
     /// # Errors
     /// A law that refuses.
@@ -122,7 +125,7 @@ impl Pulled<'_> {
         Ok((found.transfer.is_some() || !coupled).then_some(found))
     }
 
-    /// What the interval from `ends[0]` to `ends[1]` leaves over of its equations.
+    /// Residual of the equations of the interval from `ends[0]` to `ends[1]`.
     pub fn residual(
         &self,
         by: &Variations,
@@ -167,7 +170,7 @@ impl Pulled<'_> {
 }
 
 impl Variations {
-    /// The inverse of what the stages of mu solve where shear and flexure are coupled.
+    /// Inverse matrix of the equations of the stages of mu, if shear and flexure are coupled.
     fn transferred(&self) -> Option<DMatrix<f64>> {
         let scheme = Scheme::get();
         let mut matrix = DMatrix::zeros(SIZE, SIZE);
@@ -185,7 +188,7 @@ impl Variations {
         matrix.try_inverse()
     }
 
-    /// rho' at stage `i` by what the interval depends on, but for what is left over of it.
+    /// rho' at stage `i` by the columns of the interval, without its residual.
     pub fn way_slope(&self, i: usize, by: &Condensed) -> Block {
         let mut moved = self.way_by_turn[i] * by.turns[i];
         if self.transfer.is_some() {
@@ -196,7 +199,7 @@ impl Variations {
         moved
     }
 
-    /// The stages of mu by what mu' has of everything but mu.
+    /// Stages of mu by the terms of mu' without mu.
     fn through(&self, i: usize, k: usize) -> Matrix3<f64> {
         match &self.transfer {
             Some(whole) => whole.fixed_view::<3, 3>(3 * i, 3 * k).into_owned(),
@@ -204,17 +207,17 @@ impl Variations {
         }
     }
 
-    /// h of what mu' at stage `k` has of phi.
+    /// h times the coefficient of phi in mu' at stage `k`.
     fn pull(&self, k: usize) -> Matrix3<f64> {
         self.pull[k] * self.way_by_turn[k] * (self.h / self.kappa)
     }
 
-    /// The interval with its stages eliminated, nothing left over; None where they are singular.
+    /// Interval with its stages eliminated, with zero residual; None if the stages are singular.
     pub fn condensed(&self) -> Option<Condensed> {
         let (scheme, h) = (Scheme::get(), self.h);
         let coupled = self.transfer.is_some();
         let pulls: [Matrix3<f64>; STAGES] = std::array::from_fn(|k| self.pull(k));
-        // What mu has of everything but phi: mu = T (rows mu_0 + h G phi + h B dn + residual).
+        // The terms of mu without phi: mu = T (rows mu_0 + h G phi + h B dn + residual).
         let mut couples = [Block::zeros(); STAGES];
         for (i, own) in couples.iter_mut().enumerate() {
             for k in 0..STAGES {
@@ -298,14 +301,14 @@ impl Variations {
         Some(found)
     }
 
-    /// h of what phi' at stage `i` has of mu.
+    /// h times the coefficient of mu in phi' at stage `i`.
     fn gain(&self, i: usize) -> Matrix3<f64> {
         self.slopes[i].e[0] * (self.h * self.kappa)
     }
 }
 
 impl Condensed {
-    /// The same with what is left over.
+    /// This interval with the residual `left`.
     pub fn leaving(mut self, by: &Variations, left: &Residual) -> Self {
         let scheme = Scheme::get();
         let through = |forces: &[Vector3<f64>; STAGES], i: usize| -> Vector3<f64> {
@@ -355,7 +358,7 @@ impl Condensed {
         }
     }
 
-    /// The largest turn and change of couple over kappa that [`Condensed::correct`] would make.
+    /// Largest turn and change of couple over kappa that [`Condensed::correct`] would make.
     pub fn change(&self, start: &Vector6<f64>, force: &Vector3<f64>) -> f64 {
         let of = |block: &Block| moved(block, start, force).amax();
         (0..STAGES).fold(0.0, |most: f64, i| {
@@ -364,13 +367,13 @@ impl Condensed {
     }
 }
 
-/// What a stage does that is told by `block`.
+/// Change of a stage by the columns of `block`.
 fn moved(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
     let by_force = block.fixed_columns::<3>(FORCE) * force;
     block.fixed_columns::<6>(0) * start + by_force + block.column(REST)
 }
 
-/// Triangles of a matrix whose rows have been exchanged.
+/// LU factors of a matrix with exchanged rows.
 struct Factors {
     triangles: [[f64; SIZE]; SIZE],
     exchanged: [usize; SIZE],
@@ -396,7 +399,7 @@ impl Factors {
     }
 }
 
-/// Solves in place for the last columns, rows exchanged for the largest pivot; None if a pivot vanishes.
+/// Solves in place for the last columns, with partial pivoting; None if a pivot vanishes.
 fn eliminated<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
     let mut exchanged = [0; SIZE];
     for k in 0..SIZE {

@@ -1,4 +1,4 @@
-//! Problems of taut rods: what is held and loaded at the end decides the force, three unknowns instead of six.
+//! Equilibria of taut rods with given end conditions: Newton's method for the force, three unknowns instead of six.
 
 use super::interval::Pulled;
 use super::{Solved, Spring, Tip, solved};
@@ -11,20 +11,22 @@ use crate::rod::solution_path::{Path, Taken};
 use crate::rod::{Plane, Problem, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// sqrt(F L^2/B) beyond which a problem is solved as that of a taut rod first, and beyond which it is tried when nothing stable was found.
+/// sqrt(F L^2/B) beyond which a problem is first solved as that of a taut rod, and beyond which this is tried after
+/// no stable equilibrium was found.
 pub(in crate::rod) const TAUT: f64 = 16.0;
 pub(in crate::rod) const TIGHT: f64 = 8.0;
-/// What base wrenches of taut rods have of it at least, and how well their couple must agree, over sqrt(F B).
+/// Least sqrt(F L^2/B) of a base wrench that is taken as that of a taut rod, and tolerance on its couple, over sqrt(F
+/// B).
 const PULLED: f64 = 12.0;
 const AGREES: f64 = 1e-5;
-/// Newton steps at most, and the largest change of the force in one, in parts of it.
+/// Most Newton steps, and largest relative change of the force in one step.
 const STEPS: usize = 60;
 const CHANGE: f64 = 0.5;
-/// Newton's steps relative to the force below which it is found: rounding of places times the stiffness is not to be had.
+/// Relative Newton step below which the force has converged; rounding of places times the stiffness allows no less.
 const FOUND: f64 = 1e-12;
-/// The angles by which a force leans in turn, at last by none.
+/// Angles of the leaning force in turn; the last is zero.
 const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
-/// Between these sqrt(F L^2/B) the force is looked for that makes a rod as long as it is held.
+/// Range of sqrt(F L^2/B) in which the force is sought that stretches the rod to its held length.
 const RANGE: (f64, f64) = (3.0, 1e6);
 
 impl Problem {
@@ -53,9 +55,9 @@ impl Problem {
         0.5 * (a + b)
     }
 
-    /// False of problems under a load that turns with the end, which are not solved from both ends. The end of such a
-    /// rod turns into the force whatever its direction is, and what is left of the clamp there, exp(-lam), is all that
-    /// tells the direction: no chart is better than that.
+    /// False for problems under a load that turns with the end, which are not solved from both ends. The end of such
+    /// a rod turns into the force whatever its direction. Only the decayed effect of the clamp, exp(-lam), determines
+    /// the direction: no chart is better than that.
     pub(in crate::rod) fn may_be_taut(&self) -> bool {
         !self.end.follower
     }
@@ -74,8 +76,7 @@ impl Problem {
         self.flexure().sqrt() * weight.map_or_else(|| root(n), |weight| weight.mean(n, root))
     }
 
-    /// lam^2 by the part of the force that pulls the end, at `place`, away from the base; negative if the rod is
-    /// pushed together.
+    /// lam^2 of the part of the force that pulls the end, at `place`, away from the base; negative under compression.
     pub(in crate::rod) fn pull_on(&self, n: &Vector3<f64>, place: &Vector3<f64>) -> f64 {
         let pull = match &self.weight {
             None => n.dot(place),
@@ -84,7 +85,7 @@ impl Problem {
         self.flexure() * pull
     }
 
-    /// The taut rod that a base wrench of the numerics means; None of a slack one.
+    /// The taut rod with a base wrench of the numerics; None if the rod is slack.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
@@ -136,7 +137,7 @@ impl Problem {
             .collect()
     }
 
-    /// The force with which a straight rod with layers at its ends is as long as the end is held away, if that is taut.
+    /// Force that stretches a straight rod with end layers to the held distance of its end, if that is taut.
     fn stretched(&self) -> Option<Vector3<f64>> {
         let place: Vector3<f64> = (0..3).map(|i| self.axes[i] * self.targets[i]).sum();
         let length = place.norm();
@@ -167,7 +168,8 @@ impl Problem {
         (low < 0.9 * RANGE.1).then(|| along * (low * low / flexure))
     }
 
-    /// The equilibrium of a taut rod, from the force of the guess or from that of a straight one; None if it is not taut, sqrt(F L^2/B) below `from`.
+    /// Equilibrium of a taut rod, from the force of the guess or from that of a straight rod; None if sqrt(F L^2/B)
+    /// is below `from`.
     pub(in crate::rod) fn solve_taut(
         &self,
         guess: Option<&Wrench>,
@@ -203,7 +205,7 @@ impl Problem {
     ) -> Result<Equilibrium> {
         let (held, tip, borne) = (self.is_held(), self.tip(), self.borne());
         let mut n = start;
-        // Without a guess the couple at the base tells nothing.
+        // Without a guess the couple at the base is meaningless.
         let mut last = match from_guess {
             true => None,
             false => {
@@ -243,7 +245,7 @@ impl Problem {
                 )
             })?;
             let size = step.norm() / n.norm();
-            // Down to rounding, if no better.
+            // Iterate down to rounding, if no better is to be had.
             if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
                 let told = self.told(&found, off.norm(), route, plane)?;
                 if told.index > 0
@@ -267,13 +269,13 @@ impl Problem {
         ))
     }
 
-    /// A stable rod under the force `n` that does not lie in the plane of the clamp and the force, as those do that turn far about their
-    /// stiffer axis: the force leans out of that plane, where there is no symmetry that holds the rod, and is led back.
+    /// A stable rod under the force `n` that leaves the plane of the clamp and the force, as rods do that turn far
+    /// about their stiffer axis. The force leans out of that plane, which breaks the symmetry, and is led back.
     fn leant(&self, n: &Vector3<f64>) -> Option<Solved> {
         let across = Vector3::z().cross(n);
         let axes = match across.try_normalize(1e-12 * n.norm()) {
             Some(across) => vec![across.cross(n).normalize()],
-            // Against the clamp: any plane is one of these.
+            // A force against the clamp: any plane contains both.
             None => vec![Vector3::x(), Vector3::y()],
         };
         let led = |axis: &Vector3<f64>| {

@@ -1,14 +1,15 @@
-//! The inertia of a taut rod that stays on its equilibria while its attachments move (theory 3.9).
+//! First-order inertia of a taut rod that stays in equilibrium while its attachments move (theory 3.9).
 //!
-//! Seen from a frame that moves with the base and does not turn, all fields are those of the collocated rod: turn omega, couple m_t, force n_t
-//! and place r_t are its variations by what holds its end, and the turn of the base is one of the whole rod. What they change by while
-//! the attachments are not accelerated solves the same linear equations, with what is of second order in the velocities on the right,
+//! In a frame that moves with the base and does not turn, all fields are those of the collocated rod. Turn omega,
+//! couple m_t, force n_t and place r_t are its variations by the end data, and a turn of the base is a rigid
+//! rotation. At constant velocities of the attachments their rates solve the same linear equations, with the terms of
+//! second order in the velocities on the right,
 //! ```text
 //! omega_t' = (..) + q_u,       m_tt' = (..) + n x q_r + 2 n_t x r_t',       r_tt' = (..) + q_r,
 //! ```
-//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r what [`Strained::second`] makes of the velocities alone. Nothing
-//! passes through the base wrench. The stages of the collocation are the nodes of all integrals: with them as further components of the same
-//! differential equation they are of the order of its nodes.
+//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r the part of [`Strained::second`] from the velocities
+//! alone. The base wrench is not used. The stages of the collocation are the nodes of all integrals: as further
+//! components of the same differential equation these have the order of its nodes.
 
 use super::chain::{Answers, Chained, Forces, Hold, REST, chain, follow};
 use super::condensed::{Block, Condensed, Residual, Variations};
@@ -23,19 +24,20 @@ use crate::rod::first_order_mass::{
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-/// What moves a taut rod, beside its base: the rates of [`Swaying`] in the place of those of the base wrench.
+/// Rates that move a taut rod besides those of its base; they replace the rates of the base wrench in [`Swaying`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rates {
-    /// (spin, velocity) of its end seen from its base, in lengths of the rod; of an end that bears a couple the velocity alone counts.
+    /// (spin, velocity) of its end seen from its base, in lengths of the rod; the spin is ignored if the end bears a
+    /// couple.
     End,
-    /// (spin of its end, rate of the force that is given to it and the spring beside it, in B/L^2), its base at rest.
+    /// (spin of its end, rate of the total force on end and spring, in B/L^2), with the base at rest.
     Force,
 }
 
-/// By the force or the place, by the turn (or couple) of the end, and 1.
+/// Columns by the force or the place, by the turn (or couple) of the end, and 1.
 pub(super) type Columns = SMatrix<f64, 3, 7>;
 
-/// A stage that varies.
+/// Variations at a stage.
 pub(super) struct Varied {
     pub turn: Columns,
     pub couple: Columns,
@@ -44,7 +46,7 @@ pub(super) struct Varied {
     pub slope: Columns,
 }
 
-/// The variations of all intervals, and what holds the end.
+/// The linearised rod: variations of all intervals, and the equation of the force.
 pub(super) struct Swept<'a> {
     pub pulled: &'a Pulled<'a>,
     shape: &'a Shape,
@@ -53,7 +55,7 @@ pub(super) struct Swept<'a> {
     pub intervals: Vec<Variations>,
 }
 
-/// What the right-hand sides of all intervals make of the rod.
+/// Solution for the right-hand sides of all intervals.
 pub(super) struct Answered {
     pub condensed: Vec<Condensed>,
     pub nodes: Vec<Answers>,
@@ -61,7 +63,7 @@ pub(super) struct Answered {
 }
 
 impl<'a> Swept<'a> {
-    /// None where a stage is singular.
+    /// The variations at a shape; None if a stage is singular.
     pub fn new(
         pulled: &'a Pulled<'a>,
         (shape, tip): (&'a Shape, &'a Tip),
@@ -84,12 +86,12 @@ impl<'a> Swept<'a> {
         }))
     }
 
-    /// The intervals with their stages eliminated; None where one is singular.
+    /// The intervals with their stages eliminated; None if one is singular.
     pub fn condensed(&self) -> Option<Vec<Condensed>> {
         self.intervals.iter().map(Variations::condensed).collect()
     }
 
-    /// The answers to unit rates of what holds the end, and to what is left over in the intervals; None where the rod is singular.
+    /// Responses to unit rates of the end data, and to the residuals of the intervals; None if the rod is singular.
     pub fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
@@ -102,7 +104,7 @@ impl<'a> Swept<'a> {
         })
     }
 
-    /// The stages of interval `k`, whose place at its start is `start`; and the place at its end.
+    /// Variations at the stages of interval `k` and of the place at its end; `start` is that at its start.
     pub fn stages(
         &self,
         k: usize,
@@ -132,21 +134,21 @@ impl<'a> Swept<'a> {
     }
 }
 
-/// A rod in motion.
+/// A rod in motion: linear responses and rates.
 struct Motion<'a> {
     swept: Swept<'a>,
     sections: Strained<'a>,
     /// Rates of the columns, and the spin of the base.
     rates: SVector<f64, 7>,
     spin: Vector3<f64>,
-    /// Columns by the rates of what holds the end.
+    /// The columns by the rates of the end data.
     columns: SMatrix<f64, 7, 6>,
-    /// What a load along the rod makes of turns of the base.
+    /// Response of a load along the rod to turns of the base.
     turning: Option<Turning>,
 }
 
 impl Motion<'_> {
-    /// Stage `i` of interval `k`, at `r`, and what r' changes by.
+    /// Stage `i` of interval `k`, at `r`, and the rate of r'.
     fn moving(
         &self,
         (k, i): (usize, usize),
@@ -179,7 +181,7 @@ impl Motion<'_> {
         (moving, slope)
     }
 
-    /// The places of the stages of interval `k`, which begins at `start`, and its end.
+    /// Places of the stages of interval `k` and of the interval's end; `start` is the place of the first node.
     fn places(&self, k: usize, start: Vector3<f64>) -> ([Vector3<f64>; STAGES], Vector3<f64>) {
         let (scheme, by) = (Scheme::get(), &self.swept.intervals[k]);
         let passed = |weights: &[f64; STAGES]| {
@@ -192,14 +194,14 @@ impl Motion<'_> {
         (stages, passed(&scheme.weights))
     }
 
-    /// What is of second order in the velocities; None where the law refuses.
+    /// Terms of second order in the velocities; None if the law refuses.
     fn quadratic(&self, first: &Answered) -> Option<Vec<Residual>> {
         let (scheme, kappa) = (Scheme::get(), self.swept.pulled.kappa);
         let zero = Vector3::zeros();
         let mut all = Vec::with_capacity(self.swept.intervals.len());
         for (k, by) in self.swept.intervals.iter().enumerate() {
             let mut left = Residual::NONE;
-            // Neither places nor their rates count.
+            // The terms do not depend on places or on their rates.
             let (stages, _) = self.swept.stages(k, first, &left, &Columns::zeros());
             for (i, varied) in stages.iter().enumerate() {
                 let (at, slope) = self.moving((k, i), zero, varied, &first.force);
@@ -215,8 +217,8 @@ impl Motion<'_> {
         Some(all)
     }
 
-    /// The inertia, in the rod's units: sums, second derivative and that of the couple at the end; with what turns of the base make of a load along the rod,
-    /// where it `turns`. None where the law refuses.
+    /// The inertia, in the rod's units: sums, second derivatives of the end and of its couple. With `turns`, the
+    /// response of a load along the rod to turns of the base is included. None if the law refuses.
     fn inertia(
         &mut self,
         rotary: &Vector3<f64>,
@@ -256,7 +258,7 @@ impl Motion<'_> {
         Ok(Some((sums, second(&turn, &place), couple)))
     }
 
-    /// By the rates of what holds the end, and by a turn of the base, which is one of the whole rod.
+    /// Tangent by the rates of the end data, and by a turn of the base, a rigid rotation of the rod.
     fn tangent(&self, (k, i): (usize, usize), varied: &Varied, r: &Vector3<f64>) -> Tangent<9> {
         let mut rows = [
             (varied.turn * self.columns, Matrix3::identity()),
@@ -295,7 +297,8 @@ pub(super) fn neutral() -> Error {
 }
 
 impl Rates {
-    /// What gives the force of a rod beside `spring`, forces measured by `unit`; and what its columns are by these rates.
+    /// Equation of the force of a rod beside `spring`, with forces in units of `unit`; and the columns by these
+    /// rates.
     pub(super) fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
         let (give, stiffness, per) = match self {
             Self::End => (0.0, unit, unit),
@@ -321,12 +324,12 @@ impl Rates {
 }
 
 impl Rod {
-    /// The inertia of a taut rod on its equilibria while it moves as `motion` says, whose rate is that of `rates`: along the directors of its base,
-    /// which are those of the clamp, as [`Rod::generalized_inertia`] has it for a rod that its base wrench charts. If the rod bears a load and has no
-    /// [`Taut::by_turn`], its base must be at rest, and nothing is told of its turning.
+    /// Inertia of a taut rod on its equilibria in the motion `motion`, with the rates of `rates`. All are along the
+    /// directors of the base, which are those of the clamp, as in [`Rod::generalized_inertia`]. If the rod bears a
+    /// load and has no [`Taut::by_turn`], its base must be at rest, and terms of its turning are not computed.
     ///
     /// # Errors
-    /// A rod that is neutral so held; a motion too fast for a law that is not linear.
+    /// A rod that is neutral under these end data; a motion too fast for a law that is not linear.
     pub fn taut_inertia(
         &self,
         mass: &SectionMass,

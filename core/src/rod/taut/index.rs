@@ -1,13 +1,14 @@
-//! The Morse index of a taut rod.
+//! Morse index of a taut rod by its second variation.
 //!
-//! At a given force the second variation is a functional of the turns phi alone. With p = mu + m x phi/2 (in units of kappa) conjugate
-//! to phi the variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and it is
+//! At a given force the second variation is a functional of the turns phi alone. Let p = mu + m x phi/2, in units of
+//! kappa, be conjugate to phi. The variations are Hamiltonian, phi' = a phi + e p, p' = g phi - a^T p, and the
+//! functional is
 //! ```text
 //! int (phi' - a phi).e^-1 (phi' - a phi) + phi.g phi,      e = kappa E_uu,   a = E_uu [m]/2 + E_uv [n].
 //! ```
-//! Its negative eigenvalues are counted over functions that are polynomials on every interval of the mesh: where the rod is straight under
-//! its pull the form is positive however long an interval, and where it is not the mesh is fine. Places that are held take away a
-//! negative eigenvalue of d r(1)/d n each, as in the count by conjugate points.
+//! Negative eigenvalues are counted over functions that are polynomials on every interval of the mesh. Where the rod
+//! is straight under its pull the form is positive on intervals of any length; elsewhere the mesh is fine. Each held
+//! position component takes away a negative eigenvalue of d r(1)/d n, as in the count by conjugate points.
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Tip};
@@ -16,16 +17,16 @@ use crate::math::gauss::legendre;
 use crate::math::se3::frame;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 
-/// Polynomials that vanish at both ends, of degrees 2 to STAGES - 1.
+/// Number of polynomials that vanish at both ends, of degrees 2 to STAGES - 1.
 const INNER: usize = STAGES - 2;
 const SIZE: usize = 3 * (INNER + 2);
-/// Eigenvalues above minus this part of the largest do not count: neutral.
+/// Eigenvalues above minus this part of the largest count as neutral.
 const NEUTRAL: f64 = 1e-11;
 
 /// A function at the stages: value and derivative by x in [0, 1].
 type Function = [(f64, f64); STAGES];
 
-/// Inner functions first, then the linear ones of both ends.
+/// Basis functions: the inner ones first, then the linear ones of both ends.
 fn functions() -> [Function; INNER + 2] {
     let nodes = &Scheme::get().nodes;
     std::array::from_fn(|k| {
@@ -80,7 +81,7 @@ impl Pulled<'_> {
             || Error::ill_conditioned("the index is undefined: the rod is neutral under its force");
         let functions = functions();
         let mut count = 0;
-        // What the part of the rod before a node makes of a turn there; the base is held.
+        // Stiffness at a node of the part of the rod before the node, with the base held.
         let mut before: Option<Matrix3<f64>> = None;
         for (k, stages) in shape.stages.iter().enumerate() {
             let places = (shape.places[k], shape.places[k + 1]);
@@ -101,7 +102,7 @@ impl Pulled<'_> {
             before = Some(here);
         }
         if let (Tip::Loaded { arm, .. }, Some(mut end)) = (tip, before) {
-            // A dead force beside the end.
+            // A dead force on an arm of the end.
             let last = &shape.nodes[shape.nodes.len() - 1];
             let (n, c) = (
                 self.force(1.0).cross_matrix(),
@@ -131,7 +132,7 @@ impl Pulled<'_> {
             let g =
                 (pull * way - pull * vu * bend * 0.5 + couple * 0.5 + bend * a * 0.5) / self.kappa;
             let g = (g + g.transpose()) * 0.5;
-            // A rod that cannot be twisted is hardly twisted.
+            // A small compliance stands for a rod that cannot be twisted.
             let e = (uu + Matrix3::identity() * (1e-12 * uu.norm())) * self.kappa;
             let stiffness = e.try_inverse().ok_or_else(|| {
                 Error::ill_conditioned(

@@ -1,10 +1,10 @@
-//! One interval of a taut rod: Gauss collocation of frame and couple under a given force.
+//! Gauss collocation of frame and couple on one interval of a taut rod, under a given force.
 //!
 //! With f the slope and D the inverse of Butcher's matrix the stages y_i of an interval of length h from y_0 satisfy
 //! ```text
 //! sum_j D_ij (y_j - y_0) = h f(y_i),      y_1 = y_0 + sum_i d_i (y_i - y_0),   d = D^T b.
 //! ```
-//! In this form no stage slope, which may be of the size of lam h, is added up: it holds for any lam h.
+//! In this form no stage slopes, which may be of the size of lam h, are summed: it holds for any lam h.
 
 use super::super::distributed_load::Weight;
 use super::super::scaled_law::{Response, ScaledLaw};
@@ -15,7 +15,7 @@ use crate::math::se3::{Turn, exponential, frame, product, spin};
 use nalgebra::{DMatrix, Matrix3, Vector3, Vector6};
 use std::sync::OnceLock;
 
-/// Stages. An even number: R(z) of the method has no real pole, which a growing mode could meet.
+/// Number of stages. Even, so that R(z) of the method has no real pole, which a growing mode could meet.
 pub(super) const STAGES: usize = 8;
 /// Frame and couple of a section, in the directors of the clamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,7 +39,7 @@ pub(super) struct Scheme {
     pub weights: [f64; STAGES],
     /// Butcher's A.
     pub integrate: [[f64; STAGES]; STAGES],
-    /// D = A^-1, and its sums over rows.
+    /// D = A^-1, and its row sums.
     pub differentiate: [[f64; STAGES]; STAGES],
     pub rows: [f64; STAGES],
     /// d, and 1 - sum d.
@@ -91,20 +91,20 @@ impl Scheme {
     }
 }
 
-/// Centreline, energy and smoothness of an interval as it is.
+/// Integrals along an interval: centreline, energy, error estimate.
 pub(super) struct Passed {
     /// r(1) - r(0).
     pub way: Vector3<f64>,
     pub energy: f64,
-    /// int f.(r - r(0)) ds of the load along it.
+    /// Work int f.(r - r(0)) ds of the load along the interval.
     pub work: f64,
-    /// Estimated error of frame and couple over kappa at its end.
+    /// Estimated error of frame and couple over kappa at the end of the interval.
     pub error: f64,
-    /// By how much sections turn along it, in radians.
+    /// Turn of the sections along the interval, in radians.
     pub turn: f64,
 }
 
-/// What a section does at a stage.
+/// Slopes and compliance of the rod at a stage.
 pub(super) struct Slope {
     pub turn: Turn,
     /// R u of the strains, and r' = R v.
@@ -117,17 +117,17 @@ pub(super) struct Slope {
     pub e: [Matrix3<f64>; 4],
 }
 
-/// The rod under a given force.
+/// A rod under a given force, with its units and loads.
 #[derive(Clone, Copy)]
 pub(super) struct Pulled<'a> {
     pub law: &'a ScaledLaw,
-    /// n(0): all along the rod, if it bears no load there.
+    /// Force n(0) at the base; n is constant if the rod bears no load.
     pub n: Vector3<f64>,
-    /// The load along it.
+    /// Load along the rod.
     pub weight: Option<&'a Weight>,
     /// The unit of couples: sqrt|n|.
     pub kappa: f64,
-    /// A step of the fast layer, if this is one.
+    /// Implicit step of the fast layer, if one is being taken.
     pub creeping: Option<&'a Creeping>,
 }
 
@@ -145,12 +145,12 @@ impl<'a> Pulled<'a> {
         pulled
     }
 
-    /// The same rod under another force n(0), and couples measured by that.
+    /// This rod under another force n(0), with the unit of couples of the new force.
     pub(super) fn bearing(&self, n: Vector3<f64>) -> Self {
         Self::new((self.law, self.weight), n)
     }
 
-    /// The same rod under another force n(0), couples measured alike.
+    /// This rod under another force n(0), with the same unit of couples.
     pub(super) fn under(&self, n: &Vector3<f64>) -> Self {
         Self { n: *n, ..*self }
     }
@@ -212,8 +212,9 @@ impl Pulled<'_> {
 
     /// Centreline and energy along an interval, and an estimate of its error.
     ///
-    /// What the stages cannot follow of the slope is the first Legendre mode that they leave out, taken from the last ones that they
-    /// have. The node sees it times the same mode of Green's function, which is no less than that of exp(z x), z = lam h.
+    /// The error of the slope is the first Legendre mode beyond those of the stages, extrapolated from the last ones.
+    /// Its effect at the node is the mode times the same mode of Green's function, which is no less than that of
+    /// exp(z x), z = lam h.
     pub fn passed(&self, (from, to): (f64, f64), stages: &[Section; STAGES]) -> Result<Passed> {
         let (scheme, h) = (Scheme::get(), to - from);
         let slopes = self.slopes((from, to), stages)?;
@@ -241,7 +242,7 @@ impl Pulled<'_> {
             turn = turn.max(h * slope.u.norm());
         }
         let [a, b, c] = modes.map(|mode| mode.amax());
-        // Modes of one parity may vanish: two steps back and one back, the slower decay counts.
+        // Modes of one parity may vanish: compare over two steps back and over one, and use the slower decay.
         let ratio = |later: f64, earlier: f64| {
             if later <= 1e-17 {
                 0.0
@@ -262,7 +263,7 @@ impl Pulled<'_> {
     }
 }
 
-/// Varies a node.
+/// Adds a part of a change to a node.
 pub(super) fn correct(node: &mut Section, change: &Vector6<f64>, part: f64, kappa: f64) {
     let phi = change.fixed_rows::<3>(0) * part;
     let m = change.fixed_rows::<3>(3) * (part * kappa);

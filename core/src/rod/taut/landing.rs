@@ -1,4 +1,5 @@
-//! Where a taut rod comes to rest that has lost its equilibrium, its ends held: along the fast layer, as slack rods do,
+//! Landing of a taut rod that has lost its equilibrium with its ends held: the flow along the fast layer, as for
+//! slack rods,
 //! ```text
 //! e_T = e^(Q w) - e,       e^ the inverse law, Q w the resultants of the wrench w that holds the end,
 //! ```
@@ -6,8 +7,9 @@
 //! ```text
 //! e = (e_old + h e^(Q w))/(1 + h),
 //! ```
-//! a rod of another law, softer and bent, whose equilibrium is collocated as any other. A step may be as long as the rod turns little
-//! in it, whatever lam: a strong pull makes the layer stiff, and a loop slides along a taut rod at a rate of exp(-lam).
+//! A step is thus a rod of another law, softer and bent, whose equilibrium is collocated as any other. The turn of
+//! the rod bounds the length of a step, whatever lam: a strong pull makes the layer stiff, and a loop slides along a
+//! taut rod at a rate of exp(-lam).
 
 use super::interval::{Pulled, STAGES, Scheme, Section};
 use super::{Shape, Solved, Spring, Tip};
@@ -18,31 +20,32 @@ use crate::section::Strain;
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::borrow::Cow;
 
-/// First steps, in units of the layer's time, and the shortest and the longest.
+/// First, shortest and longest step, in units of the layer's time.
 const FIRST: f64 = 0.03;
 const SHORTEST: f64 = 1e-9;
 const LONGEST: f64 = 1e9;
-/// No section turns farther in a step, in radians; one that turns less than a third of that is followed by a longer one.
+/// Largest turn of a section in a step, in radians; if all turn less than a third of it, the next step is longer.
 const TURN: f64 = 0.15;
-/// Steps at most.
+/// Most steps of a landing.
 const STEPS: usize = 3_000;
 /// Largest changes of a strain in the push off the fold, times lam.
 const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
-/// The flow stands on the wrong side once it is back at this part of the push ...
+/// Part of the push at which a returning flow is judged to have left the fold to the wrong side.
 const BACK: f64 = 0.5;
-/// ... and is under way where it is so many times as far.
+/// Multiple of the push beyond which the flow is under way.
 const AWAY: f64 = 3.0;
-/// Strain rates below this, over lam, are near an equilibrium, which is then solved for; it is that if it is not farther, in radians.
+/// Strain rates over lam below which the flow is near an equilibrium, which is then solved for; and the largest
+/// distance, in radians, at which the solution counts as that equilibrium.
 const NEAR: f64 = 1e-3;
 const SAME: f64 = 0.1;
-/// Rates change by this part in a step at most, unless they are smaller than that part of lam.
+/// Largest relative change of the rates in a step, unless the rates are below this part of lam.
 const CHANGE: f64 = 0.5;
 const STILL: f64 = 1e-7;
-/// Tolerance of the steps.
+/// Tolerance of the implicit steps.
 const TOLERANCE: f64 = 1e-7;
-/// Meshes are made for a lam so many times as large: shapes on the way are steeper.
+/// Meshes are made for lam times this factor: shapes on the way are steeper.
 const STEEPER: f64 = 1.5;
-/// The spring beside the end where the rod has come to rest, over the string's.
+/// Stiffness of the spring beside the landed end, over the string's.
 const BESIDE: f64 = 16.0;
 
 /// A shape on the way through the fast layer: the stored energy, and sections from the base to the end.
@@ -55,7 +58,7 @@ struct Strains {
     stages: Vec<[Strain; STAGES]>,
 }
 
-/// A step of the layer: the strains before it, and its length.
+/// An implicit step of the layer: the strains before the step, and its length.
 #[derive(Debug)]
 pub(super) struct Creeping {
     before: Strains,
@@ -106,7 +109,7 @@ impl Strains {
         all.map(|e| e.amax()).fold(0.0, f64::max)
     }
 
-    /// The largest rate at which sections turn.
+    /// Largest rate of turn of the sections along s.
     fn steepest(&self) -> f64 {
         let rates = self
             .stages
@@ -122,7 +125,7 @@ impl Strains {
 }
 
 impl Creeping {
-    /// The strains after the step where the law itself has `inverse`.
+    /// Response of the step's modified law, `inverse` being that of the law itself.
     pub fn after<'a>(&self, s: f64, mut inverse: Response<'a>) -> Response<'a> {
         let part = self.step / (1.0 + self.step);
         inverse.strain = inverse.strain * part + self.before.at(s) / (1.0 + self.step);
@@ -133,7 +136,7 @@ impl Creeping {
 }
 
 impl Shape {
-    /// The same on another mesh.
+    /// This shape interpolated on another mesh.
     fn on(&self, places: &[f64]) -> Self {
         let nodes = &Scheme::get().nodes;
         let at = |s: f64| {
@@ -152,7 +155,7 @@ impl Shape {
         }
     }
 
-    /// The largest turn of a section between this and another on the same mesh.
+    /// Largest turn of a section between two shapes on the same mesh.
     fn turned(&self, other: &Self) -> f64 {
         let turn = |a: &Section, b: &Section| {
             rotation_vector(&(frame(&a.turn) * frame(&b.turn).transpose())).norm()
@@ -164,7 +167,7 @@ impl Shape {
 }
 
 impl Pulled<'_> {
-    /// Strains that the law has under the resultants of a shape.
+    /// Strains of the law under the resultants of a shape.
     fn strains(&self, shape: &Shape) -> Result<Strains> {
         let nodes = &Scheme::get().nodes;
         let mut stages = Vec::with_capacity(shape.stages.len());
@@ -186,9 +189,9 @@ impl Pulled<'_> {
         })
     }
 
-    /// The rod that comes to rest from the fold `shape` when it leaves it towards one of the rods `beside`, its end held in its place `at`
-    /// by `tip`: of two ways down the lower one; with the shapes after every step
-    /// if they are to be shown.
+    /// Rod at rest after it leaves the fold `shape` towards one of the rods `beside`, its end held in its place `at`
+    /// by `tip`. Of two ways down, the lower one is taken. With `shown`, the shapes after every step are returned
+    /// too.
     ///
     /// # Errors
     /// A law that refuses; a flow that does not settle.
@@ -201,7 +204,7 @@ impl Pulled<'_> {
         shown: bool,
     ) -> Result<(Vec<Fallen>, Solved, Spring)> {
         let lam = (self.law.flexures()[0].max(self.law.flexures()[1]) * self.n.norm()).sqrt();
-        // Sections turn by their strains, and shapes on the way may be steeper than that of the fold.
+        // Sections turn by their strains, and shapes on the way may be steeper than the fold's.
         let turning = self.strains(shape)?.steepest();
         let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE)?;
         let [here, ahead, behind] = [shape, beside[0], beside[1]].map(|shape| shape.on(&places));
@@ -213,7 +216,7 @@ impl Pulled<'_> {
             for side in [size, -size] {
                 let pushed = fold.plus(side * unit, &ahead, &behind);
                 let mut way = Vec::new();
-                // What cannot be shown does not keep the rod from falling.
+                // A shape that cannot be shown does not stop the landing.
                 let mut seen = |shape: &Shape, strains: &Strains| {
                     if shown {
                         way.extend(self.passing(shape, strains));
@@ -242,7 +245,7 @@ impl Pulled<'_> {
         })
     }
 
-    /// The equilibrium that a shape is near.
+    /// Equilibrium near a shape.
     fn rest(
         &self,
         shape: Shape,
@@ -256,7 +259,7 @@ impl Pulled<'_> {
         };
         let there = self.bearing(shape.n);
         let shape = there.refined(shape, tip, &held, tolerance)?.shape;
-        // What it bears is known: beside a spring it is the same.
+        // The force is now known, and beside a spring the equilibrium is the same.
         let spring = Spring {
             stiffness: BESIDE * shape.n.norm() / at.norm(),
             at,
@@ -278,7 +281,7 @@ impl Pulled<'_> {
         })
     }
 
-    /// A shape with these strains, in the directors of the clamp and units of the rod.
+    /// Shape with the given strains, in the directors of the clamp and units of the rod.
     fn passing(&self, shape: &Shape, strains: &Strains) -> Option<Fallen> {
         let scheme = Scheme::get();
         let pose = |place: Vector3<f64>, at: &Section| {
@@ -308,7 +311,8 @@ impl Pulled<'_> {
         Some((energy, sections))
     }
 
-    /// Where the flow from `pushed` comes near its rest, shown its `way`, every shape with its strains; None if it falls back to the fold, or does not settle.
+    /// Shape near rest at the end of the flow from `pushed`; every shape on the way is passed to `way` with its
+    /// strains. None if the flow falls back to the fold, or does not settle.
     fn flow(
         &self,
         here: &Shape,
@@ -345,7 +349,7 @@ impl Pulled<'_> {
             }
             let after = creeping.strains(&next).ok()?;
             let now = self.strains(&next).ok()?.less(&after);
-            // A step that is long against what grows would stay with an equilibrium that is not stable.
+            // A step that is long against the growth rate would stay with an unstable equilibrium.
             let size = now.size();
             let change = rate.as_ref().map_or(0.0, |rate| {
                 now.distance(rate) / rate.size().max(size).max(STILL * lam)

@@ -2,9 +2,9 @@
 
 use super::interval::STAGES;
 
-/// The length of the layers in e-foldings beyond those that the tolerance asks for.
+/// Extra length of the layers, in e-foldings, beyond the decay to the tolerance.
 const BEYOND: f64 = 3.0;
-/// First steps are so much shorter than the local error asks for: the estimate of the error is cautious, and a second mesh costs more.
+/// Safety factor on the first intervals: the error estimate is cautious, and a second mesh costs more.
 const SAFETY: f64 = 0.7;
 /// Longest interval between the layers.
 const LONGEST: f64 = 0.5;
@@ -14,16 +14,16 @@ const FIRST: f64 = 4.0;
 /// Order of the local error.
 const ORDER: f64 = 2.0 * STAGES as f64 + 1.0;
 
-/// The first interval at an end, times lam.
+/// Length of the first interval at an end, times lam.
 pub(super) fn first(tolerance: f64) -> f64 {
     let falling = |n: usize| (1..=n).map(|k| (k as f64).ln()).sum::<f64>();
     let constant = 2.0 * falling(STAGES) - falling(2 * STAGES) - falling(2 * STAGES + 1);
     SAFETY * ((tolerance.ln() - constant) / ORDER).exp().min(FIRST)
 }
 
-/// The places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`: the local error of Gauss' method,
-/// (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end; from there intervals grow as
-/// the layer's amplitude falls, up to `longest`.
+/// Places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`. The local error of Gauss'
+/// method, (s!)^2/((2s)! (2s+1)!) z^(2s+1) for exp(z x), z = lam h, is `tolerance` in the first interval at an end.
+/// From there intervals grow as the layer's amplitude falls, up to `longest`.
 pub(super) fn places(
     lam: f64,
     breaks: impl Iterator<Item = f64>,
@@ -36,7 +36,7 @@ pub(super) fn places(
         passed += first * (passed / order).exp();
         layer.push(passed / lam);
     }
-    // Layers that meet share what is left.
+    // Layers that meet share the rod equally.
     if let Some(last) = layer.last().copied()
         && last > 0.5
     {

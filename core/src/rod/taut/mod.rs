@@ -1,10 +1,11 @@
-//! Taut rods: the equilibrium under a given force whose end is turned, or loaded, as given (theory 3.6).
+//! Taut rods: equilibria under a given force with the tip turned, or loaded, as given (theory 3.6).
 //!
-//! The base wrench tells where the end of a rod is with an error that grows as exp(lam), lam^2 = F L^2/B. What is good at both
-//! ends are the force n and what the end is held by: with them given, frame and couple solve a boundary-value problem whose growing
-//! modes die towards one end and whose decaying modes towards the other. It is collocated ([`interval`]) on a mesh that is fine in
-//! the layers at the ends, of the width 1/lam, and takes any step between them; r(1) and the energy are quadratures. The couple is
-//! an unknown of its own: m(0) - r x n would lose lam^2 times rounding.
+//! The base wrench determines the end of a rod with an error that grows as exp(lam), lam^2 = F L^2/B. The force n and
+//! the tip data are well conditioned at both ends. Given both, frame and couple solve a boundary-value problem whose
+//! growing modes die towards one end and whose decaying modes towards the other. It is collocated ([`interval`]) on a
+//! mesh that is fine in the layers at the ends, of the width 1/lam. Intervals between the layers may have any length;
+//! r(1) and the energy are quadratures. The couple is an unknown of its own: m(0) - r x n would lose lam^2 times
+//! rounding.
 
 mod boundary_layers;
 mod chain;
@@ -36,21 +37,21 @@ pub use landing::Fallen;
 pub use stabilising_spring::Spring;
 pub use taut_rod::Taut;
 
-/// What is given at the end of a rod, beside the force.
+/// Data at the end of a rod besides the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tip {
-    /// Its directors, as columns.
+    /// Directors of the end, as columns.
     Turned(Matrix3<f64>),
-    /// The couple on it; the force acts `arm` away, along its directors.
+    /// Couple on the end, with the force on an arm.
     Loaded {
         /// The couple.
         couple: Vector3<f64>,
-        /// From the end to where the force acts, along the directors of the end.
+        /// Arm from the end to the point of action of the force, along the directors of the end.
         arm: Vector3<f64>,
     },
 }
 
-/// A taut rod, to begin another with: mesh, frames and couples.
+/// Converged mesh, frames and couples of a taut rod: the start of the next solution.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::rod) struct Shape {
     places: Vec<f64>,
@@ -60,26 +61,27 @@ pub(in crate::rod) struct Shape {
     tolerance: f64,
 }
 
-/// A taut rod with what its ends do.
+/// Solution for a taut rod, with the derivatives of its ends.
 #[derive(Debug, Clone)]
 pub(in crate::rod) struct Solved {
     pub shape: Shape,
     pub base_couple: Vector3<f64>,
     pub position: Vector3<f64>,
     pub energy: f64,
-    /// int f.r ds of the load along it.
+    /// Work int f.r ds of the load along the rod.
     pub work: f64,
-    /// Derivatives by the force given, and by the turn (or couple) of the end.
+    /// Derivatives by the given force, and by the turn (or couple) of the end.
     pub by_force: Derivatives,
     pub by_tip: Derivatives,
-    /// The sign of the determinant of the boundary-value problem: changes where the rod under this force, with its spring, is neutral.
+    /// Sign of the determinant of the boundary-value problem; it changes where the rod under this force, with its
+    /// spring, is neutral.
     pub sign: f64,
     /// Estimated error of frame and couple (over sqrt|n|), Newton steps, intervals.
     pub error: f64,
     pub iterations: usize,
 }
 
-/// Of couple at the base, couple, turn and place of the end.
+/// Derivatives of the couple at the base and of couple, turn and place of the end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivatives {
     /// m(0).
@@ -93,60 +95,60 @@ pub struct Derivatives {
 }
 
 impl Solved {
-    /// Stored energy and the potential of the load, but for a constant.
+    /// Stored energy plus the potential of the load, up to a constant.
     fn whole_energy(&self) -> f64 {
         self.energy - self.work
     }
 }
 
-/// Newton steps at most, and meshes tried.
+/// Most Newton steps on a mesh, and most meshes tried.
 const MOST: usize = 40;
 const MESHES: usize = 24;
-/// How often a mesh is halved for what is between its nodes.
+/// Halvings of a mesh before values between its nodes are read.
 const HALVINGS: usize = 2;
-/// How often one after the other a mesh is halved all along because Newton's method fares badly on it: elsewhere there is no such rod.
+/// Most successive halvings of a whole mesh on which Newton's method fares badly; after these there is no such rod.
 const COARSE_MESHES: usize = 3;
-/// Intervals at most.
+/// Most intervals of a mesh.
 const INTERVALS: usize = 2_000;
-/// A mesh serves where sqrt|n| is not farther from that it was made for.
+/// Largest ratio of sqrt|n| between rod and mesh at which a mesh is reused.
 const ALIKE: f64 = 1.25;
-/// ... and where its couple m(0) is not farther off, over sqrt|n|.
+/// Largest difference between the couple m(0) and that of a mesh, over sqrt|n|, at which the mesh is reused.
 const NEAR: f64 = 0.3;
-/// The base wrench is followed along the rod to find what it means, up to this sqrt|n|.
+/// Largest sqrt|n| at which the base wrench is integrated along the rod for a first guess.
 const FOLLOWED: f64 = 18.0;
-/// A step of Newton's method turns no section farther.
+/// Largest turn of a section in a Newton step, in radians.
 const TURN: f64 = 0.7;
-/// Newton's steps fall by this factor at least: turns and stages vary together but for the error of a step, which is small where sections turn
-/// by no more than so many radians in an interval.
+/// Least reduction of Newton steps. Turns and stages vary together up to the error of a step, which is small if
+/// sections turn by no more than `TURNED` radians in an interval.
 const LINEAR: f64 = 1e-3;
 const TURNED: f64 = 1.5;
-/// From steps of this size on they fall faster than by that factor twice, or the mesh is too coarse.
+/// Newton steps below this size must fall faster than by `COARSE` twice running, or the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
-/// Steps of Newton's method below this size tell nothing of the mesh: their falling, or not, is rounding.
+/// Newton steps below this size are rounding, and say nothing of the mesh.
 const ROUNDED: f64 = 1e-9;
-/// Derivatives are those before the last step, which must not be longer, in tolerances: begun from the last rod of a motion in short steps they would be
-/// that one's, an error that no shorter step mends.
+/// Longest last step, in tolerances. Derivatives are those before the last step: begun from the last rod of a motion
+/// in short steps they would lag by one step, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
-/// The least part of the way to another rod that is tried at a time.
+/// Least part of the way to another rod that is tried at once.
 const LEAST: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
 const FINEST: f64 = 1e-14;
 const COARSEST: f64 = 1e-6;
 
 impl Shape {
-    /// True if a rod under the force `n`, wanted to `tolerance`, can begin here.
+    /// True if a rod under the force `n`, wanted to `tolerance`, can begin from this shape.
     fn serves(&self, n: &Vector3<f64>, tolerance: f64) -> bool {
         let ratio = (n.norm() / self.n.norm()).sqrt();
         self.tolerance <= tolerance && (1.0 / ALIKE..ALIKE).contains(&ratio)
     }
 
-    /// The force that it bears.
+    /// Force n of the shape.
     pub fn force(&self) -> Vector3<f64> {
         self.n
     }
 
-    /// How many intervals it has.
+    /// Number of intervals.
     pub fn intervals(&self) -> usize {
         self.stages.len()
     }
@@ -168,7 +170,7 @@ impl Shape {
         found
     }
 
-    /// Every interval of `split` halved.
+    /// This shape with the intervals marked in `split` halved.
     fn halved(&self, split: &[bool]) -> Self {
         let nodes = &Scheme::get().nodes;
         let mut finer = Self {
@@ -199,19 +201,21 @@ impl Shape {
     }
 }
 
-/// One Newton step: its parts, and what they do.
+/// A Newton correction of the collocation unknowns: condensed intervals, their responses to the end data, the change
+/// of the force.
 struct Correction {
     intervals: Vec<Condensed>,
     answers: Vec<Answers>,
     force: Forces,
-    /// Way of the end.
+    /// Displacement of the end.
     way: SMatrix<f64, 3, ANSWERS>,
     sign: f64,
     size: f64,
 }
 
-/// The rod, and the load along it, under the base wrench's force `b.n`, borne with `spring`, its end held as `tip` says; `b.m` and `start` tell which equilibrium is
-/// meant. To `tolerance` in turns and couples over sqrt|n|.
+/// The rod, with a load along it, under the force of the base wrench `b`, which it bears together with `spring`; its
+/// end is held as `tip` says. The couple of `b` and `start` select among several equilibria. `tolerance` is for turns
+/// and couples over sqrt|n|.
 ///
 /// # Errors
 /// A law that refuses; no convergence.
@@ -236,7 +240,7 @@ pub(in crate::rod) fn solved(
         },
         &|| pulled.led(start?, tip, spring, tolerance),
     ];
-    // The first rod that is found may be another equilibrium than that which is meant.
+    // The first rod found may be another equilibrium than the one meant.
     let mut other = None;
     for way in ways {
         match way() {
@@ -252,7 +256,8 @@ pub(in crate::rod) fn solved(
 }
 
 impl Pulled<'_> {
-    /// From a rod that is farther away: what it bears and how it is held are led to what is given, in steps as small as that takes.
+    /// Continuation from a more distant rod: force and end data are led to the given values, in steps as small as
+    /// needed.
     fn led(&self, start: &Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Option<Solved> {
         let mut shape = start.clone();
         shape.tolerance = shape.tolerance.min(tolerance);
@@ -289,7 +294,7 @@ impl Pulled<'_> {
             };
             let there = self.bearing(way(&start.n, &self.n));
             match there.refined(shape.clone(), &tip, &spring, tolerance) {
-                // What jumps is another equilibrium.
+                // A jump of the shape means another equilibrium.
                 Ok(found) if !same(&shape, &found) => step *= 0.5,
                 Ok(found) if part == 1.0 => return Some(found),
                 Ok(found) => {
@@ -302,7 +307,7 @@ impl Pulled<'_> {
         None
     }
 
-    /// Solved on meshes that are refined until the error is below the tolerance.
+    /// Solution on meshes that are refined until the error is below the tolerance.
     fn refined(&self, start: Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Result<Solved> {
         let mut shape = start;
         if spring.stiffness == 0.0 {
@@ -349,9 +354,9 @@ impl Pulled<'_> {
         )))
     }
 
-    /// Newton's method on the mesh of `shape`, with the last step taken; None on a mesh too coarse for it. The variations are collocated
-    /// for themselves: where the rod turns by radians in an interval they are not quite those of the collocated rod, and steps
-    /// that should vanish do not.
+    /// Newton's method on the mesh of `shape`; returns the last step taken, or None if the mesh is too coarse. The
+    /// variations are collocated independently of the rod. If the rod turns by radians in an interval they differ
+    /// from the derivatives of its own collocation, and steps that should vanish do not.
     fn newton(
         &self,
         shape: &mut Shape,
@@ -381,7 +386,7 @@ impl Pulled<'_> {
                 }
             }
             shape.n += force * part;
-            // What the next step would be, by the rate of the last two; at first by that of Newton's method.
+            // Predicted size of the next step, by the rate of the last two; at first by that of Newton's method.
             let rate = if steps == 1 {
                 size.max(LINEAR)
             } else {
@@ -401,7 +406,7 @@ impl Pulled<'_> {
         Err(lost())
     }
 
-    /// None where the linearised rod is singular.
+    /// One Newton correction; None if the linearised rod is singular.
     fn correction(&self, shape: &Shape, tip: &Tip, spring: &Spring) -> Result<Option<Correction>> {
         let there = self.under(&shape.n);
         let mut intervals = Vec::with_capacity(shape.stages.len());
@@ -524,7 +529,7 @@ impl Pulled<'_> {
     }
 }
 
-/// Frame and couple at a place, the way there and the energy on it.
+/// Frame and couple at a place, the position and the energy up to the place.
 type Passed = (Section, Vector3<f64>, f64);
 
 impl Pulled<'_> {

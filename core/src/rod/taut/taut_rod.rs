@@ -9,36 +9,36 @@ use crate::rod::distributed_load::Weight;
 use crate::rod::{Distributed, Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// A rod under a given force with its end held as a [`Tip`] says, good at any pull.
+/// A rod under a given force with its end held as a [`Tip`] says, accurate at any pull.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Taut {
     /// Base wrench (m(0), n) in the world frame.
     pub base: Wrench,
     /// The section at the end.
     pub end: RodSection,
-    /// -int f.r ds, the potential of the load along it.
+    /// Potential -int f.r ds of the load along the rod.
     pub potential: f64,
-    /// Derivatives by the force given at held [`Tip`].
+    /// Derivatives by the given force at fixed [`Tip`].
     pub by_force: Derivatives,
-    /// Derivatives by the turn of the tip, or by the couple on it, at held force.
+    /// Derivatives by the turn of the tip, or by the couple on it, at fixed force.
     pub by_tip: Derivatives,
-    /// Derivatives by a turn of the clamp, seen from there, at the same force given and the same [`Tip`] along its directors: what the load along the
-    /// rod, which does not turn along, makes of it. None if it was not asked for.
+    /// Derivatives by a turn of the clamp, in its frame, at fixed force and [`Tip`] along its directors. They arise
+    /// from the load along the rod, which does not turn along. None if not asked for.
     pub by_turn: Option<Derivatives>,
-    /// The sign of the determinant of the boundary-value problem: it changes where the rod under this force is neutral.
+    /// Sign of the determinant of the boundary-value problem; it changes where the rod under this force is neutral.
     pub sign: f64,
     /// Estimated error of the directors, and of couples over sqrt(F B).
     pub error: f64,
     /// Newton steps.
     pub iterations: usize,
-    /// In the directors of the clamp and units of the rod.
+    /// End data in the directors of the clamp and units of the rod.
     pub(super) tip: Tip,
     pub(super) spring: Spring,
-    /// Place of the end, and its derivative by the force given.
+    /// Place of the end, and its derivative by the given force.
     place: Vector3<f64>,
     give: Matrix3<f64>,
     pub(super) shape: Shape,
-    /// The load along it.
+    /// Load along the rod.
     pub(super) weight: Option<Weight>,
 }
 
@@ -48,7 +48,7 @@ impl Taut {
         self.shape.intervals()
     }
 
-    /// What rod and spring bear together, as [`Taut::spring`] has it.
+    /// Total force on rod and spring, as in [`Taut::spring`].
     fn borne(&self) -> Vector3<f64> {
         let stretch = self.place - self.spring.at;
         self.shape.n + stretch * self.spring.stiffness
@@ -56,10 +56,11 @@ impl Taut {
 }
 
 impl Rod {
-    /// The equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world; the couple of `base`, and
-    /// `start`, tell which one is meant. Frame and couple are good to `tolerance`.
+    /// Equilibrium under the force n(0) of `base` with its end held as `tip` says, both in the world. The couple of
+    /// `base`, and `start`, select among several equilibria. Frame and couple are accurate to `tolerance`.
     ///
-    /// Under a pull the base wrench alone tells nothing of the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]); force and tip do.
+    /// Under a pull the base wrench alone does not determine the end beyond sqrt(F L^2/B) of about 16 ([`Rod::end`]);
+    /// force and tip do.
     ///
     /// # Errors
     /// A section law that refuses a resultant on the way; no equilibrium found; one that is neutral under this force.
@@ -73,9 +74,9 @@ impl Rod {
         self.taut_beside(base, (tip, &Spring::NONE), (None, false), start, tolerance)
     }
 
-    /// The same of a rod that bears the force of `base` together with a spring beside its end: [`Taut::base`] has what the rod bears,
-    /// derivatives by the force are by that given. It bears a dead load along it too, if there is one; `turns` asks for what a turn of the
-    /// clamp makes of that, [`Taut::by_turn`].
+    /// Equilibrium of a rod that bears the force of `base` together with a spring beside its end, and a dead load
+    /// along it if given. [`Taut::base`] has the force on the rod alone; derivatives by the force are by the total.
+    /// `turns` asks for [`Taut::by_turn`], the response of the load to a turn of the clamp.
     ///
     /// # Errors
     /// As [`Rod::taut`].
@@ -119,7 +120,7 @@ impl Rod {
         self.outward_taut(found, (tip, spring), (weight, turned))
     }
 
-    /// In the world and the units of the user what was found in those of the rod.
+    /// Conversion of a solution from the rod's units into the world and the user's units.
     fn outward_taut(
         &self,
         found: Solved,
@@ -166,14 +167,15 @@ impl Rod {
         })
     }
 
-    /// The rod under the force `n`, with the load along it.
+    /// The collocation problem of the rod under the force `n`, with the load along it.
     pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> Pulled<'a> {
         Pulled::new((&self.law, found.weight.as_ref()), n)
     }
 
-    /// Where a taut rod comes to rest that leaves its fold `found` towards `beside`, rods a little to both sides of it, its end held where
-    /// it is: by the fast layer of a viscosity in proportion to the stiffness; of two ways down the lower one. With the shapes on the way, if they are to be shown, in the
-    /// directors of the clamp.
+    /// Rod at rest after a taut rod leaves its fold `found` towards `beside`, rods a little to both sides of the
+    /// fold. The end is held in place. The flow is the fast layer of a viscosity in proportion to the stiffness; of
+    /// two ways down the lower one is taken. With `shown`, the shapes on the way are returned too, in the directors
+    /// of the clamp.
     ///
     /// # Errors
     /// A flow that does not settle.
@@ -224,13 +226,13 @@ impl Rod {
         })
     }
 
-    /// The sections of a taut rod at the arclengths `at`, in growing order in [0, L].
+    /// Sections of a taut rod at the arclengths `at`, in growing order in [0, L].
     ///
     /// # Errors
     /// As [`Rod::taut`].
     pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
         let pulled = self.pulled(found, found.borne());
-        // Between its nodes a mesh is of half the order: it is halved until the polynomials are as good.
+        // Between its nodes a mesh has half the order: it is halved until the polynomials are as accurate.
         let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
         let sections = pulled.sections(
             &found.shape,
@@ -247,7 +249,7 @@ impl Rod {
             .collect()
     }
 
-    /// The Morse index of a taut rod, its place held and its end as its [`Tip`] says; 0 is stable.
+    /// Morse index of a taut rod, its place held and its end as its [`Tip`] says; 0 is stable.
     ///
     /// # Errors
     /// A rod that is neutral under its force.
@@ -256,7 +258,7 @@ impl Rod {
         self.taut_index_along(found, &axes)
     }
 
-    /// The same with the place of the end held along some axes alone, in the world.
+    /// Morse index of a taut rod with the place of its end held along the world axes `axes` alone.
     pub(in crate::rod) fn taut_index_along(
         &self,
         found: &Taut,

@@ -1,11 +1,12 @@
-//! What a turn of its base makes of a taut rod that bears a dead load along it (theory 3.8).
+//! Response of a taut rod with a dead load along it to a turn of its base (theory 3.8).
 //!
-//! Without a load the rod turns with its base as a rigid body does. A load stays as it is in the world: seen from a base that turns by psi
-//! it turns by -psi, and at a given n(0) along the directors of the base the force along the rod changes by
+//! Without a load the rod turns rigidly with its base. A load is fixed in the world: seen from a base that turns by
+//! psi it turns by -psi. At a given n(0) along the directors of the base the force along the rod changes by
 //! ```text
 //! dn(s) = psi x int_0^s f = psi x (n(0) - n(s)),
 //! ```
-//! which stands on the right-hand sides of the variations ([`super::condensed`]); what holds the end, seen from the base, stays.
+//! which enters the right-hand sides of the variations ([`super::condensed`]). The end data, seen from the base, are
+//! unchanged.
 
 use super::chain::REST;
 use super::condensed::{Condensed, Residual, Variations};
@@ -17,7 +18,7 @@ use crate::rod::distributed_load::Weight;
 use crate::rod::scaled_law::ScaledLaw;
 use nalgebra::{Matrix3, Vector3};
 
-/// By a turn of the base, seen from there: columns are about its axes.
+/// Derivatives of a section by a turn of the base, in the frame of the base: columns are about the axes of the base.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ByTurn {
     pub turn: Matrix3<f64>,
@@ -39,18 +40,18 @@ impl ByTurn {
     };
 }
 
-/// What a turn of the base makes of the rod, at the stages of its intervals.
+/// Response to a turn of the base, at the stages of the intervals.
 pub(super) struct Turning {
     pub stages: Vec<[ByTurn; STAGES]>,
-    /// Of the couple at the base, and of the force n(0).
+    /// Derivatives of the couple at the base, and of the force n(0).
     base_couple: Matrix3<f64>,
     pub force: Matrix3<f64>,
-    /// Of turn, couple and place of the end.
+    /// Derivatives of turn, couple and place of the end.
     end: [Matrix3<f64>; 3],
 }
 
 impl Variations {
-    /// What the load of this interval leaves over as the base turns about `axis`, `base` being n(0).
+    /// Residual from the load of this interval as the base turns about `axis`, `base` being n(0).
     fn load_turned(&self, axis: &Vector3<f64>, base: &Vector3<f64>) -> Residual {
         let mut left = Residual::NONE;
         for (i, slope) in self.slopes.iter().enumerate() {
@@ -64,10 +65,10 @@ impl Variations {
 }
 
 impl Turning {
-    /// Of the rod whose end is held as `tip` says beside `spring`.
+    /// Response of the rod whose end is held as `tip` says beside `spring`.
     ///
     /// # Errors
-    /// A law that refuses; a rod that is neutral so held.
+    /// A law that refuses; a rod that is neutral under these end data.
     pub fn new(
         (law, weight): (&ScaledLaw, &Weight),
         shape: &Shape,
@@ -80,7 +81,7 @@ impl Turning {
         Ok(Self::of(&swept, condensed).ok_or_else(neutral)?.0)
     }
 
-    /// The same with the intervals eliminated anew; None where the rod is singular.
+    /// Response of a linearised rod, with the condensed intervals returned; None if the rod is singular.
     pub fn of(swept: &Swept<'_>, mut condensed: Vec<Condensed>) -> Option<(Self, Vec<Condensed>)> {
         let zero = Matrix3::zeros();
         let mut found = Self {
@@ -113,7 +114,7 @@ impl Turning {
         Some((found, condensed))
     }
 
-    /// Column `i` at the stages; and the place of the end.
+    /// Sets column `i` at the stages; returns the displacement of the end.
     fn told(
         &mut self,
         i: usize,
@@ -135,7 +136,7 @@ impl Turning {
         place.column(REST).into_owned()
     }
 
-    /// What the ends do.
+    /// Derivatives of both ends.
     pub fn derivatives(&self) -> Derivatives {
         let [turn, couple, position] = self.end;
         Derivatives {

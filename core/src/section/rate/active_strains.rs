@@ -1,10 +1,10 @@
-//! The strains that are free to change, and what is asked of numbers given for them.
+//! Free strains of a rate law, and checks of numbers given for them.
 
 use crate::error::{Error, Result};
 use crate::section::{Compliance, Resultant, Strain, StrainName};
 use nalgebra::{Matrix6, Vector6};
 
-/// Which strains a compliance holds rigid: those that no resultant changes.
+/// Marks of the strains that a compliance holds rigid, by zero diagonal entries.
 pub fn rigid_of(compliance: &Compliance) -> [bool; 6] {
     let diagonal = match compliance {
         Compliance::Diagonal(entries) => *entries,
@@ -13,8 +13,8 @@ pub fn rigid_of(compliance: &Compliance) -> [bool; 6] {
     std::array::from_fn(|k| diagonal[k] == 0.0)
 }
 
-/// The inverse of the free block of a symmetric positive definite matrix, zero elsewhere; None if it is not positive
-/// definite beyond rounding. Scaled to a unit diagonal, so that units play no part.
+/// The inverse of the free block of a symmetric positive definite matrix, zero elsewhere; None unless positive
+/// definite beyond rounding. The matrix is scaled to a unit diagonal: the criterion must not depend on units.
 pub fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix6<f64>> {
     let roots = Vector6::from_fn(|k, _| if rigid[k] { 1.0 } else { matrix[(k, k)].sqrt() });
     let scaled = Matrix6::from_fn(|i, j| match (i == j, rigid[i] || rigid[j]) {
@@ -26,7 +26,7 @@ pub fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix
         return None;
     }
     let inverse = scaled.cholesky()?.inverse();
-    // One step of Newton's iteration for inverses takes off what the elimination left.
+    // One step of Newton's iteration for inverses removes the error of the elimination.
     let inverse = inverse + inverse * (Matrix6::identity() - scaled * inverse);
     let symmetric = Matrix6::from_fn(|i, j| {
         if rigid[i] || rigid[j] {
@@ -43,7 +43,7 @@ pub(super) fn freed(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
     matrix.map_with_location(|i, j, entry| if rigid[i] || rigid[j] { 0.0 } else { entry })
 }
 
-/// Six marks from those of v1, v2, v3.
+/// Marks of all six strains from those of v1, v2, v3.
 pub(super) fn six([v1, v2, v3]: [bool; 3]) -> [bool; 6] {
     [false, false, false, v1, v2, v3]
 }
@@ -55,7 +55,7 @@ pub(super) fn driving(overstress: &Resultant, rigid: [bool; 6]) -> Result<Result
     Ok(driving)
 }
 
-/// Rates that keep the constraints.
+/// Checks that rates satisfy the constraints.
 pub(super) fn kept(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
     finite("strain rates", rate)?;
     for k in (0..6).filter(|k| rigid[*k]) {
@@ -80,7 +80,7 @@ pub(super) fn finite(name: &str, values: &Vector6<f64>) -> Result<()> {
     )))
 }
 
-/// Refuses a number that is not finite and > 0, by its name.
+/// Checks that a named number is finite and > 0.
 pub(super) fn positive(name: &str, value: f64) -> Result<()> {
     if !(0.0 < value && value.is_finite()) {
         return Err(Error::domain(format!(

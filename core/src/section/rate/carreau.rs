@@ -1,15 +1,14 @@
-//! A law that thins or thickens with the rate of dissipation: D = H e_t (1 + e_t.H e_t/onset)^((p - 1)/2).
+//! Carreau's friction law, which thins or thickens with the dissipation: D = H e_t (1 + e_t.H e_t/onset)^((p - 1)/2).
 //!
-//! Carreau's is the common law of polymers and of soft matter: a Newtonian plateau at small rates, a power law of
-//! exponent p at large ones. The power law alone (Norton's) has infinite viscosity at rest for p < 1 and none for
-//! p > 1, so that (2.38) fails there; the plateau cures it. The norm sqrt(e_t.H e_t) joins the components, so that the
-//! law makes sense for a full H, and the inverse is one scalar equation: with q = |e_t|_H, tau = sqrt(w.H^-1 w) for the
-//! overstress w,
+//! It is the common law of polymers and of soft matter: a Newtonian plateau at small rates, a power law of exponent p
+//! at large ones. The power law alone (Norton's) has infinite viscosity at rest for p < 1 and none for p > 1, so that
+//! (2.38) fails; the plateau cures this. The norm sqrt(e_t.H e_t) couples the components: the law is meaningful for a
+//! full H, and its inverse is one scalar equation. With q = |e_t|_H, tau = sqrt(w.H^-1 w) for the overstress w,
 //! ```text
 //! q f(q) = tau,   e_t = H^-1 w/f(q),   f(q) = (1 + q^2/onset)^((p - 1)/2).
 //! ```
-//! q f grows with slope f (1 + p y^2)/(1 + y^2), y^2 = q^2/onset: positive for p > 0, so that D is the gradient of a
-//! strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
+//! q f grows with slope f (1 + p y^2)/(1 + y^2), y^2 = q^2/onset. The slope is positive for p > 0, so that D is the
+//! gradient of a strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
 
 use super::active_strains::{driving, kept, positive};
 use super::{Rate, RateLaw, Viscosity, ViscosityAt};
@@ -17,8 +16,8 @@ use crate::error::{Error, Result};
 use crate::section::{Resultant, Strain};
 use nalgebra::Matrix6;
 
-/// The law D = H e_t (1 + e_t.H e_t/onset)^((p - 1)/2): thinning for p < 1, thickening for p > 1 (see the module's
-/// head, in short: a Newtonian plateau, then a power law).
+/// The law D = H e_t (1 + e_t.H e_t/onset)^((p - 1)/2), thinning for p < 1, thickening for p > 1: a Newtonian
+/// plateau, then a power law (see the head of the module).
 #[derive(Debug, Clone)]
 pub struct Carreau {
     viscosity: Viscosity,
@@ -26,17 +25,17 @@ pub struct Carreau {
     exponent: f64,
 }
 
-/// Where the law leaves its plateau.
+/// End of the Newtonian plateau.
 #[derive(Debug, Clone, Copy)]
 enum Onset {
-    /// At this dissipation, the same all along the rod.
+    /// A dissipation, uniform along the rod.
     Dissipation(f64),
-    /// At the dissipation of this rate of flexure about the weakest axis of the section there.
+    /// A rate of flexure about the weakest axis of each section.
     Flexure(f64),
 }
 
 impl Onset {
-    /// The square root of the dissipation e_t.H e_t at which a section of this viscosity leaves the plateau.
+    /// Square root of the dissipation e_t.H e_t at which a section of this viscosity leaves the plateau.
     fn root(self, viscosity: &ViscosityAt) -> f64 {
         match self {
             Self::Dissipation(onset) => onset.sqrt(),
@@ -46,8 +45,8 @@ impl Onset {
 }
 
 impl Carreau {
-    /// The law with the viscosity H at rest. `onset` is the dissipation e_t.H e_t (a power per length) at which it
-    /// leaves the plateau: for a rate k of the strain i alone, H_ii k^2. Far above D grows as |e_t|^`exponent`.
+    /// The law with the viscosity H at rest. `onset` is the dissipation e_t.H e_t (a power per length) at the end of
+    /// the plateau: for a rate k of the strain i alone, H_ii k^2. Far above D grows as |e_t|^`exponent`.
     ///
     /// # Errors
     /// An onset or an exponent that is not finite and > 0.
@@ -56,9 +55,9 @@ impl Carreau {
         Self::with(viscosity, Onset::Dissipation(onset), exponent)
     }
 
-    /// The law that leaves its plateau at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2, h(s) the smaller
-    /// principal viscosity of flexure of the section at s. So for flexure about that axis alone the law is that of the planar rod
-    /// everywhere along a rod that varies, from whichever end it is written.
+    /// The law whose plateau ends at this `rate` of flexure about the weakest axis: the onset is h(s) rate^2, h(s)
+    /// the smaller principal viscosity of flexure of the section at s. For flexure about that axis alone the law is
+    /// then that of the planar rod everywhere along a rod that varies, from either end.
     ///
     /// # Errors
     /// A rate or an exponent that is not finite and > 0; a viscosity that holds a flexure rigid.
@@ -87,8 +86,8 @@ impl Carreau {
         1.0_f64.hypot(y).powf(self.exponent - 1.0)
     }
 
-    /// y with y f(y) = t, t >= 0, to roundoff. In log y the equation is convex or concave with slopes between 1 and p:
-    /// Newton's iteration converges from anywhere.
+    /// Solution y of y f(y) = t, t >= 0, to roundoff. In log y the equation is convex or concave with slopes between
+    /// 1 and p: Newton's iteration converges from any start.
     fn invert(&self, t: f64) -> f64 {
         let p = self.exponent;
         if p == 1.0 || !(0.0 < t) {
@@ -110,7 +109,7 @@ impl Carreau {
             }
             before = off.abs();
         }
-        // exp(log y) has fewer digits than y where log y is large: the last two steps are taken in y itself.
+        // exp(log y) has fewer digits than y if log y is large: the last two steps are taken in y itself.
         let mut y = log.exp();
         for _ in 0..2 {
             let ratio = t / (y * self.factor(y));
@@ -129,7 +128,7 @@ impl RateLaw for Carreau {
         let viscosity = self.viscosity.at(s)?;
         let (inverse, onset) = (viscosity.inverse, self.onset.root(&viscosity));
         let newtonian = inverse * driving;
-        // Squares of large overstresses do not overflow.
+        // Scaled: squares of large overstresses must not overflow.
         let size = driving.amax();
         let tau = if size > 0.0 {
             size * (driving / size).dot(&(newtonian / size)).max(0.0).sqrt()

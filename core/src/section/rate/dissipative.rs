@@ -41,12 +41,12 @@ pub trait DissipationPotential: Debug + Send + Sync {
     fn potential<D: DualNum<Primitive = f64> + Copy>(&self, s: f64, e: &[D; 6], rate: &[D; 6])
     -> D;
 
-    /// Whether the strains are in the law's domain. Where Phi is not finite they are not, anyhow.
+    /// True if the strains are in the law's domain. Strains with an infinite or undefined Phi are outside anyhow.
     fn admissible(&self, _s: f64, _e: &Strain) -> bool {
         true
     }
 
-    /// Which of v1, v2, v3 are held rigid. Default: none.
+    /// Marks of the rigid strains among v1, v2, v3. Default: none.
     fn rigid(&self) -> [bool; 3] {
         [false; 3]
     }
@@ -82,17 +82,17 @@ impl<P: DissipationPotential> Dissipative<P> {
     }
 }
 
-/// The potential at one place and strain, in the rates.
+/// The potential at a fixed place and strain, as a function of the rates.
 struct Here<'a, P> {
     law: &'a Dissipative<P>,
     s: f64,
     e: &'a Strain,
-    /// The overstress whose rates are asked for.
+    /// Overstress of the wanted rates.
     driving: Resultant,
 }
 
 impl<P: DissipationPotential> Here<'_, P> {
-    /// D, dD/d(e_t); None where they or Phi are not finite.
+    /// D, dD/d(e_t); None if these or Phi are not finite.
     fn jet(&self, rate: &Vector6<f64>) -> Option<(Resultant, Matrix6<f64>)> {
         let (value, slope, curvature) = jet(
             |rate| {
@@ -161,7 +161,7 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
         };
         match Convexity::of(&slope, self.rigid()) {
             Convexity::Strict => {}
-            // Rounding hides whether the potential is convex at these trial rates: the step was too long and is shortened.
+            // Convexity at these trial rates is hidden by rounding: the step was too long and is shortened.
             Convexity::Hidden(_) => return Ok(None),
             Convexity::Lost(smallest, strain) => {
                 return Err(self.not_convex(rate, smallest, strain));
@@ -169,8 +169,8 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
         }
         Ok(Some(Point {
             strain: *rate,
-            // A potential such as sqrt(1 + x^2) - 1 has lost its digits where rates are small; its slope has not. With
-            // Phi - w.e_t equal at all points the search goes by slopes alone, which a convex Phi allows.
+            // A potential such as sqrt(1 + x^2) - 1 loses its digits at small rates; its slope does not. With Phi -
+            // w.e_t set equal at all points the search uses slopes alone, which suffices for a convex Phi.
             energy: self.driving.dot(rate),
             resultants,
             frame: Matrix6::identity(),

@@ -1,12 +1,13 @@
 //! Friction that becomes infinite at total compression: AMV (2.40), (2.41).
 //!
-//! The fibres of a section of half-widths h1, h2 keep their orientation where delta = v3 - V > 0,
-//! V^2 = h2^2 u1^2 + h1^2 u2^2 (2.7), as in [`Barrier`](crate::section::Barrier). delta has no gradient on the
-//! axis u1 = u2 = 0 of the cone, so that a law built on it would not be smooth where rods are straight. Built on
+//! Let h1, h2 be the half-widths of the section, V^2 = h2^2 u1^2 + h1^2 u2^2 and delta = v3 - V. The fibres keep
+//! their orientation if delta > 0 (2.7), as in [`Barrier`](crate::section::Barrier). delta has no gradient on the
+//! axis u1 = u2 = 0 of the cone, so that a law in terms of delta would not be smooth for straight rods. Instead the
+//! law uses
 //! ```text
-//! d = (v3^2 - V^2)/v3 = delta (1 + V/v3),    delta <= d <= 2 delta,    d = v3 for a straight section,
+//! d = (v3^2 - V^2)/v3 = delta (1 + V/v3),    delta <= d <= 2 delta,    d = v3 for a straight section.
 //! ```
-//! it is: d is analytic in the cone, homogeneous of degree 1 as delta is, and zero where delta is. The law
+//! d is analytic in the cone, homogeneous of degree 1 as delta is, and zero where delta is. The law
 //! ```text
 //! D = H e_t + Omega(d) d_t g,   g = d(d)/de,   d_t = g.e_t,   Omega = strength/d
 //! ```
@@ -14,7 +15,7 @@
 //! ```text
 //! d_t = g.H^-1 w/(1 + Omega c),   c = g.H^-1 g,   e_t = H^-1 (w - Omega d_t g).
 //! ```
-//! So (1 + Omega c) d_t = g.H^-1 w: the integral of Omega over (0, d) is infinite, hence d cannot reach zero as long as
+//! Hence (1 + Omega c) d_t = g.H^-1 w. The integral of Omega over (0, d) is infinite: d cannot reach zero as long as
 //! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
 //! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
@@ -24,8 +25,8 @@ use crate::error::{Error, Result};
 use crate::section::{BarrierTerm, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
 
-/// The law D = H e_t + Omega(d) d_t d(d)/de with Omega = strength/d, d = (v3^2 - V^2)/v3 (see the module's head, in
-/// short: linear in the rates, with a viscosity that is infinite at total compression).
+/// The law D = H e_t + Omega(d) d_t d(d)/de with Omega = strength/d, d = (v3^2 - V^2)/v3: linear in the rates, with a
+/// viscosity that is infinite at total compression (see the head of the module).
 #[derive(Debug, Clone)]
 pub struct FrictionBarrier {
     viscosity: Viscosity,
@@ -40,8 +41,8 @@ struct Depth {
 }
 
 impl FrictionBarrier {
-    /// The viscosity H with a friction barrier for a section of `half_widths` h1, h2 along d1, d2. `strength` is what
-    /// it adds to the axial viscosity of a straight unstretched section, in the same units.
+    /// The viscosity H with a friction barrier for a section of `half_widths` h1, h2 along d1, d2. `strength` is the
+    /// increase of the axial viscosity of a straight unstretched section, in the same units.
     ///
     /// # Errors
     /// Half-widths or a strength not finite and > 0; a viscosity that holds v3 rigid.
@@ -99,14 +100,15 @@ impl RateLaw for FrictionBarrier {
         let inverse = self.viscosity.at(s)?.inverse;
         let depth = self.at(e)?;
         let across = inverse * depth.slope;
-        // Written with 1/Omega, which is 0 at total compression, where Omega is infinite.
+        // In terms of 1/Omega, which is 0 at total compression, where Omega is infinite.
         let give = depth.value / self.term.strength;
         let c = depth.slope.dot(&across);
         let share = give / (give + c);
         let push = across.dot(&driving);
-        // Omega d_t.
+        // Friction force Omega d_t.
         let friction = push / (give + c);
-        // What keeps d, twice freed of its component along H^-1 g: there the rate is small and must keep its digits.
+        // Rate at constant d, projected twice off H^-1 g: near total compression it is small and must keep its
+        // digits.
         let mut rate = inverse * driving - across * (push / c);
         rate -= across * (depth.slope.dot(&rate) / c);
         rate += across * (push / c * share);

@@ -1,5 +1,4 @@
-//! Friction and memory as they are prescribed, by numbers that may be in proportion to the section, and the laws that
-//! they are.
+//! Friction and memory prescribed by numbers, possibly in proportion to the section, and the resulting laws.
 
 use super::{Carreau, FrictionBarrier, KelvinVoigt, Maxwell, RateLaw, Viscosity};
 use crate::error::{Error, Result};
@@ -11,18 +10,18 @@ use std::sync::Arc;
 /// holds rigid have no effect.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StrainMatrix {
-    /// That of bending in the plane alone: a number; only in the plane.
+    /// A number for bending in the plane; only in the plane.
     Bending(f64),
-    /// Its diagonal: an array of six numbers.
+    /// Diagonal matrix: an array of six numbers.
     Diagonal([f64; 6]),
-    /// By rows: an array of six arrays.
+    /// Full matrix by rows: an array of six arrays.
     Full(Box<[[f64; 6]; 6]>),
-    /// So many times the stiffness of the section at its unloaded strains: `{ proportional = factor }`.
+    /// A multiple of the section's stiffness at its unloaded strains: `{ proportional = factor }`.
     Proportional(f64),
 }
 
 impl StrainMatrix {
-    /// The rows; `None` if it is in proportion to the section.
+    /// The rows; `None` if in proportion to the section.
     pub fn rows(&self) -> Option<[[f64; 6]; 6]> {
         let mut rows = [[0.0; 6]; 6];
         match self {
@@ -34,7 +33,7 @@ impl StrainMatrix {
         Some(rows)
     }
 
-    /// The matrix of bending alone of a planar rod of this stiffness.
+    /// The matrix for bending alone of a planar rod with this stiffness.
     #[must_use]
     pub fn in_plane(&self, bending: f64) -> Self {
         match self {
@@ -43,7 +42,7 @@ impl StrainMatrix {
         }
     }
 
-    /// The rows and columns of the strains that can change; None if it is in proportion to the section.
+    /// The rows and columns of the strains that can change; None if in proportion to the section.
     fn free(&self, rigid: [bool; 3]) -> Option<Matrix6<f64>> {
         let rows = self.rows()?;
         let held = |i: usize| i > 2 && rigid[i - 3];
@@ -59,7 +58,7 @@ impl StrainMatrix {
             Self::Bending(eta) => Viscosity::diagonal([*eta; 2], *eta),
             Self::Diagonal(_) | Self::Full(_) => {
                 let mut matrix = self.free(rigid).unwrap_or_default();
-                // Something positive in place of the rigid ones.
+                // A positive entry in place of the rigid ones.
                 for k in (0..3).filter(|k| rigid[*k]) {
                     matrix[(3 + k, 3 + k)] = matrix[(0, 0)];
                 }
@@ -70,7 +69,7 @@ impl StrainMatrix {
 }
 
 impl Maxwell<StrainMatrix> {
-    /// The branch beside a section of this law.
+    /// The Maxwell branch for a section of this law.
     ///
     /// # Errors
     /// As [`Maxwell::new`]; a branch in proportion to a section whose stiffness varies along the rod.
@@ -110,7 +109,8 @@ impl serde::Serialize for StrainMatrix {
     }
 }
 
-/// Internal friction, w = dW/de + D(e, e_t) (AMV (2.20)); in the plane of the couple alone, m = EI theta' + D(theta'_t).
+/// Internal friction, w = dW/de + D(e, e_t) (AMV (2.20)); in the plane, for the couple alone, m = EI theta' +
+/// D(theta'_t).
 ///
 /// In a scene the matrix H alone, or a table: `{ proportional = 0.05, exponent = 0.5, rate = 1.0 }`,
 /// `{ proportional = 0.05, barrier = { strength = 0.1, half_widths = [0.05, 0.05] } }`; with `viscosity` in place of
@@ -120,16 +120,16 @@ pub struct Damping {
     /// H, stiffness times time, positive definite in the strains that are not rigid;
     /// [`StrainMatrix::Proportional`] is a time > 0.
     pub viscosity: StrainMatrix,
-    /// How D follows from H.
+    /// Dependence of D on H.
     pub law: FrictionLaw,
 }
 
 impl Damping {
-    /// The rate law of a section of this elastic law.
+    /// The rate law of a section with this elastic law.
     ///
     /// # Errors
-    /// A matrix that is not positive definite in the strains that the law does not hold rigid; a power of the rate, or a
-    /// barrier, that does not go with it.
+    /// A matrix that is not positive definite in the strains that the law does not hold rigid; a power of the rate,
+    /// or a barrier, that does not fit the matrix.
     pub fn law(&self, elastic: &Arc<dyn SectionLaw>) -> Result<Arc<dyn RateLaw>> {
         let viscosity = self.viscosity.viscosity(elastic)?;
         Ok(match self.law {
@@ -161,20 +161,20 @@ impl Damping {
     }
 }
 
-/// How friction depends on strains and rates.
+/// Form of the friction in strains and rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FrictionLaw {
     /// Kelvin-Voigt, D = H e_t.
     Linear,
-    /// D = H e_t (1 + e_t.K e_t/(b rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at its unloaded
-    /// strains, and b the smaller principal bending stiffness of the same section ([`Carreau::from_flexure`]); for flexure about its
-    /// weakest axis eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
+    /// D = H e_t (1 + e_t.K e_t/(b rate^2))^((exponent - 1)/2), H in proportion to K, the stiffness of the section at
+    /// its unloaded strains. b is the smaller principal bending stiffness of the section ([`Carreau::from_flexure`]).
+    /// For flexure about the weakest axis D is eta u_t (1 + (u_t/rate)^2)^((exponent - 1)/2).
     Power(PowerLaw),
-    /// D = H e_t and friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
+    /// D = H e_t plus friction that is infinite at total compression (AMV (2.40), (2.41)); only in space.
     Barrier(BarrierTerm),
 }
 
-/// Friction that grows with a power of the rate: linear below `rate`, as rate^exponent above it.
+/// Friction by a power of the rate: linear below `rate`, rate^exponent above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw {
     /// In [0.1, 10]; 1 is Kelvin-Voigt, less is shear thinning.

@@ -1,4 +1,4 @@
-//! Kelvin-Voigt: D = H e_t.
+//! Kelvin-Voigt friction: D = H e_t.
 
 use super::active_strains::{driving, kept};
 use super::{Rate, RateLaw, Viscosity};

@@ -7,7 +7,7 @@ use crate::section::{Resultant, Strain};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
-/// D(e, eta e_t, s) of another law D: AMV (8.1). Its rates are those of that law over eta (8.2).
+/// D(e, eta e_t, s) of another law D: AMV (8.1). The rates are those of D over eta (8.2).
 #[derive(Debug, Clone)]
 pub struct SmallViscosity {
     law: Arc<dyn RateLaw>,

@@ -7,17 +7,18 @@ use crate::section::{Resultant, SectionLaw, StrainName};
 use nalgebra::Matrix6;
 use std::sync::Arc;
 
-/// A Maxwell branch beside the stored energy: a spring in series with a dashpot. With z the strain of its dashpot the
-/// branch adds E (e - z) to the resultants, 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e - z)/time.
+/// A Maxwell branch in parallel with the stored energy: a spring in series with a dashpot. Let z be the strain of the
+/// dashpot. The branch adds E (e - z) to the resultants and 1/2 (e - z).E (e - z) to the stored energy, and z_t = (e
+/// - z)/time.
 ///
-/// E is a matrix, or a [`StrainMatrix`](super::StrainMatrix) that may be in proportion to the section beside it.
+/// E is a matrix, or a [`StrainMatrix`](super::StrainMatrix) that may be in proportion to the section.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Maxwell<E = Matrix6<f64>> {
     /// E, symmetric positive semidefinite.
     #[cfg_attr(feature = "serde", serde(rename = "stiffness"))]
     pub modulus: E,
-    /// Its relaxation time, > 0.
+    /// Relaxation time, > 0.
     pub time: f64,
 }
 
@@ -70,7 +71,7 @@ impl Maxwell {
     }
 }
 
-/// Scaled to a unit diagonal, so that units play no part.
+/// Checks that a modulus is positive semidefinite, after scaling to a unit diagonal.
 fn semidefinite(modulus: &Matrix6<f64>) -> Result<()> {
     let roots = modulus.diagonal().map(|entry| entry.abs().sqrt());
     for i in 0..6 {
@@ -125,7 +126,7 @@ fn semidefinite(modulus: &Matrix6<f64>) -> Result<()> {
 pub struct Viscoelastic {
     /// Equilibrium elasticity.
     pub elastic: Arc<dyn SectionLaw>,
-    /// The rate law; it holds rigid what the elastic law holds rigid.
+    /// The rate law, with the same rigid strains as the elastic law.
     pub rate: Arc<dyn RateLaw>,
     /// Prony series.
     pub branches: Vec<Maxwell>,
@@ -135,8 +136,8 @@ impl Viscoelastic {
     /// A stored energy and a rate law, without branches.
     ///
     /// # Errors
-    /// A rate law that does not hold rigid what the elastic law does; an elastic law that has no unloaded state at
-    /// s = 0.
+    /// A rate law and an elastic law with different rigid strains; an elastic law that has no unloaded state at s =
+    /// 0.
     pub fn new(elastic: Arc<dyn SectionLaw>, rate: Arc<dyn RateLaw>) -> Result<Self> {
         let held = rigid_of(&elastic.inverse(0.0, &Resultant::zeros())?.compliance);
         let still = rate.rigid();
@@ -160,7 +161,7 @@ impl Viscoelastic {
         })
     }
 
-    /// With a further Maxwell branch. Rows and columns of its modulus that belong to rigid strains are dropped.
+    /// Adds a Maxwell branch. Rows and columns of its modulus for rigid strains are dropped.
     ///
     /// # Errors
     /// As [`Maxwell::new`].
@@ -177,7 +178,7 @@ impl Viscoelastic {
 
     /// The stiffness against small strains from the unloaded state, at time t >= 0 after a step: elastic tangent plus
     /// sum E_k exp(-t/time_k). t = 0 gives the instantaneous stiffness, infinite t that of equilibrium. The viscosity
-    /// of the rate law adds an impulse at t = 0. Zero rows and columns where a strain is held rigid.
+    /// of the rate law adds an impulse at t = 0. Rows and columns of rigid strains are zero.
     ///
     /// # Errors
     /// A time that is not >= 0; as [`SectionLaw::inverse`].
@@ -201,7 +202,7 @@ impl Viscoelastic {
     }
 }
 
-/// d^2 W/de^2 without load, zero rows and columns where a strain is held rigid.
+/// d^2 W/de^2 without load; zero rows and columns for rigid strains.
 fn unloaded_tangent(law: &dyn SectionLaw, s: f64) -> Result<Matrix6<f64>> {
     let compliance = law.inverse(s, &Resultant::zeros())?.compliance;
     inverse_of_free(&compliance.matrix(), rigid_of(&compliance)).ok_or_else(|| {

@@ -21,22 +21,22 @@ use std::sync::Arc;
 pub struct Viscosity {
     source: Source,
     rigid: [bool; 6],
-    /// The same for all s.
+    /// The viscosity, if uniform along the rod.
     uniform: Option<ViscosityAt>,
 }
 
 #[derive(Debug, Clone)]
 enum Source {
-    /// Its stiffness is H.
+    /// The stiffness of this law is H.
     Constant(Box<Linear>),
     Along(Varying),
     Proportional(Arc<dyn SectionLaw>, f64),
 }
 
-/// A viscosity matrix at one place.
+/// A viscosity matrix at one arclength.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ViscosityAt {
-    /// H; zero rows and columns where a strain is held rigid.
+    /// H; zero rows and columns for rigid strains.
     pub matrix: Matrix6<f64>,
     /// The inverse of the free block of H, zero elsewhere.
     pub inverse: Matrix6<f64>,
@@ -47,7 +47,8 @@ impl ViscosityAt {
     pub fn weakest_flexure(&self) -> f64 {
         let [a, b, c] = [(0, 0), (1, 1), (0, 1)].map(|at| self.matrix[at]);
         let largest = 0.5 * (a + b) + (0.5 * (a - b)).hypot(c);
-        // The determinant over the larger one: their difference has no digits of the smaller one where the two are far apart.
+        // Determinant over the larger eigenvalue: the difference of the two has no digits of the smaller one if they
+        // are far apart.
         (a * b - c * c) / largest
     }
 }
@@ -95,7 +96,7 @@ impl Viscosity {
         Self::constant(self.linear("an axial viscosity")?.with_axial(axial)?)
     }
 
-    /// Holds rigid those of v1, v2, v3 that are marked; the others stay as they are.
+    /// Holds the marked components of v1, v2, v3 rigid; the others are unchanged.
     ///
     /// # Errors
     /// As [`Viscosity::with_shear`].
@@ -103,7 +104,7 @@ impl Viscosity {
         Self::constant(self.linear("what is rigid")?.rigid(marked)?)
     }
 
-    /// H along the rod: the stiffness of a [`Varying`] law, read as a viscosity; its rest strains play no part.
+    /// H along the rod: the stiffness of a [`Varying`] law, taken as a viscosity; its rest strains are ignored.
     ///
     /// # Errors
     /// A law that is not defined at s = 0, or not positive definite there.
@@ -113,7 +114,7 @@ impl Viscosity {
     }
 
     /// H = time x (elastic tangent at the unloaded strains), at every s. With [`KelvinVoigt`](super::KelvinVoigt) all
-    /// small motions then have the one retardation time `time`, and the end responds without memory.
+    /// small motions then share the retardation time `time`, and the end responds without memory.
     ///
     /// # Errors
     /// A time that is not finite and > 0; as [`SectionLaw::inverse`].
@@ -126,8 +127,8 @@ impl Viscosity {
     /// H at s and its inverse.
     ///
     /// # Errors
-    /// s outside a table; a viscosity that is not positive definite there, or does not hold the same strains rigid as
-    /// at s = 0; as [`SectionLaw::inverse`].
+    /// s outside a table; a viscosity that is not positive definite at s, or with other rigid strains than at s = 0;
+    /// as [`SectionLaw::inverse`].
     pub fn at(&self, s: f64) -> Result<ViscosityAt> {
         match self.uniform {
             Some(uniform) => Ok(uniform),
@@ -135,12 +136,12 @@ impl Viscosity {
         }
     }
 
-    /// H, if it is the same all along.
+    /// H, if uniform along the rod.
     pub fn uniform(&self) -> Option<&ViscosityAt> {
         self.uniform.as_ref()
     }
 
-    /// Which strains are held rigid.
+    /// Marks of the rigid strains.
     pub fn rigid(&self) -> [bool; 6] {
         self.rigid
     }

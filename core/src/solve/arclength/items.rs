@@ -1,21 +1,21 @@
-//! What the continuation gives.
+//! Items of a continuation: points, special points, and the end of the branch.
 
 use crate::error::Error;
 use crate::solve::special_points::Special;
 use nalgebra::DVector;
 
-/// What a point is there for.
+/// Reason for an accepted point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// The first point.
     Start,
     /// A step of the continuation.
     Step,
-    /// A value of p that was asked for, hit exactly.
+    /// A requested value of p, hit exactly.
     Requested,
-    /// The last point: on an end of the range of p, or the start again.
+    /// The last point: on an end of the range of p, or the start of a closed branch.
     End,
-    /// The place of a special point.
+    /// At a special point.
     Special,
 }
 
@@ -35,22 +35,22 @@ pub struct Point {
     pub arclength: f64,
     /// Morse index, if the family knows it.
     pub index: Option<usize>,
-    /// Evaluations of F since the point before, failed steps and special points included.
+    /// Evaluations of F since the previous point, failed steps and special points included.
     pub evaluations: usize,
     /// Estimated distance from the branch.
     pub error: f64,
-    /// Why the point is there.
+    /// Reason for the point.
     pub role: Role,
 }
 
-/// Why a branch ended. None of these is an error: the points up to here are good.
+/// Reason for the end of a branch. None is an error: all points up to the end are valid.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Stop {
     /// p arrived at `to`.
     Reached,
     /// p left the range at `from`.
     LeftAtStart,
-    /// The branch is closed: the last point is the first.
+    /// The largest number of points was reached.
     Closed,
     /// As many points as were asked for.
     MaxPoints,
@@ -60,7 +60,7 @@ pub enum Stop {
         p: f64,
         /// The last point's arclength.
         arclength: f64,
-        /// What went wrong at the smallest step, and what may help.
+        /// The failure at the smallest step, with a remedy.
         reason: String,
     },
     /// The family is undefined beyond the last point.
@@ -69,7 +69,7 @@ pub enum Stop {
         p: f64,
         /// The last point's arclength.
         arclength: f64,
-        /// What the family said.
+        /// Error of the family.
         reason: Error,
     },
 }
@@ -100,39 +100,39 @@ impl std::fmt::Display for Stop {
     }
 }
 
-/// What the iterator gives, in order along the branch; a `Stop` comes last, once.
+/// Item of the iterator, in order along the branch; a `Stop` comes last, once.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
     /// An accepted point.
     Point(Point),
-    /// A special point between the point before and the point after.
+    /// A special point between its neighbouring points.
     Special(Special),
-    /// The end, and why.
+    /// The end of the branch, with the reason.
     Stop(Stop),
 }
 
-/// A whole branch.
+/// A whole branch, collected.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
     /// Accepted points, in order.
     pub points: Vec<Point>,
     /// Special points, in order.
     pub specials: Vec<Special>,
-    /// Why it ended.
+    /// Reason for the end of the branch.
     pub stop: Stop,
-    /// Evaluations of F in all.
+    /// Evaluations of F in total.
     pub evaluations: usize,
 }
 
-/// Where to start along a branch of which the direction is known, as after branch switching.
+/// Start along a branch of known direction, as after branch switching.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BranchStart {
     /// The unknowns.
     pub x: DVector<f64>,
     /// The parameter.
     pub p: f64,
-    /// The direction to go; any length but zero.
+    /// Direction in x; the whole direction may have any length but zero.
     pub direction_x: DVector<f64>,
-    /// Its part along p.
+    /// Direction in p.
     pub direction_p: f64,
 }

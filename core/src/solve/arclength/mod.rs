@@ -55,7 +55,7 @@ pub struct Continuation<'a> {
     current: Sample,
     previous: Option<Sample>,
     step: f64,
-    /// A length at which a step failed since the last success: no growth beyond.
+    /// A length at which a step failed since the last success; steps do not grow beyond.
     ceiling: f64,
     points: usize,
     counted: usize,
@@ -190,7 +190,7 @@ impl<'a> Continuation<'a> {
         this
     }
 
-    /// Evaluations of F so far.
+    /// Evaluations of F up to now.
     pub fn evaluations(&self) -> usize {
         self.space.evaluations.get()
     }
@@ -231,7 +231,7 @@ impl<'a> Continuation<'a> {
         self.done = true;
     }
 
-    /// (place, direction) a step `h` ahead.
+    /// Predicted (place, direction) a step `h` ahead.
     fn predict(&self, h: f64) -> (Place, Place) {
         let Corrected { place, tangent, .. } = &self.current.on;
         match (&self.previous, self.options.predictor) {
@@ -248,7 +248,7 @@ impl<'a> Continuation<'a> {
         }
     }
 
-    /// The end of the range that p would pass between two values.
+    /// The end of the range that p passes between two values.
     fn end_passed(&self, before: f64, after: f64) -> Option<f64> {
         [self.options.from, self.options.to]
             .into_iter()
@@ -263,7 +263,7 @@ impl<'a> Continuation<'a> {
         }
     }
 
-    /// A real point at exactly this p, near `guess`.
+    /// A point of the branch at exactly this p, near `guess`.
     fn land(&self, guess: &Place, p: f64, reach: f64) -> Result<Corrected, Failure> {
         let target = p * self.options.weight;
         let guess = Place::new(guess.x.clone(), target);
@@ -296,7 +296,7 @@ impl<'a> Continuation<'a> {
         let reach = 0.5 * h;
         let now = self.current.on.place.p / self.options.weight;
         if let Some(end) = self.end_passed(now, guess.p / self.options.weight) {
-            // Do not look beyond the end: F may be undefined there.
+            // Do not evaluate F beyond the end of the range, where it may be undefined.
             let fraction = (end - now) / (guess.p / self.options.weight - now);
             (guess, normal) = self.predict(h * fraction);
             if normal.clone().unit().p.abs() > 0.05 {
@@ -307,7 +307,7 @@ impl<'a> Continuation<'a> {
             .correct(&guess, &normal, reach, Finish::Predicted)
     }
 
-    /// The next accepted point, or why there is none; adapts the step.
+    /// The next accepted point, or the reason for the end; adapts the step.
     fn advance(&mut self) -> Result<Sample, Stop> {
         let options = self.options.clone();
         let mut h = self.foreseen(self.step.min(self.ceiling));
@@ -341,7 +341,7 @@ impl<'a> Continuation<'a> {
             if h <= options.min_step {
                 return Err(self.give_up(failure));
             }
-            // Where F ends, come near in half steps; the ceiling keeps the next step from failing again.
+            // Where F ends, approach in half steps; the ceiling keeps the next step from failing again.
             let fraction = match failure {
                 Failure::Diverging(by) if by.is_finite() => (0.25 / by).sqrt().clamp(0.2, 0.5),
                 _ => 0.5,
@@ -367,7 +367,7 @@ impl<'a> Continuation<'a> {
         };
         let by_angle = 0.8 * self.options.max_angle / angle.max(1e-12);
         let factor = by_contraction.min(by_angle).clamp(0.3, 2.0);
-        // A border that was not met where it was expected lies further on.
+        // A limit of the domain that was not met as predicted lies farther on.
         self.ceiling *= 1.5;
         self.step = (h * factor).clamp(self.options.min_step, self.options.max_step);
     }
@@ -393,7 +393,7 @@ impl<'a> Continuation<'a> {
         }
     }
 
-    /// If the branch passes its start between two neighbours: the start again.
+    /// The start again, if the branch passes it between two neighbours.
     fn closing(&self, a: &Sample, b: &Sample) -> Option<Sample> {
         let (home, normal) = self.start.pair();
         let side = |s: &Sample| normal.dot(&(&s.on.place - &home));
@@ -422,8 +422,8 @@ impl<'a> Continuation<'a> {
         Some(self.space.dress(on, a))
     }
 
-    /// Values of p asked for, and ends of the range, between two neighbours: in order, with the end
-    /// of the range that the branch reaches first, if any.
+    /// Requested values of p, and ends of the range, between two neighbours: in order, with the end of the range that
+    /// the branch reaches first, if any.
     fn landings(&self, a: &Sample, b: &Sample, specials: &[Special]) -> Vec<(Sample, Option<f64>)> {
         let weight = self.options.weight;
         let ends = [self.options.from, self.options.to];
@@ -453,7 +453,7 @@ impl<'a> Continuation<'a> {
                 }
                 let (guess, along) = (cubic.at(low), cubic.slope(low));
                 let reach = 0.5 * cubic.length;
-                // Beside a fold the guess may be too far off; a point of the branch is not.
+                // Near a fold the guess may be too far off; a point of the branch is not.
                 let landing = self.land(&guess, value, reach).or_else(|_| {
                     let finish = Finish::Evaluated;
                     let near = self.space.correct(&guess, &along, reach, finish)?;
@@ -477,7 +477,7 @@ impl<'a> Continuation<'a> {
         landed
     }
 
-    /// The end of the range on which the branch stands, if it leads out of the range there.
+    /// The end of the range of p at the present point, if the branch leads outward.
     fn leaving(&self) -> Option<f64> {
         let Corrected { place, tangent, .. } = &self.current.on;
         let p = place.p / self.options.weight;
@@ -523,7 +523,7 @@ impl<'a> Continuation<'a> {
         } else if stop.is_none() && (p == self.options.from || p == self.options.to) {
             stop = Some(self.stop_at(p));
         } else if !self.options.contains(p) {
-            // The end was passed, but could not be hit.
+            // The end was passed but could not be hit.
             let end = self.end_passed(a.on.place.p / weight, p).unwrap_or(p);
             stop = Some(self.stop_at(end));
         }
@@ -553,7 +553,7 @@ impl<'a> Continuation<'a> {
     }
 }
 
-/// Between unit vectors, accurate when small.
+/// Angle between unit vectors, accurate when small.
 fn angle(a: &Place, b: &Place) -> f64 {
     2.0 * (0.5 * (a - b).norm()).min(1.0).asin()
 }

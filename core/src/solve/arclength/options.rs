@@ -1,4 +1,4 @@
-//! How a branch is followed.
+//! Options of a continuation: range, steps, tolerances.
 
 use crate::error::{Error, Result};
 
@@ -7,11 +7,11 @@ use crate::error::{Error, Result};
 pub enum Direction {
     /// p moves from `from` towards `to` at first.
     Forward,
-    /// The other way.
+    /// p moves away from `to` at first.
     Backward,
 }
 
-/// How the next point is predicted.
+/// Predictor of the next point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Predictor {
     /// Along the tangent: error of second order in the step.
@@ -20,24 +20,24 @@ pub enum Predictor {
     Cubic,
 }
 
-/// How a branch is followed. Lengths are arclengths: sqrt(|dx|^2 + weight^2 dp^2).
+/// Options of a continuation. Lengths are arclengths: sqrt(|dx|^2 + weight^2 dp^2).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// The branch ends where p leaves the range between `from` and `to` (either may be infinite); the
-    /// last point lies on its end exactly.
+    /// One end of the range of p; the branch ends where p leaves the range between `from` and `to` (either may be
+    /// infinite), and its last point lies exactly on the end.
     pub from: f64,
-    /// See `from`.
+    /// Second end of the range of p, see `from`.
     pub to: f64,
     /// Values of p to be hit exactly on the way, each time the branch passes one (a value
     /// so near a fold that rounding hides it may be left out).
     pub at: Vec<f64>,
-    /// Forward goes towards `to`.
+    /// Direction at the start; forward is towards `to`.
     pub direction: Direction,
     /// The first step, within [`min_step`, `max_step`].
     pub initial_step: f64,
-    /// The branch stops where a smaller step would be needed; > 0.
+    /// Smallest step; the branch stops if a smaller one is needed; > 0.
     pub min_step: f64,
-    /// Also the largest distance of points, for drawing.
+    /// Largest step, and so the largest distance of points, for drawing.
     pub max_step: f64,
     /// Distance of points from the branch, relative to 1 + |(x, weight p)|; in (0, 1e-2).
     pub tolerance: f64,
@@ -46,13 +46,13 @@ pub struct Options {
     pub weight: f64,
     /// The largest angle between neighbouring tangents, in radians; in (0, 1.5).
     pub max_angle: f64,
-    /// Corrections per point, >= 2.
+    /// Most corrections per point, >= 2.
     pub max_corrections: usize,
-    /// Points at most, >= 1.
+    /// Most points, >= 1.
     pub max_points: usize,
     /// See [`Predictor`].
     pub predictor: Predictor,
-    /// Locate special points.
+    /// True if special points are to be located.
     pub special: bool,
 }
 
@@ -78,8 +78,10 @@ impl Options {
         }
     }
 
+    /// Checks the values.
+    ///
     /// # Errors
-    /// A value outside its set: the message names it.
+    /// A value outside its set; the message names the option.
     pub fn check(&self) -> Result<()> {
         let refuse = |name: &str, value: f64, allowed: &str| {
             Err(Error::domain(format!(

@@ -1,4 +1,5 @@
-//! Lobatto's rule of nine places, worked on in wide registers: what is inlined, always, is compiled for them, closures are not.
+//! Lobatto's rule of nine nodes, in wide registers: functions that are always inlined are compiled for them, closures
+//! are not.
 #![allow(clippy::needless_range_loop)]
 
 use crate::math::Row;
@@ -6,10 +7,10 @@ use crate::math::lanes8::{Eight, legendre};
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Most numbers of a state.
+/// Largest number of rows of a state.
 pub const ROWS: usize = 8;
 
-/// Numbers by row and place, the first place left out.
+/// Numbers by row and node, the first node omitted.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub struct Block(pub [Row; ROWS]);
@@ -19,14 +20,14 @@ impl Block {
     pub(super) const ZERO: Self = Self([[0.0; 8]; ROWS]);
 }
 
-/// By row, the coefficients of P_1 .. P_8, and that of P_0.
+/// Legendre coefficients by row: P_1 .. P_8, and P_0.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Modes {
     pub high: Block,
     pub mean: Row,
 }
 
-/// Places on [-1, 1]; the first is -1.
+/// Nodes on [-1, 1]; the first, -1, is omitted.
 const PLACES: Row = [
     -0.899_757_995_411_460_2,
     -0.677_186_279_510_737_8,
@@ -37,7 +38,7 @@ const PLACES: Row = [
     0.899_757_995_411_460_2,
     1.0,
 ];
-/// The weight of the first place, and those of the others.
+/// Weight of the first node, and those of the others.
 const FIRST: f64 = 1.0 / 36.0;
 const WEIGHTS: Row = [
     0.165_495_361_560_805_53,
@@ -50,7 +51,7 @@ const WEIGHTS: Row = [
     FIRST,
 ];
 
-/// `MODES[j][k]`: what a value at place j, 0 the first, adds to the coefficient of P_k.
+/// `MODES[j][k]`: contribution of the value at node j, 0 the first, to the coefficient of P_k.
 const MODES: [[f64; 9]; 9] = {
     let mut modes = [[0.0; 9]; 9];
     let mut j = 0;
@@ -63,7 +64,7 @@ const MODES: [[f64; 9]; 9] = {
         let p = legendre(place);
         let mut k = 0;
         while k < 9 {
-            // The rule has 1/4 for the integral of P_8^2.
+            // The rule gives 1/4 for the integral of P_8^2.
             let size = if k == 8 { 4.0 } else { k as f64 + 0.5 };
             modes[j][k] = size * weight * p[k];
             k += 1;
@@ -73,7 +74,8 @@ const MODES: [[f64; 9]; 9] = {
     modes
 };
 
-/// `INTEGRALS[j][i]` = a_ij of place j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on [0, 1].
+/// `INTEGRALS[j][i]` = a_ij of node j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on
+/// [0, 1].
 const INTEGRALS: [Row; 9] = {
     let mut integrals = [[0.0; 8]; 9];
     let mut j = 0;
@@ -98,7 +100,7 @@ const INTEGRALS: [Row; 9] = {
     integrals
 };
 
-/// y + h a k at the places, of these rows.
+/// y + h a k at the nodes, for the given rows.
 #[inline(always)]
 pub(super) fn integrated<S: Simd>(
     simd: S,
@@ -112,7 +114,7 @@ pub(super) fn integrated<S: Simd>(
         a[j] = Eight::of(simd, INTEGRALS[j]);
     }
     for i in rows {
-        // In two sums, which are made side by side.
+        // Two sums, which run in parallel.
         let [mut sum, mut rest] = [a[0] * start[i], a[1] * slopes.0[i][0]];
         for j in [2, 4, 6] {
             rest = a[j + 1].times_plus(a[0].with(slopes.0[i][j]), rest);
@@ -125,7 +127,7 @@ pub(super) fn integrated<S: Simd>(
     }
 }
 
-/// The sum over places and rows of the squares of the change of the slopes, each by its scale.
+/// Sum over nodes and rows of the squared change of the slopes, each by its scale.
 #[inline(always)]
 pub(super) fn changed<S: Simd>(
     simd: S,
@@ -141,7 +143,7 @@ pub(super) fn changed<S: Simd>(
     sum.total()
 }
 
-/// Work: the polynomials through these slopes.
+/// The polynomials through the slopes, as a task for wide registers.
 pub(super) struct Fitting {
     pub start: Row,
     pub slopes: Block,
@@ -165,7 +167,7 @@ impl Modes {
         mean: [0.0; 8],
     };
 
-    /// Makes these those of the polynomials through these slopes, but for the means; rows that have none stay.
+    /// Fits the coefficients of P_1 .. P_8 to the slopes; rows without slopes are unchanged.
     #[inline(always)]
     pub fn fit_high<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
         let mut high = [Eight::all(simd, 0.0); 9];
@@ -183,7 +185,7 @@ impl Modes {
         }
     }
 
-    /// Makes the means theirs.
+    /// Fits the coefficients of P_0 to the slopes.
     #[inline(always)]
     pub fn fit_mean<S: Simd>(&mut self, simd: S, start: &Row, slopes: &Block, rows: usize) {
         let weights = Eight::of(simd, WEIGHTS) * 0.5;
@@ -193,7 +195,8 @@ impl Modes {
         }
     }
 
-    /// The polynomials at the places of a step that begins at `from` on [-1, 1] and is `ratio` times as long.
+    /// Values of the polynomials at the nodes of a step that begins at `from` on [-1, 1] and is `ratio` times as
+    /// long.
     #[inline(always)]
     pub fn at<S: Simd>(&self, simd: S, (from, ratio): (f64, f64), rows: usize, to: &mut Block) {
         let one = Eight::all(simd, 1.0);
@@ -202,7 +205,7 @@ impl Modes {
         p[1] = x;
         for k in 1..8 {
             let n = k as f64;
-            // One operation waits for the last polynomial.
+            // A recurrence with a single operation of latency.
             let steep = x * ((2.0 * n + 1.0) / (n + 1.0));
             p[k + 1] = steep.times_plus(p[k], p[k - 1] * (-n / (n + 1.0)));
         }
@@ -215,7 +218,7 @@ impl Modes {
         }
     }
 
-    /// The norms over the rows of the last four coefficients, each row by its scale.
+    /// Norms over the rows of the last four coefficients, each row by its scale.
     #[inline(always)]
     pub fn tail(&self, scales: &Row, rows: usize) -> [f64; 4] {
         let mut sizes = [0.0; 4];
@@ -232,12 +235,12 @@ impl Modes {
     }
 }
 
-/// Integrals over [0, x] of the polynomials that are 1 at one of the places and 0 at the others, on [0, 1].
+/// Integrals over [0, x] of the Lagrange polynomials of the nodes on [0, 1].
 pub(super) fn integrals(x: f64) -> [f64; 9] {
     let z = 2.0 * x - 1.0;
     let p = legendre(z);
     let ninth = (17.0 * z * p[8] - 8.0 * p[7]) / 9.0;
-    // Halves of the integrals of P_0 .. P_8 from -1 on.
+    // Half the integrals of P_0 .. P_8 from -1 on.
     let mut whole = [0.5 * (1.0 + z); 9];
     for k in 1..9 {
         let next = if k == 8 { ninth } else { p[k + 1] };

@@ -1,7 +1,7 @@
 use super::*;
 use nalgebra::Vector3;
 
-/// x'' = -x with a force that is rough by `noise`, as one is that a small difference of large terms leaves: x, v and t.
+/// x'' = -x with a force that is rough by `noise`, like a small difference of large terms: x, v and t.
 struct Rough {
     noise: f64,
 }
@@ -60,8 +60,9 @@ impl Eightwise<Vector3<f64>> for Rough {
     }
 }
 
-/// Catches parts of a step that are not solved, though the step was, where rounding in the forces is about as large as the error that sweeps may leave: whether a
-/// sweep then leaves less is chance. A run could not end inside such a step, and nothing in it be sampled.
+/// Catches parts of a step that are not solved although the step was, if rounding in the forces is about as large as
+/// the error left by sweeps: convergence is then chance. A run could not end inside such a step, nor be sampled
+/// there.
 #[test]
 fn parts_of_a_step_are_solved_where_the_step_was() {
     let tolerance = 1e-9;

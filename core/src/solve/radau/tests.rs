@@ -47,7 +47,7 @@ impl System for Fading {
     }
 }
 
-/// Catches a time that is not that of the steps where a motion has come to rest and they grow for ever (seed 500934 of `stress`).
+/// Catches a wrong time where a motion has come to rest and steps grow for ever (seed 500934 of `stress`).
 #[test]
 fn rest_is_timed_by_steps_of_any_length() {
     let (start, slope) = ([1.0, 0.0], [-1.0, 1.0]);
@@ -62,7 +62,8 @@ fn rest_is_timed_by_steps_of_any_length() {
     assert!(radau.state()[1] > LONGEST);
 }
 
-/// A swing y'' = -sin y on a stiff, bent curve: x is drawn to y^2. Its rough Jacobian has the pull of x `wrong` times as strong.
+/// A swing y'' = -sin y on a stiff, bent curve: x is drawn to y^2. In its rough Jacobian the pull of x is `wrong`
+/// times as strong.
 struct Drawn {
     wrong: Option<f64>,
     whole: Cell<u64>,
@@ -102,7 +103,7 @@ impl System for Drawn {
     }
 }
 
-/// Catches rough Jacobians that are not used though they serve, and ones that are gone on with though they do not.
+/// Catches good rough Jacobians left unused, and bad ones kept in use.
 #[test]
 fn rough_jacobians_serve_or_are_left() {
     let run = |wrong: Option<f64>| {
@@ -136,7 +137,7 @@ fn rough_jacobians_serve_or_are_left() {
     }
 }
 
-/// Catches an order 13 that is not found where it costs less, or ends elsewhere.
+/// Catches an order 13 missed although cheaper, or one with a different result.
 #[test]
 fn orders_are_those_that_cost_less() {
     let run = |orders: Option<Orders>| {
@@ -166,7 +167,8 @@ fn orders_are_those_that_cost_less() {
     );
 }
 
-/// Catches wrong stages and a wrong error estimate: errors fall with the steps by the order, and stay near the tolerance.
+/// Catches wrong stages and a wrong error estimate: errors fall with the steps by the order, and stay near the
+/// tolerance.
 #[test]
 fn errors_fall_by_the_order() {
     let exact = |t: f64| 0.5 * (t.cos() + t.sin() - (-t).exp());
@@ -191,7 +193,8 @@ fn errors_fall_by_the_order() {
     }
 }
 
-/// Catches wrong stages: a step of y' = -y multiplies by the Pade approximant of e^-h that has s - 1 powers over s, whose error is of order 2 s.
+/// Catches wrong stages: a step of y' = -y multiplies by the Pade approximant of e^-h of degrees s - 1 over s, whose
+/// error is of order 2 s.
 #[test]
 fn steps_are_those_of_pade() {
     for (order, s, rounding) in [
