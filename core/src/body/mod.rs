@@ -181,7 +181,7 @@ impl<const N: usize> Body<N> {
     }
 
     /// The inertia of the rod, if accounted for.
-    pub fn rod(&self) -> Option<&dyn RodMass<N>> {
+    pub fn rod(&self) -> Option<&dyn FirstOrderInertia<N>> {
         self.rod.as_deref()
     }
 

@@ -23,7 +23,6 @@ mod varying;
 pub use barrier::{Barrier, BarrierTerm};
 pub use in_rod_units::{Measures, measured};
 pub use linear::Linear;
-pub use measured::{Measures, measured};
 /// Numbers with derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
