@@ -4,7 +4,7 @@ use divan::{Bencher, black_box};
 use nalgebra::{Vector3, Vector6};
 use snaprod::Result;
 use snaprod::rod::{
-    Chart, Charted, EndConditions, FreeEnd, Path, Problem, Rod, RodFamily, Spatial,
+    Chart, EndConditions, FreeEnd, Path, Problem, ProblemChart, Rod, RodFamily, Spatial,
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options};
@@ -93,7 +93,7 @@ fn branch_by_end_force(bencher: Bencher) {
 fn branch_in_plane(bencher: Bencher) {
     let path = held_at(0.3).unwrap().with_path(Path::Planar);
     match path.charted(None).unwrap().0 {
-        Charted::Planar(plane) => branch(bencher, plane),
+        ProblemChart::Planar(plane) => branch(bencher, plane),
         other => panic!("{other:?}"),
     }
 }
@@ -102,7 +102,7 @@ fn branch_in_plane(bencher: Bencher) {
 #[divan::bench(sample_count = 10)]
 fn branch_in_closed_form(bencher: Bencher) {
     match held_at(0.3).unwrap().charted(None).unwrap().0 {
-        Charted::ClosedForm(chart) => branch(bencher, chart),
+        ProblemChart::ClosedForm(chart) => branch(bencher, chart),
         other => panic!("{other:?}"),
     }
 }

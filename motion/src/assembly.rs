@@ -36,7 +36,7 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::State;
 use snaprod_systems::solve::gauss::Reversible;
 use snaprod_systems::solve::integrator::Method;
-use snaprod_systems::solve::stepper::{Inside, Stepper, Taken};
+use snaprod_systems::solve::stepper::{AcceptedStep, StepInterpolant, Stepper};
 use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -118,8 +118,8 @@ pub struct AssemblyRun {
     options: Options,
     solver: Stepper<StateVector>,
     implicit: Implicit,
-    step: Option<Taken<StateVector>>,
-    dense: Option<Inside<StateVector>>,
+    step: Option<AcceptedStep<StateVector>>,
+    dense: Option<StepInterpolant<StateVector>>,
     slowed: Option<SlowedTime>,
     /// Latest time at which loads and supports are evaluated, just before the next break.
     until: f64,

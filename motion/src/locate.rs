@@ -4,7 +4,7 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::gauss::Reversible;
 use snaprod_systems::solve::lobatto::Slopes;
 use snaprod_systems::solve::roots::chandrupatla;
-use snaprod_systems::solve::stepper::{Inside, Taken};
+use snaprod_systems::solve::stepper::{AcceptedStep, StepInterpolant};
 
 /// Most corrections of an event by redoing the step; three reach rounding from the interpolant.
 const CORRECTIONS: usize = 40;
@@ -41,7 +41,7 @@ pub struct Guess {
 /// An event found.
 pub struct Located<S> {
     /// The step that ends at the event.
-    pub step: Taken<S>,
+    pub step: AcceptedStep<S>,
     /// Change of the event's time in the last correction.
     pub time_error: f64,
 }
@@ -52,8 +52,8 @@ const OFF: f64 = 1e-6;
 /// The state at the time `t` within a step. Explicit and collocation steps are interpolated; the interpolant is kept
 /// in `dense`. A symmetric step is taken again to `t`, and its slope corrects the last digits of time.
 pub fn at_time<S: Timed>(
-    step: &mut Taken<S>,
-    dense: &mut Option<Inside<S>>,
+    step: &mut AcceptedStep<S>,
+    dense: &mut Option<StepInterpolant<S>>,
     f: &mut impl Slopes<S>,
     t: f64,
     cost: &mut Cost,
@@ -78,7 +78,7 @@ pub fn at_time<S: Timed>(
         (1.0, to - t),
         0.0,
     )?;
-    if !matches!(step, Taken::Symmetric(_)) {
+    if !matches!(step, AcceptedStep::Symmetric(_)) {
         return Some(dense.at(x));
     }
     cost.samples += 1;
@@ -101,7 +101,7 @@ pub fn at_time<S: Timed>(
 
 /// The first zero of t' inside a step: detected at the stages, confirmed on the interpolant. None if there is none.
 pub fn first_fold<S: Timed>(
-    step: &mut Taken<S>,
+    step: &mut AcceptedStep<S>,
     f: &mut impl Slopes<S>,
     cost: &mut Cost,
 ) -> Option<Guess> {
@@ -200,11 +200,11 @@ fn lowest(room: impl Fn(f64) -> f64, (mut from, mut to): (f64, f64)) -> Option<f
 
 /// The step shortened to `fraction` of its length; None if the shorter step fails or takes no time.
 pub fn shorten_step<S: Timed>(
-    step: &Taken<S>,
+    step: &AcceptedStep<S>,
     f: &mut impl Slopes<S>,
     fraction: f64,
     cost: &mut Cost,
-) -> Option<Taken<S>> {
+) -> Option<AcceptedStep<S>> {
     let part = step.redo(f, fraction * step.h(), cost)?;
     (part.to().time() > step.from().time()).then_some(part)
 }
@@ -213,7 +213,7 @@ pub fn shorten_step<S: Timed>(
 /// event then has the accuracy of the integration, not of an interpolant. Secants, and halving where they
 /// fail: t may grow like h^2 from a fold.
 pub fn locate<S: Timed>(
-    step: &Taken<S>,
+    step: &AcceptedStep<S>,
     f: &mut impl Slopes<S>,
     guess: Guess,
     event: impl Fn(&S, &S) -> f64,

@@ -31,7 +31,7 @@ use snaprod_systems::solve::dop853::State;
 use snaprod_systems::solve::gauss::Reversible;
 use snaprod_systems::solve::integrator::Method;
 use snaprod_systems::solve::roots::chandrupatla;
-use snaprod_systems::solve::stepper::{Inside, Stepper, Taken};
+use snaprod_systems::solve::stepper::{AcceptedStep, StepInterpolant, Stepper};
 
 /// State of a motion: chart point, velocity, time, and the integrals of the energy ledger.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -114,8 +114,8 @@ pub struct OnSheet<'a, M, const N: usize> {
     solver: Stepper<Phase<N>>,
     /// Steps with slopes at eight places at once; None if the chart has none.
     eight: Option<EightfoldSteps<'a, N>>,
-    last: Option<Taken<Phase<N>>>,
-    dense: Option<Inside<Phase<N>>>,
+    last: Option<AcceptedStep<Phase<N>>>,
+    dense: Option<StepInterpolant<Phase<N>>>,
     /// State of the search for strides and glides next to the straight rod.
     shaking: Shaking<N>,
 }
@@ -370,7 +370,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         Some(progress)
     }
 
-    fn one_step(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
+    fn one_step(&mut self, h_max: f64) -> Option<AcceptedStep<Phase<N>>> {
         match self.step_at_eight(h_max) {
             Some(step) => Some(step),
             None => self.step_at_one(h_max),
@@ -378,7 +378,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// A step with slopes at eight places at once; None if the chart has none.
-    fn step_at_eight(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
+    fn step_at_eight(&mut self, h_max: f64) -> Option<AcceptedStep<Phase<N>>> {
         if self.patch != Patch::Global {
             return None;
         }
@@ -389,12 +389,12 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         *self.solver.cost_mut() = self.solver.cost() + cost;
         let step = step?;
         self.solver.rewind(step.to, *step.end_slope());
-        Some(Taken::Collocated(step))
+        Some(AcceptedStep::Collocated(step))
     }
 
     /// A step with slopes one by one. Its length follows from that of a preceding collocation step, and vice versa.
-    fn step_at_one(&mut self, h_max: f64) -> Option<Taken<Phase<N>>> {
-        if let (Some(Taken::Collocated(step)), Stepper::Explicit(solver)) =
+    fn step_at_one(&mut self, h_max: f64) -> Option<AcceptedStep<Phase<N>>> {
+        if let (Some(AcceptedStep::Collocated(step)), Stepper::Explicit(solver)) =
             (&self.last, &mut self.solver)
         {
             let (state, slope) = (*solver.state(), *solver.slope());
@@ -418,7 +418,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// if that moment cannot be hit.
     fn finish(
         &mut self,
-        mut step: Taken<Phase<N>>,
+        mut step: AcceptedStep<Phase<N>>,
         end: f64,
         f: impl Fn(&Phase<N>) -> Option<Phase<N>> + Copy,
         cost: &mut Cost,
@@ -459,7 +459,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    fn rewind(&mut self, step: Taken<Phase<N>>) {
+    fn rewind(&mut self, step: AcceptedStep<Phase<N>>) {
         self.solver.rewind(*step.to(), *step.end_slope());
         self.last = Some(step);
     }

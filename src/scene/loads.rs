@@ -3,7 +3,7 @@
 use super::Rod;
 use crate::body::History;
 use crate::error::Result;
-use crate::rod::Distributed;
+use crate::rod::DistributedLoad;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -90,12 +90,12 @@ impl LoadAlong {
     /// The load on a rod of this length, in the form of the solver.
     ///
     /// # Errors
-    /// As [`Distributed::table`].
-    pub fn on(&self, length: f64) -> Result<Distributed> {
+    /// As [`DistributedLoad::table`].
+    pub fn on(&self, length: f64) -> Result<DistributedLoad> {
         match self {
-            Self::Constant(force) => Distributed::constant((*force).into()),
+            Self::Constant(force) => DistributedLoad::constant((*force).into()),
             Self::Polynomial { polynomial } => {
-                Distributed::polynomial(polynomial.iter().map(|c| (*c).into()).collect())
+                DistributedLoad::polynomial(polynomial.iter().map(|c| (*c).into()).collect())
             }
             Self::Table { table } => {
                 let row = |row: &[f64; 4]| (row[0] / length, Vector3::new(row[1], row[2], row[3]));
@@ -105,7 +105,7 @@ impl LoadAlong {
                     // division.
                     last.0 = 1.0;
                 }
-                Distributed::table(&rows)
+                DistributedLoad::table(&rows)
             }
         }
     }
@@ -114,9 +114,9 @@ impl LoadAlong {
     ///
     /// # Errors
     /// As [`LoadAlong::on`]; a weight that is not finite.
-    pub fn with_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<Option<Distributed>> {
+    pub fn with_weight(&self, rod: &Rod, gravity: [f64; 3]) -> Result<Option<DistributedLoad>> {
         let density = rod.mass().map_or(0.0, |mass| mass / rod.length);
-        let weight = Distributed::constant(Vector3::from(gravity) * density)?;
+        let weight = DistributedLoad::constant(Vector3::from(gravity) * density)?;
         let whole = if self.is_zero() {
             weight
         } else {

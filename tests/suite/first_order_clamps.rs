@@ -10,7 +10,7 @@ use snaprod::elastica::{Elastica, Equilibrium, LightRod};
 use snaprod::math::se3::joined;
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Ledger, Motion, Options, Run, State};
-use snaprod::rod::{Distributed, EndConditions, Problem, Rod, SectionMass};
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod, SectionMass};
 use snaprod::section::Linear;
 use std::sync::Arc;
 
@@ -188,7 +188,7 @@ fn bent(load: Option<Vector3<f64>>) -> (Rod, RigidBody, Vector6<f64>, Isometry3<
     let rod = Rod::new(1.2, law.with_rest([0.4, -0.3], 0.5).unwrap()).unwrap();
     let q = Vector6::new(0.4, -0.3, 0.2, 0.5, 0.6, -0.7);
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
-    let load = Distributed::constant(load.unwrap_or_default()).unwrap();
+    let load = DistributedLoad::constant(load.unwrap_or_default()).unwrap();
     let problem = Problem::new(rod.clone(), free, 1e-13).unwrap();
     let problem = problem.with_distributed(&load);
     let base = rod.outward_wrench(&q);
@@ -241,7 +241,7 @@ fn a_clamp_in_space_is_a_support() {
             match load {
                 None => link,
                 Some(load) => link
-                    .with_distributed(Distributed::constant(load).unwrap())
+                    .with_distributed(DistributedLoad::constant(load).unwrap())
                     .unwrap(),
             }
         };

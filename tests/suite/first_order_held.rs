@@ -7,7 +7,7 @@ use snaprod::assembly::{
 use snaprod::body::{Groove, History, RigidBody, Support};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Motion, Options, State};
-use snaprod::rod::{Distributed, EndConditions, Problem, Rod, SectionMass};
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod, SectionMass};
 use snaprod::section::{Barrier, Linear};
 
 fn linear() -> Linear {
@@ -24,7 +24,7 @@ fn held(
     twist: [f64; 6],
 ) -> (HeavyBody, Link, Configuration) {
     let (from, base) = from;
-    let load = Distributed::constant(Vector3::new(0.3, -0.2, 0.5)).unwrap();
+    let load = DistributedLoad::constant(Vector3::new(0.3, -0.2, 0.5)).unwrap();
     let q = Vector6::new(0.4, -0.3, 0.2, 0.5, 0.6, -0.7);
     let clamped = rod
         .clone()

@@ -12,7 +12,7 @@ use snaprod::math::gauss::Rule;
 use snaprod::math::se3::{halves, joined};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options, on_elastica};
-use snaprod::rod::{Distributed, EndConditions, Problem, Rod, SectionMass};
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod, SectionMass};
 use snaprod::section::Linear;
 use std::sync::Arc;
 
@@ -218,7 +218,7 @@ pub fn pair(load: Vector3<f64>, joint: Joint) -> (Assembly, Configuration) {
     let rod = Rod::new(1.2, law.with_rest([0.4, -0.3], 0.5).unwrap()).unwrap();
     let a = Isometry3::new(Vector3::new(0.1, 0.2, -0.1), Vector3::new(0.3, 0.1, 0.2));
     let b = Isometry3::new(Vector3::new(0.1, 0.05, -0.02), Vector3::new(0.1, -0.4, 0.2));
-    let load = Distributed::constant(load).unwrap();
+    let load = DistributedLoad::constant(load).unwrap();
     let clamped = rod.clone().with_clamp(a.translation.vector, a.rotation);
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
     let hanging = Problem::new(clamped, free, 1e-13)

@@ -3,8 +3,8 @@
 use crate::support::{assert_close, json, list, number, rows, worst};
 use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::rod::{
-    Chart, Charted, Distributed, EndConditions, Equilibrium, Path, Problem, Rod, RodFamily,
-    Spatial, Statical,
+    Chart, DistributedLoad, EndConditions, Equilibrium, Path, Problem, ProblemChart, Rod,
+    RodFamily, Spatial, Statical,
 };
 use snaprod::section::Linear;
 use snaprod::solve::arclength::{Continuation, Options, Role};
@@ -20,15 +20,15 @@ fn laid(out_of_plane: f64) -> Rod {
     rod.with_clamp(Vector3::zeros(), crate::support::laid())
 }
 
-fn along(load: Vector3<f64>) -> Distributed {
-    Distributed::constant(load).expect("a load")
+fn along(load: Vector3<f64>) -> DistributedLoad {
+    DistributedLoad::constant(load).expect("a load")
 }
 
 fn free(force: Vector3<f64>) -> EndConditions {
     EndConditions::load(force, Vector3::zeros())
 }
 
-fn problem(rod: Rod, end: EndConditions, load: &Distributed) -> Problem {
+fn problem(rod: Rod, end: EndConditions, load: &DistributedLoad) -> Problem {
     let problem = Problem::new(rod, end, 1e-13).expect("a problem");
     problem.with_distributed(load)
 }
@@ -179,7 +179,7 @@ fn the_index_of_upright_columns_counts_greenhills_loads() {
 #[test]
 fn a_branch_finds_greenhills_load() {
     let start = column(0.0, Path::Planar, 3.0);
-    let Ok((Charted::Planar(plane), _)) = start.charted(None) else {
+    let Ok((ProblemChart::Planar(plane), _)) = start.charted(None) else {
         panic!("not planar");
     };
     let planar = RodFamily::in_chart(|q| Ok(column(q, Path::Planar, 3.0)), true, 20.0, plane);
@@ -255,7 +255,7 @@ fn tangents_are_derivatives() {
         Vector3::new(-2.0, 1.0, 3.0),
         Vector3::new(0.3, 0.2, -2.0),
     ];
-    let load = Distributed::polynomial(vary.to_vec()).expect("a load");
+    let load = DistributedLoad::polynomial(vary.to_vec()).expect("a load");
     let ends = [
         free(Vector3::new(0.3, 0.4, -0.7)),
         EndConditions::ball(Vector3::new(0.4, 0.5, 0.2)),
@@ -272,7 +272,7 @@ fn tangents_are_derivatives() {
         differentiate(&problem(rod.clone(), end, &load), &Spatial, &x);
     }
     let x = DVector::from_vec(vec![0.7, -1.4, 2.5]);
-    let flat = Distributed::polynomial(vec![Vector3::new(1.0, -4.0, 0.0), Vector3::y() * 2.0]);
+    let flat = DistributedLoad::polynomial(vec![Vector3::new(1.0, -4.0, 0.0), Vector3::y() * 2.0]);
     let flat = flat.expect("a load");
     for end in [
         free(Vector3::new(0.3, 0.4, 0.0)),
@@ -280,7 +280,7 @@ fn tangents_are_derivatives() {
         EndConditions::follower(Vector3::new(0.0, 0.1, -0.5), Vector3::x() * 0.2),
     ] {
         let problem = problem(laid(3.0), end, &flat);
-        let Ok((Charted::Planar(plane), _)) = problem.charted(None) else {
+        let Ok((ProblemChart::Planar(plane), _)) = problem.charted(None) else {
             panic!("not planar");
         };
         differentiate(&problem, &plane, &x);
@@ -317,7 +317,7 @@ fn a_load_that_varies_along_the_rod_is_that_of_its_equations() {
         Vector3::new(3.0, -6.0, 0.0),
         Vector3::new(-2.0, 4.0, 0.0),
     ];
-    let load = Distributed::polynomial(c.to_vec()).expect("a load");
+    let load = DistributedLoad::polynomial(c.to_vec()).expect("a load");
     let tip = Vector3::new(0.5, -0.7, 0.0);
     let found = problem(laid(3.0), free(tip), &load)
         .solve(None)

@@ -9,7 +9,7 @@ use snaprod::full_mass::law::Law;
 use snaprod::full_mass::mass::Mass;
 use snaprod::full_mass::rod::{HeavyRod, RodDescription};
 use snaprod::full_mass::system::INTEGRALS;
-use snaprod::rod::Distributed;
+use snaprod::rod::DistributedLoad;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, RateLaw, Viscosity};
 use snaprod::solve::integrator::{Integrator, Method};
@@ -146,7 +146,7 @@ fn derivatives_are_those_of_the_balance() {
             .with_gravity(gravity)
             .unwrap()
             .with_support(support.clone()),
-        distributed: Distributed::polynomial(vec![
+        distributed: DistributedLoad::polynomial(vec![
             Vector3::new(0.0, 0.1, 0.0),
             Vector3::new(0.2, 0.0, 0.0),
         ])

@@ -10,7 +10,7 @@ use snaprod::assembly::{
 use snaprod::body::{Body, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
-use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
 use snaprod::section::Linear;
 use snaprod::solve::parametrised_problem::Family;
 
@@ -24,16 +24,16 @@ fn rod() -> Rod {
 }
 
 /// A load with a kink that is nowhere along a symmetry.
-fn load() -> Distributed {
+fn load() -> DistributedLoad {
     let rows = [
         (0.0, Vector3::new(0.3, -0.8, -0.2)),
         (0.35, Vector3::new(-0.4, -1.5, 0.5)),
         (1.0, Vector3::new(0.1, 0.2, -0.9)),
     ];
     let curved = vec![Vector3::x() * 0.2, Vector3::zeros(), Vector3::z() * 0.4];
-    let table = Distributed::table(&rows).expect("a table");
+    let table = DistributedLoad::table(&rows).expect("a table");
     table
-        .plus(&Distributed::polynomial(curved).expect("a polynomial"))
+        .plus(&DistributedLoad::polynomial(curved).expect("a polynomial"))
         .expect("a load")
 }
 

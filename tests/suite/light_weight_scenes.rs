@@ -3,7 +3,7 @@
 
 use crate::support::assert_close;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::rod::{Distributed, EndConditions, Problem, Rod};
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
 use snaprod::scene::Scene;
 use snaprod::section::Linear;
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
@@ -48,7 +48,7 @@ fn tables_along_the_rod_are_exact() {
         (0.4, Vector3::new(2.0, -3.0, 0.0)),
         (1.0, Vector3::new(-1.0, 0.5, 0.0)),
     ];
-    let load = Distributed::table(&rows).expect("a table");
+    let load = DistributedLoad::table(&rows).expect("a table");
     let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
     let problem = Problem::new(rod, free, 1e-14)
         .expect("a problem")

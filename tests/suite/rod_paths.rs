@@ -5,7 +5,7 @@ use nalgebra::{DVector, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::elastica::Elastica;
 use snaprod::manifold::{EquilibriumManifold, ManifoldPoint, invert_near};
 use snaprod::rod::{
-    BallJointed, Chart, Charted, EndConditions, Equilibrium, FreeEnd, Path, Problem, Rod,
+    BallJointed, Chart, EndConditions, Equilibrium, FreeEnd, Path, Problem, ProblemChart, Rod,
     RodFamily, Welded,
 };
 use snaprod::section::{Along, Barrier, Linear, Varying};
@@ -233,13 +233,13 @@ fn charts_have_exact_derivatives() {
             .charted(None)
             .unwrap();
         let make = make(problem.rod().clone());
-        if let Charted::ClosedForm(chart) = closed {
+        if let ProblemChart::ClosedForm(chart) = closed {
             let family = RodFamily::in_chart(make.clone(), false, 1.0, chart);
             differences(&family, family.unknowns(&found.base, 0.0).unwrap());
         } else {
             panic!("not in closed form: {closed:?}");
         }
-        let Charted::Planar(plane) = plane else {
+        let ProblemChart::Planar(plane) = plane else {
             panic!("not planar: {plane:?}");
         };
         let family = RodFamily::in_chart(make.clone(), false, 1.0, plane);
@@ -489,7 +489,7 @@ fn charts_agree_where_the_rod_leaves_the_plane() {
     };
     let start = held_at(0.3).unwrap().solve(None).unwrap();
     let planar = held_at(0.3).unwrap().with_path(Path::Planar);
-    let (Charted::ClosedForm(closed), Charted::Planar(plane)) = (
+    let (ProblemChart::ClosedForm(closed), ProblemChart::Planar(plane)) = (
         held_at(0.3).unwrap().charted(None).unwrap().0,
         planar.charted(None).unwrap().0,
     ) else {

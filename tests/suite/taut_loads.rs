@@ -9,7 +9,7 @@ use snaprod::assembly::{
 };
 use snaprod::body::RigidBody;
 use snaprod::math::se3::{halves, joined};
-use snaprod::rod::{Distributed, Rod, Spring, Tip};
+use snaprod::rod::{DistributedLoad, Rod, Spring, Tip};
 use snaprod::section::Linear;
 
 /// Energy, and the wrenches on both bodies one after the other.
@@ -39,9 +39,9 @@ impl Case {
         let most = 0.2 * lam * lam;
         let mut force = || Vector3::new(random(), random(), random()) * most;
         let load = match trial % 3 {
-            0 => Distributed::constant(force()),
-            1 => Distributed::polynomial(vec![force(), force()]),
-            _ => Distributed::table(&[(0.0, force()), (0.4, force()), (1.0, force())]),
+            0 => DistributedLoad::constant(force()),
+            1 => DistributedLoad::polynomial(vec![force(), force()]),
+            _ => DistributedLoad::table(&[(0.0, force()), (0.4, force()), (1.0, force())]),
         };
         let load = load.unwrap();
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.3, 0.7));

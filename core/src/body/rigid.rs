@@ -311,7 +311,7 @@ impl RigidBody {
 
 /// A body seen from its clamp at one moment: the clamp's frame, the pose of the end in the world, and the place of
 /// the end in the frame.
-struct Seen {
+struct BodyFromClamp {
     frame: Frame<6>,
     pose: Isometry3<f64>,
     place: Vector6<f64>,
@@ -341,9 +341,9 @@ impl RigidBody {
     }
 
     /// The body seen from its clamp; None if the clamp's frame is the world's.
-    fn seen(&self, t: f64, pose: &Isometry3<f64>) -> Option<Seen> {
+    fn seen(&self, t: f64, pose: &Isometry3<f64>) -> Option<BodyFromClamp> {
         let frame = self.support.as_ref()?.at(t);
-        Some(Seen {
+        Some(BodyFromClamp {
             frame: frame.of_poses(),
             pose: frame.pose() * pose,
             place: joined(&Vector3::zeros(), &pose.translation.vector),

@@ -125,16 +125,19 @@ impl Message {
     /// This message with all numbers converted to the given units, as text.
     #[must_use]
     pub fn in_units(&self, units: InUnits<'_>) -> Self {
-        self.told(units).into()
+        self.text_in_units(units).into()
     }
 
-    fn told(&self, units: InUnits<'_>) -> String {
-        self.0.iter().map(|part| part.told(units)).collect()
+    fn text_in_units(&self, units: InUnits<'_>) -> String {
+        self.0
+            .iter()
+            .map(|part| part.text_in_units(units))
+            .collect()
     }
 }
 
 impl Part {
-    fn told(&self, units: InUnits<'_>) -> String {
+    fn text_in_units(&self, units: InUnits<'_>) -> String {
         let number = |value: f64, of, digits| {
             let (size, symbol) = units(of);
             (rounded(value * size, digits), symbol)
@@ -192,6 +195,6 @@ impl From<&str> for Message {
 /// The message in units of the rod.
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.told(&|of| (1.0, of.of_rod())))
+        f.write_str(&self.text_in_units(&|of| (1.0, of.of_rod())))
     }
 }

@@ -2,9 +2,9 @@
 
 use super::chart::{AnyChart, Spatial, dynamic};
 use super::ivp::Wrench;
-use super::path_to_target::{Search, options, tamely};
+use super::path_to_target::{Search, budgeted_equations, options};
 use super::problem::Problem;
-use super::solution_path::{Charted, Path, Taken};
+use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
 use crate::error::Result;
 use crate::solve::deflation::{self, further};
@@ -31,7 +31,7 @@ impl Family for Member<'_> {
     }
 
     fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
-        let (residual, jacobian) = tamely(&Spatial, &self.search, self.problem, x)?;
+        let (residual, jacobian) = budgeted_equations(&Spatial, &self.search, self.problem, x)?;
         Ok(Linearised {
             residual,
             jacobian,
@@ -48,15 +48,15 @@ impl Problem {
     pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
         match self.charted(None) {
-            Ok((Charted::ClosedForm(chart), taken)) => {
+            Ok((ProblemChart::ClosedForm(chart), taken)) => {
                 self.gather(&chart, &mut self.closed_starts(&chart), &taken, &mut all);
             }
-            Ok((Charted::Planar(plane), taken)) => {
+            Ok((ProblemChart::Planar(plane), taken)) => {
                 self.gather(&plane, &mut self.planar_starts(&plane), &taken, &mut all);
             }
             _ => {}
         }
-        let taken = Taken::new(Path::Spatial, "all equilibria are looked for".to_owned());
+        let taken = ChosenPath::new(Path::Spatial, "all equilibria are looked for".to_owned());
         self.gather(&Spatial, &mut self.starts(), &taken, &mut all);
         self.deflate(&mut all);
         let found = all.split_off(known.len()).into_iter();
@@ -68,7 +68,7 @@ impl Problem {
         &self,
         chart: &dyn AnyChart,
         starts: &mut dyn Iterator<Item = PathStart>,
-        taken: &Taken,
+        taken: &ChosenPath,
         all: &mut Vec<Wrench>,
     ) {
         let search = Search::new();

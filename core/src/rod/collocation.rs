@@ -19,7 +19,7 @@
 mod conjugate_angle;
 mod tangent;
 
-use super::ivp::{LineState, STEP_LIMIT, Wrench, lost, rate};
+use super::ivp::{LineState, STEP_LIMIT, Wrench, integration_error, rate};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::math::lanes8::{Eight, Extension, Rule};
@@ -33,17 +33,17 @@ use pulp::{Simd, WithSimd};
 use tangent::carry;
 
 /// Number of sweeps beyond which a step is halved, and the number aimed at: longer steps need about proportionally
-/// more. These, [`SAFETY`], [`MORE`] and the first step minimise the work for the nineteen uniform rods of
+/// more. These, [`SAFETY`], [`ACCEPTED_EXCESS`] and the first step minimise the work for the nineteen uniform rods of
 /// tests/data/rod_ivp.json at errors of 1e-7 and of 1e-10.
 const MOST_SWEEPS: usize = 28;
-const SWEEPS: f64 = 15.0;
+const TARGET_SWEEPS: f64 = 15.0;
 
 /// Step control: the coefficient of P_7 in the slopes that goes with the tolerance 1, fitted to the errors of these
 /// rods; the part of the predicted step that is tried next; the excess over the prediction at which a step is still
 /// accepted.
-const TOP: f64 = 4.0;
+const P7_PER_TOLERANCE: f64 = 4.0;
 const SAFETY: f64 = 0.75;
-const MORE: f64 = 1.5;
+const ACCEPTED_EXCESS: f64 = 1.5;
 
 /// A uniform linear rod; other rods are integrated by `line`.
 #[derive(Clone, Copy)]
@@ -70,9 +70,9 @@ impl<'a> Collocated<'a> {
         first: usize,
         tolerance: f64,
     ) -> Result<(LineState<K>, Cost)> {
-        let along = Along::new(self, b, (first, K), tolerance)?;
+        let along = Integration::new(self, b, (first, K), tolerance)?;
         let ended = along.follow(None);
-        let ended = ended.map_err(|s| lost(self.law, b, None, s))?;
+        let ended = ended.map_err(|s| integration_error(self.law, b, None, s))?;
         Ok((along.ended(&ended), ended.cost))
     }
 }
@@ -107,7 +107,7 @@ fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// The integration along a rod: law, base wrench, axes and step control.
-struct Along<'a> {
+struct Integration<'a> {
     linear: &'a UniformLinear,
     sense: f64,
     /// Axes along which vectors are given, by columns.
@@ -137,7 +137,7 @@ type Matrix<S> = [Vector<S>; 3];
 /// Number of swept variables: the frame as a quaternion, then the place across the force.
 const FRAME: usize = 6;
 /// Largest number of columns.
-const MOST: usize = 6;
+const MAX_COLUMNS: usize = 6;
 
 /// Sections at the nodes of a step.
 struct Sections<S: Simd> {
@@ -152,7 +152,7 @@ struct Sections<S: Simd> {
 }
 
 /// State at the end of the rod, along the axes of the integration.
-struct Ended {
+struct EndState {
     q: [f64; 4],
     r: [f64; 3],
     energy: f64,
@@ -165,8 +165,8 @@ struct Ended {
 /// asked for.
 #[derive(Clone, Copy)]
 struct Columns {
-    base: [[f64; 6]; MOST],
-    tangent: [[f64; 6]; MOST],
+    base: [[f64; 6]; MAX_COLUMNS],
+    tangent: [[f64; 6]; MAX_COLUMNS],
 }
 
 /// A step: its rule and length, the place of its start, the sections at the nodes, and the slopes of the columns
@@ -181,28 +181,28 @@ struct Step<'a, S: Simd> {
 
 /// The last step tried, from which the slopes of the next are extrapolated: its start and length, the third component
 /// of the place there, and the swept slopes.
-struct Tried<S: Simd> {
+struct LastTrial<S: Simd> {
     s: f64,
     h: f64,
     along: f64,
     slopes: [Eight<S>; FRAME],
-    swept: Swept<S>,
+    swept: SweptSlopes<S>,
 }
 
 /// Slopes of x = (phi, tau) across the force, by columns.
-struct Swept<S: Simd> {
-    turning: [[Eight<S>; 2]; MOST],
-    pulled: [[Eight<S>; 2]; MOST],
+struct SweptSlopes<S: Simd> {
+    turning: [[Eight<S>; 2]; MAX_COLUMNS],
+    pulled: [[Eight<S>; 2]; MAX_COLUMNS],
 }
 
 /// The integration from clamp to end, with the angle of the columns if asked for.
 struct Whole<'a> {
-    along: &'a Along<'a>,
+    along: &'a Integration<'a>,
     turning: Option<Turning>,
 }
 
 impl WithSimd for Whole<'_> {
-    type Output = std::result::Result<Ended, f64>;
+    type Output = std::result::Result<EndState, f64>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -215,22 +215,22 @@ impl WithSimd for Whole<'_> {
         let (mut s, mut energy) = (0.0, 0.0);
         let (mut q, mut r) = (along.clamp(), [0.0; 3]);
         let mut columns = Columns {
-            base: [[0.0; 6]; MOST],
-            tangent: [[0.0; 6]; MOST],
+            base: [[0.0; 6]; MAX_COLUMNS],
+            tangent: [[0.0; 6]; MAX_COLUMNS],
         };
         // `count` is a run-time number: the loops over columns are long and are not unrolled.
-        let count = along.count.min(MOST);
+        let count = along.count.min(MAX_COLUMNS);
         for k in 0..count {
             columns.base[k][(along.first + k) % 6] = 1.0;
         }
-        let mut tried = Tried {
+        let mut tried = LastTrial {
             s: 0.0,
             h: 0.0,
             along: 0.0,
             slopes: [zero; FRAME],
-            swept: Swept {
-                turning: [[zero; 2]; MOST],
-                pulled: [[zero; 2]; MOST],
+            swept: SweptSlopes {
+                turning: [[zero; 2]; MAX_COLUMNS],
+                pulled: [[zero; 2]; MAX_COLUMNS],
             },
         };
         // The rate of the angle is not known yet: begin with a short step.
@@ -253,7 +253,7 @@ impl WithSimd for Whole<'_> {
             if let Some(extension) = &extension {
                 turning = extension.of(&tried.slopes);
             }
-            let mut varying = [[zero; 6]; MOST];
+            let mut varying = [[zero; 6]; MAX_COLUMNS];
             let varying = &mut varying[..count];
             let Some(mut sweeps) = along.sweep(&rule, &start, &mut turning, h) else {
                 step = 0.5 * h;
@@ -264,7 +264,7 @@ impl WithSimd for Whole<'_> {
             let at = along.sections(&rule.places(&start, &turning));
             let [q0, q1, q2, q3, ..] = turning;
             let mut top = rule.top(&[q0, q1, q2, q3]).max(rule.top(&at.along));
-            if top <= MORE * along.goal {
+            if top <= ACCEPTED_EXCESS * along.goal {
                 if count > 0 {
                     let size = largest(&columns.tangent[..count]).max(1.0);
                     let stays = size * along.stays / h;
@@ -286,10 +286,10 @@ impl WithSimd for Whole<'_> {
                 }
                 (tried.s, tried.h, tried.along, tried.slopes) = (s, h, r[2], turning);
             }
-            let longer = (SWEEPS / sweeps as f64).min(2.0);
+            let longer = (TARGET_SWEEPS / sweeps as f64).min(2.0);
             step = h * (SAFETY * (along.goal / top).powf(1.0 / 7.0)).clamp(0.2, longer);
             step = step.min(longest);
-            if top > MORE * along.goal {
+            if top > ACCEPTED_EXCESS * along.goal {
                 cost.rejected += 1;
                 continue;
             }
@@ -328,7 +328,7 @@ impl WithSimd for Whole<'_> {
             cost.steps += 1;
             s += h;
         }
-        Ok(Ended {
+        Ok(EndState {
             q,
             r,
             energy,
@@ -356,7 +356,7 @@ fn largest(columns: &[[f64; 6]]) -> f64 {
     a.max(b).max(c.max(d)).max(e.max(f))
 }
 
-impl<'a> Along<'a> {
+impl<'a> Integration<'a> {
     fn new(
         rod: &Collocated<'a>,
         b: &Wrench,
@@ -385,7 +385,7 @@ impl<'a> Along<'a> {
             rate,
             step: (7.5 * tolerance.powf(1.0 / 16.0) / rate).min(1.0),
             // Coefficients that fall like x^k make an error of about x^16 at the end of a step, where P_7 has x^7.
-            goal: TOP * rate * (tolerance / rate).powf(7.0 / 16.0),
+            goal: P7_PER_TOLERANCE * rate * (tolerance / rate).powf(7.0 / 16.0),
             stays: 0.005 * tolerance + 5e-16,
         })
     }
@@ -393,7 +393,7 @@ impl<'a> Along<'a> {
     /// Integrates the rod, or returns the arclength at which the integration fails. Compilation for each kind of
     /// processor takes long: there is one instance for any number of columns, with the angle or without.
     #[inline(never)]
-    fn follow(&self, turning: Option<Turning>) -> std::result::Result<Ended, f64> {
+    fn follow(&self, turning: Option<Turning>) -> std::result::Result<EndState, f64> {
         wide(Whole {
             along: self,
             turning,
@@ -408,7 +408,7 @@ impl<'a> Along<'a> {
     }
 
     /// The end along the axes of the clamp.
-    fn ended<const K: usize>(&self, ended: &Ended) -> LineState<K> {
+    fn ended<const K: usize>(&self, ended: &EndState) -> LineState<K> {
         let q = product(&conjugate(&Turn::from(self.clamp())), &Turn::from(ended.q));
         let r = self.axes * Vector3::from(ended.r);
         let tangent = self.turned(&ended.columns.tangent);
@@ -417,7 +417,7 @@ impl<'a> Along<'a> {
 
     /// Pairs of vectors along the axes of the clamp. Columns are by couples and forces, in threes, and are turned as
     /// well.
-    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MOST]) -> [[f64; 6]; K] {
+    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MAX_COLUMNS]) -> [[f64; 6]; K] {
         let axes = &self.axes;
         std::array::from_fn(|k| {
             let block = k - k % 3;

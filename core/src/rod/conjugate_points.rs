@@ -1,6 +1,6 @@
 //! Variations of a rod from clamp to end, and the angle that counts its conjugate points (see `index`).
 
-use super::distributed_load::Carried;
+use super::distributed_load::LoadState;
 use super::ivp::{Flow, LineState, STEP_LIMIT, Wrench, rate, unit_columns};
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
@@ -29,14 +29,14 @@ pub(super) struct Variations<const K: usize> {
 }
 
 /// The load along a rod, and its base wrench.
-struct Loaded<'a, const K: usize, C: Carried<K>> {
+struct Loaded<'a, const K: usize, C: LoadState<K>> {
     load: &'a C::Load,
     b: &'a Wrench,
 }
 
 /// (J, P) of all columns: P = dm(0) + n x rho - dw + m x phi/2. With the last term J^T P of columns 0..3, which keep
 /// n, is symmetric.
-fn conjugate<const K: usize, C: Carried<K>>(
+fn conjugate<const K: usize, C: LoadState<K>>(
     at: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
     dm: &[[f64; K]; 3],
@@ -66,7 +66,7 @@ pub(super) fn whole<const K: usize>(
 
 /// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2, also under a
 /// load along the rod.
-fn turning<const K: usize, C: Carried<K>>(
+fn turning<const K: usize, C: LoadState<K>>(
     at: &LineState<K, C>,
     slope: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
@@ -88,7 +88,7 @@ fn turning<const K: usize, C: Carried<K>>(
 }
 
 /// A rod integrated from clamp to end with `K` = 3 columns at constant n, or `K` = 6 with variations of n.
-pub(super) struct Followed<const K: usize, C = ()> {
+pub(super) struct FollowedRod<const K: usize, C = ()> {
     pub(super) end: LineState<K, C>,
     /// dm(0) of each column.
     pub(super) dm: [[f64; K]; 3],
@@ -99,10 +99,10 @@ pub(super) struct Followed<const K: usize, C = ()> {
 }
 
 /// The variations of a rod integrated by `follow`, given kappa.
-pub(super) fn variations<const K: usize, C: Carried<K>>(
+pub(super) fn variations<const K: usize, C: LoadState<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
-    follow: impl FnOnce(f64) -> Result<Followed<K, C>>,
+    follow: impl FnOnce(f64) -> Result<FollowedRod<K, C>>,
 ) -> Result<Variations<K>> {
     let [c1, c2] = law.flexures();
     let weight = 2.0 * rate(law, b)? / (c1 + c2);
@@ -135,12 +135,12 @@ pub(super) fn lost() -> Error {
 }
 
 /// Integrates the variations of any rod by explicit steps.
-pub(super) fn followed<const K: usize, C: Carried<K>>(
+pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
     weight: f64,
     tolerance: f64,
-) -> Result<Followed<K, C>> {
+) -> Result<FollowedRod<K, C>> {
     let rod = &Loaded { load, b };
     let longest = 1.2 / rate(law, b)?;
     let [dm, dn] = unit_columns();
@@ -190,7 +190,7 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
         angle += turned + whole;
         h_max = longest;
         turn = next;
-        if size(&step.to) > GROWN {
+        if size(&step.to) > MIXING_SIZE {
             let (mut state, mut slope) = (step.to, *step.end_slope());
             growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
             // The mixing matrix has a positive determinant: the angle is unchanged.
@@ -201,7 +201,7 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
             return Err(lost());
         }
     }
-    Ok(Followed {
+    Ok(FollowedRod {
         end: *solver.state(),
         dm: flow.dm,
         angle,
@@ -210,11 +210,11 @@ pub(super) fn followed<const K: usize, C: Carried<K>>(
 }
 
 /// Size of the tangent at which the columns are mixed.
-pub(super) const GROWN: f64 = 30.0;
+pub(super) const MIXING_SIZE: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and removes their part from the others. The equations are linear, so
 /// state, slope and dm(0) mix alike. Returns the previous size of the three.
-fn separate<const K: usize, C: Carried<K>>(
+fn separate<const K: usize, C: LoadState<K>>(
     state: &mut LineState<K, C>,
     slope: &mut LineState<K, C>,
     flow: &mut Flow<'_, K, C>,

@@ -15,7 +15,7 @@ use nalgebra::{Rotation3, Vector3};
 
 /// A dead load along a rod: force per unloaded length in the world, piece by piece a polynomial in x = s/L.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Distributed {
+pub struct DistributedLoad {
     pieces: Vec<Piece>,
 }
 
@@ -57,7 +57,7 @@ impl Piece {
 /// Most rows of a table: every row is a break of the integration along the rod.
 const ROWS: usize = 500;
 
-impl Distributed {
+impl DistributedLoad {
     /// A constant load along the rod, such as the weight of a uniform one.
     ///
     /// # Errors
@@ -218,14 +218,14 @@ impl Distributed {
 
 /// The load in the clamp's frame and the numerics' units: B/L^3.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Weight {
-    load: Distributed,
+pub(super) struct ScaledLoad {
+    load: DistributedLoad,
     /// Constant of the potential in B/L: potential of a rod shrunk to its clamp.
     ground: f64,
 }
 
-impl Weight {
-    pub(super) fn new(load: &Distributed, rod: &Rod) -> Self {
+impl ScaledLoad {
+    pub(super) fn new(load: &DistributedLoad, rod: &Rod) -> Self {
         let (couple, force) = rod.units();
         let turn = rod.clamp.rotation.inverse();
         let scale = rod.length / force;
@@ -244,7 +244,7 @@ impl Weight {
             coefficients: Vec::new(),
         };
         Self {
-            load: Distributed {
+            load: DistributedLoad {
                 pieces: vec![piece],
             },
             ground: 0.0,
@@ -311,7 +311,7 @@ impl Weight {
 }
 
 /// State of a load, integrated along the rod besides frame and centreline.
-pub(super) trait Carried<const K: usize>: Copy + std::fmt::Debug {
+pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     /// The load itself.
     type Load;
     /// State at the clamp.
@@ -336,7 +336,7 @@ pub(super) trait Carried<const K: usize>: Copy + std::fmt::Debug {
     fn work(&self) -> f64;
 }
 
-impl<const K: usize> Carried<K> for () {
+impl<const K: usize> LoadState<K> for () {
     type Load = ();
     const NOTHING: Self = ();
 
@@ -377,14 +377,14 @@ impl<const K: usize> Carried<K> for () {
 
 /// State w of the load with its tangent, and the work of the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Heavy<const K: usize> {
+pub(super) struct LoadMoment<const K: usize> {
     w: [f64; 3],
     dw: [[f64; K]; 3],
     work: f64,
 }
 
-impl<const K: usize> Carried<K> for Heavy<K> {
-    type Load = Weight;
+impl<const K: usize> LoadState<K> for LoadMoment<K> {
+    type Load = ScaledLoad;
     const NOTHING: Self = Self {
         w: [0.0; 3],
         dw: [[0.0; K]; 3],
@@ -417,13 +417,13 @@ impl<const K: usize> Carried<K> for Heavy<K> {
     }
 
     #[inline]
-    fn force(load: &Weight, base: &[f64; 3], s: f64) -> [f64; 3] {
+    fn force(load: &ScaledLoad, base: &[f64; 3], s: f64) -> [f64; 3] {
         let gone = load.gathered(s);
         [base[0] - gone.x, base[1] - gone.y, base[2] - gone.z]
     }
 
     #[inline]
-    fn density(load: &Weight, s: f64) -> Vector3<f64> {
+    fn density(load: &ScaledLoad, s: f64) -> Vector3<f64> {
         load.density(s)
     }
 
@@ -444,7 +444,7 @@ impl<const K: usize> Carried<K> for Heavy<K> {
     }
 
     #[inline]
-    fn slope(load: &Weight, s: f64, r: &[f64; 3], rho: &[[f64; K]; 3]) -> Self {
+    fn slope(load: &ScaledLoad, s: f64, r: &[f64; 3], rho: &[[f64; K]; 3]) -> Self {
         let f = load.density(s);
         let r = Vector3::from(*r);
         let mut dw = [[0.0; K]; 3];

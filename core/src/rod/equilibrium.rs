@@ -1,12 +1,12 @@
 //! Solution of a problem: from a guess, or from the unloaded rod by continuation.
 
 use super::chart::{AnyChart, Spatial, dynamic};
-use super::distributed_load::Weight;
+use super::distributed_load::ScaledLoad;
 use super::free_end::FreeEnd;
 use super::ivp::Wrench;
 use super::path_to_target::{Search, follow, newton, options};
 use super::problem::Problem;
-use super::solution_path::{Charted, Path, Taken};
+use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
 use super::taut::{TAUT, TIGHT};
 use super::{Rod, RodSection};
@@ -30,7 +30,7 @@ pub struct Equilibrium {
     /// Record of the search.
     pub route: Route,
     /// Chart of the solution (spatial, planar or closed form), with the reason.
-    pub taken: Taken,
+    pub taken: ChosenPath,
 }
 
 /// Record of the search that found an equilibrium.
@@ -111,17 +111,17 @@ impl Problem {
         let (charted, taken) = self.charted(guess)?;
         let search = Search::new();
         let flat = match charted {
-            Charted::Spatial(_) | Charted::FreeEnd(_) => {
+            ProblemChart::Spatial(_) | ProblemChart::FreeEnd(_) => {
                 return search.verdict(self.solve_in_space(&search, guess, taken));
             }
-            Charted::Planar(plane) => self.solve_in(
+            ProblemChart::Planar(plane) => self.solve_in(
                 &plane,
                 &search,
                 &mut self.planar_starts(&plane),
                 guess,
                 taken,
             ),
-            Charted::ClosedForm(chart) => {
+            ProblemChart::ClosedForm(chart) => {
                 let starts = &mut self.closed_starts(&chart);
                 let closed = self.solve_in(&chart, &search, starts, guess, taken);
                 match closed {
@@ -129,7 +129,7 @@ impl Problem {
                         let why =
                             format!("the data are planar; the closed form gave no answer: {why}");
                         let plane = chart.plane();
-                        let taken = Taken::new(Path::Planar, why);
+                        let taken = ChosenPath::new(Path::Planar, why);
                         self.solve_in(plane, &search, &mut self.planar_starts(plane), guess, taken)
                     }
                     closed => closed,
@@ -145,7 +145,7 @@ impl Problem {
             ),
             Err(why) => format!("the data are planar, but the plane gave no answer: {why}"),
         };
-        let taken = Taken::new(Path::Spatial, why);
+        let taken = ChosenPath::new(Path::Spatial, why);
         search.verdict(match (flat, self.solve_in_space(&search, guess, taken)) {
             (Ok(flat), Ok(spatial)) if spatial.index < flat.index => Ok(spatial),
             (Err(_), spatial) => spatial,
@@ -174,7 +174,7 @@ impl Problem {
 
     /// Bound on a load along the rod, with lam the mean of sqrt(|n| L^2/B): a hanging rod amplifies an error by
     /// exp(lam).
-    fn check_weight(&self, weight: &Weight) -> Result<()> {
+    fn check_weight(&self, weight: &ScaledLoad) -> Result<()> {
         const LAM: f64 = 16.0;
         let loaded = (0..3).filter(|i| self.end.position[*i].is_none());
         let force: Vector3<f64> = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
@@ -194,7 +194,7 @@ impl Problem {
         &self,
         search: &Search,
         guess: Option<&Wrench>,
-        taken: Taken,
+        taken: ChosenPath,
     ) -> Result<Equilibrium> {
         if !self.has_free_end() {
             return self.solve_in(&Spatial, search, &mut self.starts(), guess, taken);
@@ -222,7 +222,7 @@ impl Problem {
         search: &Search,
         starts: &mut dyn Iterator<Item = PathStart>,
         guess: Option<&Wrench>,
-        taken: Taken,
+        taken: ChosenPath,
     ) -> Result<Equilibrium> {
         if let Some(guess) = guess {
             let x = chart.unknowns(self, &self.rod.inward(guess))?;
@@ -265,7 +265,7 @@ impl Problem {
         chart: &dyn AnyChart,
         solved: &Solution,
         route: Route,
-        taken: Taken,
+        taken: ChosenPath,
     ) -> Result<Equilibrium> {
         let mut b = chart.wrench(self, &solved.x)?;
         // Residual in space and from the clamp, whatever the chart: the reported equilibrium is that of the base
@@ -304,7 +304,7 @@ impl Problem {
         chart: &dyn AnyChart,
         search: &Search,
         start: PathStart,
-        taken: &Taken,
+        taken: &ChosenPath,
     ) -> Result<Equilibrium> {
         let bend = match start {
             PathStart::Bent(bend) => bend,
@@ -411,7 +411,7 @@ impl Problem {
     }
 
     /// The given fraction of the load along the rod.
-    fn share(&self, part: f64) -> Option<Weight> {
+    fn share(&self, part: f64) -> Option<ScaledLoad> {
         self.weight.as_ref().map(|weight| weight.times(part))
     }
 

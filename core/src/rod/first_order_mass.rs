@@ -18,7 +18,7 @@
 //! rates are those of the end, or of the force.
 
 use super::Rod;
-use super::distributed_load::{Carried, Distributed, Heavy, Weight};
+use super::distributed_load::{DistributedLoad, LoadMoment, LoadState, ScaledLoad};
 use super::ivp::{LineState, Wrench};
 use super::ivp_trace::Track;
 use super::scaled_law::ScaledLaw;
@@ -51,14 +51,14 @@ impl SectionMass {
 
 /// Motion of the rod: rates of base wrench and base, along the present directors of the base.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Swaying {
+pub struct RodRates {
     /// Rate of the base wrench in the world, in B/L and B/L^2 per time.
     pub rate: Wrench,
     /// Angular velocity of the base.
     pub spin: Vector3<f64>,
 }
 
-impl Swaying {
+impl RodRates {
     /// (b', Omega).
     pub(super) fn rates(&self) -> [f64; 9] {
         std::array::from_fn(|i| match i {
@@ -72,7 +72,7 @@ impl Swaying {
 /// velocity of the base. All are along the present directors of the base. For a taut rod [`Rates`](super::Rates)
 /// replace b'.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Generalized {
+pub struct SpaceRodInertia {
     /// int Lambda^T I Lambda, symmetric: twice the kinetic energy is its quadratic form.
     pub matrix: SMatrix<f64, 12, 12>,
     /// Inertial force int Lambda^T (inertia) at constant V, b' and Omega.
@@ -90,7 +90,7 @@ pub struct Generalized {
 /// Record of an integration along a rod, with shape and tangent at all stages; [`Rod::generalized_inertia`]
 /// integrates over the same stages.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Trace(Kept);
+pub struct Trace(TraceKind);
 
 /// An integration along a rod, and its end state.
 pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
@@ -98,26 +98,26 @@ pub(super) type Tracked<const K: usize, C> = (Track<K, C>, LineState<K, C>);
 // Made once a trace, and not moved about: the size of the variants does not matter.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, PartialEq)]
-enum Kept {
+enum TraceKind {
     /// No load; a turn of the base, if any, is a rigid rotation of the rod.
     Bare(Tracked<6, ()>, bool),
     /// A load along the rod, the base at rest.
-    Held(Tracked<6, Heavy<6>>),
+    Held(Tracked<6, LoadMoment<6>>),
     /// A load along the rod, with a turn of the base.
-    Turning(Tracked<9, Heavy<9>>),
+    Turning(Tracked<9, LoadMoment<9>>),
 }
 
 impl Trace {
     pub(super) fn bare(track: Track<6>, end: LineState<6>, turns: bool) -> Self {
-        Self(Kept::Bare((track, end), turns))
+        Self(TraceKind::Bare((track, end), turns))
     }
 
-    pub(super) fn held(tracked: Tracked<6, Heavy<6>>) -> Self {
-        Self(Kept::Held(tracked))
+    pub(super) fn held(tracked: Tracked<6, LoadMoment<6>>) -> Self {
+        Self(TraceKind::Held(tracked))
     }
 
-    pub(super) fn turning(tracked: Tracked<9, Heavy<9>>) -> Self {
-        Self(Kept::Turning(tracked))
+    pub(super) fn turning(tracked: Tracked<9, LoadMoment<9>>) -> Self {
+        Self(TraceKind::Turning(tracked))
     }
 }
 
@@ -128,8 +128,8 @@ pub(super) struct Tangent<const K: usize> {
 }
 
 /// A rod in motion: sections, load, base wrench, rates.
-struct Field<'a, L> {
-    sections: Strained<'a>,
+struct MovingRod<'a, L> {
+    sections: SectionRates<'a>,
     load: &'a L,
     b: &'a Wrench,
     /// (b', Omega).
@@ -138,14 +138,14 @@ struct Field<'a, L> {
 }
 
 /// Section law of a rod whose strains change in time.
-pub(super) struct Strained<'a> {
+pub(super) struct SectionRates<'a> {
     law: &'a ScaledLaw,
     /// True if the compliance does not depend on the resultants.
     linear: bool,
 }
 
 /// State of a moving section: shape, (omega, v), and the rates that (omega_t, r_tt) are formed from.
-pub(super) struct Moving {
+pub(super) struct MovingSection {
     pub turn: Matrix3<f64>,
     pub r: Vector3<f64>,
     pub omega: Vector3<f64>,
@@ -156,7 +156,7 @@ pub(super) struct Moving {
     pub n_t: Vector3<f64>,
 }
 
-impl Moving {
+impl MovingSection {
     /// m_tt of a section accelerated by r_tt, where the load takes w_tt.
     fn couple(&self, r_tt: &Vector3<f64>, taken: &Vector3<f64>) -> Vector3<f64> {
         -r_tt.cross(&self.n) - self.v.cross(&self.n_t) * 2.0 - taken
@@ -175,7 +175,7 @@ fn half(x: &Vector6<f64>, row: usize) -> Vector3<f64> {
 }
 
 /// Integrals along the rod, in its units.
-pub(super) struct Sums<const K: usize> {
+pub(super) struct InertiaIntegrals<const K: usize> {
     /// int T^T I T, and int T_v.
     own: [[f64; K]; K],
     mixed: [[f64; K]; 3],
@@ -187,7 +187,7 @@ pub(super) struct Sums<const K: usize> {
     chart: [f64; K],
 }
 
-impl<const K: usize> Sums<K> {
+impl<const K: usize> InertiaIntegrals<K> {
     pub fn new() -> Self {
         Self {
             own: [[0.0; K]; K],
@@ -203,7 +203,7 @@ impl<const K: usize> Sums<K> {
     pub fn add(
         &mut self,
         weight: f64,
-        (tangent, at): (&Tangent<K>, &Moving),
+        (tangent, at): (&Tangent<K>, &MovingSection),
         second: &Second,
         rotary: &Vector3<f64>,
     ) {
@@ -251,7 +251,7 @@ impl<const K: usize> Sums<K> {
 /// Step of the differences for the derivative of the compliance of a nonlinear law, relative to the resultants.
 const ASIDE: f64 = 2e-3;
 
-impl<'a> Strained<'a> {
+impl<'a> SectionRates<'a> {
     pub fn of(rod: &'a Rod) -> Self {
         Self {
             law: &rod.law,
@@ -264,11 +264,11 @@ impl<'a> Strained<'a> {
     pub fn second(
         &self,
         s: f64,
-        at: &Moving,
+        at: &MovingSection,
         omega_t: &Vector3<f64>,
         m_tt: &Vector3<f64>,
     ) -> Option<[Vector3<f64>; 2]> {
-        let Moving {
+        let MovingSection {
             turn,
             omega,
             m,
@@ -321,12 +321,12 @@ impl<'a> Strained<'a> {
     }
 }
 
-impl<L> Field<'_, L> {
+impl<L> MovingRod<'_, L> {
     /// Tangent at a section. The columns of a turn of the base, at a fixed base wrench, are a rigid rotation less the
     /// response to the rotated wrench.
     fn tangent<const J: usize, const K: usize>(
         &self,
-        at: &LineState<J, impl Carried<J, Load = L>>,
+        at: &LineState<J, impl LoadState<J, Load = L>>,
     ) -> Tangent<K> {
         let mut by = [[0.0; K]; 6];
         let mut taken = [[0.0; K]; 3];
@@ -354,11 +354,11 @@ impl<L> Field<'_, L> {
         Tangent { by, taken }
     }
 
-    fn moving<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+    fn moving<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
         &self,
         at: &LineState<J, C>,
         tangent: &Tangent<K>,
-    ) -> Moving {
+    ) -> MovingSection {
         let along =
             |row: &[f64; K]| -> f64 { row.iter().zip(&self.rates).map(|(t, b)| t * b).sum() };
         let by = |from: usize| Vector3::from_fn(|i, _| along(&tangent.by[from + i]));
@@ -367,7 +367,7 @@ impl<L> Field<'_, L> {
         let (m, n) = at.resultants(self.b, self.load);
         let [m_rate, n_t] = [0, 3].map(|i| Vector3::from_column_slice(&self.rates[i..i + 3]));
         let r = at.position();
-        Moving {
+        MovingSection {
             turn: at.rotation(),
             r,
             omega,
@@ -383,7 +383,7 @@ impl<L> Field<'_, L> {
     fn slope(
         &self,
         s: f64,
-        at: &Moving,
+        at: &MovingSection,
         second: &Second,
         density: &Vector3<f64>,
     ) -> Option<Second> {
@@ -395,12 +395,12 @@ impl<L> Field<'_, L> {
     }
 
     /// The inertia, in the rod's units, from the sections of `track`; None if the law refuses.
-    fn along<const J: usize, C: Carried<J, Load = L>, const K: usize>(
+    fn along<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
         &self,
         track: &Track<J, C>,
         end: &LineState<J, C>,
-    ) -> Option<(Sums<K>, Second, Vector3<f64>)> {
-        let mut sums = Sums::new();
+    ) -> Option<(InertiaIntegrals<K>, Second, Vector3<f64>)> {
+        let mut sums = InertiaIntegrals::new();
         let mut second = Second::zeros();
         for (h, stages) in track.steps() {
             second = over_stages(&second, h, |i, second, weight| {
@@ -430,18 +430,18 @@ impl Rod {
     pub fn generalized_inertia(
         &self,
         mass: &SectionMass,
-        (b, load): (&Wrench, Option<&Distributed>),
-        motion: &Swaying,
+        (b, load): (&Wrench, Option<&DistributedLoad>),
+        motion: &RodRates,
         trace: &Trace,
-    ) -> Result<Generalized> {
+    ) -> Result<SpaceRodInertia> {
         let found = match &trace.0 {
-            Kept::Bare(way, true) => self.whole::<6, (), 9>(mass, (b, &()), motion, way),
-            Kept::Bare(way, false) => self.whole::<6, (), 6>(mass, (b, &()), motion, way),
-            Kept::Held(way) => {
-                self.whole::<6, Heavy<6>, 6>(mass, (b, &self.borne(load)), motion, way)
+            TraceKind::Bare(way, true) => self.whole::<6, (), 9>(mass, (b, &()), motion, way),
+            TraceKind::Bare(way, false) => self.whole::<6, (), 6>(mass, (b, &()), motion, way),
+            TraceKind::Held(way) => {
+                self.whole::<6, LoadMoment<6>, 6>(mass, (b, &self.borne(load)), motion, way)
             }
-            Kept::Turning(way) => {
-                self.whole::<9, Heavy<9>, 9>(mass, (b, &self.borne(load)), motion, way)
+            TraceKind::Turning(way) => {
+                self.whole::<9, LoadMoment<9>, 9>(mass, (b, &self.borne(load)), motion, way)
             }
         };
         found.ok_or_else(|| self.refused(b))
@@ -451,23 +451,23 @@ impl Rod {
     pub(super) fn refused(&self, b: &Wrench) -> Error {
         Error::domain(format!(
             "the motion of the rod cannot be followed along it, its section law refuses: {}",
-            self.law.told(b)
+            self.law.wrench_text(b)
         ))
     }
 
-    fn borne(&self, load: Option<&Distributed>) -> Weight {
-        load.map_or_else(Weight::nothing, |load| Weight::new(load, self))
+    fn borne(&self, load: Option<&DistributedLoad>) -> ScaledLoad {
+        load.map_or_else(ScaledLoad::nothing, |load| ScaledLoad::new(load, self))
     }
 
-    fn whole<const J: usize, C: Carried<J>, const K: usize>(
+    fn whole<const J: usize, C: LoadState<J>, const K: usize>(
         &self,
         mass: &SectionMass,
         (b, load): (&Wrench, &C::Load),
-        motion: &Swaying,
+        motion: &RodRates,
         (track, end): &Tracked<J, C>,
-    ) -> Option<Generalized> {
-        let field = Field {
-            sections: Strained::of(self),
+    ) -> Option<SpaceRodInertia> {
+        let field = MovingRod {
+            sections: SectionRates::of(self),
             load,
             b,
             rates: motion.rates(),
@@ -480,11 +480,11 @@ impl Rod {
     /// The integrals in the user's units; `couple` is m(1)_tt.
     pub(super) fn generalized<const K: usize>(
         &self,
-        sums: &Sums<K>,
+        sums: &InertiaIntegrals<K>,
         mass: f64,
         end: &Second,
         couple: Vector3<f64>,
-    ) -> Generalized {
+    ) -> SpaceRodInertia {
         let length = self.length;
         // Integrals are in lengths L; V is in the user's.
         let unit = mass * length * length;
@@ -504,7 +504,7 @@ impl Rod {
                 matrix[(3 + i, 3 + k)] = sums.own[i][k] * unit;
             }
         }
-        Generalized {
+        SpaceRodInertia {
             matrix,
             force,
             centre: sums.first * length,

@@ -21,8 +21,8 @@
 
 use super::Problem;
 use super::collocation::Collocated;
-use super::conjugate_points::{Variations, followed, variations};
-use super::distributed_load::Heavy;
+use super::conjugate_points::{Variations, follow_variations, variations};
+use super::distributed_load::LoadMoment;
 use super::ivp::Wrench;
 use super::taut::Spring;
 use crate::error::{Error, Result};
@@ -59,8 +59,8 @@ impl Problem {
         let mut fine = self.count(b, tolerance);
         // An almost straight rod with its end held: the eigenvalues that the held place removes may be undecided at
         // this tolerance.
-        while fine.as_ref().is_err_and(Error::is_no_convergence) && tolerance > FINEST {
-            tolerance = (FINER * tolerance).max(FINEST);
+        while fine.as_ref().is_err_and(Error::is_no_convergence) && tolerance > FINEST_TOLERANCE {
+            tolerance = (FINER * tolerance).max(FINEST_TOLERANCE);
             fine = self.count(b, tolerance);
         }
         let fine = fine?;
@@ -111,12 +111,14 @@ impl Problem {
         let law = &self.rod.law;
         if let Some(weight) = &self.weight {
             let rod = (law, weight);
-            return variations::<K, Heavy<K>>(rod, b, |kappa| followed(rod, b, kappa, tolerance));
+            return variations::<K, LoadMoment<K>>(rod, b, |kappa| {
+                follow_variations(rod, b, kappa, tolerance)
+            });
         }
         let rod = (law, &());
         variations::<K, ()>(rod, b, |kappa| match Collocated::of(law) {
             Some(rod) => rod.followed(b, kappa, tolerance),
-            None => followed(rod, b, kappa, tolerance),
+            None => follow_variations(rod, b, kappa, tolerance),
         })
     }
 }
@@ -125,7 +127,7 @@ impl Problem {
 const ROUGH: f64 = 1e-7;
 /// Factor by which the tolerance of a failed count is tightened, and the finest tolerance.
 const FINER: f64 = 1e-2;
-const FINEST: f64 = 1e-13;
+const FINEST_TOLERANCE: f64 = 1e-13;
 
 /// An index, and the relative margin of the eigenvalue nearest to zero.
 struct Count {
@@ -221,7 +223,7 @@ fn angles(x: &Matrix3<f64>, y: &Matrix3<f64>) -> Result<[f64; 3]> {
 }
 
 /// Effect of the held place of the end on the index.
-struct Held {
+struct HeldPlace {
     /// Number of unstable modes that the held place removes.
     taken: usize,
     /// Size of the eigenvalue nearest to zero relative to the terms it comes from.
@@ -240,7 +242,7 @@ fn held_back(
     clamped: bool,
     axes: &[Vector3<f64>],
     zero: f64,
-) -> Result<Held> {
+) -> Result<HeldPlace> {
     let t = &along.end.tangent;
     let block = |row: usize, column: usize| Matrix3::from_fn(|i, j| t[row + i][column + j]);
     let (phi_m, phi_n, r_m, r_n) = (block(0, 0), block(0, 3), block(3, 0), block(3, 3));
@@ -305,7 +307,7 @@ fn held_back(
     if neutral > 0 {
         margin = 0.0;
     }
-    Ok(Held {
+    Ok(HeldPlace {
         taken,
         margin,
         neutral,

@@ -17,7 +17,7 @@
 //! ```
 
 use super::collocation::Collocated;
-use super::distributed_load::Carried;
+use super::distributed_load::LoadState;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::Turn;
@@ -42,7 +42,7 @@ pub(super) struct LineState<const K: usize, C = ()> {
     pub(super) carried: C,
 }
 
-impl<const K: usize, C: Carried<K>> LineState<K, C> {
+impl<const K: usize, C: LoadState<K>> LineState<K, C> {
     /// The clamp: no displacement, no rotation.
     pub(super) fn clamp() -> Self {
         Self {
@@ -123,7 +123,7 @@ impl<const K: usize, C: Carried<K>> LineState<K, C> {
     }
 }
 
-impl<const K: usize, C: Carried<K>> State for LineState<K, C> {
+impl<const K: usize, C: LoadState<K>> State for LineState<K, C> {
     #[inline]
     fn axpy(&mut self, a: f64, x: &Self) {
         self.s += a * x.s;
@@ -198,7 +198,7 @@ fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
 
 /// sum_k x_k d_k.
 #[inline]
-fn along(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
+fn combine_directors(d: &[[f64; 3]; 3], x: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| x[0] * d[0][i] + x[1] * d[1][i] + x[2] * d[2][i])
 }
 
@@ -265,7 +265,7 @@ fn turned_block(d: &[[f64; 3]; 3], c: &Matrix6<f64>, row: usize, column: usize) 
 }
 
 /// Right-hand side for one base wrench: n, m at the start of the integration, and their variations by columns.
-pub(super) struct Flow<'a, const K: usize, C: Carried<K> = ()> {
+pub(super) struct Flow<'a, const K: usize, C: LoadState<K> = ()> {
     law: &'a ScaledLaw,
     load: &'a C::Load,
     m: [f64; 3],
@@ -275,7 +275,7 @@ pub(super) struct Flow<'a, const K: usize, C: Carried<K> = ()> {
     pub(super) refusal: Option<Error>,
 }
 
-impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
+impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
     pub(super) fn new(
         law: &'a ScaledLaw,
         load: &'a C::Load,
@@ -328,7 +328,7 @@ impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
         let e = &inverse.strain;
         let [w, x, y, z] = at.q;
         let (u1, u2, u3) = (0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
-        let r = along(&d, &[e[3], e[4], e[5]]);
+        let r = combine_directors(&d, &[e[3], e[4], e[5]]);
         slope.s = 1.0;
         slope.q = [
             -(x * u1 + y * u2 + z * u3),
@@ -379,20 +379,25 @@ impl<'a, const K: usize, C: Carried<K>> Flow<'a, K, C> {
     }
 }
 
-impl<const K: usize, C: Carried<K>> Flow<'_, K, C> {
+impl<const K: usize, C: LoadState<K>> Flow<'_, K, C> {
     /// Error of an integration that cannot go on at s.
-    pub(super) fn lost(&mut self, s: f64) -> Error {
+    pub(super) fn integration_error(&mut self, s: f64) -> Error {
         let b: Wrench = Vector6::from_fn(|i, _| [self.m, self.n][i / 3][i % 3]);
-        lost(self.law, &b, self.refusal.take(), s)
+        integration_error(self.law, &b, self.refusal.take(), s)
     }
 }
 
 /// Error of an integration that cannot go on at s, possibly since the law refused.
-pub(super) fn lost(law: &ScaledLaw, b: &Wrench, refusal: Option<Error>, s: f64) -> Error {
+pub(super) fn integration_error(
+    law: &ScaledLaw,
+    b: &Wrench,
+    refusal: Option<Error>,
+    s: f64,
+) -> Error {
     let why = refusal.unwrap_or_else(|| {
         Error::no_convergence(format!(
             "the integration along the rod cannot go on; the base wrench is too large: {}",
-            law.told(b)
+            law.wrench_text(b)
         ))
     });
     why.context(format!("at s = {s:.6} of the length"))
@@ -458,7 +463,7 @@ pub(super) fn over_pieces<S: State + Copy, F: FnMut(&S, &mut S) -> Option<()>>(
 
 /// Integrates from the clamp to s = 1 and shows every accepted step. The columns of the tangent begin as those of
 /// `clamp`.
-fn integrate<const K: usize, C: Carried<K>>(
+fn integrate<const K: usize, C: LoadState<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
     (clamp, columns): (LineState<K, C>, [[[f64; K]; 3]; 2]),
@@ -485,7 +490,7 @@ fn integrate<const K: usize, C: Carried<K>>(
             })
         },
     );
-    found.map_err(|s| flow.lost(s))
+    found.map_err(|s| flow.integration_error(s))
 }
 
 /// Unit columns: d/dm(0) for 0..3 and d/dn for 3..6.
@@ -498,7 +503,8 @@ pub(super) fn unit_columns<const K: usize>() -> [[[f64; K]; 3]; 2] {
 }
 
 /// Clamp with unit columns; columns 6..9 are its turn at a given base wrench and load.
-pub(super) fn begun<const K: usize, C: Carried<K>>() -> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
+pub(super) fn clamp_with_columns<const K: usize, C: LoadState<K>>()
+-> (LineState<K, C>, [[[f64; K]; 3]; 2]) {
     let mut clamp = LineState::clamp();
     for j in 6..K {
         clamp.tangent[j - 6][j] = 1.0;
@@ -520,18 +526,18 @@ pub(super) fn end<const K: usize>(
 }
 
 /// End of a rod under a load along it.
-pub(super) fn loaded_end<const K: usize, C: Carried<K>>(
+pub(super) fn loaded_end<const K: usize, C: LoadState<K>>(
     rod: (&ScaledLaw, &C::Load),
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost)> {
-    integrate(rod, b, begun(), tolerance, |_, _| ())
+    integrate(rod, b, clamp_with_columns(), tolerance, |_, _| ())
 }
 
 /// Sections between the steps of the integration, the first and the last included.
 pub(super) fn steps(law: &ScaledLaw, b: &Wrench, tolerance: f64) -> Result<Vec<LineState<0>>> {
     let mut all = vec![LineState::clamp()];
-    integrate((law, &()), b, begun(), tolerance, |step, _| {
+    integrate((law, &()), b, clamp_with_columns(), tolerance, |step, _| {
         all.push(step.to)
     })?;
     Ok(all)
@@ -564,7 +570,7 @@ pub(super) fn sections<const K: usize>(
 }
 
 /// Sections of a rod under a load along it, at the given arclengths in [0, 1], in growing order.
-pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
+pub(super) fn loaded_sections<const K: usize, C: LoadState<K>>(
     rod: (&ScaledLaw, &C::Load),
     b: &Wrench,
     tolerance: f64,
@@ -577,7 +583,7 @@ pub(super) fn loaded_sections<const K: usize, C: Carried<K>>(
     }
     let mut cost = Cost::default();
     let mut lost = false;
-    let (last, _) = integrate(rod, b, begun(), tolerance, |step, f| {
+    let (last, _) = integrate(rod, b, clamp_with_columns(), tolerance, |step, f| {
         // Recomputed at full order, not interpolated: a reader may differentiate the printed values.
         while let Some(s) = next.next_if(|s| **s <= step.to.s) {
             let part = s - step.from.s;

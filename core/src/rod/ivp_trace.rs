@@ -1,7 +1,7 @@
 //! Stages of an integration along a rod, kept for integrals over them.
 
-use super::distributed_load::Carried;
-use super::ivp::{Flow, LineState, Wrench, begun, first_step, over_pieces};
+use super::distributed_load::LoadState;
+use super::ivp::{Flow, LineState, Wrench, clamp_with_columns, first_step, over_pieces};
 use super::scaled_law::ScaledLaw;
 use crate::error::Result;
 use crate::solve::cost::Cost;
@@ -18,7 +18,7 @@ pub(super) struct Track<const K: usize, C = ()> {
     stages: Vec<LineState<K, C>>,
 }
 
-impl<const K: usize, C: Carried<K>> Track<K, C> {
+impl<const K: usize, C: LoadState<K>> Track<K, C> {
     /// Number of steps sufficient for most integrations.
     const USUAL: usize = 8;
 
@@ -31,12 +31,12 @@ impl<const K: usize, C: Carried<K>> Track<K, C> {
 
     /// Records a section at which slopes are evaluated.
     #[inline]
-    fn tried(&mut self, at: &LineState<K, C>) {
+    fn record_stage(&mut self, at: &LineState<K, C>) {
         self.stages.push(*at);
     }
 
     /// Accepts the step of the last trial stages, its end included.
-    fn taken(&mut self, step: &Step<LineState<K, C>>) {
+    fn accept_step(&mut self, step: &Step<LineState<K, C>>) {
         let (start, tried) = (self.steps.len() * COUNT, self.stages.len());
         self.stages.copy_within(tried - COUNT..tried - 1, start + 1);
         self.stages[start] = step.from;
@@ -50,14 +50,14 @@ impl<const K: usize, C: Carried<K>> Track<K, C> {
     }
 }
 
-/// The end of the rod, with the unit columns of [`begun`], and the stages of the integration.
-pub(super) fn tracked_end<const K: usize, C: Carried<K>>(
+/// The end of the rod, with the unit columns of [`clamp_with_columns`], and the stages of the integration.
+pub(super) fn tracked_end<const K: usize, C: LoadState<K>>(
     (law, load): (&ScaledLaw, &C::Load),
     b: &Wrench,
     tolerance: f64,
 ) -> Result<(LineState<K, C>, Cost, Track<K, C>)> {
     let track = RefCell::new(Track::new());
-    let (clamp, [dm, dn]) = begun();
+    let (clamp, [dm, dn]) = clamp_with_columns();
     let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
     let first = first_step(law, b, tolerance)?;
     let found = over_pieces(
@@ -66,11 +66,11 @@ pub(super) fn tracked_end<const K: usize, C: Carried<K>>(
         LineState::place,
         (first, tolerance),
         |at, slope| {
-            track.borrow_mut().tried(at);
+            track.borrow_mut().record_stage(at);
             flow.write_slope(at, slope)
         },
-        |step, _| track.borrow_mut().taken(step),
+        |step, _| track.borrow_mut().accept_step(step),
     );
-    let (end, cost) = found.map_err(|s| flow.lost(s))?;
+    let (end, cost) = found.map_err(|s| flow.integration_error(s))?;
     Ok((end, cost, track.into_inner()))
 }

@@ -11,7 +11,7 @@
 //! columns of the same equations, which begin at phi(0) = psi.
 
 use super::RodSection;
-use super::distributed_load::{Carried, Heavy, Weight};
+use super::distributed_load::{LoadMoment, LoadState, ScaledLoad};
 use super::first_order_mass::{Trace, Tracked};
 use super::ivp;
 use super::ivp::{LineState, Wrench};
@@ -67,28 +67,31 @@ impl Problem {
         })
     }
 
-    fn tracked<const K: usize>(&self, base: &Wrench) -> Result<(LoadedEnd, Tracked<K, Heavy<K>>)> {
-        let nothing = Weight::nothing();
+    fn tracked<const K: usize>(
+        &self,
+        base: &Wrench,
+    ) -> Result<(LoadedEnd, Tracked<K, LoadMoment<K>>)> {
+        let nothing = ScaledLoad::nothing();
         let weight = self.weight.as_ref().unwrap_or(&nothing);
         let (rod, b) = (&self.rod, self.rod.inward(base));
         let (at, _, track) =
-            ivp_trace::tracked_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+            ivp_trace::tracked_end::<K, LoadMoment<K>>((&rod.law, weight), &b, self.tolerance)?;
         Ok((self.described(&at, &b, weight)?, (track, at)))
     }
 
     fn with_columns<const K: usize>(&self, base: &Wrench) -> Result<LoadedEnd> {
-        let nothing = Weight::nothing();
+        let nothing = ScaledLoad::nothing();
         let weight = self.weight.as_ref().unwrap_or(&nothing);
         let (rod, b) = (&self.rod, self.rod.inward(base));
-        let (at, _) = ivp::loaded_end::<K, Heavy<K>>((&rod.law, weight), &b, self.tolerance)?;
+        let (at, _) = ivp::loaded_end::<K, LoadMoment<K>>((&rod.law, weight), &b, self.tolerance)?;
         self.described(&at, &b, weight)
     }
 
     fn described<const K: usize>(
         &self,
-        at: &LineState<K, Heavy<K>>,
+        at: &LineState<K, LoadMoment<K>>,
         b: &Wrench,
-        weight: &Weight,
+        weight: &ScaledLoad,
     ) -> Result<LoadedEnd> {
         let rod = &self.rod;
         let (couple, force) = rod.units();
@@ -155,7 +158,7 @@ impl Problem {
             section: rod.outward(at, b, weight)?,
             tangent,
             couple: couple_by,
-            potential: weight.potential(Carried::<K>::work(&at.carried)) * couple,
+            potential: weight.potential(LoadState::<K>::work(&at.carried)) * couple,
             by_turn,
         })
     }

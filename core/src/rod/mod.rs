@@ -28,9 +28,9 @@ mod two_ended_chart;
 pub use branch::{RodFamily, State, Statical};
 pub use chart::{Chart, Spatial};
 pub use closed_form::ClosedForm;
-pub use distributed_load::Distributed;
+pub use distributed_load::DistributedLoad;
 pub use equilibrium::{Equilibrium, Route};
-pub use first_order_mass::{Generalized, SectionMass, Swaying, Trace};
+pub use first_order_mass::{RodRates, SectionMass, SpaceRodInertia, Trace};
 pub use fold::Fold;
 pub use free_end::FreeEnd;
 pub use ivp::Wrench;
@@ -38,14 +38,14 @@ pub use loaded_turning_base::LoadedEnd;
 pub use manifold::{BallJointed, Welded};
 pub use planar::Plane;
 pub use problem::{EndConditions, Problem};
-pub use solution_path::{Charted, Path, Taken};
+pub use solution_path::{ChosenPath, Path, ProblemChart};
 pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, Tip};
 pub use two_ended_chart::BothEnds;
 
 use crate::error::{Error, Result};
 use crate::section::{Measures, Reversed, SectionLaw, Strain};
 use crate::solve::cost::Cost;
-use distributed_load::Carried;
+use distributed_load::LoadState;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use scaled_law::ScaledLaw;
 use std::sync::Arc;
@@ -232,7 +232,7 @@ impl Rod {
         Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z)
     }
 
-    fn outward<const K: usize, C: Carried<K>>(
+    fn outward<const K: usize, C: LoadState<K>>(
         &self,
         at: &ivp::LineState<K, C>,
         b: &Wrench,

@@ -18,13 +18,13 @@ const CLOSE: f64 = 0.3;
 const PATIENCE: usize = 7;
 /// Damping factor of Newton's method below which a prediction counts as off the path: under a heavy pull other shapes
 /// have almost the same wrench.
-const STRAIGHT: f64 = 0.9;
+const MIN_PATH_DAMPING: f64 = 0.9;
 /// Singular values below this part of the Jacobian count as zero: directions in which the equilibrium is free to
 /// move.
 const NEUTRAL: f64 = 1e-7;
 /// Largest winding rate of a trial, in radians along the rod, beyond three times that of the unloaded rod. A Newton
 /// step from a nearly singular rod may ask for more, at great cost.
-const WILD: f64 = 200.0;
+const MAX_WINDING: f64 = 200.0;
 
 /// Evaluations of the rod after which a search is abandoned.
 const BUDGET: usize = 4000;
@@ -122,7 +122,7 @@ pub(super) fn newton(
         } => match chart.wrench(problem, x) {
             Ok(b) => Error::no_convergence(format!(
                 "Newton's method stopped after {evaluations} evaluations at the base wrench of {}: {why}; {REMEDY}",
-                problem.rod.law.told(&b)
+                problem.rod.law.wrench_text(&b)
             )),
             Err(_) => failure.into(),
         },
@@ -130,7 +130,7 @@ pub(super) fn newton(
     })
 }
 
-pub(super) fn tamely(
+pub(super) fn budgeted_equations(
     chart: &dyn AnyChart,
     search: &Search,
     problem: &Problem,
@@ -141,9 +141,9 @@ pub(super) fn tamely(
         return Err(Error::no_convergence("the search has taken too long"));
     }
     let unloaded = ivp::rate(&problem.rod.law, &ivp::Wrench::zeros())?;
-    if !(chart.winding(problem, x)? < WILD + 3.0 * unloaded) {
+    if !(chart.winding(problem, x)? < MAX_WINDING + 3.0 * unloaded) {
         return Err(Error::no_convergence(format!(
-            "the next trial wrench would wind the rod up by more than {WILD} radians"
+            "the next trial wrench would wind the rod up by more than {MAX_WINDING} radians"
         )));
     }
     chart.equations(problem, x)
@@ -171,7 +171,7 @@ pub(super) fn follow(
         let fine = problem.correction();
         let loose = if part < 1.0 { 1e-6 } else { fine };
         let mut outcome = newton::solve(
-            |x| tamely(chart, search, &problem, x),
+            |x| budgeted_equations(chart, search, &problem, x),
             &guess,
             &options(loose, PATIENCE),
         );
@@ -182,7 +182,7 @@ pub(super) fn follow(
         let on_path = |solved: &Solution| {
             let missed = (&solved.x - &guess).norm();
             let near = before.is_none() || missed < 0.5 * (&solved.x - &done.1).norm() + CLOSE;
-            solved.damping > STRAIGHT && near
+            solved.damping > MIN_PATH_DAMPING && near
         };
         match outcome {
             Ok(solved) if on_path(&solved) => {
@@ -224,7 +224,7 @@ fn settle(
     let mut x = guess.clone();
     let mut last = f64::INFINITY;
     for iterations in 0..2 * PATIENCE {
-        let (value, jacobian) = tamely(chart, search, problem, &x)?;
+        let (value, jacobian) = budgeted_equations(chart, search, problem, &x)?;
         let size = jacobian.norm();
         let step = jacobian
             .svd(true, true)

@@ -11,7 +11,7 @@
 //! [`super::weight`]).
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
-use super::distributed_load::Weight;
+use super::distributed_load::ScaledLoad;
 use super::ivp::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
@@ -220,7 +220,7 @@ struct FlatLaw<'a> {
     law: &'a ScaledLaw,
     basis: Matrix6x3<f64>,
     hoisted: Option<(Vector3<f64>, Matrix3<f64>)>,
-    weight: Option<&'a Weight>,
+    weight: Option<&'a ScaledLoad>,
     plane: Plane,
 }
 
@@ -335,7 +335,7 @@ impl<'a> FlatLaw<'a> {
             let why = refusal.unwrap_or_else(|| {
                 Error::no_convergence(format!(
                     "the integration along the rod cannot go on; the base wrench is too large: {}",
-                    self.law.told(b)
+                    self.law.wrench_text(b)
                 ))
             });
             why.context(format!("at s = {s:.6} of the length"))

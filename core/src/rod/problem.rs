@@ -1,6 +1,6 @@
 //! Problem of a rod with an end condition: held and loaded components, and the equations for the base wrench.
 
-use super::distributed_load::{Carried, Distributed, Heavy, Weight};
+use super::distributed_load::{DistributedLoad, LoadMoment, LoadState, ScaledLoad};
 use super::ivp::{self, LineState, Wrench};
 use super::solution_path::Path;
 use super::taut::Spring;
@@ -94,7 +94,7 @@ pub struct Problem {
     /// Arm of the force, along the directors of the end.
     pub(super) arm: Vector3<f64>,
     /// Load along the rod; `None` if there is none.
-    pub(super) weight: Option<Weight>,
+    pub(super) weight: Option<ScaledLoad>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
 }
@@ -114,7 +114,7 @@ pub struct Trial {
 }
 
 /// The rod's end under a base wrench, with or without a load along the rod.
-pub(super) struct Ended<const K: usize> {
+pub(super) struct EndUnderWrench<const K: usize> {
     pub(super) at: LineState<K>,
     /// Couple and force.
     pub(super) m: Vector3<f64>,
@@ -125,8 +125,8 @@ pub(super) struct Ended<const K: usize> {
     pub(super) work: f64,
 }
 
-impl<const K: usize> Ended<K> {
-    fn new<C: Carried<K>>(at: &LineState<K, C>, b: &Wrench, load: &C::Load) -> Self {
+impl<const K: usize> EndUnderWrench<K> {
+    fn new<C: LoadState<K>>(at: &LineState<K, C>, b: &Wrench, load: &C::Load) -> Self {
         let (m, n) = at.resultants(b, load);
         let mut taken = [[0.0; K]; 3];
         at.carried.take_columns(&mut taken);
@@ -222,8 +222,8 @@ impl Problem {
     /// Charts that need a constant force along the rod are excluded: the closed form, and the force on an end that
     /// bears no couple.
     #[must_use]
-    pub fn with_distributed(mut self, load: &Distributed) -> Self {
-        self.weight = Some(Weight::new(load, &self.rod));
+    pub fn with_distributed(mut self, load: &DistributedLoad) -> Self {
+        self.weight = Some(ScaledLoad::new(load, &self.rod));
         self.rod.law = self.rod.law.broken_at(&load.breaks());
         self
     }
@@ -251,7 +251,7 @@ impl Problem {
         if let Some(weight) = &self.weight {
             let b = self.rod.inward(base);
             let rod = (&self.rod.law, weight);
-            let sections = ivp::loaded_sections::<0, Heavy<0>>(rod, &b, self.tolerance, at)?;
+            let sections = ivp::loaded_sections::<0, LoadMoment<0>>(rod, &b, self.tolerance, at)?;
             let sections = sections.iter();
             return sections
                 .map(|section| self.rod.outward(section, &b, weight))
@@ -277,13 +277,13 @@ impl Problem {
     }
 
     /// The rod's end, with `K` columns of the tangent.
-    pub(super) fn ended<const K: usize>(&self, b: &Wrench) -> Result<Ended<K>> {
+    pub(super) fn ended<const K: usize>(&self, b: &Wrench) -> Result<EndUnderWrench<K>> {
         let law = &self.rod.law;
         Ok(match &self.weight {
-            None => Ended::new::<()>(&ivp::end(law, b, self.tolerance)?.0, b, &()),
+            None => EndUnderWrench::new::<()>(&ivp::end(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = ivp::loaded_end::<K, Heavy<K>>((law, weight), b, self.tolerance)?;
-                Ended::new(&end.0, b, weight)
+                let end = ivp::loaded_end::<K, LoadMoment<K>>((law, weight), b, self.tolerance)?;
+                EndUnderWrench::new(&end.0, b, weight)
             }
         })
     }
@@ -425,7 +425,7 @@ impl Problem {
                 .rod
                 .outward(&ivp::end::<0>(law, b, self.tolerance)?.0, b, &()),
             Some(weight) => {
-                let end = ivp::loaded_end::<0, Heavy<0>>((law, weight), b, self.tolerance)?;
+                let end = ivp::loaded_end::<0, LoadMoment<0>>((law, weight), b, self.tolerance)?;
                 self.rod.outward(&end.0, b, weight)
             }
         }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 /// Distance of the pieces from a break, in parts of the length: a law that jumps has two values at the break. The
 /// omitted length is of the size of rounding.
-const BESIDE: f64 = 4e-15;
+const BREAK_GAP: f64 = 4e-15;
 
 /// A section law in the units of the rod; a linear uniform law has its inverse hoisted.
 #[derive(Debug, Clone)]
@@ -35,7 +35,7 @@ impl ScaledLaw {
                 "the section law's breaks {breaks:?} (in s/length) are not in growing order"
             )));
         }
-        breaks.retain(|s| *s > BESIDE && *s < 1.0 - BESIDE);
+        breaks.retain(|s| *s > BREAK_GAP && *s < 1.0 - BREAK_GAP);
         Ok(Self {
             hoisted: law.uniform_linear(),
             law,
@@ -54,13 +54,13 @@ impl ScaledLaw {
             .map(|pair| 0.5 * (pair[0].1 + pair[1].0));
         let mut all: Vec<f64> = own.chain(breaks.iter().copied()).collect();
         all.sort_by(f64::total_cmp);
-        all.dedup_by(|a, b| *a - *b < 4.0 * BESIDE);
+        all.dedup_by(|a, b| *a - *b < 4.0 * BREAK_GAP);
         self.pieces = between(&all);
         self
     }
 
     /// A wrench in the clamp's frame for messages, in the user's units.
-    pub(super) fn told(&self, b: &Vector6<f64>) -> String {
+    pub(super) fn wrench_text(&self, b: &Vector6<f64>) -> String {
         let couple = self.units.stiffness / self.units.length;
         let force = couple / self.units.length;
         let part = |at: usize, unit: f64| -> Vec<f64> {
@@ -177,8 +177,8 @@ impl ScaledLaw {
 
 /// The pieces between breaks in growing order.
 fn between(breaks: &[f64]) -> Vec<(f64, f64)> {
-    let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BESIDE));
-    let to = breaks.iter().map(|s| s - BESIDE).chain([1.0]);
+    let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BREAK_GAP));
+    let to = breaks.iter().map(|s| s - BREAK_GAP).chain([1.0]);
     from.zip(to).filter(|(from, to)| from < to).collect()
 }
 

@@ -41,14 +41,14 @@ impl Path {
 
 /// The chosen path, and the reason why it is not a simpler one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Taken {
+pub struct ChosenPath {
     /// Spatial, planar or closed form.
     pub path: Path,
     /// The reason, as a sentence.
     pub why: String,
 }
 
-impl Taken {
+impl ChosenPath {
     pub(super) fn new(path: Path, why: impl Into<String>) -> Self {
         Self {
             path,
@@ -59,7 +59,7 @@ impl Taken {
 
 /// A chart that is valid for a problem.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Charted {
+pub enum ProblemChart {
     /// In space.
     Spatial(Spatial),
     /// In space, the end bearing no couple.
@@ -70,7 +70,7 @@ pub enum Charted {
     ClosedForm(ClosedForm),
 }
 
-impl Charted {
+impl ProblemChart {
     /// True if the unknowns have the same meaning: numbers of the law may differ, the plane may not.
     pub fn is_alike(&self, other: &Self) -> bool {
         match (self, other) {
@@ -84,11 +84,11 @@ impl Charted {
 
 impl Problem {
     /// Chart of any problem in space: the force on the end if it bears no couple, or else the base wrench.
-    pub fn charted_in_space(&self) -> Charted {
+    pub fn charted_in_space(&self) -> ProblemChart {
         if self.has_free_end() {
-            Charted::FreeEnd(FreeEnd)
+            ProblemChart::FreeEnd(FreeEnd)
         } else {
-            Charted::Spatial(Spatial)
+            ProblemChart::Spatial(Spatial)
         }
     }
 
@@ -104,9 +104,9 @@ impl Problem {
     ///
     /// # Errors
     /// A path that is not valid for this problem; the message says why.
-    pub fn charted(&self, guess: Option<&Wrench>) -> Result<(Charted, Taken)> {
+    pub fn charted(&self, guess: Option<&Wrench>) -> Result<(ProblemChart, ChosenPath)> {
         let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
-        let spatial = |why: String| (self.charted_in_space(), Taken::new(Path::Spatial, why));
+        let spatial = |why: String| (self.charted_in_space(), ChosenPath::new(Path::Spatial, why));
         let refused = |why: &str| {
             Err(Error::domain(format!(
                 "solve.path = \"{}\" does not hold here: {why}; use \"auto\"",
@@ -124,14 +124,19 @@ impl Problem {
             }
             Err(why) => return refused(&why),
         };
-        let planar = |why: String| (Charted::Planar(plane), Taken::new(Path::Planar, why));
+        let planar = |why: String| {
+            (
+                ProblemChart::Planar(plane),
+                ChosenPath::new(Path::Planar, why),
+            )
+        };
         if self.path == Path::Planar {
             return Ok(planar(asked(Path::Planar)));
         }
         match self.closed_form(&plane) {
             Ok(chart) => Ok((
-                Charted::ClosedForm(chart),
-                Taken::new(
+                ProblemChart::ClosedForm(chart),
+                ChosenPath::new(
                     Path::ClosedForm,
                     match self.path {
                         Path::Auto => "the rod is the planar elastica: straight, uniform, unshearable, inextensible, \

@@ -18,10 +18,10 @@ use super::chart::Chart;
 use super::ivp::Wrench;
 use super::planar::Plane;
 use super::problem::{Problem, Trial};
-use super::taut::{Solved, Spring, Tip, solved};
+use super::taut::{Solved, Spring, Tip, solve_taut_rod};
 use crate::error::{Error, Result};
 use crate::math::se3::{frame, halves, joined, rotation_vector};
-use crate::solve::warm_start::Warm;
+use crate::solve::warm_start::WarmStart;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ const TAUT: f64 = 100.0;
 const SLACK: f64 = 10.0;
 /// Tolerance of taut rods, over that of the problem: differences between meshes must not trouble Newton's method.
 const FINER: f64 = 0.01;
-/// Thresholds on [`Given::off`]: a rod farther off than `OTHER` may be another equilibrium, and one nearer than
+/// Thresholds on [`GivenData::off`]: a rod farther off than `OTHER` may be another equilibrium, and one nearer than
 /// `CLOSE` is certainly the given one.
 const OTHER: f64 = 0.05;
 const CLOSE: f64 = 3e-3;
@@ -47,27 +47,27 @@ pub struct BothEnds {
     free: Vec<usize>,
     /// The taut rod last solved, shared between clones: a family and the observers of its points begin from the same
     /// rod.
-    warm: Arc<Warm<Beside>>,
+    warm: Arc<WarmStart<SprungRod>>,
 }
 
 /// A taut rod and the spring beside its end.
 #[derive(Debug)]
-struct Beside {
+struct SprungRod {
     found: Solved,
     spring: Spring,
 }
 
 /// Base wrench (m, n) and place of the end given by the unknowns, in the clamp's frame.
 #[derive(Debug, Clone, Copy)]
-struct Given {
+struct GivenData {
     m: Vector3<f64>,
     n: Vector3<f64>,
     place: Vector3<f64>,
 }
 
-impl Given {
+impl GivenData {
     /// Distance of a rod from the given data: its base couple over sqrt(F B), or its end over the width of a layer.
-    fn off(&self, Beside { found, .. }: &Beside) -> f64 {
+    fn off(&self, SprungRod { found, .. }: &SprungRod) -> f64 {
         let kappa = self.n.norm().sqrt().max(1.0);
         let couple = (found.base_couple - self.m).norm() / kappa;
         couple.max((found.position - self.place).norm() * kappa)
@@ -77,16 +77,16 @@ impl Given {
 /// The rod at trial unknowns.
 #[derive(Debug, Clone)]
 pub struct BothEndsTrial {
-    given: Given,
+    given: GivenData,
     /// d(m, n, place) by the unknowns.
     by: DMatrix<f64>,
-    seen: Seen,
+    seen: TrialForm,
 }
 
 #[derive(Debug, Clone)]
-enum Seen {
+enum TrialForm {
     FromBase(Box<Trial>),
-    Taut(Arc<Beside>, Tip),
+    Taut(Arc<SprungRod>, Tip),
 }
 
 /// Residuals of a rod in space whose end is free to move: couple or turn, place, force.
@@ -142,7 +142,7 @@ impl BothEnds {
         [vec![plane.normal()], inside.clone(), free.collect()]
     }
 
-    fn given(&self, problem: &Problem, x: &DVector<f64>) -> Result<(Given, DMatrix<f64>)> {
+    fn given(&self, problem: &Problem, x: &DVector<f64>) -> Result<(GivenData, DMatrix<f64>)> {
         if x.len() != self.size() {
             return Err(Error::domain(format!(
                 "the rod has {} unknowns in this chart, not {}",
@@ -172,7 +172,7 @@ impl BothEnds {
             }
         }
         let part = |row: usize| whole.fixed_rows::<3>(row).into_owned();
-        let given = Given {
+        let given = GivenData {
             m: part(0),
             n: part(3),
             place: part(6),
@@ -181,7 +181,7 @@ impl BothEnds {
     }
 
     /// The unknowns of a given base wrench and place.
-    fn of(&self, problem: &Problem, given: &Given) -> DVector<f64> {
+    fn of(&self, problem: &Problem, given: &GivenData) -> DVector<f64> {
         let vectors = [given.m, given.n, given.place];
         let mut x = Vec::with_capacity(self.size());
         for (k, directions) in self.directions(problem).iter().enumerate() {
@@ -197,10 +197,10 @@ impl BothEnds {
     }
 
     /// The rod under the given force, beside a spring that keeps the problem regular.
-    fn beside(&self, problem: &Problem, given: &Given) -> Result<Arc<Beside>> {
+    fn solve_beside_spring(&self, problem: &Problem, given: &GivenData) -> Result<Arc<SprungRod>> {
         let last = self.warm.last();
         let tip = problem.tip();
-        let under = |stiffness: f64, start: Option<&Beside>| {
+        let under = |stiffness: f64, start: Option<&SprungRod>| {
             let spring = Spring {
                 stiffness,
                 at: given.place,
@@ -208,8 +208,8 @@ impl BothEnds {
             let b = joined(&given.m, &given.n);
             let start = start.map(|beside| &beside.found.shape);
             let tolerance = FINER * problem.tolerance;
-            let found = solved(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
-            Ok(Beside { found, spring })
+            let found = solve_taut_rod(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
+            Ok(SprungRod { found, spring })
         };
         let mean = given.n - problem.borne() * 0.5;
         let string = mean.norm() / given.place.norm().max(1e-3);
@@ -224,7 +224,7 @@ impl BothEnds {
                 break;
             }
             let found = under(stiffness, None);
-            let off = |found: &Result<Beside>| {
+            let off = |found: &Result<SprungRod>| {
                 found
                     .as_ref()
                     .map_or(f64::INFINITY, |found| given.off(found))
@@ -253,10 +253,10 @@ impl BothEnds {
         let (given, by) = self.given(problem, x)?;
         let taut = problem.pull_on(&given.n, &given.place) > TAUT;
         let seen = if taut && problem.may_be_taut() {
-            Seen::Taut(self.beside(problem, &given)?, problem.tip())
+            TrialForm::Taut(self.solve_beside_spring(problem, &given)?, problem.tip())
         } else {
             let b = joined(&given.m, &given.n);
-            Seen::FromBase(Box::new(problem.trial(&b)?))
+            TrialForm::FromBase(Box::new(problem.trial(&b)?))
         };
         Ok(BothEndsTrial { given, by, seen })
     }
@@ -284,7 +284,7 @@ impl BothEnds {
 
 impl BothEndsTrial {
     /// Change of the tip's turn, or couple, from the trial to `problem`.
-    fn other_tip(&self, problem: &Problem, beside: &Beside, tip: &Tip) -> Vector3<f64> {
+    fn other_tip(&self, problem: &Problem, beside: &SprungRod, tip: &Tip) -> Vector3<f64> {
         match (tip, problem.tip()) {
             (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
             (Tip::Loaded { couple, arm }, Tip::Loaded { couple: c, arm: a }) => {
@@ -300,7 +300,7 @@ impl BothEndsTrial {
     /// All nine residuals. The difference between the end conditions of `problem` and of the trial enters to first
     /// order.
     fn residual(&self, problem: &Problem) -> Equations {
-        let Given { m, n, mut place } = self.given;
+        let GivenData { m, n, mut place } = self.given;
         let held = problem.is_held();
         // Force on the end.
         let mut force = n - problem.borne();
@@ -314,14 +314,14 @@ impl BothEndsTrial {
         }
         place += moved;
         let (first, r) = match &self.seen {
-            Seen::FromBase(trial) => {
+            TrialForm::FromBase(trial) => {
                 let all = problem.residual(trial);
                 if problem.end.follower {
                     force = all.fixed_rows::<3>(3).into_owned();
                 }
                 (all.fixed_rows::<3>(0).into_owned(), trial.r)
             }
-            Seen::Taut(beside, tip) => {
+            TrialForm::Taut(beside, tip) => {
                 let other = self.other_tip(problem, beside, tip);
                 let pulled = moved * beside.spring.stiffness;
                 let found = &beside.found;
@@ -346,7 +346,7 @@ impl BothEndsTrial {
         put(3, 6, &unit);
         put(6, 3, &unit);
         match &self.seen {
-            Seen::FromBase(trial) => {
+            TrialForm::FromBase(trial) => {
                 let (_, equations) = problem.equations(trial);
                 for column in [0, 3] {
                     put(
@@ -365,7 +365,7 @@ impl BothEndsTrial {
                     }
                 }
             }
-            Seen::Taut(beside, _) => {
+            TrialForm::Taut(beside, _) => {
                 let (by, k) = (&beside.found.by_force, beside.spring.stiffness);
                 let weight = beside.weight();
                 put(0, 0, &(unit * weight));
@@ -379,7 +379,7 @@ impl BothEndsTrial {
     }
 }
 
-impl Beside {
+impl SprungRod {
     /// Factor of the residual of the base couple, with the sign that the equations of the base wrench have.
     fn weight(&self) -> f64 {
         self.found.sign / self.found.shape.force().norm().sqrt().max(1.0)
@@ -422,7 +422,7 @@ impl Chart for BothEnds {
             Some(found) => found.position,
             None => problem.bare_trial(b)?.r,
         };
-        Ok(self.of(problem, &Given { m, n, place }))
+        Ok(self.of(problem, &GivenData { m, n, place }))
     }
 
     fn reach(&self, size: f64) -> f64 {
@@ -446,15 +446,15 @@ impl Chart for BothEnds {
 
     fn index(&self, problem: &Problem, x: &DVector<f64>) -> Result<usize> {
         match &self.see(problem, x)?.seen {
-            Seen::Taut(beside, _) => problem.taut_index(&beside.found, &beside.spring),
-            Seen::FromBase(_) => problem.index(&self.wrench(problem, x)?),
+            TrialForm::Taut(beside, _) => problem.taut_index(&beside.found, &beside.spring),
+            TrialForm::FromBase(_) => problem.index(&self.wrench(problem, x)?),
         }
     }
 
     fn sections(&self, problem: &Problem, x: &DVector<f64>, at: &[f64]) -> Result<Vec<RodSection>> {
         match &self.see(problem, x)?.seen {
-            Seen::Taut(beside, _) => problem.taut_sections(&beside.found, &beside.spring, at),
-            Seen::FromBase(_) => {
+            TrialForm::Taut(beside, _) => problem.taut_sections(&beside.found, &beside.spring, at),
+            TrialForm::FromBase(_) => {
                 let b = self.wrench(problem, x)?;
                 problem.sections(&problem.rod.outward_wrench(&b), at)
             }

@@ -335,7 +335,7 @@ impl Potential for Barrier {
 impl SectionLaw for Barrier {
     fn energy(&self, _s: f64, e: &Strain) -> Result<f64> {
         let rho = self.depth(e)?;
-        linear::held(self.base.is_rigid(), self.base.rest(), e)?;
+        linear::check_constraints(self.base.is_rigid(), self.base.rest(), e)?;
         let mut e = *e;
         for k in (3..5).filter(|k| self.base.is_rigid()[*k - 3]) {
             e[k] = self.base.rest()[k];

@@ -168,7 +168,7 @@ impl Linear {
     /// e - rest, if the constraints hold.
     fn deviation(&self, e: &Strain) -> Result<Strain> {
         finite(e)?;
-        held(self.rigid, &self.rest, e)?;
+        check_constraints(self.rigid, &self.rest, e)?;
         Ok(e - self.rest)
     }
 
@@ -189,7 +189,7 @@ pub(super) fn finite(e: &Strain) -> Result<()> {
 }
 
 /// Checks that the strains satisfy the constraints.
-pub(super) fn held(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
+pub(super) fn check_constraints(rigid: [bool; 3], rest: &Strain, e: &Strain) -> Result<()> {
     for k in (0..3).filter(|k| rigid[*k]) {
         let (value, at) = (e[3 + k], rest[3 + k]);
         if !((value - at).abs() <= HELD) {

@@ -1,7 +1,7 @@
 //! A user's own stored energy, its derivatives by automatic differentiation.
 
 use super::jet::jet;
-use super::linear::{STRAIGHT, finite, held, unconstrained};
+use super::linear::{STRAIGHT, check_constraints, finite, unconstrained};
 use super::newton::{Convexity, Point, Potential, invert};
 use super::{Free, Inverse, Resultant, SectionLaw, Strain};
 use crate::error::{Error, Result};
@@ -87,7 +87,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
     /// As [`SectionLaw::inverse`].
     pub fn convergence(&self, s: f64, w: &Resultant) -> Result<Vec<f64>> {
         let mut residuals = Vec::new();
-        let here = Here { law: self, s };
+        let here = LawAt { law: self, s };
         invert(&here, self.0.start(s), w, |residual| {
             residuals.push(residual)
         })?;
@@ -108,7 +108,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
     /// Energy, resultants, tangent at strains that satisfy the constraints.
     fn inside(&self, s: f64, e: &Strain) -> Result<(f64, Resultant, Matrix6<f64>)> {
         finite(e)?;
-        held(self.0.rigid(), &self.0.start(s), e)?;
+        check_constraints(self.0.rigid(), &self.0.start(s), e)?;
         let jet = self.jet(s, e).ok_or_else(|| {
             Error::domain(format!(
                 "the strains {:?} are not admissible at s = {s}: \
@@ -122,12 +122,12 @@ impl<E: StoredEnergy> Hyperelastic<E> {
 }
 
 /// The law at one s, as a function of its strains.
-struct Here<'a, E> {
+struct LawAt<'a, E> {
     law: &'a Hyperelastic<E>,
     s: f64,
 }
 
-impl<E: StoredEnergy> Potential for Here<'_, E> {
+impl<E: StoredEnergy> Potential for LawAt<'_, E> {
     fn rigid(&self) -> [bool; 3] {
         self.law.0.rigid()
     }
@@ -177,7 +177,7 @@ impl<E: StoredEnergy> SectionLaw for Hyperelastic<E> {
     }
 
     fn inverse(&self, s: f64, w: &Resultant) -> Result<Inverse> {
-        let here = Here { law: self, s };
+        let here = LawAt { law: self, s };
         invert(&here, self.0.start(s), w, |_| ())
             .map_err(|e| e.context(format!("the section at s = {s}")))
     }

@@ -17,7 +17,7 @@ const LEAST: f64 = 0.02;
 
 /// Statistics that decide between rough and exact Jacobians.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rough {
+pub(super) struct RoughJacobianPolicy {
     /// True if the Jacobian in use is rough.
     pub(super) used: bool,
     /// Steps left with exact Jacobians, and whether these are a trial.
@@ -32,7 +32,7 @@ pub(super) struct Rough {
     tried: f64,
 }
 
-impl Rough {
+impl RoughJacobianPolicy {
     /// Initial statistics: rough Jacobians are assumed to be good.
     pub(super) const HOPED: Self = Self {
         used: false,

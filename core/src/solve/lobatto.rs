@@ -65,7 +65,7 @@ pub trait Eightwise<Y> {
     ///
     /// # Errors
     /// The reason for a step that is not solved.
-    fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), Fails>;
+    fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), StepFailure>;
 }
 
 /// A right-hand side, one state at a time or eight.
@@ -157,7 +157,7 @@ impl Solved {
 
 /// Reason for a step that is not solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fails {
+pub enum StepFailure {
     /// A node leaves the domain.
     Domain,
     /// Sweeps do not converge.
@@ -262,8 +262,8 @@ impl<Y: State> Lobatto<Y> {
                     return Some(finished((from, slope), &self.last, (h, self.tolerance), of));
                 }
                 Ok(()) => self.next.error,
-                Err(Fails::Long(error)) => error,
-                Err(Fails::Slow | Fails::Domain) => f64::INFINITY,
+                Err(StepFailure::Long(error)) => error,
+                Err(StepFailure::Slow | StepFailure::Domain) => f64::INFINITY,
             };
             cost.rejected += 1;
             self.h = h * (SAFETY * error.powf(-EXPONENT)).max(SHRINK);
@@ -279,13 +279,13 @@ fn solved<Y>(
     step: &Unsolved,
     to: &mut Solved,
     cost: &mut Cost,
-) -> Result<(), Fails> {
+) -> Result<(), StepFailure> {
     let found = of.solve(step, to);
     cost.evaluations += match &found {
         Ok(()) => 8 * to.sweeps,
-        Err(Fails::Long(_)) => 8 * LOOK as u64,
-        Err(Fails::Slow) => 8 * SWEEPS as u64,
-        Err(Fails::Domain) => 8,
+        Err(StepFailure::Long(_)) => 8 * LOOK as u64,
+        Err(StepFailure::Slow) => 8 * SWEEPS as u64,
+        Err(StepFailure::Domain) => 8,
     };
     found
 }
@@ -294,7 +294,11 @@ fn solved<Y>(
 ///
 /// # Errors
 /// The reason for a step that is not solved; `to` is then meaningless.
-pub fn solve<M: Sweeps>(motion: &mut M, step: &Unsolved, to: &mut Solved) -> Result<(), Fails> {
+pub fn solve<M: Sweeps>(
+    motion: &mut M,
+    step: &Unsolved,
+    to: &mut Solved,
+) -> Result<(), StepFailure> {
     motion.begin();
     wide(Sweeping { motion, step, to })
 }
@@ -306,7 +310,7 @@ struct Sweeping<'a, 'b, M> {
 }
 
 impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
-    type Output = Result<(), Fails>;
+    type Output = Result<(), StepFailure>;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
@@ -354,7 +358,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                 integrated(simd, (from, start, old), *h, time..time + 1, &mut at);
             }
             if !motion.forces(simd, &at, new) {
-                return Err(Fails::Domain);
+                return Err(StepFailure::Domain);
             }
             integrated(simd, (from, start, new), *h, places..time, &mut at);
             motion.moves(simd, &at, new);
@@ -383,7 +387,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
                     return Ok(());
                 }
                 if error > HOPELESS * SLACK {
-                    return Err(Fails::Long(error));
+                    return Err(StepFailure::Long(error));
                 }
             }
             if !(moved < f64::INFINITY) || stalls {
@@ -391,7 +395,7 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
             }
             last = moved;
         }
-        Err(Fails::Slow)
+        Err(StepFailure::Slow)
     }
 }
 

@@ -5,7 +5,7 @@
 //! scaling of the equations. Damping factors are predicted from the curvature of the preceding steps.
 
 use super::elimination::Elimination;
-use super::newton_on_branch::POOREST;
+use super::newton_on_branch::MAX_ROUNDING_CORRECTION;
 use super::rounding::AtRoot;
 use crate::error::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -188,7 +188,7 @@ fn iterate(
             phi: |x: &DVector<f64>| Some(evaluate(x).ok()?.0),
             solve: |off: &DVector<f64>| Some(factors.solve(off).x),
         };
-        length <= POOREST * (1.0 + x.norm()) && at_root.explains(length)
+        length <= MAX_ROUNDING_CORRECTION * (1.0 + x.norm()) && at_root.explains(length)
     };
     let factorise = |jacobian| Elimination::new(&jacobian, &DVector::zeros(start.len()));
     let mut x = start.clone();

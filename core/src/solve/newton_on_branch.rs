@@ -21,7 +21,7 @@ pub(crate) struct Space<'a> {
 }
 
 /// The largest correction, relative to the place, that may be taken for rounding.
-pub(super) const POOREST: f64 = 1e-7;
+pub(super) const MAX_ROUNDING_CORRECTION: f64 = 1e-7;
 
 /// Criterion for the last correction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -218,7 +218,7 @@ impl<'a> Space<'a> {
             phi,
             solve,
         };
-        length <= POOREST * (1.0 + z.norm()) && at_root.explains(length)
+        length <= MAX_ROUNDING_CORRECTION * (1.0 + z.norm()) && at_root.explains(length)
     }
 }
 

@@ -4,7 +4,7 @@
 //! Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8. Stiffly accurate and L-stable:
 //! the end of a step is its last stage, and components much faster than the step are slaved to the slow ones.
 
-use super::approximate_jacobian::Rough;
+use super::approximate_jacobian::RoughJacobianPolicy;
 use super::cost::Cost;
 use super::dop853::StepTooSmall;
 use super::order_selection::Orders;
@@ -74,7 +74,7 @@ pub struct Radau {
     foreseen: bool,
     /// True if the Jacobian must be evaluated again before the next step.
     worn: bool,
-    rough: Rough,
+    rough: RoughJacobianPolicy,
     factors: Option<Factors>,
     cost: Cost,
 }
@@ -105,7 +105,7 @@ impl Radau {
             fresh: false,
             foreseen: false,
             worn: false,
-            rough: Rough::HOPED,
+            rough: RoughJacobianPolicy::HOPED,
             factors: None,
             cost: Cost::default(),
         }

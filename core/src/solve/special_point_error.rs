@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 const REACHES: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
 
 /// A special point located again.
-struct Found {
+struct LocatedAgain {
     x: DVector<f64>,
     p: f64,
     /// Distance along the branch from the first location.
@@ -37,7 +37,7 @@ impl Special {
     /// of the last family.
     #[must_use]
     pub fn bounded(mut self, others: &[&dyn Family], options: &Options) -> Self {
-        let found: Vec<Found> = others
+        let found: Vec<LocatedAgain> = others
             .iter()
             .filter_map(|family| self.found_again(*family, options))
             .collect();
@@ -45,7 +45,7 @@ impl Special {
             self.status =
                 Status::Guess("computed to another tolerance it is not found again".into());
         }
-        let here = Found {
+        let here = LocatedAgain {
             x: self.point.x.clone(),
             p: self.point.p,
             shift: 0.0,
@@ -83,7 +83,7 @@ impl Special {
         Some((Place::new(moved.x, moved.p / weight), along))
     }
 
-    fn found_again(&self, family: &dyn Family, options: &Options) -> Option<Found> {
+    fn found_again(&self, family: &dyn Family, options: &Options) -> Option<LocatedAgain> {
         let weight = options.rounded_weight();
         let space = Space::new(family, weight, options.tolerance, options.max_corrections);
         let (place, tangent) = self.place_and_tangent(weight);
@@ -91,7 +91,7 @@ impl Special {
         if self.kind == SpecialKind::BranchPoint {
             let reach = REACHES[REACHES.len() - 1] * size;
             if let Some((again, error)) = space.polish_branch_point(&place, reach) {
-                return Some(Found {
+                return Some(LocatedAgain {
                     shift: tangent.dot(&(&again - &place)),
                     error_s: error,
                     error_p: error / weight,
@@ -116,7 +116,7 @@ impl Special {
             let all = space.search(&before, &after, 0).into_iter();
             let same = all.filter(|at| alike(at.kind, self.kind) && at.is_converged());
             same.min_by(|a, b| near(a).total_cmp(&near(b)))
-                .map(|at| Found {
+                .map(|at| LocatedAgain {
                     x: at.point.x,
                     p: at.point.p,
                     shift: at.point.arclength,
@@ -188,7 +188,11 @@ impl Space<'_> {
 }
 
 /// Twice the distance to the other values, plus four times their scatter, plus the largest own uncertainty.
-fn bound(here: &Found, others: &[Found], of: impl Fn(&Found) -> (f64, f64)) -> f64 {
+fn bound(
+    here: &LocatedAgain,
+    others: &[LocatedAgain],
+    of: impl Fn(&LocatedAgain) -> (f64, f64),
+) -> f64 {
     let (value, own) = of(here);
     let apart = |a: f64, b: f64| (a - b).abs();
     let all = || others.iter().map(&of);

@@ -19,7 +19,7 @@ pub enum Stepper<Y> {
 // Boxing would cost an allocation at every step.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
-pub enum Taken<Y> {
+pub enum AcceptedStep<Y> {
     /// Of DOP853.
     Explicit(Step<Y>),
     /// Of Gauss collocation.
@@ -34,7 +34,7 @@ pub enum Taken<Y> {
 // Boxing would cost an allocation at every step.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant)]
-pub enum Inside<Y> {
+pub enum StepInterpolant<Y> {
     /// The interpolant of DOP853, of order 7.
     Explicit(Dense<Y>),
     /// The polynomial of the step itself.
@@ -119,14 +119,14 @@ impl<Y: Reversible> Stepper<Y> {
         &mut self,
         f: impl FnMut(&Y, &mut Y) -> Option<()>,
         h_max: f64,
-    ) -> Result<Taken<Y>, StepTooSmall> {
+    ) -> Result<AcceptedStep<Y>, StepTooSmall> {
         match self {
             Self::Explicit(solver) => {
                 let mut step = solver.blank();
                 solver.step_into(f, h_max, &mut step)?;
-                Ok(Taken::Explicit(step))
+                Ok(AcceptedStep::Explicit(step))
             }
-            Self::Symmetric(solver) => Ok(Taken::Symmetric(solver.step(f, h_max)?)),
+            Self::Symmetric(solver) => Ok(AcceptedStep::Symmetric(solver.step(f, h_max)?)),
         }
     }
 
@@ -146,7 +146,7 @@ impl<Y: Reversible> Stepper<Y> {
     }
 }
 
-impl<Y: Reversible> Taken<Y> {
+impl<Y: Reversible> AcceptedStep<Y> {
     /// State at the start.
     pub fn from(&self) -> &Y {
         match self {
@@ -232,20 +232,24 @@ impl<Y: Reversible> Taken<Y> {
     }
 
     /// Interpolant of the step, for the location of events.
-    pub fn inside(&mut self, f: &mut impl Slopes<Y>, cost: &mut Cost) -> Option<Inside<Y>> {
+    pub fn inside(
+        &mut self,
+        f: &mut impl Slopes<Y>,
+        cost: &mut Cost,
+    ) -> Option<StepInterpolant<Y>> {
         Some(match self {
-            Self::Explicit(step) => Inside::Explicit(step.dense(|at| f.slope(at), cost)?),
-            Self::Symmetric(step) => Inside::Symmetric(step.clone()),
+            Self::Explicit(step) => StepInterpolant::Explicit(step.dense(|at| f.slope(at), cost)?),
+            Self::Symmetric(step) => StepInterpolant::Symmetric(step.clone()),
             Self::Collocated(step) => {
                 cost.samples += 1;
-                Inside::Collocated(step.halves(f.eightwise()?, cost)?)
+                StepInterpolant::Collocated(step.halves(f.eightwise()?, cost)?)
             }
-            Self::Implicit(step) => Inside::Implicit(step.clone()),
+            Self::Implicit(step) => StepInterpolant::Implicit(step.clone()),
         })
     }
 }
 
-impl<Y: Reversible> Inside<Y> {
+impl<Y: Reversible> StepInterpolant<Y> {
     /// The state at the fraction `x` in [0, 1] of the step.
     pub fn at(&self, x: f64) -> Y {
         match self {

@@ -5,21 +5,21 @@ use std::sync::{Arc, Mutex};
 /// The last solution. Clones begin with the same one and are independent afterwards. Results depend on it only within
 /// their tolerance; the work depends on it more.
 #[derive(Debug)]
-pub struct Warm<T>(Mutex<Option<Arc<T>>>);
+pub struct WarmStart<T>(Mutex<Option<Arc<T>>>);
 
-impl<T> Default for Warm<T> {
+impl<T> Default for WarmStart<T> {
     fn default() -> Self {
         Self(Mutex::new(None))
     }
 }
 
-impl<T> Clone for Warm<T> {
+impl<T> Clone for WarmStart<T> {
     fn clone(&self) -> Self {
         Self(Mutex::new(self.last()))
     }
 }
 
-impl<T> Warm<T> {
+impl<T> WarmStart<T> {
     /// The last solution, if any.
     pub fn last(&self) -> Option<Arc<T>> {
         self.0.lock().ok()?.clone()

@@ -12,7 +12,7 @@ use crate::locate::{Guess, Timed, locate};
 use snaprod_systems::assembly::{LinkPoint, NeutralApproach, RodMonitor, SlowedTime};
 use snaprod_systems::error::{Cause, Error, Message, Quantity};
 use snaprod_systems::solve::cost::Cost;
-use snaprod_systems::solve::stepper::Taken;
+use snaprod_systems::solve::stepper::AcceptedStep;
 
 /// Largest push that counts as rounding. Pushes of small imperfections, such as an offset of the body of
 /// 1e-6, are larger, and followed.
@@ -76,7 +76,7 @@ impl AssemblyRun {
     /// at the start of the step.
     pub(super) fn branch_point(
         &mut self,
-        step: &mut Taken<StateVector>,
+        step: &mut AcceptedStep<StateVector>,
         before: &[RodMonitor],
     ) -> Option<Progress> {
         let span = step.to().time() - step.from().time();

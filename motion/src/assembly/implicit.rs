@@ -16,7 +16,7 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::State;
 use snaprod_systems::solve::integrator::Method;
 use snaprod_systems::solve::radau7::{GAMMA, NODES, RadauStep, S, tableau, through_stages};
-use snaprod_systems::solve::stepper::Taken;
+use snaprod_systems::solve::stepper::AcceptedStep;
 
 /// Most iterations of Newton's method, and the size of an increment that ends them as diverging.
 const ITERATIONS: usize = 10;
@@ -349,8 +349,10 @@ impl AssemblyRun {
 
     /// Counts the votes of an explicit step for implicit ones, with time at the `rate`: more if stability
     /// bounds the step.
-    pub(super) fn judge(&mut self, step: &Taken<StateVector>, rate: f64) {
-        let Taken::Explicit(step) = step else { return };
+    pub(super) fn judge(&mut self, step: &AcceptedStep<StateVector>, rate: f64) {
+        let AcceptedStep::Explicit(step) = step else {
+            return;
+        };
         let state = &mut self.implicit;
         let stiff = step.stiffness(StateVector::mean_square);
         let speaks = state.asked || stiff.is_some_and(|size| size > STIFF);
@@ -398,7 +400,7 @@ impl AssemblyRun {
 
     /// One implicit step of at most `h_max`. None, with explicit steps from then on, if implicit steps do not
     /// pay or converge, or a rod would pass its fold.
-    pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<Taken<StateVector>> {
+    pub(super) fn implicit_step(&mut self, h_max: f64) -> Option<AcceptedStep<StateVector>> {
         let trial = !self.implicit.on;
         if trial {
             let longest = if self.implicit.asked {
@@ -426,7 +428,7 @@ impl AssemblyRun {
         taken
     }
 
-    fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<Taken<StateVector>> {
+    fn try_implicit(&mut self, h_max: f64, trial: bool) -> Option<AcceptedStep<StateVector>> {
         let (from, slope) = (self.solver.state().clone(), self.solver.slope().clone());
         let (_, velocities) = self.assembly.slots();
         let local = self.local();
@@ -512,7 +514,7 @@ impl AssemblyRun {
             self.dense = None;
             self.taken_by = (assembly, None);
             self.solver.rewind(stages[S - 1].clone(), end.clone());
-            return Some(Taken::Implicit(RadauStep::new(
+            return Some(AcceptedStep::Implicit(RadauStep::new(
                 from,
                 h,
                 stages,

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use snaprod_systems::assembly::{RodMonitor, SlowedTime};
 use snaprod_systems::body::Groove;
 use snaprod_systems::solve::cost::Cost;
-use snaprod_systems::solve::stepper::Taken;
+use snaprod_systems::solve::stepper::AcceptedStep;
 
 /// Number of steps until det J of a rod would vanish, at its present rate, below which time is slowed for the rod.
 const NEAR: f64 = 8.0;
@@ -47,7 +47,7 @@ pub(super) enum Progress {
 
 impl AssemblyRun {
     /// Takes one step of at most `h_max`; it is kept for interpolation.
-    fn take_step(&mut self, h_max: f64) -> Option<Taken<StateVector>> {
+    fn take_step(&mut self, h_max: f64) -> Option<AcceptedStep<StateVector>> {
         let (assembly, along, slowed) = (&self.assembly, self.along(), self.slowed.as_ref());
         let (watch, until) = (&mut self.watch, self.until);
         let f = |y: &StateVector, out: &mut StateVector| {
@@ -352,7 +352,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to its first event: a break or end of a groove, or a contact.
-    fn cut(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
+    fn cut(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
         let knot = self.knot(step);
         if let Some(None) = knot {
             return knot;
@@ -361,7 +361,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first contact of rods.
-    fn touch(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
+    fn touch(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
         if !self.assembly.looks_for_contacts() {
             return None;
         }
@@ -419,7 +419,10 @@ impl AssemblyRun {
 
     /// The step shortened to the moment at which a body first turns back beyond the end of its groove; None
     /// if no body does.
-    fn turned(&mut self, step: &mut Taken<StateVector>) -> Option<Taken<StateVector>> {
+    fn turned(
+        &mut self,
+        step: &mut AcceptedStep<StateVector>,
+    ) -> Option<AcceptedStep<StateVector>> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let span = step.to().time() - step.from().time();
@@ -444,7 +447,7 @@ impl AssemblyRun {
 
     /// First passage of a body over a break or an end of its groove in a step: the body, the parameter, the
     /// fraction of the step and the rate by h.
-    fn passed(&self, step: &Taken<StateVector>) -> Option<(usize, f64, f64, f64)> {
+    fn passed(&self, step: &AcceptedStep<StateVector>) -> Option<(usize, f64, f64, f64)> {
         let [from, to] =
             [step.from(), step.to()].map(|state| self.assembly.along_grooves(&state.0));
         let passed = from
@@ -465,7 +468,7 @@ impl AssemblyRun {
     }
 
     /// Shortens the step to the first passage of a break or an end of a groove.
-    fn knot(&mut self, step: &mut Taken<StateVector>) -> Option<Option<Progress>> {
+    fn knot(&mut self, step: &mut AcceptedStep<StateVector>) -> Option<Option<Progress>> {
         if self.assembly.along_grooves(&step.from().0).is_empty() {
             return None;
         }

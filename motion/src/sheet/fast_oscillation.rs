@@ -6,7 +6,7 @@ use super::slow_beam::{Glide, Gliding};
 use super::{OnSheet, Phase, Progress, locate};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::solve::cost::Cost;
-use snaprod_systems::solve::stepper::{Inside, Taken};
+use snaprod_systems::solve::stepper::{AcceptedStep, StepInterpolant};
 
 /// Turns integrated one by one after a failed stride; each further failure doubles the number, up to the second.
 const PATIENCE: (u32, u32) = (16, 1024);
@@ -114,7 +114,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         self.solver.cost_mut().steps += 1;
         self.solver.rewind(step.to, slope);
         self.dense = None;
-        self.last = Some(Taken::Explicit(step));
+        self.last = Some(AcceptedStep::Explicit(step));
         self.shaking.last = StepKind::Stride;
         self.shaking.patience = (0, PATIENCE.0);
         self.shaking.strides = Some(strides);
@@ -172,15 +172,15 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     pub(super) fn at_turn(&mut self, t: f64) -> Option<Phase<N>> {
         let turns = self.turns()?;
         let strides = self.shaking.strides.as_ref()?;
-        let Some(Taken::Explicit(step)) = self.last.as_mut() else {
+        let Some(AcceptedStep::Explicit(step)) = self.last.as_mut() else {
             return None;
         };
         let mut cost = Cost::default();
         if self.dense.is_none() {
             let dense = strides.dense(&turns, step, &mut cost);
-            self.dense = dense.map(Inside::Explicit);
+            self.dense = dense.map(StepInterpolant::Explicit);
         }
-        let Some(Inside::Explicit(dense)) = &self.dense else {
+        let Some(StepInterpolant::Explicit(dense)) = &self.dense else {
             return None;
         };
         let at = strides.at(&turns, step, dense, t, &mut cost);

@@ -6,7 +6,7 @@ use crate::locate::{Guess, at_time, locate, shorten_step};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::roots::chandrupatla;
-use snaprod_systems::solve::stepper::Taken;
+use snaprod_systems::solve::stepper::AcceptedStep;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// The states inside the last step, as a function of the fraction of the step. None after a step without
@@ -64,7 +64,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let [before, after] = [step.from(), step.to()].map(power);
         let ends = ((0.0, before), (1.0, after));
         let x = chandrupatla(|x| power(&dense.at(x)), ends.0, ends.1, 0.0)?;
-        if !matches!(step, Taken::Symmetric(_)) {
+        if !matches!(step, AcceptedStep::Symmetric(_)) {
             return Some(self.global(dense.at(x)));
         }
         // On a long step the polynomial gives the fraction only; the state comes from an integrated step to it.

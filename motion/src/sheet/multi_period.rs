@@ -21,7 +21,7 @@ use snaprod_systems::manifold::{Multivalued, Patch, adjugate_times};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::{Dense, Dop853, State, Step};
 use snaprod_systems::solve::roots::chandrupatla;
-use snaprod_systems::solve::stepper::Taken;
+use snaprod_systems::solve::stepper::AcceptedStep;
 
 /// Least number of turns of a stride; shorter ones do not repay their cost, of some fifty turns.
 pub(super) const FEWEST: f64 = 100.0;
@@ -107,7 +107,7 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
     }
 
     /// Guess of the step length, from a linear interpolation, at which a step ends at its turning point.
-    pub fn guess(&self, step: &Taken<Phase<N>>) -> Guess {
+    pub fn guess(&self, step: &AcceptedStep<Phase<N>>) -> Guess {
         let (from, to) = (step.from(), step.to());
         let [a, b] = [from, to].map(|at| at.v.dot(&self.along));
         let share = if a == b { 1.0 } else { a / (a - b) };
@@ -193,7 +193,7 @@ impl<M: Multivalued<N>, const N: usize> TurnMap<'_, M, N> {
                     rate: (b - a) / step.h,
                     t: step.from.t + share * (step.to.t - step.from.t),
                 };
-                let step = Taken::Explicit(step);
+                let step = AcceptedStep::Explicit(step);
                 found = locate(&step, &mut { f }, guess, |at, _| event(at), cost)
                     .map(|at| *at.step.to());
                 break;

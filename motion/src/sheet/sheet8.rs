@@ -6,7 +6,7 @@ use snaprod_systems::body::{Body, EightMotion};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::math::Row;
 use snaprod_systems::solve::lobatto::{
-    Block, Eightwise, Fails, Lobatto, Slopes, Solved, Unsolved, solve,
+    Block, Eightwise, Lobatto, Slopes, Solved, StepFailure, Unsolved, solve,
 };
 
 /// Steps with slopes at eight places at once, and the eightfold motion of the body.
@@ -68,7 +68,7 @@ impl<const N: usize> Eightwise<Phase<N>> for EightMotion<'_, N> {
         })
     }
 
-    fn solve(&mut self, step: &Unsolved<'_>, to: &mut Solved) -> Result<(), Fails> {
+    fn solve(&mut self, step: &Unsolved<'_>, to: &mut Solved) -> Result<(), StepFailure> {
         solve(self, step, to)
     }
 }

@@ -6,7 +6,7 @@ use crate::{Motion, Options};
 use nalgebra::Isometry3;
 use snaprod_systems::body::{Body, EndBody};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::rod::Distributed;
+use snaprod_systems::rod::DistributedLoad;
 use snaprod_systems::section::rate::Viscoelastic;
 use snaprod_systems::section::{Strain, StrainName};
 use snaprod_systems::viscoelastic::kinematics::Local;
@@ -86,7 +86,7 @@ pub fn in_plane<'a>(
 /// As [`ViscousRun::new`].
 pub fn in_space<'a>(
     section: Viscoelastic,
-    (strains, load): (FreeStrains, Option<&Distributed>),
+    (strains, load): (FreeStrains, Option<&DistributedLoad>),
     carried: &'a TipBody,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
@@ -116,7 +116,7 @@ pub(super) trait InSpace<'a> {
 
 /// Chooses M and D by strains and joint, and runs the task.
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
-    (section, load): (Viscoelastic, Option<&Distributed>),
+    (section, load): (Viscoelastic, Option<&DistributedLoad>),
     strains: FreeStrains,
     carried: &'a TipBody,
     task: T,
@@ -128,7 +128,7 @@ pub(super) fn dispatch<'a, T: InSpace<'a>>(
 }
 
 fn with_body<'a, B, T: InSpace<'a>, const D: usize>(
-    (section, load): (Viscoelastic, Option<&Distributed>),
+    (section, load): (Viscoelastic, Option<&DistributedLoad>),
     strains: FreeStrains,
     body: &'a B,
     task: T,

@@ -5,7 +5,7 @@ use crate::reduction::TipBody;
 use nalgebra::Isometry3;
 use snaprod_systems::body::{Body, EndBody};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::rod::Distributed;
+use snaprod_systems::rod::DistributedLoad;
 use snaprod_systems::section::Strain;
 use snaprod_systems::section::rate::Viscoelastic;
 use snaprod_systems::solve::system::System;
@@ -53,7 +53,7 @@ pub fn small_in_plane(
 /// As [`small_in_plane`].
 pub fn small_in_space(
     section: Viscoelastic,
-    (moving, load): (FreeStrains, Option<&Distributed>),
+    (moving, load): (FreeStrains, Option<&DistributedLoad>),
     carried: &TipBody,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {

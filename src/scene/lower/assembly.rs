@@ -16,7 +16,7 @@ use crate::full_mass::assembly::HeavyAssembly;
 use crate::math::se3::{halves, joined};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
-use crate::rod::{Distributed, RodSection, Wrench};
+use crate::rod::{DistributedLoad, RodSection, Wrench};
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, InitialShape as Shape, LoadAlong, Scales, Scene, Site,
 };
@@ -466,7 +466,7 @@ fn load_along(
     rod: &AssemblyRod,
     gravity: [f64; 3],
     scales: &Scales,
-) -> Result<Option<Distributed>> {
+) -> Result<Option<DistributedLoad>> {
     let load = rod.distributed.with_weight(&rod.rod, gravity)?;
     let unit = scales.inward(Quantity::Distributed, 1.0);
     Ok(load.map(|load| load.mapped(|f| f * unit)))

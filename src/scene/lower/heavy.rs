@@ -17,7 +17,7 @@ use crate::math::se3::joined;
 use crate::motion::full_mass::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
 use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
-use crate::rod::Distributed;
+use crate::rod::DistributedLoad;
 use crate::scene::{
     Dimensionless, InitialShape, Model, Rod, Scales, Scene, StrainField, StrainName, StrainRate,
 };
@@ -183,7 +183,7 @@ impl HeavyPlane {
 fn distributed(
     plain: &Dimensionless,
     inward: impl Fn([f64; 3]) -> Vector3<f64>,
-) -> Result<Option<Distributed>> {
+) -> Result<Option<DistributedLoad>> {
     let load = &plain.loads.distributed;
     Ok(if load.is_zero() {
         None

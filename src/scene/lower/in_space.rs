@@ -9,7 +9,7 @@ use crate::error::{Error, Quantity, Result};
 use crate::math::se3::{halves, joined};
 use crate::motion::reduction::TipBody;
 use crate::motion::viscoelastic::MOST_NODES;
-use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
+use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Dimensionless, EndLoad, EndPose, Force, InitialShape, Joint, RelaxedAt, Scales, Scene,
     StrainField, StrainName,
@@ -41,7 +41,7 @@ pub struct SpaceStart {
     /// The rod on its clamp in the pose at t = 0, in the scene's units.
     pub(super) rod: Rod,
     /// Dead load along a rod without inertia, in the world and the scene's units.
-    load: Option<Distributed>,
+    load: Option<DistributedLoad>,
 }
 
 impl SpaceStart {
@@ -86,7 +86,7 @@ impl SpaceStart {
         let settled = matches!(scene.start.place, InitialShape::Settled { .. })
             && scene.body()?.groove.is_none();
         let at_start = scene.load_at_start()?;
-        let under = |load: Option<&Distributed>| -> Result<_> {
+        let under = |load: Option<&DistributedLoad>| -> Result<_> {
             let tolerance = scene.run()?.tolerance;
             if settled {
                 let followed = under_followers((&rod, load), &base, (&plain, &scales), tolerance)?;
@@ -150,19 +150,19 @@ impl SpaceStart {
     }
 
     /// Dead load along the rod in the clamp's frame and units of the rod.
-    pub(super) fn load(&self) -> Option<Distributed> {
+    pub(super) fn load(&self) -> Option<DistributedLoad> {
         let back = self.rod.clamp_pose().rotation.inverse();
         Some(self.load_in_world()?.mapped(|f| back * f))
     }
 
     /// Dead load along the rod in the world and units of the rod.
-    pub(super) fn load_in_world(&self) -> Option<Distributed> {
+    pub(super) fn load_in_world(&self) -> Option<DistributedLoad> {
         let unit = self.scales.inward(Quantity::Distributed, 1.0);
         Some(self.load.as_ref()?.mapped(|f| f * unit))
     }
 
     /// Dead load along the rod in the world and the scene's units.
-    pub(super) fn load_outward(&self) -> Option<&Distributed> {
+    pub(super) fn load_outward(&self) -> Option<&DistributedLoad> {
         self.load.as_ref()
     }
 
@@ -360,7 +360,7 @@ fn at_rest(scene: &Scene) -> Result<EndConditions> {
 
 /// The equilibrium under the loads at t = 0 if some are follower loads, solved as an assembly of one rod.
 fn under_followers(
-    (rod, load): (&Rod, Option<&Distributed>),
+    (rod, load): (&Rod, Option<&DistributedLoad>),
     base: &Isometry3<f64>,
     (plain, scales): (&Dimensionless, &Scales),
     tolerance: f64,
@@ -392,7 +392,7 @@ fn under_followers(
 
 /// Strain field of the rod under the base wrench `base`, for any support of the end.
 pub(super) fn equilibrium_field(
-    rod: (&Rod, Option<&Distributed>),
+    rod: (&Rod, Option<&DistributedLoad>),
     base: Wrench,
 ) -> Result<SpaceField> {
     // Only shapes under the base wrench are evaluated. A free end also allows a straight rod, which cannot be held at
@@ -413,7 +413,7 @@ pub(super) fn equilibrium_field(
 
 /// Boundary-value problem of a rod, with an optional load along it.
 fn loaded_problem(
-    (rod, load): (&Rod, Option<&Distributed>),
+    (rod, load): (&Rod, Option<&DistributedLoad>),
     end: EndConditions,
     tolerance: f64,
 ) -> Result<Problem> {
@@ -425,7 +425,7 @@ fn loaded_problem(
 }
 
 fn equilibrium(
-    rod: (&Rod, Option<&Distributed>),
+    rod: (&Rod, Option<&DistributedLoad>),
     end: EndConditions,
     guess: Option<&Wrench>,
     tolerance: f64,

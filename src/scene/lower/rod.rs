@@ -1,7 +1,7 @@
 //! Conversion of a scene of statics to the rod and its boundary-value problem.
 
 use crate::error::{Error, Result};
-use crate::rod::{Distributed, EndConditions, Problem, Rod, Wrench};
+use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
     Barrier, BarrierTerm, Component, Full, InitialShape, Loads, Orientation, Outline, Parameter,
     Rod as SceneRod, Scene, Section,
@@ -38,7 +38,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`LoadAlong::on`](crate::scene::LoadAlong::on).
-    pub fn load_along(&self) -> Result<Distributed> {
+    pub fn load_along(&self) -> Result<DistributedLoad> {
         let Loads {
             gravity,
             distributed,
@@ -47,7 +47,7 @@ impl Scene {
         } = &self.loads;
         match distributed.with_weight(&self.rod, *gravity)? {
             Some(whole) => Ok(whole.mapped(|f| f * *load)),
-            None => Distributed::constant(Vector3::zeros()),
+            None => DistributedLoad::constant(Vector3::zeros()),
         }
     }
 
@@ -56,7 +56,7 @@ impl Scene {
     ///
     /// # Errors
     /// A rod with friction on a clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).
-    pub(in crate::scene) fn light_load(&self) -> Result<Option<Distributed>> {
+    pub(in crate::scene) fn light_load(&self) -> Result<Option<DistributedLoad>> {
         // First-order inertia of the planar rod includes its weight in closed form.
         let closed = self.is_planar() && self.rod.is_light() && self.loads.distributed.is_zero();
         if self.rod.is_heavy() || closed {
@@ -82,7 +82,7 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Scene::light_load`].
-    pub(in crate::scene) fn load_at_start(&self) -> Result<Option<Distributed>> {
+    pub(in crate::scene) fn load_at_start(&self) -> Result<Option<DistributedLoad>> {
         let settles = matches!(self.start.place, InitialShape::Settled { .. });
         if self.rod.is_heavy() && settles {
             (self.loads.distributed).with_weight(&self.rod, self.loads.gravity)

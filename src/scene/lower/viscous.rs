@@ -11,7 +11,7 @@ use crate::error::{Error, Quantity, Result};
 use crate::math::gauss::Rule;
 use crate::motion::viscoelastic::{ViscousStart, in_plane};
 use crate::motion::{Motion, Options};
-use crate::rod::Distributed;
+use crate::rod::DistributedLoad;
 use crate::scene::{Dimensionless, InitialShape, RelaxedAt, Scene, StrainName};
 use crate::viscoelastic::kinematics::Local;
 use crate::viscoelastic::material::Material;
@@ -160,7 +160,7 @@ impl ViscousPlane {
 }
 
 /// Dead load along a planar rod without inertia, in the clamp's frame and units of the rod.
-pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<Distributed>> {
+pub(super) fn load_in_plane(scene: &Scene) -> Result<Option<DistributedLoad>> {
     let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
     let Some(load) = scene.light_load()? else {
         return Ok(None);

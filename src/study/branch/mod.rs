@@ -17,7 +17,8 @@ pub use record::{
 use super::Hooks;
 use crate::error::{Error, Result};
 use crate::rod::{
-    BothEnds, Chart, Charted, Equilibrium, Path, Problem, RodFamily, Spatial, Taken, Wrench,
+    BothEnds, Chart, ChosenPath, Equilibrium, Path, Problem, ProblemChart, RodFamily, Spatial,
+    Wrench,
 };
 use crate::scene::{Continue, Parameter, Scene};
 use crate::solve::special_points::SpecialKind;
@@ -81,26 +82,26 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let while_slack = scene.solve.path != Path::ClosedForm;
     let (record, plane) = if while_slack && first.is_taut(base, &start.end) {
         let plane = match charted {
-            Charted::Planar(plane) => Some(plane),
-            Charted::ClosedForm(chart) => Some(*chart.plane()),
-            Charted::Spatial(_) | Charted::FreeEnd(_) => None,
+            ProblemChart::Planar(plane) => Some(plane),
+            ProblemChart::ClosedForm(chart) => Some(*chart.plane()),
+            ProblemChart::Spatial(_) | ProblemChart::FreeEnd(_) => None,
         };
         (None, plane)
     } else {
         match charted {
-            Charted::Spatial(chart) => (
+            ProblemChart::Spatial(chart) => (
                 follow_in_chart(task, chart, base, while_slack, hooks)?,
                 None,
             ),
-            Charted::FreeEnd(chart) => (
+            ProblemChart::FreeEnd(chart) => (
                 follow_in_chart(task, chart, base, while_slack, hooks)?,
                 None,
             ),
-            Charted::Planar(chart) => (
+            ProblemChart::Planar(chart) => (
                 follow_in_chart(task, chart, base, while_slack, hooks)?,
                 Some(chart),
             ),
-            Charted::ClosedForm(chart) => {
+            ProblemChart::ClosedForm(chart) => {
                 let plane = *chart.plane();
                 (
                     follow_in_chart(task, chart, base, while_slack, hooks)?,
@@ -112,7 +113,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
     let record = match record {
         Some(record) => record,
         None => {
-            taken = Taken {
+            taken = ChosenPath {
                 path: plane.map_or(Path::Spatial, |_| Path::Planar),
                 why: "the rod is taut on a part of its branch: there it is solved from both ends"
                     .to_owned(),
@@ -167,7 +168,7 @@ fn chart_for_branch(
     scene: &Scene,
     wanted: &Continue,
     start: &Equilibrium,
-) -> Result<(Charted, Taken)> {
+) -> Result<(ProblemChart, ChosenPath)> {
     let at = |parameter: &Parameter, p: f64| scene.with(parameter, p).problem();
     let range = |parameter: Parameter, from: f64, to: f64| {
         [from, 0.37 * from + 0.63 * to, to].map(|p| (parameter, p))
@@ -176,7 +177,7 @@ fn chart_for_branch(
     if let Some(second) = &wanted.second {
         others.extend(range(second.parameter, second.from, second.to));
     }
-    let holds = |chart: &Charted, of: &dyn Fn(&Problem) -> Option<Charted>| {
+    let holds = |chart: &ProblemChart, of: &dyn Fn(&Problem) -> Option<ProblemChart>| {
         others.iter().all(|(parameter, p)| {
             let there = at(parameter, *p).ok().and_then(|problem| of(&problem));
             there.is_none_or(|there| there.is_alike(chart))
@@ -207,10 +208,10 @@ fn chart_for_branch(
     let chart = if holds(&reduced, &|problem| Some(problem.charted_in_space())) {
         reduced
     } else {
-        Charted::Spatial(Spatial)
+        ProblemChart::Spatial(Spatial)
     };
     let path = Path::Spatial;
-    Ok((chart, Taken { path, why }))
+    Ok((chart, ChosenPath { path, why }))
 }
 
 /// All results for the branch through `x`; `None` if the branch leaves the domain of the unknowns.

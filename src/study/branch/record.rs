@@ -3,7 +3,7 @@
 use super::follow::{Located, Row, signed};
 use super::subject::Subject;
 use crate::error::Result;
-use crate::rod::{RodSection, Taken};
+use crate::rod::{ChosenPath, RodSection};
 use crate::scene::{Continue, Parameter, Scene, Second, Units};
 use crate::solve::special_points::{SpecialKind, Status};
 use crate::study::neglected_mass::{FoldAtRest, MassEffect};
@@ -25,7 +25,7 @@ pub struct BranchRecord {
     pub conservative: bool,
     /// Solution path of the equilibria and the reason for its choice; `None` for an assembly, which has only one
     /// path.
-    pub taken: Option<Taken>,
+    pub taken: Option<ChosenPath>,
     /// The branches: the scene's own first, then those that cross it, then those found by deflation.
     pub branches: CurveSet,
     /// Curves of folds in two parameters, if requested.

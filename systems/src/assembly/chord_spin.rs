@@ -14,7 +14,7 @@
 use super::{Assembly, Configuration, Joint, LinkEnd, LinkPoint};
 use crate::error::Result;
 use crate::math::se3::{halves, spin, unit};
-use crate::rod::{Swaying, Wrench};
+use crate::rod::{RodRates, Wrench};
 use nalgebra::{DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
 use std::ops::Range;
 
@@ -112,7 +112,7 @@ impl LinkPoint {
     pub(super) fn bent(
         &self,
         q: &Wrench,
-        (mut rates, motion): (Wrench, &Swaying),
+        (mut rates, motion): (Wrench, &RodRates),
         second: &Vector3<f64>,
     ) -> SVector<f64, 12> {
         if let Some(turn) = self.end.own_turn() {

@@ -15,7 +15,7 @@
 use super::{AttachedTo, Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use crate::rod::{Distributed, EndConditions, LoadedEnd, Problem, Wrench};
+use crate::rod::{DistributedLoad, EndConditions, LoadedEnd, Problem, Wrench};
 use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -23,8 +23,8 @@ use std::sync::Arc;
 /// A load along a rod: in the world, and along the present directors of its base.
 #[derive(Debug, Clone)]
 pub(super) struct LoadOnRod {
-    world: Distributed,
-    seen: Distributed,
+    world: DistributedLoad,
+    seen: DistributedLoad,
 }
 
 /// Contributions of a load along a rod to its end, along the directors of the base.
@@ -43,12 +43,12 @@ pub(super) struct LoadTerms {
 }
 
 impl Link {
-    /// Puts a dead load along the rod, counted from this link's base ([`Distributed::reversed`] counts from the other
+    /// Puts a dead load along the rod, counted from this link's base ([`DistributedLoad::reversed`] counts from the other
     /// end).
     ///
     /// # Errors
     /// A rod between two ball joints.
-    pub fn with_distributed(mut self, load: Distributed) -> Result<Self> {
+    pub fn with_distributed(mut self, load: DistributedLoad) -> Result<Self> {
         if self.joint == Joint::Pins {
             return Err(Error::domain(
                 "a rod between two ball joints has its force along its chord, and bears no load along it: weld one of its ends, or leave out \
@@ -68,7 +68,7 @@ impl Link {
     }
 
     /// Load along the rod, in the world.
-    pub fn distributed(&self) -> Option<&Distributed> {
+    pub fn distributed(&self) -> Option<&DistributedLoad> {
         self.load.as_ref().map(|load| &load.world)
     }
 
@@ -94,7 +94,7 @@ impl Link {
     }
 
     /// Load along the rod, along the directors of the base.
-    pub(super) fn borne(&self) -> Option<&Distributed> {
+    pub(super) fn borne(&self) -> Option<&DistributedLoad> {
         self.load.as_ref().map(|load| &load.seen)
     }
 
@@ -188,7 +188,7 @@ impl LinkEnd {
     }
 }
 
-fn seen_from(load: &Distributed, base: &UnitQuaternion<f64>) -> Distributed {
+fn seen_from(load: &DistributedLoad, base: &UnitQuaternion<f64>) -> DistributedLoad {
     let back = base.inverse().to_rotation_matrix();
     load.mapped(|f| back * f)
 }

@@ -22,7 +22,7 @@ use super::{
 use crate::body::{Frame, Support};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, joined};
-use crate::rod::{Generalized, Rates, SectionMass, Swaying, Wrench};
+use crate::rod::{Rates, RodRates, SectionMass, SpaceRodInertia, Wrench};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 use std::borrow::Cow;
 
@@ -73,7 +73,7 @@ pub(super) struct CoupledAccelerations {
 
 /// Motion of a rod.
 struct RodMotion {
-    inertia: Generalized,
+    inertia: SpaceRodInertia,
     /// (V, b', Omega) as a linear function of the twists of base and end in the world, and its present value.
     by_twists: SMatrix<f64, 12, 12>,
     now: SVector<f64, 12>,
@@ -188,9 +188,9 @@ impl Link {
         &self,
         sections: &SectionMass,
         (q, point): (&Wrench, &LinkPoint),
-        (motion, rates): (&Swaying, Rates),
+        (motion, rates): (&RodRates, Rates),
         tolerance: f64,
-    ) -> Option<Generalized> {
+    ) -> Option<SpaceRodInertia> {
         if let Some(taut) = &point.end.taut {
             return self
                 .rod()
@@ -217,7 +217,7 @@ impl Link {
     pub(super) fn constraint_curvature(
         &self,
         end: &LinkEnd,
-        inertia: &Generalized,
+        inertia: &SpaceRodInertia,
     ) -> Vector6<f64> {
         let (turned, moved) = halves(&inertia.second);
         match self.joint() {
@@ -239,7 +239,7 @@ impl Link {
         tolerance: f64,
     ) -> Option<AttachmentInertia> {
         let moving = self.moving(light, (q, point), tolerance)?;
-        let Generalized { matrix, force, .. } = &moving.inertia;
+        let SpaceRodInertia { matrix, force, .. } = &moving.inertia;
         let by_twists = &moving.by_twists;
         let (mut left, mut force, mut spin) = (*matrix, *force, None);
         if let Some(free) = &moving.free {
@@ -403,7 +403,7 @@ impl Assembly {
         let frame = self.seen_from(at.integrals.time);
         let point = &absolute(&at.points[k], frame.as_ref());
         let moving = self.links[k].moving(light, (&at.now.charts[k], point), tolerance)?;
-        let Generalized {
+        let SpaceRodInertia {
             matrix,
             centre,
             momentum,
@@ -580,8 +580,8 @@ impl Assembly {
 }
 
 /// (b', Omega) of (V, b', Omega).
-pub(super) fn swaying(motion: &SVector<f64, 12>) -> Swaying {
-    Swaying {
+pub(super) fn swaying(motion: &SVector<f64, 12>) -> RodRates {
+    RodRates {
         rate: motion.fixed_rows::<6>(3).into_owned(),
         spin: motion.fixed_rows::<3>(9).into_owned(),
     }

@@ -3,7 +3,7 @@
 use super::first_order_mass::swaying;
 use super::{Joint, LightRod, Link, LinkEnd, LinkPoint};
 use crate::math::se3::{halves, joined};
-use crate::rod::{Generalized, Rates, Wrench};
+use crate::rod::{Rates, SpaceRodInertia, Wrench};
 use nalgebra::{DMatrix, Matrix6, SVector, Vector3, Vector6};
 
 /// Time to a fold, in inertial times T_i of its normal form, below which inertia is off (theory 2.8, 2.9).
@@ -168,7 +168,7 @@ impl Link {
         Softest { scale, sigma, u, z }: &Softest,
         (q, point): (&Wrench, &LinkPoint),
         tolerance: f64,
-    ) -> Option<(f64, Generalized)> {
+    ) -> Option<(f64, SpaceRodInertia)> {
         let mut rate = self.regular(&point.end)?.solve(&(scale * point.drive()))?;
         if point.end.taut.is_some() {
             // Turn of the end, and the force by the motion of the end and of the spring beside it.

@@ -4,7 +4,7 @@ use super::stiffness::carried;
 use super::{Assembly, Configuration, Joint, Link, LinkPoint, Modes};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
-use crate::rod::{Rates, SectionMass, Swaying, Wrench};
+use crate::rod::{Rates, RodRates, SectionMass, Wrench};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, SVector, Vector3, Vector6};
@@ -133,7 +133,7 @@ impl Link {
         motions: &[(SVector<f64, 12>, Wrench)],
         tolerance: f64,
     ) -> Option<DMatrix<f64>> {
-        let still = Swaying {
+        let still = RodRates {
             rate: Wrench::zeros(),
             spin: Vector3::zeros(),
         };

@@ -8,7 +8,7 @@ use crate::body::Support;
 use crate::error::Result;
 use crate::math::se3::{halves, joined};
 use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
-use crate::solve::warm_start::Warm;
+use crate::solve::warm_start::WarmStart;
 use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -138,7 +138,7 @@ pub struct Link {
     pub(super) joint: Joint,
     /// Chart kind; the taut solution found last is cached beside it.
     pub(super) seen: ChartKind,
-    pub(super) warm: Warm<Taut>,
+    pub(super) warm: WarmStart<Taut>,
     /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
     pub(super) spring: f64,
     /// Slider between the end of an inextensible rod and its attachment, and the bound of its travel, in rod lengths.
@@ -223,7 +223,7 @@ impl Link {
             to,
             joint,
             seen: ChartKind::default(),
-            warm: Warm::default(),
+            warm: WarmStart::default(),
             spring: 0.0,
             give: None,
             unseen: 0.0,

@@ -12,7 +12,7 @@ use crate::assembly::Tube;
 use crate::body::{Body, RigidBody};
 use crate::error::{Error, Result};
 use crate::math::se3::joined;
-use crate::rod::Distributed;
+use crate::rod::DistributedLoad;
 use crate::section::Strain;
 use crate::viscoelastic::grid::Grid;
 use nalgebra::{
@@ -33,7 +33,7 @@ pub struct RodDescription {
     /// A point of mass 1 under gravity, on the clamp of the rod; scaled, it represents each piece of the rod.
     pub grain: Body<3>,
     /// Dead force per length, in the world.
-    pub distributed: Option<Distributed>,
+    pub distributed: Option<DistributedLoad>,
     /// The body at the end; None in an assembly, where a wrench acts on the end.
     pub body: Option<Mass>,
     /// Contact diameter; None if contacts are ignored.
@@ -154,7 +154,7 @@ impl RodDescription {
     /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
-        breaks.extend(self.distributed.iter().flat_map(Distributed::breaks));
+        breaks.extend(self.distributed.iter().flat_map(DistributedLoad::breaks));
         breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| *a - *b < 1e-12);
         breaks

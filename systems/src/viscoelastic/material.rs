@@ -3,7 +3,7 @@
 use super::kinematics::Local;
 use crate::error::{Error, Result};
 use crate::math::small_matrices::{add_times, times};
-use crate::rod::Distributed;
+use crate::rod::DistributedLoad;
 use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
@@ -19,7 +19,7 @@ pub struct Material<const M: usize> {
     hoisted: Option<Constant<M>>,
     branches: Vec<MaxwellBranch<M>>,
     /// Dead load on the rod, in the frame of the clamp.
-    load: Option<Distributed>,
+    load: Option<DistributedLoad>,
 }
 
 /// A uniform linear law without memory: e_t = fluidity (resultants - stiffness (e - rest)).
@@ -121,7 +121,7 @@ impl<const M: usize> Material<M> {
     /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
         let mut breaks = self.law.breaks();
-        breaks.extend(self.load.iter().flat_map(Distributed::breaks));
+        breaks.extend(self.load.iter().flat_map(DistributedLoad::breaks));
         breaks.retain(|s| *s > 1e-12 && *s < 1.0 - 1e-12);
         breaks.sort_by(f64::total_cmp);
         breaks.dedup_by(|a, b| *a - *b < 1e-12);
@@ -130,7 +130,7 @@ impl<const M: usize> Material<M> {
 
     /// Adds a dead load along the rod, in the frame of the clamp and the units of the rod.
     #[must_use]
-    pub fn under(mut self, load: Option<Distributed>) -> Self {
+    pub fn under(mut self, load: Option<DistributedLoad>) -> Self {
         self.load = load;
         self
     }

@@ -4,11 +4,11 @@
 //! many whole turns are added to the difference of the determinants' arguments at both ends of the step.
 
 use super::tangent::cross;
-use super::{Along, Collocated, Columns, MOST, Step, Vector, largest};
+use super::{Collocated, Columns, Integration, MAX_COLUMNS, Step, Vector, largest};
 use crate::error::Result;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
-use crate::rod::conjugate_points::{Followed, GROWN, lost, separating, whole};
+use crate::rod::conjugate_points::{FollowedRod, MIXING_SIZE, lost, separating, whole};
 use crate::rod::ivp::Wrench;
 use nalgebra::{Complex, Matrix3, SMatrix, Vector3};
 use pulp::Simd;
@@ -21,11 +21,11 @@ impl Collocated<'_> {
         b: &Wrench,
         weight: f64,
         tolerance: f64,
-    ) -> Result<Followed<K>> {
-        let along = Along::new(self, b, (0, K), tolerance)?;
+    ) -> Result<FollowedRod<K>> {
+        let along = Integration::new(self, b, (0, K), tolerance)?;
         let turning = Turning {
             weight,
-            longest: LONGEST / along.rate,
+            longest: MAX_STEP_TIMES_RATE / along.rate,
             last: Complex::new(1.0, 0.0),
             angle: 0.0,
             growth: 1.0,
@@ -33,7 +33,7 @@ impl Collocated<'_> {
         let ended = along.follow(Some(turning)).map_err(|_| lost())?;
         let turning = ended.turning.as_ref().ok_or_else(lost)?;
         let base = along.turned::<K>(&ended.columns.base);
-        Ok(Followed {
+        Ok(FollowedRod {
             end: along.ended(&ended),
             dm: std::array::from_fn(|i| std::array::from_fn(|k| base[k][i])),
             angle: turning.angle,
@@ -43,7 +43,7 @@ impl Collocated<'_> {
 }
 
 /// The longest step, times the rate of the rod's variables.
-const LONGEST: f64 = 4.0;
+const MAX_STEP_TIMES_RATE: f64 = 4.0;
 
 /// The widest gap between neighbouring nodes, in parts of a step, and the largest turn of the angle in that gap.
 const GAP: f64 = 0.184;
@@ -66,7 +66,7 @@ impl Turning {
     #[inline(always)]
     pub fn follow<S: Simd>(
         &mut self,
-        along: &Along,
+        along: &Integration,
         step: &Step<S>,
         columns: &Columns,
         (r, to): (&[f64; 3], &mut Columns),
@@ -78,7 +78,7 @@ impl Turning {
 
     /// Rate of the angle of det X at the nodes: that of tr(X^-1 X'), where P' = n x rho' + (m' x phi + m x phi')/2.
     #[inline(always)]
-    fn rate<S: Simd>(&self, along: &Along, step: &Step<S>, columns: &Columns) -> Eight<S> {
+    fn rate<S: Simd>(&self, along: &Integration, step: &Step<S>, columns: &Columns) -> Eight<S> {
         let Step { rule, at, .. } = step;
         let ([m1, m2, m3], n) = (along.couple(step.from), along.n);
         let a = rule.places(&[0.0; 3], &at.along);
@@ -145,7 +145,7 @@ impl Turning {
     /// times its length.
     fn take(
         &mut self,
-        along: &Along,
+        along: &Integration,
         (r, to): (&[f64; 3], &mut Columns),
         expected: f64,
         fastest: f64,
@@ -160,14 +160,14 @@ impl Turning {
         }
         self.angle += turned + whole;
         self.last = next / next.norm();
-        if largest(&to.tangent) > GROWN {
+        if largest(&to.tangent) > MIXING_SIZE {
             // The mixing matrix has a positive determinant: the angle is unchanged.
             let Some((mixing, size)) = separating(&pair) else {
                 return false;
             };
             self.growth *= size;
             for columns in [&mut to.base, &mut to.tangent] {
-                let all = SMatrix::<f64, 6, MOST>::from_fn(|i, k| columns[k][i]) * mixing;
+                let all = SMatrix::<f64, 6, MAX_COLUMNS>::from_fn(|i, k| columns[k][i]) * mixing;
                 *columns = std::array::from_fn(|k| all.column(k).into_owned().into());
             }
         }
@@ -175,15 +175,15 @@ impl Turning {
     }
 }
 
-impl Along<'_> {
+impl Integration<'_> {
     /// J and P of all columns at a section.
     fn conjugate(
         &self,
         r: &[f64; 3],
         columns: &Columns,
-    ) -> (SMatrix<f64, 3, MOST>, SMatrix<f64, 3, MOST>) {
-        let part = |pairs: &[[f64; 6]; MOST], from: usize| {
-            SMatrix::<f64, 3, MOST>::from_fn(|i, k| pairs[k][from + i])
+    ) -> (SMatrix<f64, 3, MAX_COLUMNS>, SMatrix<f64, 3, MAX_COLUMNS>) {
+        let part = |pairs: &[[f64; 6]; MAX_COLUMNS], from: usize| {
+            SMatrix::<f64, 3, MAX_COLUMNS>::from_fn(|i, k| pairs[k][from + i])
         };
         let m: Matrix3<f64> = Vector3::from(self.couple(r)).cross_matrix();
         let n = Vector3::new(0.0, 0.0, self.n).cross_matrix();

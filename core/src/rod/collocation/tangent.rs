@@ -27,13 +27,15 @@
 //! d) = 0. Swept as a whole it converges at once, however great it is. Its halves do not: in that case both take the
 //! values of the sweep before.
 
-use super::{Along, Columns, MOST, MOST_SWEEPS, Matrix, Sections, Swept, Vector};
+use super::{
+    Columns, Integration, MAX_COLUMNS, MOST_SWEEPS, Matrix, Sections, SweptSlopes, Vector,
+};
 use crate::math::lanes8::{Eight, Extension, Rule};
 use crate::section::Compliance;
 use nalgebra::Matrix6;
 use pulp::Simd;
 
-impl Along<'_> {
+impl Integration<'_> {
     /// C* at the nodes, at the distances `r` from the start of the step.
     #[inline(always)]
     fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
@@ -88,9 +90,9 @@ impl Along<'_> {
 
     /// y at a section: change of couple and force by each column.
     #[inline(always)]
-    fn changed(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MOST] {
+    fn changed(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MAX_COLUMNS] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
-        let mut all = [[0.0; 6]; MOST];
+        let mut all = [[0.0; 6]; MAX_COLUMNS];
         for (y, (at, base)) in (all.iter_mut()).zip(columns.tangent.iter().zip(&columns.base)) {
             let [p1, p2, p3, r1, r2, _] = *at;
             let [a, b, c, d, e, f] = *base;
@@ -115,13 +117,13 @@ impl Along<'_> {
         at: &Sections<S>,
         rule: &Rule<S>,
         (r, columns): (&[f64; 3], &Columns),
-        (swept, guess): (&mut Swept<S>, Option<(&Extension<S>, f64)>),
+        (swept, guess): (&mut SweptSlopes<S>, Option<(&Extension<S>, f64)>),
         slopes: &mut [[Eight<S>; 6]],
         stays: f64,
     ) -> Option<usize> {
         let change = self.changes(at, &rule.places(&[0.0; 3], &at.along));
         let y = self.changed(r, columns);
-        let count = slopes.len().min(MOST);
+        let count = slopes.len().min(MAX_COLUMNS);
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let zero = change[0][0].with(0.0);
         // H C* and A.
@@ -135,9 +137,9 @@ impl Along<'_> {
             let [a1, a2, a3, a4, a5, _] = rows[i];
             by[i] = [a5 * n - a3 * m2, a3 * m1 - a4 * n, a1, a2];
         }
-        let mut own = [[zero; 4]; MOST];
-        let mut x = [[zero; 4]; MOST];
-        let Swept { turning, pulled } = swept;
+        let mut own = [[zero; 4]; MAX_COLUMNS];
+        let mut x = [[zero; 4]; MAX_COLUMNS];
+        let SweptSlopes { turning, pulled } = swept;
         for k in 0..count {
             let mut begun = [zero; 6];
             for j in 0..6 {

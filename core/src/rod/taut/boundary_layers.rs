@@ -1,13 +1,13 @@
 //! Initial guess for a taut rod: straight along the force, with the pendulum's boundary layers at both ends.
 
-use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::interval::{RodUnderForce, STAGES, Scheme, Section};
 use super::mesh::{first, places};
 use super::{INTERVALS, Shape, TURNED, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::{
     Turn, conjugate, exponential, frame, halves, identity, product, rotation_vector,
 };
-use crate::rod::distributed_load::{Carried, Heavy};
+use crate::rod::distributed_load::{LoadMoment, LoadState};
 use crate::rod::ivp::{LineState, Wrench, loaded_sections, sections};
 use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector6};
 use std::f64::consts::TAU;
@@ -19,7 +19,7 @@ const LIMIT: usize = 10 * INTERVALS;
 const FINE: f64 = 1e-12;
 
 /// Miss of the tip, in radians or couples over sqrt|n|, beyond which a base wrench gives no guess.
-const MISSED: f64 = 0.3;
+const MAX_TIP_MISS: f64 = 0.3;
 
 /// Boundary layer: the rod turns from its held end into the direction of the force.
 struct Layer {
@@ -87,7 +87,7 @@ impl Layer {
     }
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// Places of the nodes.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl Pulled<'_> {
             Some(weight) => {
                 let rod = (self.law, weight);
                 told(
-                    &loaded_sections::<0, Heavy<0>>(rod, b, FINE, &at).ok()?,
+                    &loaded_sections::<0, LoadMoment<0>>(rod, b, FINE, &at).ok()?,
                     b,
                     weight,
                 )
@@ -143,7 +143,7 @@ impl Pulled<'_> {
                 (couple + (frame(&last.turn) * arm).cross(&self.force(1.0)) - last.m) / self.kappa
             }
         };
-        (missed.norm() < MISSED).then(|| Shape {
+        (missed.norm() < MAX_TIP_MISS).then(|| Shape {
             nodes: all.iter().step_by(STAGES + 1).copied().collect(),
             stages: all
                 .chunks_exact(STAGES + 1)
@@ -254,7 +254,7 @@ impl Pulled<'_> {
 }
 
 /// Frames and couples of sections.
-fn told<C: Carried<0>>(found: &[LineState<0, C>], b: &Wrench, load: &C::Load) -> Vec<Section> {
+fn told<C: LoadState<0>>(found: &[LineState<0, C>], b: &Wrench, load: &C::Load) -> Vec<Section> {
     let section = |at: &LineState<0, C>| Section {
         turn: at.turn(),
         m: at.resultants(b, load).0,

@@ -32,7 +32,7 @@ pub(super) struct AtEnd {
 }
 
 /// Equation of the force: give dn + k dr(1) = df.
-pub(super) struct Hold {
+pub(super) struct ForceEquation {
     /// 1, or 0 if the end is held.
     pub give: f64,
     pub stiffness: f64,
@@ -43,7 +43,7 @@ pub(super) struct Hold {
 }
 
 /// Solution of the chain for all right-hand sides.
-pub(super) struct Chained {
+pub(super) struct ChainSolution {
     /// Turn and couple (over kappa) at every node.
     pub nodes: Vec<Answers>,
     /// Change of the force.
@@ -56,7 +56,11 @@ const WIDE: usize = 12 + ANSWERS;
 const LAST: usize = 9 + ANSWERS;
 
 /// Unknowns for every right-hand side; None if the determinant vanishes.
-pub(super) fn chain(intervals: &[Condensed], end: &AtEnd, hold: &Hold) -> Option<Chained> {
+pub(super) fn chain(
+    intervals: &[Condensed],
+    end: &AtEnd,
+    hold: &ForceEquation,
+) -> Option<ChainSolution> {
     let mut sign = 1.0;
     // dr(1) by the node reached, then by the force, the tip, and 1.
     let mut way = [[0.0; 6 + ANSWERS]; 3];
@@ -156,7 +160,7 @@ pub(super) fn chain(intervals: &[Condensed], end: &AtEnd, hold: &Hold) -> Option
     }
     nodes.reverse();
     let finite = nodes.iter().all(|y| y.iter().all(|x| x.is_finite()));
-    finite.then_some(Chained { nodes, force, sign })
+    finite.then_some(ChainSolution { nodes, force, sign })
 }
 
 fn split(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {

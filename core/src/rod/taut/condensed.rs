@@ -13,7 +13,7 @@
 // Matrix entries are addressed by their indices.
 #![allow(clippy::needless_range_loop)]
 
-use super::interval::{Pulled, STAGES, Scheme, Section, Slope};
+use super::interval::{RodUnderForce, STAGES, Scheme, Section, Slope};
 use crate::error::Result;
 use crate::math::se3::{Turn, conjugate, joined, product};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3, Vector6};
@@ -81,7 +81,7 @@ impl Residual {
     };
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// The interval linearised at its stages; None if the equations of the stages of mu are singular.
     ///
     /// # Errors

@@ -1,13 +1,13 @@
 //! Equilibria of taut rods with given end conditions: Newton's method for the force, three unknowns instead of six.
 
-use super::interval::Pulled;
-use super::{Solved, Spring, Tip, solved};
+use super::interval::RodUnderForce;
+use super::{Solved, Spring, Tip, solve_taut_rod};
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, joined};
-use crate::rod::distributed_load::Weight;
+use crate::rod::distributed_load::ScaledLoad;
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::scaled_law::ScaledLaw;
-use crate::rod::solution_path::{Path, Taken};
+use crate::rod::solution_path::{ChosenPath, Path};
 use crate::rod::{Plane, Problem, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -23,7 +23,7 @@ const AGREES: f64 = 1e-5;
 const STEPS: usize = 60;
 const CHANGE: f64 = 0.5;
 /// Relative Newton step below which the force has converged; rounding of places times the stiffness allows no less.
-const FOUND: f64 = 1e-12;
+const FORCE_CONVERGED: f64 = 1e-12;
 /// Angles of the leaning force in turn; the last is zero.
 const LEANS: [f64; 7] = [0.5, 0.35, 0.2, 0.1, 0.05, 0.02, 0.0];
 /// Range of sqrt(F L^2/B) in which the force is sought that stretches the rod to its held length.
@@ -31,7 +31,7 @@ const RANGE: (f64, f64) = (3.0, 1e6);
 
 impl Problem {
     /// The law and the load along the rod.
-    pub(in crate::rod) fn bearing(&self) -> (&ScaledLaw, Option<&Weight>) {
+    pub(in crate::rod) fn bearing(&self) -> (&ScaledLaw, Option<&ScaledLoad>) {
         (&self.rod.law, self.weight.as_ref())
     }
 
@@ -65,7 +65,7 @@ impl Problem {
     /// The whole of the load along the rod.
     pub(in crate::rod) fn borne(&self) -> Vector3<f64> {
         let weight = self.weight.as_ref();
-        weight.map_or_else(Vector3::zeros, Weight::total)
+        weight.map_or_else(Vector3::zeros, ScaledLoad::total)
     }
 
     /// lam = sqrt(|n| L^2/B) under the force `n` at the base, its mean along a rod that bears a load: an error at the
@@ -91,7 +91,7 @@ impl Problem {
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
             return None;
         }
-        let found = solved(
+        let found = solve_taut_rod(
             self.bearing(),
             b,
             (&self.tip(), &Spring::NONE),
@@ -111,7 +111,7 @@ impl Problem {
             .filter(|(held, _)| *held)
             .map(|(_, axis)| *axis)
             .collect();
-        let pulled = Pulled::new(self.bearing(), found.shape.n);
+        let pulled = RodUnderForce::new(self.bearing(), found.shape.n);
         let alone = spring.alone(&found.by_force.position)?;
         pulled.index(&found.shape, &self.tip(), &alone, &axes)
     }
@@ -125,7 +125,7 @@ impl Problem {
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
         let borne = n + (found.position - spring.at) * spring.stiffness;
-        let pulled = Pulled::new(self.bearing(), borne);
+        let pulled = RodUnderForce::new(self.bearing(), borne);
         let tip = self.tip();
         let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
         let (sections, alone) = (sections.iter().zip(at), pulled.under(&n));
@@ -209,7 +209,7 @@ impl Problem {
         let mut last = match from_guess {
             true => None,
             false => {
-                let straight = Pulled::new(self.bearing(), n);
+                let straight = RodUnderForce::new(self.bearing(), n);
                 Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
             }
         };
@@ -220,7 +220,7 @@ impl Problem {
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
             let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
-            let found = solved(
+            let found = solve_taut_rod(
                 self.bearing(),
                 &b,
                 (&tip, &Spring::NONE),
@@ -246,13 +246,13 @@ impl Problem {
             })?;
             let size = step.norm() / n.norm();
             // Iterate down to rounding, if no better is to be had.
-            if size < FOUND || (size < 1e-6 && size > 0.5 * before) {
+            if size < FORCE_CONVERGED || (size < 1e-6 && size > 0.5 * before) {
                 let told = self.told(&found, off.norm(), route, plane)?;
                 if told.index > 0
                     && !from_guess
                     && plane.is_none()
                     && held == [false; 3]
-                    && let Some(stable) = self.leant(&n)
+                    && let Some(stable) = self.find_out_of_plane(&n)
                 {
                     return self.told(&stable, off.norm(), route, plane);
                 }
@@ -271,7 +271,7 @@ impl Problem {
 
     /// A stable rod under the force `n` that leaves the plane of the clamp and the force, as rods do that turn far
     /// about their stiffer axis. The force leans out of that plane, which breaks the symmetry, and is led back.
-    fn leant(&self, n: &Vector3<f64>) -> Option<Solved> {
+    fn find_out_of_plane(&self, n: &Vector3<f64>) -> Option<Solved> {
         let across = Vector3::z().cross(n);
         let axes = match across.try_normalize(1e-12 * n.norm()) {
             Some(across) => vec![across.cross(n).normalize()],
@@ -287,7 +287,7 @@ impl Problem {
                     .as_ref()
                     .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
                 let end = (&self.tip(), &Spring::NONE);
-                found = solved(
+                found = solve_taut_rod(
                     self.bearing(),
                     &joined(&m, &force),
                     end,
@@ -337,7 +337,7 @@ impl Problem {
             potential: potential * self.rod.units().0,
             residual,
             route,
-            taken: Taken::new(
+            taken: ChosenPath::new(
                 path,
                 format!(
                     "the rod is taut, sqrt(F L^2/B) = {lam:.1}: the force is the unknown, and the rod is solved from both ends"

@@ -7,24 +7,25 @@
 //! ```text
 //! omega_t' = (..) + q_u,       m_tt' = (..) + n x q_r + 2 n_t x r_t',       r_tt' = (..) + q_r,
 //! ```
-//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r the part of [`Strained::second`] from the velocities
+//! (..) the variation by (omega_t, m_tt, n_tt) and q_u, q_r the part of [`SectionRates::second`] from the velocities
 //! alone. The base wrench is not used. The stages of the collocation are the nodes of all integrals: as further
 //! components of the same differential equation these have the order of its nodes.
 
-use super::chain::{Answers, Chained, Forces, Hold, REST, chain, follow};
+use super::chain::{Answers, ChainSolution, ForceEquation, Forces, REST, chain, follow};
 use super::condensed::{Block, Condensed, Residual, Variations};
-use super::interval::{Pulled, STAGES, Scheme};
+use super::interval::{RodUnderForce, STAGES, Scheme};
 use super::turning_base::Turning;
 use super::{Shape, Spring, Taut, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::frame;
 use crate::rod::Rod;
 use crate::rod::first_order_mass::{
-    Generalized, Moving, Second, SectionMass, Strained, Sums, Swaying, Tangent,
+    InertiaIntegrals, MovingSection, RodRates, Second, SectionMass, SectionRates, SpaceRodInertia,
+    Tangent,
 };
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-/// Rates that move a taut rod besides those of its base; they replace the rates of the base wrench in [`Swaying`].
+/// Rates that move a taut rod besides those of its base; they replace the rates of the base wrench in [`RodRates`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rates {
     /// (spin, velocity) of its end seen from its base, in lengths of the rod; the spin is ignored if the end bears a
@@ -38,7 +39,7 @@ pub enum Rates {
 pub(super) type Columns = SMatrix<f64, 3, 7>;
 
 /// Variations at a stage.
-pub(super) struct Varied {
+pub(super) struct StageVariations {
     pub turn: Columns,
     pub couple: Columns,
     pub place: Columns,
@@ -47,27 +48,27 @@ pub(super) struct Varied {
 }
 
 /// The linearised rod: variations of all intervals, and the equation of the force.
-pub(super) struct Swept<'a> {
-    pub pulled: &'a Pulled<'a>,
+pub(super) struct LinearisedRod<'a> {
+    pub pulled: &'a RodUnderForce<'a>,
     shape: &'a Shape,
     tip: &'a Tip,
-    hold: Hold,
+    hold: ForceEquation,
     pub intervals: Vec<Variations>,
 }
 
 /// Solution for the right-hand sides of all intervals.
-pub(super) struct Answered {
+pub(super) struct LinearResponses {
     pub condensed: Vec<Condensed>,
     pub nodes: Vec<Answers>,
     pub force: Forces,
 }
 
-impl<'a> Swept<'a> {
+impl<'a> LinearisedRod<'a> {
     /// The variations at a shape; None if a stage is singular.
     pub fn new(
-        pulled: &'a Pulled<'a>,
+        pulled: &'a RodUnderForce<'a>,
         (shape, tip): (&'a Shape, &'a Tip),
-        hold: Hold,
+        hold: ForceEquation,
     ) -> Result<Option<Self>> {
         let mut intervals = Vec::with_capacity(shape.stages.len());
         for (k, stages) in shape.stages.iter().enumerate() {
@@ -92,12 +93,12 @@ impl<'a> Swept<'a> {
     }
 
     /// Responses to unit rates of the end data, and to the residuals of the intervals; None if the rod is singular.
-    pub fn answered(&self, condensed: Vec<Condensed>) -> Option<Answered> {
+    pub fn answered(&self, condensed: Vec<Condensed>) -> Option<LinearResponses> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
         end.right.column_mut(REST).fill(0.0);
-        let Chained { nodes, force, .. } = chain(&condensed, &end, &self.hold)?;
-        Some(Answered {
+        let ChainSolution { nodes, force, .. } = chain(&condensed, &end, &self.hold)?;
+        Some(LinearResponses {
             condensed,
             nodes,
             force,
@@ -108,10 +109,10 @@ impl<'a> Swept<'a> {
     pub fn stages(
         &self,
         k: usize,
-        answered: &Answered,
+        answered: &LinearResponses,
         left: &Residual,
         start: &Columns,
-    ) -> ([Varied; STAGES], Columns) {
+    ) -> ([StageVariations; STAGES], Columns) {
         let (scheme, by, condensed) = (Scheme::get(), &self.intervals[k], &answered.condensed[k]);
         let of = |block: &Block| follow(block, &answered.nodes[k], &answered.force);
         let slopes: [Columns; STAGES] = std::array::from_fn(|i| {
@@ -124,7 +125,7 @@ impl<'a> Swept<'a> {
             let parts = slopes.iter().zip(weights);
             parts.fold(*start, |sum, (slope, weight)| sum + slope * (by.h * weight))
         };
-        let stages = std::array::from_fn(|i| Varied {
+        let stages = std::array::from_fn(|i| StageVariations {
             turn: of(&condensed.turns[i]),
             couple: of(&condensed.couples[i]) * self.pulled.kappa,
             place: passed(&scheme.integrate[i]),
@@ -136,8 +137,8 @@ impl<'a> Swept<'a> {
 
 /// A rod in motion: linear responses and rates.
 struct Motion<'a> {
-    swept: Swept<'a>,
-    sections: Strained<'a>,
+    swept: LinearisedRod<'a>,
+    sections: SectionRates<'a>,
     /// Rates of the columns, and the spin of the base.
     rates: SVector<f64, 7>,
     spin: Vector3<f64>,
@@ -153,13 +154,13 @@ impl Motion<'_> {
         &self,
         (k, i): (usize, usize),
         r: Vector3<f64>,
-        varied: &Varied,
+        varied: &StageVariations,
         force: &Forces,
-    ) -> (Moving, Vector3<f64>) {
+    ) -> (MovingSection, Vector3<f64>) {
         let (spin, rates) = (&self.spin, &self.rates);
         let at = &self.swept.shape.stages[k][i];
         let along = &self.swept.intervals[k].slopes[i];
-        let mut moving = Moving {
+        let mut moving = MovingSection {
             turn: frame(&at.turn),
             r,
             omega: spin + varied.turn * rates,
@@ -195,7 +196,7 @@ impl Motion<'_> {
     }
 
     /// Terms of second order in the velocities; None if the law refuses.
-    fn quadratic(&self, first: &Answered) -> Option<Vec<Residual>> {
+    fn quadratic(&self, first: &LinearResponses) -> Option<Vec<Residual>> {
         let (scheme, kappa) = (Scheme::get(), self.swept.pulled.kappa);
         let zero = Vector3::zeros();
         let mut all = Vec::with_capacity(self.swept.intervals.len());
@@ -223,7 +224,7 @@ impl Motion<'_> {
         &mut self,
         rotary: &Vector3<f64>,
         turns: bool,
-    ) -> Result<Option<(Sums<9>, Second, Vector3<f64>)>> {
+    ) -> Result<Option<(InertiaIntegrals<9>, Second, Vector3<f64>)>> {
         let mut condensed = self.swept.condensed().ok_or_else(neutral)?;
         if turns {
             let found = Turning::of(&self.swept, condensed).ok_or_else(neutral)?;
@@ -238,7 +239,8 @@ impl Motion<'_> {
         let condensed = first.condensed.into_iter().zip(&swept.intervals).zip(&left);
         let condensed = condensed.map(|((condensed, by), left)| condensed.leaving(by, left));
         let found = swept.answered(condensed.collect()).ok_or_else(neutral)?;
-        let (mut sums, mut start, mut place) = (Sums::new(), Vector3::zeros(), Columns::zeros());
+        let (mut sums, mut start, mut place) =
+            (InertiaIntegrals::new(), Vector3::zeros(), Columns::zeros());
         for (k, left) in left.iter().enumerate() {
             let h = self.swept.intervals[k].h;
             let (places, end) = self.places(k, start);
@@ -259,7 +261,12 @@ impl Motion<'_> {
     }
 
     /// Tangent by the rates of the end data, and by a turn of the base, a rigid rotation of the rod.
-    fn tangent(&self, (k, i): (usize, usize), varied: &Varied, r: &Vector3<f64>) -> Tangent<9> {
+    fn tangent(
+        &self,
+        (k, i): (usize, usize),
+        varied: &StageVariations,
+        r: &Vector3<f64>,
+    ) -> Tangent<9> {
         let mut rows = [
             (varied.turn * self.columns, Matrix3::identity()),
             (varied.place * self.columns, -r.cross_matrix()),
@@ -299,7 +306,12 @@ pub(super) fn neutral() -> Error {
 impl Rates {
     /// Equation of the force of a rod beside `spring`, with forces in units of `unit`; and the columns by these
     /// rates.
-    pub(super) fn held(self, tip: &Tip, spring: &Spring, unit: f64) -> (Hold, SMatrix<f64, 7, 6>) {
+    pub(super) fn held(
+        self,
+        tip: &Tip,
+        spring: &Spring,
+        unit: f64,
+    ) -> (ForceEquation, SMatrix<f64, 7, 6>) {
         let (give, stiffness, per) = match self {
             Self::End => (0.0, unit, unit),
             Self::Force => (1.0, spring.stiffness, 1.0),
@@ -313,7 +325,7 @@ impl Rates {
         for i in 0..3 {
             (columns[(3 + i, i)], columns[(i, 3 + i)]) = (turned, per);
         }
-        let hold = Hold {
+        let hold = ForceEquation {
             give,
             stiffness,
             off: Vector3::zeros(),
@@ -334,15 +346,16 @@ impl Rod {
         &self,
         mass: &SectionMass,
         (found, rates): (&Taut, Rates),
-        motion: &Swaying,
-    ) -> Result<Generalized> {
+        motion: &RodRates,
+    ) -> Result<SpaceRodInertia> {
         let pulled = self.pulled(found, found.shape.n);
         let unit = pulled.kappa * pulled.kappa;
         let (hold, columns) = rates.held(&found.tip, &found.spring, unit);
-        let swept = Swept::new(&pulled, (&found.shape, &found.tip), hold)?.ok_or_else(neutral)?;
+        let swept =
+            LinearisedRod::new(&pulled, (&found.shape, &found.tip), hold)?.ok_or_else(neutral)?;
         let mut motion = Motion {
             swept,
-            sections: Strained::of(self),
+            sections: SectionRates::of(self),
             rates: columns * motion.rate,
             spin: motion.spin,
             columns,

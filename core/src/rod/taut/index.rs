@@ -10,7 +10,7 @@
 //! is straight under its pull the form is positive on intervals of any length; elsewhere the mesh is fine. Each held
 //! position component takes away a negative eigenvalue of d r(1)/d n, as in the count by conjugate points.
 
-use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::interval::{RodUnderForce, STAGES, Scheme, Section};
 use super::{Shape, Tip};
 use crate::error::{Error, Result};
 use crate::math::gauss::legendre;
@@ -51,7 +51,7 @@ fn negative(matrix: &DMatrix<f64>) -> usize {
     values.iter().filter(|x| **x < -zero).count()
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// The index with the place of the end held along `axes`, `compliance` being d r(1)/dn.
     pub fn index(
         &self,

@@ -6,9 +6,9 @@
 //! ```
 //! In this form no stage slopes, which may be of the size of lam h, are summed: it holds for any lam h.
 
-use super::super::distributed_load::Weight;
+use super::super::distributed_load::ScaledLoad;
 use super::super::scaled_law::{Response, ScaledLaw};
-use super::landing::Creeping;
+use super::landing::LayerStep;
 use crate::error::Result;
 use crate::math::gauss::Rule;
 use crate::math::se3::{Turn, exponential, frame, product, spin};
@@ -92,7 +92,7 @@ impl Scheme {
 }
 
 /// Integrals along an interval: centreline, energy, error estimate.
-pub(super) struct Passed {
+pub(super) struct IntervalIntegrals {
     /// r(1) - r(0).
     pub way: Vector3<f64>,
     pub energy: f64,
@@ -119,20 +119,23 @@ pub(super) struct Slope {
 
 /// A rod under a given force, with its units and loads.
 #[derive(Clone, Copy)]
-pub(super) struct Pulled<'a> {
+pub(super) struct RodUnderForce<'a> {
     pub law: &'a ScaledLaw,
     /// Force n(0) at the base; n is constant if the rod bears no load.
     pub n: Vector3<f64>,
     /// Load along the rod.
-    pub weight: Option<&'a Weight>,
+    pub weight: Option<&'a ScaledLoad>,
     /// The unit of couples: sqrt|n|.
     pub kappa: f64,
     /// Implicit step of the fast layer, if one is being taken.
-    pub creeping: Option<&'a Creeping>,
+    pub creeping: Option<&'a LayerStep>,
 }
 
-impl<'a> Pulled<'a> {
-    pub(super) fn new((law, weight): (&'a ScaledLaw, Option<&'a Weight>), n: Vector3<f64>) -> Self {
+impl<'a> RodUnderForce<'a> {
+    pub(super) fn new(
+        (law, weight): (&'a ScaledLaw, Option<&'a ScaledLoad>),
+        n: Vector3<f64>,
+    ) -> Self {
         let mut pulled = Self {
             law,
             n,
@@ -164,7 +167,7 @@ impl<'a> Pulled<'a> {
     }
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// The strains under resultants along the directors.
     pub(super) fn inverse(&self, s: f64, local: &Vector6<f64>) -> Result<Response<'_>> {
         let inverse = self.law.inverse(s, local)?;
@@ -215,7 +218,11 @@ impl Pulled<'_> {
     /// The error of the slope is the first Legendre mode beyond those of the stages, extrapolated from the last ones.
     /// Its effect at the node is the mode times the same mode of Green's function, which is no less than that of
     /// exp(z x), z = lam h.
-    pub fn passed(&self, (from, to): (f64, f64), stages: &[Section; STAGES]) -> Result<Passed> {
+    pub fn passed(
+        &self,
+        (from, to): (f64, f64),
+        stages: &[Section; STAGES],
+    ) -> Result<IntervalIntegrals> {
         let (scheme, h) = (Scheme::get(), to - from);
         let slopes = self.slopes((from, to), stages)?;
         let (mut way, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
@@ -253,7 +260,7 @@ impl Pulled<'_> {
         let tail = (c * ratio(b.max(c), a.max(b))).max(b * ratio(c, a));
         let z = h * rate;
         let green = (1..=STAGES).fold(1.0, |product, k| product * 0.5 * z / (2.0 * k as f64 - 1.0));
-        Ok(Passed {
+        Ok(IntervalIntegrals {
             way,
             energy,
             work,

@@ -11,7 +11,7 @@
 //! the rod bounds the length of a step, whatever lam: a strong pull makes the layer stiff, and a loop slides along a
 //! taut rod at a rate of exp(-lam).
 
-use super::interval::{Pulled, STAGES, Scheme, Section};
+use super::interval::{RodUnderForce, STAGES, Scheme, Section};
 use super::{Shape, Solved, Spring, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::{frame, rotation_vector};
@@ -60,7 +60,7 @@ struct Strains {
 
 /// An implicit step of the layer: the strains before the step, and its length.
 #[derive(Debug)]
-pub(super) struct Creeping {
+pub(super) struct LayerStep {
     before: Strains,
     step: f64,
 }
@@ -124,7 +124,7 @@ impl Strains {
     }
 }
 
-impl Creeping {
+impl LayerStep {
     /// Response of the step's modified law, `inverse` being that of the law itself.
     pub fn after<'a>(&self, s: f64, mut inverse: Response<'a>) -> Response<'a> {
         let part = self.step / (1.0 + self.step);
@@ -166,7 +166,7 @@ impl Shape {
     }
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// Strains of the law under the resultants of a shape.
     fn strains(&self, shape: &Shape) -> Result<Strains> {
         let nodes = &Scheme::get().nodes;
@@ -195,7 +195,7 @@ impl Pulled<'_> {
     ///
     /// # Errors
     /// A law that refuses; a flow that does not settle.
-    pub(super) fn fallen(
+    pub(super) fn land_from_fold(
         &self,
         shape: &Shape,
         beside: [&Shape; 2],
@@ -332,11 +332,11 @@ impl Pulled<'_> {
             if !(h > SHORTEST) {
                 return None;
             }
-            let step = Creeping {
+            let step = LayerStep {
                 before: strains.clone(),
                 step: h,
             };
-            let creeping = Pulled {
+            let creeping = RodUnderForce {
                 creeping: Some(&step),
                 ..*self
             };

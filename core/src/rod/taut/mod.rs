@@ -20,14 +20,16 @@ mod stabilising_spring;
 mod taut_rod;
 mod turning_base;
 
-use super::distributed_load::Weight;
+use super::distributed_load::ScaledLoad;
 use super::ivp::Wrench;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, rotation_vector};
-use chain::{ANSWERS, Answers, AtEnd, Chained, Forces, Hold, REST, chain, follow, rest};
+use chain::{
+    ANSWERS, Answers, AtEnd, ChainSolution, ForceEquation, Forces, REST, chain, follow, rest,
+};
 use condensed::Condensed;
-use interval::{Pulled, STAGES, Scheme, correct};
+use interval::{RodUnderForce, STAGES, Scheme, correct};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 pub(in crate::rod) use end_conditions::{TAUT, TIGHT};
@@ -102,7 +104,7 @@ impl Solved {
 }
 
 /// Most Newton steps on a mesh, and most meshes tried.
-const MOST: usize = 40;
+const MAX_NEWTON_STEPS: usize = 40;
 const MESHES: usize = 24;
 /// Halvings of a mesh before values between its nodes are read.
 const HALVINGS: usize = 2;
@@ -131,7 +133,7 @@ const ROUNDED: f64 = 1e-9;
 /// in short steps they would lag by one step, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
 /// Least part of the way to another rod that is tried at once.
-const LEAST: f64 = 0.02;
+const MIN_CONTINUATION_STEP: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
 const FINEST: f64 = 1e-14;
 const COARSEST: f64 = 1e-6;
@@ -219,8 +221,8 @@ struct Correction {
 ///
 /// # Errors
 /// A law that refuses; no convergence.
-pub(in crate::rod) fn solved(
-    rod: (&ScaledLaw, Option<&Weight>),
+pub(in crate::rod) fn solve_taut_rod(
+    rod: (&ScaledLaw, Option<&ScaledLoad>),
     b: &Wrench,
     (tip, spring): (&Tip, &Spring),
     start: Option<&Shape>,
@@ -228,7 +230,7 @@ pub(in crate::rod) fn solved(
 ) -> Result<Solved> {
     let tolerance = tolerance.clamp(FINEST, COARSEST);
     let (m, n) = halves(b);
-    let pulled = Pulled::new(rod, n);
+    let pulled = RodUnderForce::new(rod, n);
     let begun = |shape: Shape| pulled.refined(shape, tip, spring, tolerance);
     let near = |couple: &Vector3<f64>| (couple - m).norm() < NEAR * pulled.kappa;
     let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
@@ -238,7 +240,7 @@ pub(in crate::rod) fn solved(
             true => begun(pulled.followed(b, tip, tolerance)?).ok(),
             false => None,
         },
-        &|| pulled.led(start?, tip, spring, tolerance),
+        &|| pulled.continue_from(start?, tip, spring, tolerance),
     ];
     // The first rod found may be another equilibrium than the one meant.
     let mut other = None;
@@ -255,10 +257,16 @@ pub(in crate::rod) fn solved(
     }
 }
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// Continuation from a more distant rod: force and end data are led to the given values, in steps as small as
     /// needed.
-    fn led(&self, start: &Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Option<Solved> {
+    fn continue_from(
+        &self,
+        start: &Shape,
+        tip: &Tip,
+        spring: &Spring,
+        tolerance: f64,
+    ) -> Option<Solved> {
         let mut shape = start.clone();
         shape.tolerance = shape.tolerance.min(tolerance);
         let last = shape.nodes[shape.nodes.len() - 1];
@@ -272,7 +280,7 @@ impl Pulled<'_> {
             (found.base_couple - before.nodes[0].m).norm() < NEAR * self.kappa
         };
         let (mut done, mut step) = (0.0, 0.5);
-        while step > LEAST {
+        while step > MIN_CONTINUATION_STEP {
             let part = (done + step).min(1.0);
             let way = |from: &Vector3<f64>, to: &Vector3<f64>| from + (to - from) * part;
             let tip = match tip {
@@ -370,7 +378,7 @@ impl Pulled<'_> {
             )
         };
         let (mut last, mut slow) = (f64::INFINITY, 0);
-        for steps in 1..=MOST {
+        for steps in 1..=MAX_NEWTON_STEPS {
             let correction = self.correction(shape, tip, spring)?.ok_or_else(lost)?;
             let size = correction.size;
             if !size.is_finite() {
@@ -428,13 +436,13 @@ impl Pulled<'_> {
         let end = there.at_end(&shape.nodes[shape.nodes.len() - 1], tip);
         let unit = self.kappa * self.kappa;
         let hold = match spring.stiffness {
-            f64::INFINITY => Hold {
+            f64::INFINITY => ForceEquation {
                 give: 0.0,
                 stiffness: unit,
                 off: (spring.at - place) * unit,
                 unit,
             },
-            stiffness => Hold {
+            stiffness => ForceEquation {
                 give: 1.0,
                 stiffness,
                 off: self.n - shape.n - (place - spring.at) * stiffness,
@@ -444,7 +452,7 @@ impl Pulled<'_> {
         let Some(chained) = chain(&intervals, &end, &hold) else {
             return Ok(None);
         };
-        let Chained { nodes, force, sign } = chained;
+        let ChainSolution { nodes, force, sign } = chained;
         let mut way = SMatrix::zeros();
         let moved = rest(&force);
         let mut size = moved.amax() / hold.unit;
@@ -530,9 +538,9 @@ impl Pulled<'_> {
 }
 
 /// Frame and couple at a place, the position and the energy up to the place.
-type Passed = (Section, Vector3<f64>, f64);
+type PassedSection = (Section, Vector3<f64>, f64);
 
-impl Pulled<'_> {
+impl RodUnderForce<'_> {
     /// Sections at places in growing order.
     fn sections(
         &self,
@@ -540,7 +548,7 @@ impl Pulled<'_> {
         (tip, spring): (&Tip, &Spring),
         at: &[f64],
         tolerance: f64,
-    ) -> Result<Vec<Passed>> {
+    ) -> Result<Vec<PassedSection>> {
         // Polynomials of the degree of the stages gain as many binary digits with every halving.
         let mut fine = shape.clone();
         for _ in 0..HALVINGS {

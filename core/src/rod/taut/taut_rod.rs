@@ -1,12 +1,12 @@
 //! Taut rods in the world and in the user's units.
 
-use super::interval::{Pulled, Section};
+use super::interval::{RodUnderForce, Section};
 use super::turning_base::Turning;
-use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solved};
+use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solve_taut_rod};
 use crate::error::Result;
 use crate::math::se3::{frame, joined};
-use crate::rod::distributed_load::Weight;
-use crate::rod::{Distributed, Rod, RodSection, Wrench};
+use crate::rod::distributed_load::ScaledLoad;
+use crate::rod::{DistributedLoad, Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
 /// A rod under a given force with its end held as a [`Tip`] says, accurate at any pull.
@@ -39,7 +39,7 @@ pub struct Taut {
     give: Matrix3<f64>,
     pub(super) shape: Shape,
     /// Load along the rod.
-    pub(super) weight: Option<Weight>,
+    pub(super) weight: Option<ScaledLoad>,
 }
 
 impl Taut {
@@ -84,12 +84,12 @@ impl Rod {
         &self,
         base: &Wrench,
         (tip, spring): (&Tip, &Spring),
-        (load, turns): (Option<&Distributed>, bool),
+        (load, turns): (Option<&DistributedLoad>, bool),
         start: Option<&Taut>,
         tolerance: f64,
     ) -> Result<Taut> {
         let (couple, force) = self.units();
-        let weight = load.map(|load| Weight::new(load, self));
+        let weight = load.map(|load| ScaledLoad::new(load, self));
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let b = self.inward(base);
         let tip = match tip {
@@ -103,7 +103,7 @@ impl Rod {
             stiffness: spring.stiffness * self.length / force,
             at: turn.tr_mul(&(spring.at - self.clamp.translation.vector)) / self.length,
         };
-        let found = solved(
+        let found = solve_taut_rod(
             (&self.law, weight.as_ref()),
             &b,
             (&tip, &spring),
@@ -125,10 +125,10 @@ impl Rod {
         &self,
         found: Solved,
         (tip, spring): (Tip, Spring),
-        (weight, turned): (Option<Weight>, Option<Derivatives>),
+        (weight, turned): (Option<ScaledLoad>, Option<Derivatives>),
     ) -> Result<Taut> {
         let (couple, force) = self.units();
-        let pulled = Pulled::new((&self.law, weight.as_ref()), found.shape.n);
+        let pulled = RodUnderForce::new((&self.law, weight.as_ref()), found.shape.n);
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let place = |m: &Matrix3<f64>, unit: f64| turn * m * turn.transpose() * unit;
         let out = |by: &Derivatives, unit: f64| Derivatives {
@@ -168,8 +168,8 @@ impl Rod {
     }
 
     /// The collocation problem of the rod under the force `n`, with the load along it.
-    pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> Pulled<'a> {
-        Pulled::new((&self.law, found.weight.as_ref()), n)
+    pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> RodUnderForce<'a> {
+        RodUnderForce::new((&self.law, found.weight.as_ref()), n)
     }
 
     /// Rod at rest after a taut rod leaves its fold `found` towards `beside`, rods a little to both sides of the
@@ -190,7 +190,7 @@ impl Rod {
         let beside = beside.map(|taut| &taut.shape);
         let held = (&found.tip, found.place);
         let (mut way, rested, spring) =
-            pulled.fallen(&found.shape, beside, held, tolerance, shown)?;
+            pulled.land_from_fold(&found.shape, beside, held, tolerance, shown)?;
         for (energy, sections) in &mut way {
             *energy *= self.units().0;
             for at in sections {

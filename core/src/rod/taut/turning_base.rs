@@ -10,11 +10,11 @@
 
 use super::chain::REST;
 use super::condensed::{Condensed, Residual, Variations};
-use super::first_order_mass::{Answered, Columns, Rates, Swept, neutral};
-use super::interval::{Pulled, STAGES};
+use super::first_order_mass::{Columns, LinearResponses, LinearisedRod, Rates, neutral};
+use super::interval::{RodUnderForce, STAGES};
 use super::{Derivatives, Shape, Spring, Tip};
 use crate::error::Result;
-use crate::rod::distributed_load::Weight;
+use crate::rod::distributed_load::ScaledLoad;
 use crate::rod::scaled_law::ScaledLaw;
 use nalgebra::{Matrix3, Vector3};
 
@@ -70,19 +70,22 @@ impl Turning {
     /// # Errors
     /// A law that refuses; a rod that is neutral under these end data.
     pub fn new(
-        (law, weight): (&ScaledLaw, &Weight),
+        (law, weight): (&ScaledLaw, &ScaledLoad),
         shape: &Shape,
         (tip, spring): (&Tip, &Spring),
     ) -> Result<Self> {
-        let pulled = Pulled::new((law, Some(weight)), shape.force());
+        let pulled = RodUnderForce::new((law, Some(weight)), shape.force());
         let (hold, _) = Rates::Force.held(tip, spring, pulled.kappa * pulled.kappa);
-        let swept = Swept::new(&pulled, (shape, tip), hold)?.ok_or_else(neutral)?;
+        let swept = LinearisedRod::new(&pulled, (shape, tip), hold)?.ok_or_else(neutral)?;
         let condensed = swept.condensed().ok_or_else(neutral)?;
         Ok(Self::of(&swept, condensed).ok_or_else(neutral)?.0)
     }
 
     /// Response of a linearised rod, with the condensed intervals returned; None if the rod is singular.
-    pub fn of(swept: &Swept<'_>, mut condensed: Vec<Condensed>) -> Option<(Self, Vec<Condensed>)> {
+    pub fn of(
+        swept: &LinearisedRod<'_>,
+        mut condensed: Vec<Condensed>,
+    ) -> Option<(Self, Vec<Condensed>)> {
         let zero = Matrix3::zeros();
         let mut found = Self {
             stages: vec![[ByTurn::NONE; STAGES]; condensed.len()],
@@ -118,8 +121,8 @@ impl Turning {
     fn told(
         &mut self,
         i: usize,
-        swept: &Swept<'_>,
-        answered: &Answered,
+        swept: &LinearisedRod<'_>,
+        answered: &LinearResponses,
         left: &[Residual],
     ) -> Vector3<f64> {
         let mut place = Columns::zeros();

@@ -56,7 +56,7 @@ pub(super) fn driving(overstress: &Resultant, rigid: [bool; 6]) -> Result<Result
 }
 
 /// Checks that rates satisfy the constraints.
-pub(super) fn kept(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
+pub(super) fn check_constraints(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
     finite("strain rates", rate)?;
     for k in (0..6).filter(|k| rigid[*k]) {
         if rate[k] != 0.0 {

@@ -10,7 +10,7 @@
 //! q f grows with slope f (1 + p y^2)/(1 + y^2), y^2 = q^2/onset. The slope is positive for p > 0, so that D is the
 //! gradient of a strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
 
-use super::active_strains::{driving, kept, positive};
+use super::active_strains::{check_constraints, driving, positive};
 use super::{Rate, RateLaw, Viscosity, ViscosityAt};
 use crate::error::{Error, Result};
 use crate::section::{Resultant, Strain};
@@ -155,7 +155,7 @@ impl RateLaw for Carreau {
     }
 
     fn overstress(&self, s: f64, _e: &Strain, rate: &Strain) -> Result<Resultant> {
-        kept(rate, self.viscosity.rigid())?;
+        check_constraints(rate, self.viscosity.rigid())?;
         let viscosity = self.viscosity.at(s)?;
         let newtonian = viscosity.matrix * rate;
         let size = rate.amax();

@@ -1,6 +1,6 @@
 //! A user's own dissipation potential, its derivatives by automatic differentiation.
 
-use super::active_strains::{driving, finite, kept, six};
+use super::active_strains::{check_constraints, driving, finite, six};
 use super::{Rate, RateLaw};
 use crate::error::{Error, Result};
 use crate::section::jet::{jet, mixed};
@@ -215,7 +215,7 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
 
     fn overstress(&self, s: f64, e: &Strain, rate: &Strain) -> Result<Resultant> {
         self.admitted(s, e)?;
-        kept(rate, self.rigid())?;
+        check_constraints(rate, self.rigid())?;
         let here = Here {
             law: self,
             s,

@@ -19,7 +19,7 @@
 //! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
 //! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
-use super::active_strains::{driving, finite, kept};
+use super::active_strains::{check_constraints, driving, finite};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::{Error, Result};
 use crate::section::{BarrierTerm, Resultant, Strain};
@@ -127,7 +127,7 @@ impl RateLaw for FrictionBarrier {
     }
 
     fn overstress(&self, s: f64, e: &Strain, rate: &Strain) -> Result<Resultant> {
-        kept(rate, self.viscosity.rigid())?;
+        check_constraints(rate, self.viscosity.rigid())?;
         let depth = self.at(e)?;
         let friction = self.friction(depth.value) * depth.slope.dot(rate);
         let rigid = self.viscosity.rigid();

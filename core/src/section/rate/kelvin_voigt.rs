@@ -1,6 +1,6 @@
 //! Kelvin-Voigt friction: D = H e_t.
 
-use super::active_strains::{driving, kept};
+use super::active_strains::{check_constraints, driving};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::Result;
 use crate::section::{Resultant, SectionLaw, Strain};
@@ -54,7 +54,7 @@ impl RateLaw for KelvinVoigt {
     }
 
     fn overstress(&self, s: f64, _e: &Strain, rate: &Strain) -> Result<Resultant> {
-        kept(rate, self.0.rigid())?;
+        check_constraints(rate, self.0.rigid())?;
         Ok(self.0.at(s)?.matrix * rate)
     }
 

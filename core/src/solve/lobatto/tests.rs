@@ -55,7 +55,7 @@ impl Eightwise<Vector3<f64>> for Rough {
         std::array::from_fn(|i| Vector3::new(at.0[0][i], at.0[1][i], at.0[2][i]))
     }
 
-    fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), Fails> {
+    fn solve(&mut self, step: &Unsolved, to: &mut Solved) -> Result<(), StepFailure> {
         solve(self, step, to)
     }
 }
