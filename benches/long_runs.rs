@@ -359,14 +359,16 @@ impl InPlane {
     /// Under a dead load (-8, -2), which throws the body to and fro; or under one that holds the rod taut, with a
     /// velocity.
     fn new(thrown: bool) -> Self {
-        let start = match thrown {
-            true => Equilibrium::from_lambda_kappa(1.9, 0.35),
-            false => Equilibrium::from_lambda_p(4.0, 3.0),
+        let start = if thrown {
+            Equilibrium::from_lambda_kappa(1.9, 0.35)
+        } else {
+            Equilibrium::from_lambda_p(4.0, 3.0)
         };
         let start = start.expect("an equilibrium");
-        let (load, v) = match thrown {
-            true => (Vector2::new(-8.0, -2.0), Vector2::zeros()),
-            false => (-Vector2::from(start.force), Vector2::new(0.1, 0.05)),
+        let (load, v) = if thrown {
+            (Vector2::new(-8.0, -2.0), Vector2::zeros())
+        } else {
+            (-Vector2::from(start.force), Vector2::new(0.1, 0.05))
         };
         let body = Body::new(1.0).and_then(|b| b.with_dead_force(load));
         Self {

@@ -114,9 +114,10 @@ impl Peer {
             .args([&program, &source])
             .output()
             .map_err(|e| format!("there is no compiler c++ ({e})"))?;
-        match compiled.status.success() {
-            true => Ok(Command::new(program)),
-            false => Err(last_line(&compiled.stderr)),
+        if compiled.status.success() {
+            Ok(Command::new(program))
+        } else {
+            Err(last_line(&compiled.stderr))
         }
     }
 }

@@ -1,4 +1,5 @@
-//! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of energies.
+//! The runs of [snaprod](https://docs.rs/snaprod): motion in time with its events, snaps, contacts and the ledger of
+//! energies.
 //!
 //! All models of rods share one vocabulary and one interface to drive a motion. The crate stands on
 //! `snaprod-systems`, whose equations it runs. Use `snaprod`, which re-exports both.

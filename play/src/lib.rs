@@ -1,4 +1,5 @@
-//! What docs/play.html asks of the library. Answers are numbers in one buffer; each function returns how many of them it has written.
+//! What docs/play.html asks of the library. Answers are numbers in one buffer; each function returns how many of them
+//! it has written.
 //!
 //! Units: length of the rod 1, bending stiffness 1.
 
@@ -51,8 +52,8 @@ pub extern "C" fn hold(p: f64, w: f64) -> i32 {
     })
 }
 
-/// Drags the end to (x, y): for every snap on the way p, w of the fold, p, w of the landing, x, y, and the energy that is released. -1 if
-/// the rod did not get there.
+/// Drags the end to (x, y): for every snap on the way p, w of the fold, p, w of the landing, x, y, and the energy
+/// that is released. -1 if the rod did not get there.
 #[unsafe(no_mangle)]
 pub extern "C" fn drag(x: f64, y: f64) -> i32 {
     told(|stage| {
@@ -66,7 +67,8 @@ pub extern "C" fn drag(x: f64, y: f64) -> i32 {
     })
 }
 
-/// The layer of snap `number` of the last move: how many numbers each shape has, then those of each: its energy, and x, y from clamp to end.
+/// The layer of snap `number` of the last move: how many numbers each shape has, then those of each: its energy, and
+/// x, y from clamp to end.
 #[unsafe(no_mangle)]
 pub extern "C" fn layer(number: usize) -> i32 {
     told(|stage| {

@@ -30,7 +30,7 @@ impl Default for Solve {
 /// A branch of equilibria in one parameter of the scene.
 ///
 /// Steps are lengths along the branch. A change of the parameter alone by |to - from| has length 1. So does a change of
-/// the base wrench by [`Continue::TYPICAL`] of the rod's own units: B/L for the couple, B/L^2 for the force, B a
+/// the base wrench by [`Continue::WRENCH_SCALE`] of the rod's own units: B/L for the couple, B/L^2 for the force, B a
 /// bending stiffness. An assembly counts the wrenches of all rods, the rotations of the bodies in radians, and their
 /// displacements in mean lengths of the rods. Hence a step of 0.01 gives at least 100 steps from `from` to `to`, and
 /// more where the wrench changes much.

@@ -1,4 +1,5 @@
-//! Waves in one dimension, for [snaprod](https://docs.rs/snaprod): conservation laws, Riemann problems, finite volumes, spectral elements.
+//! Waves in one dimension, for [snaprod](https://docs.rs/snaprod): conservation laws, Riemann problems, finite
+//! volumes, spectral elements.
 //!
 //! The crate stands on `snaprod-core`. Use `snaprod`, which re-exports its modules.
 #![warn(missing_docs)]

@@ -287,13 +287,15 @@ impl Groove {
             return None;
         };
         let length = spline.length();
-        let turns = match spline.closed {
-            true => (from / length).floor(),
-            false => 0.0,
+        let turns = if spline.closed {
+            (from / length).floor()
+        } else {
+            0.0
         };
-        let around: &[f64] = match spline.closed {
-            true => &[-1.0, 0.0, 1.0],
-            false => &[0.0],
+        let around: &[f64] = if spline.closed {
+            &[-1.0, 0.0, 1.0]
+        } else {
+            &[0.0]
         };
         let all = around.iter().flat_map(|turn| {
             let shift = (turns + turn) * length;
@@ -301,13 +303,12 @@ impl Groove {
         });
         // A knot at `from` to rounding is not beyond.
         let rounding = AT_KNOT * (length + from.abs());
-        match from < to {
-            true => all
-                .filter(|knot| from + rounding < *knot && *knot <= to)
-                .reduce(f64::min),
-            false => all
-                .filter(|knot| to <= *knot && *knot < from - rounding)
-                .reduce(f64::max),
+        if from < to {
+            all.filter(|knot| from + rounding < *knot && *knot <= to)
+                .reduce(f64::min)
+        } else {
+            all.filter(|knot| to <= *knot && *knot < from - rounding)
+                .reduce(f64::max)
         }
     }
 
@@ -353,9 +354,10 @@ impl Spline {
     }
 
     fn at(&self, phi: f64) -> [Vector3<f64>; 3] {
-        let phi = match self.closed {
-            true => phi.rem_euclid(self.length()),
-            false => phi,
+        let phi = if self.closed {
+            phi.rem_euclid(self.length())
+        } else {
+            phi
         };
         let next = self.knots.partition_point(|knot| *knot <= phi);
         let k = next.clamp(1, self.pieces.len()) - 1;

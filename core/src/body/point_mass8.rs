@@ -57,9 +57,10 @@ impl<const N: usize> Sweeps for EightMotion<'_, N> {
 
     /// The rows behind the time, work and loss, are constant if there is neither drag nor dependence on time.
     fn changing(&self) -> usize {
-        match self.is_timed() || self.body.drag != 0.0 {
-            true => Self::ROWS,
-            false => 2 * N + 1,
+        if self.is_timed() || self.body.drag != 0.0 {
+            Self::ROWS
+        } else {
+            2 * N + 1
         }
     }
 

@@ -62,9 +62,10 @@ pub fn equilibrium_under_load(load: &Vector2<f64>) -> Result<Option<Equilibrium>
     let excess = |ln_p: f64| at(ln_p).map_or(f64::NAN, |e| e.alpha - target);
     let ends = ((low, excess(low)), (high, excess(high)));
     // For a load along the rod up to rounding, the solution is the first shape without inflection.
-    let root = match ends.0.1 <= 0.0 && lambda > FRAC_PI_2 {
-        true => Some(low),
-        false => chandrupatla(excess, ends.0, ends.1, 0.0),
+    let root = if ends.0.1 <= 0.0 && lambda > FRAC_PI_2 {
+        Some(low)
+    } else {
+        chandrupatla(excess, ends.0, ends.1, 0.0)
     };
     root.and_then(|ln_p| bent(ln_p.exp()).ok())
         .map(Some)
@@ -135,9 +136,10 @@ pub fn equilibrium_under_load_and_weight(
         }
         last = step;
     }
-    match slack < SLIGHT {
-        true => slightly_bent(rod, frame, load),
-        false => Err(unfound()),
+    if slack < SLIGHT {
+        slightly_bent(rod, frame, load)
+    } else {
+        Err(unfound())
     }
 }
 

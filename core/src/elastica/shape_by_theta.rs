@@ -101,9 +101,10 @@ impl RodTheta {
             )
         };
         let whole = lam * pace;
-        let half_turn = match real {
-            true => (2.0 * whole > PI).then_some(PI),
-            false => (2.0 * whole > -rough_log(q) - ROUGHLY).then(|| -q.ln()),
+        let half_turn = if real {
+            (2.0 * whole > PI).then_some(PI)
+        } else {
+            (2.0 * whole > -rough_log(q) - ROUGHLY).then(|| -q.ln())
         };
         Self {
             lam,
@@ -122,7 +123,7 @@ impl RodTheta {
     }
 
     /// Gauss rule that integrates along this rod to the relative error `error`: number of nodes, and grading towards
-    /// the clamp ([`drawn`]).
+    /// the clamp ([`graded_node`]).
     ///
     /// The poles of the pendulum lie at odd multiples of K, at the distance K' from the rod. The error falls like
     /// rho^-2n, with rho the sum of the axes of Bernstein's ellipse through the nearest pole. A pole beyond the clamp
@@ -133,9 +134,10 @@ impl RodTheta {
         let quarter = 0.5 * PI / self.pace;
         // Ratio K'/K = log(1/q)/pi, or K/K' for the complementary nome.
         let other = quarter * rough_log(self.nome.q) * (-1.0 / PI);
-        let (k, away) = match self.real {
-            true => (quarter, other.min(FARTHEST * quarter)),
-            false => (other, quarter),
+        let (k, away) = if self.real {
+            (quarter, other.min(FARTHEST * quarter))
+        } else {
+            (other, quarter)
         };
         let digits = binary_digits(error);
         if self.lam > NARROW * away && self.lam < k + MAX_BEYOND_QUARTER * away {
@@ -179,9 +181,10 @@ impl RodTheta {
     #[inline(always)]
     pub fn place_at(&self, part: f64) -> SectionIntegrals<f64> {
         let (v, wound) = self.unwound(part * self.whole);
-        let turned = match self.real {
-            true => v.sin_cos(),
-            false => (v.sinh(), v.cosh()),
+        let turned = if self.real {
+            v.sin_cos()
+        } else {
+            (v.sinh(), v.cosh())
         };
         self.place(part, turned, wound)
     }
@@ -190,9 +193,10 @@ impl RodTheta {
     #[inline(always)]
     pub fn at<S: Simd>(&self, part: Lanes<S>) -> SectionIntegrals<Lanes<S>> {
         let (v, wound) = self.unwound(part * self.whole);
-        let turned = match self.real {
-            true => v.sin_cos(),
-            false => v.sinh_cosh(),
+        let turned = if self.real {
+            v.sin_cos()
+        } else {
+            v.sinh_cosh()
         };
         self.place(part, turned, wound)
     }

@@ -33,7 +33,7 @@ const MAX_Z: f64 = 1e-2;
 const MAX_TRIAL_Z: f64 = 2.0 * MAX_Z;
 /// Largest z at which a motion enters this chart, below [`MAX_Z`] for hysteresis.
 const ENTRY_Z: f64 = 0.6 * MAX_Z;
-/// Largest Z of the pulled rods served by [`pulled`].
+/// Largest Z of the pulled rods served by [`modulus_under_pull`].
 const MAX_PULLED_Z: f64 = 0.1 * MAX_Z;
 /// Smallest Z of the chart: its square is still a normal number.
 const MIN_Z: f64 = 1e-100;

@@ -150,9 +150,12 @@ impl Part {
                 let numbers: Vec<(String, &str)> = numbers.collect();
                 let common = numbers.first().map_or("", |(_, symbol)| symbol);
                 let same = numbers.iter().all(|(_, symbol)| *symbol == common);
-                let each = |(text, symbol): &(String, &'static str)| match same {
-                    true => text.clone(),
-                    false => spaced((text.clone(), symbol)),
+                let each = |(text, symbol): &(String, &'static str)| {
+                    if same {
+                        text.clone()
+                    } else {
+                        spaced((text.clone(), symbol))
+                    }
                 };
                 let texts: Vec<String> = numbers.iter().map(each).collect();
                 let list = format!("[{}]", texts.join(", "));

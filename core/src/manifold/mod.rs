@@ -206,7 +206,7 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     }
 
     /// Turn of a body near the state that `patch` surrounds, with the inner turning point `q`, under `load` along the
-    /// direction of [`Multivalued::shaking`]; `None` where the turn has no closed form.
+    /// direction of [`Multivalued::shaking_direction`]; `None` where the turn has no closed form.
     fn shaking_turn(&self, _patch: Patch, _q: &SVector<f64, N>, _load: f64) -> Option<ShakingTurn> {
         None
     }
@@ -217,8 +217,8 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
         None
     }
 
-    /// Chart and point of the rod under `pull` with the small deflection `across`, where [`Multivalued::held`] is
-    /// Some.
+    /// Chart and point of the rod under `pull` with the small deflection `across`, where
+    /// [`Multivalued::axial_constraint`] is Some.
     fn deflected_point(&self, _pull: f64, _across: f64) -> Option<(Patch, SVector<f64, N>)> {
         None
     }

@@ -532,9 +532,10 @@ fn fault(
 
 #[inline]
 fn check_modulus(name: &'static str, kc: f64, zero: bool) -> Result<(), DomainError> {
-    let allowed = match zero {
-        true => "[0, 1] (complementary modulus)",
-        false => "(0, 1] (complementary modulus)",
+    let allowed = if zero {
+        "[0, 1] (complementary modulus)"
+    } else {
+        "(0, 1] (complementary modulus)"
     };
     if !(0.0..=1.0).contains(&kc) || (kc == 0.0 && !zero) {
         return Err(fault(name, "kc", kc, allowed));

@@ -1,5 +1,5 @@
 //! End of a uniform linear rod and its tangent by Gauss collocation (theory Sec. 3): the initial-value problem of
-//! `line`.
+//! `ivp`.
 //!
 //! On a step of length h the slopes k_i at the eight nodes of the Gauss rule satisfy
 //!
@@ -14,7 +14,7 @@
 //! Vectors are given along axes of which the third is that of the force, n = (0, 0, |n|). The third component of m =
 //! m(0) - r x n is then constant along the rod. Frame and place across the force, (q, r_1, r_2), are all that is
 //! swept; for the tangent, four variables for each column (see `tangent`). The angle needed for the Morse index is
-//! followed in `conjugate`.
+//! followed in `conjugate_angle`.
 
 mod conjugate_angle;
 mod tangent;
@@ -45,7 +45,7 @@ const P7_PER_TOLERANCE: f64 = 4.0;
 const SAFETY: f64 = 0.75;
 const ACCEPTED_EXCESS: f64 = 1.5;
 
-/// A uniform linear rod; other rods are integrated by `line`.
+/// A uniform linear rod; other rods are integrated by `ivp`.
 #[derive(Clone, Copy)]
 pub(super) struct Collocated<'a> {
     law: &'a ScaledLaw,
@@ -86,9 +86,10 @@ const SOFT: f64 = 10.0;
 /// axes in that plane, so planar rods stay planar.
 fn axes(n: &Vector3<f64>) -> Matrix3<f64> {
     let size = n.amax();
-    let [x, y, z] = match size > 0.0 {
-        true => (n / size).normalize().into(),
-        false => [0.0, 0.0, 1.0],
+    let [x, y, z] = if size > 0.0 {
+        (n / size).normalize().into()
+    } else {
+        [0.0, 0.0, 1.0]
     };
     let sign = 1.0_f64.copysign(z);
     let a = -1.0 / (sign + z);

@@ -2,7 +2,7 @@
 //!
 //! Dimension-free, in the frame of the clamp: arclength sigma = s/L in [0, 1], couples in B/L, forces in B/L^2,
 //! energies in B/L. The balance laws are solved: n is constant and m(s) = m(0) - r x n, so that |n| and n.m hold
-//! exactly (under a load along the rod see `weight`). Frame and centreline are left to integrate,
+//! exactly (under a load along the rod see `distributed_load`). Frame and centreline are left to integrate,
 //!
 //! ```text
 //! R' = R [u]x,   r' = R v,   (u, v) = e(R^T m, R^T n, s),

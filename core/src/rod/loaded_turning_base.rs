@@ -44,9 +44,10 @@ impl Problem {
     /// # Errors
     /// As [`super::Rod::end`].
     pub fn loaded_end(&self, base: &Wrench, turns: bool) -> Result<LoadedEnd> {
-        match turns {
-            false => self.with_columns::<6>(base),
-            true => self.with_columns::<9>(base),
+        if !turns {
+            self.with_columns::<6>(base)
+        } else {
+            self.with_columns::<9>(base)
         }
     }
 
@@ -55,15 +56,12 @@ impl Problem {
     /// # Errors
     /// As [`super::Rod::end`].
     pub fn traced_loaded_end(&self, base: &Wrench, turns: bool) -> Result<(LoadedEnd, Trace)> {
-        Ok(match turns {
-            false => {
-                let (end, trace) = self.tracked::<6>(base)?;
-                (end, Trace::held(trace))
-            }
-            true => {
-                let (end, trace) = self.tracked::<9>(base)?;
-                (end, Trace::turning(trace))
-            }
+        Ok(if !turns {
+            let (end, trace) = self.tracked::<6>(base)?;
+            (end, Trace::held(trace))
+        } else {
+            let (end, trace) = self.tracked::<9>(base)?;
+            (end, Trace::turning(trace))
         })
     }
 

@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Under a load f along the rod n is the local n(s), and m is reduced by w, w' = x f_s - y f_t (see
-//! [`super::weight`]).
+//! [`super::distributed_load`]).
 
 use super::chart::{Chart, dynamic, dynamic_matrix, sized};
 use super::distributed_load::ScaledLoad;

@@ -135,10 +135,10 @@ impl BothEnds {
         };
         let inside = vec![plane.lift([1.0, 0.0].into()), plane.lift([0.0, 1.0].into())];
         let whole = problem.is_held() == [false; 3];
-        let free = self.free.iter().map(|i| match whole {
-            true => inside[*i],
-            false => problem.axes[*i],
-        });
+        let free = self
+            .free
+            .iter()
+            .map(|i| if whole { inside[*i] } else { problem.axes[*i] });
         [vec![plane.normal()], inside.clone(), free.collect()]
     }
 
@@ -265,10 +265,10 @@ impl BothEnds {
     fn rows(&self, problem: &Problem) -> DMatrix<f64> {
         let [couples, forces, free] = self.directions(problem);
         let mut rows = DMatrix::zeros(self.size(), WHOLE);
-        let free = match problem.end.follower {
-            // Loads along the directors of the end, which turns within the plane.
-            true => forces.clone(),
-            false => free,
+        let free = if problem.end.follower {
+            forces.clone()
+        } else {
+            free
         };
         let mut k = 0;
         for (column, directions) in [(0, couples), (3, forces), (6, free)] {

@@ -20,9 +20,10 @@ pub struct Measures {
 
 /// The law converted to `units`; returned unchanged if these are 1.
 pub fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
-    match units.length == 1.0 && units.stiffness == 1.0 {
-        true => law,
-        false => Arc::new(Measured { law, units }),
+    if units.length == 1.0 && units.stiffness == 1.0 {
+        law
+    } else {
+        Arc::new(Measured { law, units })
     }
 }
 

@@ -229,9 +229,10 @@ impl Elimination {
         let mut z = Place::new(DVector::zeros(n), 0.0);
         let values = y.iter().chain(std::iter::once(&free));
         for (&column, value) in self.columns.iter().zip(values) {
-            match column < n {
-                true => z.x[column] = *value,
-                false => z.p = *value,
+            if column < n {
+                z.x[column] = *value
+            } else {
+                z.p = *value
             }
         }
         z

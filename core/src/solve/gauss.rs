@@ -323,9 +323,10 @@ impl<Y: Reversible> Gauss<Y> {
             longest = longest.min(h);
             let factor = SPARE * error.powf(-1.0 / 13.0);
             let shorter = h * if factor > SHRINK { factor } else { SHRINK };
-            match h > near {
-                true => h_max = shorter,
-                false => self.h = shorter,
+            if h > near {
+                h_max = shorter
+            } else {
+                self.h = shorter
             }
         }
     }

@@ -180,9 +180,10 @@ impl Radau {
     /// middle.
     fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
         let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
-        let rough = match self.rough.is_due() {
-            true => system.roughly_linearised(&middle),
-            false => None,
+        let rough = if self.rough.is_due() {
+            system.roughly_linearised(&middle)
+        } else {
+            None
         };
         self.rough.used = rough.is_some();
         let Some(jacobian) = rough.or_else(|| system.linearised(&middle)) else {
@@ -218,9 +219,10 @@ impl Radau {
                 return Err(StepTooSmall);
             }
             if self.worn || self.jacobian.is_none() {
-                let taken = match foresee && !self.fresh {
-                    true => self.foresee(system, h),
-                    false => self.refresh(system),
+                let taken = if foresee && !self.fresh {
+                    self.foresee(system, h)
+                } else {
+                    self.refresh(system)
                 };
                 taken.ok_or(StepTooSmall)?;
             }

@@ -75,8 +75,9 @@ fn part(sample: u64, i: u64) -> f64 {
     let mixed = (sample * 0x9E37_79B9 + i * 0x85EB_CA6B + 1).wrapping_mul(0xD6E8_FEB8_6659_FD93);
     let mixed = mixed ^ (mixed >> 32);
     let size = 0.5 + (mixed >> 33) as f64 / (1_u64 << 32) as f64;
-    match mixed.count_ones().is_multiple_of(2) {
-        true => size,
-        false => -size,
+    if mixed.count_ones().is_multiple_of(2) {
+        size
+    } else {
+        -size
     }
 }

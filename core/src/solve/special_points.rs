@@ -219,9 +219,10 @@ impl Space<'_> {
         // does not depend on the step.
         let apart = APART.max(TOLERANCES * self.tolerance) * (1.0 + b.on.place.norm());
         let many = depth < MAX_DEPTH;
-        let divides = match explained {
-            true => many && twice.is_some(),
-            false => many || b.arclength - a.arclength > apart,
+        let divides = if explained {
+            many && twice.is_some()
+        } else {
+            many || b.arclength - a.arclength > apart
         };
         if divides
             && let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true)

@@ -49,9 +49,10 @@ impl<Y: Reversible> Stepper<Y> {
     /// Starts at `state` with its `slope`; `h` is a first guess. None if the motion has no pace at the start, which
     /// symmetric steps need for their length.
     pub fn new(symmetric: bool, state: Y, slope: Y, h: f64, tolerance: f64) -> Option<Self> {
-        Some(match symmetric {
-            false => Self::Explicit(Box::new(Dop853::new(state, slope, h, tolerance))),
-            true => Self::Symmetric(Box::new(Gauss::new(state, slope, h, tolerance)?)),
+        Some(if !symmetric {
+            Self::Explicit(Box::new(Dop853::new(state, slope, h, tolerance)))
+        } else {
+            Self::Symmetric(Box::new(Gauss::new(state, slope, h, tolerance)?))
         })
     }
 

@@ -115,9 +115,10 @@ impl NodeResolution {
     }
 }
 
-/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most 1/[`RATE_BOUND_RATIO`] of a
-/// strain of that size, and less where the corresponding strains are smaller ([`HeavyRod::delays`]). A rod that is
-/// let go begins with waves shorter than any nodes. Their rates do not vanish, but have almost no effect.
+/// The strain rates, weighted by their effect on the motion and on the energy. The weight is at most
+/// 1/[`RATE_BOUND_RATIO`] of a strain of that size, and less where the corresponding strains are smaller
+/// ([`HeavyRod::delays`]). A rod that is let go begins with waves shorter than any nodes. Their rates do not vanish,
+/// but have almost no effect.
 fn entering(rod: &HeavyRod, moving: &RodState) -> [Vec<Local<6>>; 2] {
     let delays = rod.delays(moving);
     let weights = delays.map_or([Local::repeat(1.0); 2], |delays| {

@@ -11,7 +11,8 @@ use snaprod_systems::elastica::Elastica;
 use snaprod_systems::error::{Error, Result};
 
 impl<'a> Run<'a, Elastica, 2> {
-    /// A run of the straight rod let go at (1, 0) with a velocity across, by a special opening (see `straight.rs`).
+    /// A run of the straight rod let go at (1, 0) with a velocity across, by a special opening (see
+    /// `straight_release.rs`).
     ///
     /// The motion leaves the straight state with a pull of order t^2 beyond that of the loads; no other
     /// motion keeps the pull bounded as t -> 0.

@@ -4,7 +4,7 @@
 //! The rod's own inertia bends the rod across, by the order of its mass. The pull with the same bend differs
 //! from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
 //! difference. So next to the straight rod the distance from the circle of full reach is slaved to the
-//! deflection, as in [`glide`](super::glide). The rod's mass is part of the motion across.
+//! deflection, as in [`glide`](super::slow_beam). The rod's mass is part of the motion across.
 //!
 //! With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull. Its end is
 //! farther in by c' y u, and |c'| u^2/2 is stored. Most of u is slaved to inertia and weight. The rest is a

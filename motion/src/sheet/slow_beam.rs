@@ -7,7 +7,7 @@
 //! ```
 //! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where
 //! the rod is straight. A rod whose mass is followed takes part in the motion across (theory 2.9): see
-//! [`across`](super::across).
+//! [`across`](super::beam_with_mass).
 
 use super::{LOCAL, Phase};
 use crate::locate::first_change;

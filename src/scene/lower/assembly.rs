@@ -245,7 +245,7 @@ impl AssemblySetup {
     /// As [`AssemblySetup::equilibrium`]; no equilibrium near the guess.
     pub fn start_equilibrium(&self) -> Result<AssemblyEquilibrium> {
         let found = self.equilibrium()?;
-        if !(self.guess.is_some() && !found.route.is_near_guess()) {
+        if self.guess.is_none() || found.route.is_near_guess() {
             Ok(found)
         } else {
             Err(Error::no_convergence(

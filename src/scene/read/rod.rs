@@ -1,6 +1,6 @@
 //! Reader of `[rod]`.
 
-use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION};
+use super::fields::{ASSEMBLY, MATERIAL, OUTLINE, PLANE, REST_STRAINS, SECTION, STATICS};
 use super::friction::{self, needs_damping};
 use super::section::{outline, rest, rest_inside_barrier, section};
 use super::table::Table;
@@ -139,7 +139,7 @@ pub(super) fn rod(table: &Table) -> RodParts {
     };
     let rigid = section.as_ref().map(Section::rigid);
     let (damping, relaxation, nodes) = match kind {
-        _REST => (Some(None), Some(Vec::new()), Some(None)),
+        STATICS => (Some(None), Some(Vec::new()), Some(None)),
         ASSEMBLY => {
             if light_is_elastic(table) {
                 (
@@ -164,7 +164,7 @@ pub(super) fn rod(table: &Table) -> RodParts {
     };
     let contact_diameter = contact_diameter(table);
     let (mass, inertia, section_inertia) = match kind {
-        _REST => (table.optional("mass"), Some(None), Some(None)),
+        STATICS => (table.optional("mass"), Some(None), Some(None)),
         _ => (
             table.optional("mass"),
             inertia(table, section.as_ref(), material),

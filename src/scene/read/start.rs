@@ -1,7 +1,7 @@
 //! Reader of `[start]`.
 
 use super::ends::{ON_CIRCLE, REACH, norm, orientation, too_far};
-use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STRAIN, Spec};
+use super::fields::{EQUILIBRIUM, LANDING, PLANE, POSE, SHEET, STATICS, STRAIN, Spec};
 use super::friction::needs_damping;
 use super::phrases::Short;
 use super::ranges::{FINITE, KAPPA, LAMBDA, VALUE};
@@ -30,7 +30,7 @@ pub(super) struct Known<'k> {
 pub(super) fn start(table: &Table, known: Known) -> Option<Start> {
     match table.reader.kind.get() {
         PLANE => planar(table, known),
-        _REST => {
+        STATICS => {
             let reader = table.reader;
             let wrench = table.maybe("wrench", |field, value| reader.vector(field, value, &VALUE));
             Some(Start {

@@ -6,8 +6,8 @@
 //! dm(0) = 0,       (r^ r^T) dr(1) + (L/couple) dm(1) = r^ dl,
 //! ```
 //! r^ the direction of the chord, l its length; dm(1) is across r^ where m(0) = 0. The directors of the base follow
-//! the chord except for a spin about it, on which only the rod's own mass acts (`spin`). The curve of a buckled round
-//! rod can also spin about its own d3, n' = d3 x n: that direction is held.
+//! the chord except for a spin about it, on which only the rod's own mass acts (`chord_spin`). The curve of a buckled
+//! round rod can also spin about its own d3, n' = d3 x n: that direction is held.
 
 use super::{Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};

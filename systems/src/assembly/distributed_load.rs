@@ -43,8 +43,8 @@ pub(super) struct LoadTerms {
 }
 
 impl Link {
-    /// Puts a dead load along the rod, counted from this link's base ([`DistributedLoad::reversed`] counts from the other
-    /// end).
+    /// Puts a dead load along the rod, counted from this link's base ([`DistributedLoad::reversed`] counts from the
+    /// other end).
     ///
     /// # Errors
     /// A rod between two ball joints.

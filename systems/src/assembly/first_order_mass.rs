@@ -428,8 +428,8 @@ impl Assembly {
             .sum()
     }
 
-    /// Inertia wrenches of rods on their attachments: [`CoupledAccelerations::borne`]. Empty if a rod's inertia cannot be
-    /// computed.
+    /// Inertia wrenches of rods on their attachments: [`CoupledAccelerations::borne`]. Empty if a rod's inertia
+    /// cannot be computed.
     fn borne(&self, at: &Evaluated, tolerance: f64) -> Vec<(usize, SVector<f64, 12>)> {
         if !self.feels_rods() {
             return Vec::new();

@@ -174,12 +174,12 @@ impl Assembly {
         }
     }
 
-    /// Sets the chart kind of rod `k` ([`Link::seen_as`]).
+    /// Sets the chart kind of rod `k` ([`Link::set_chart_kind`]).
     pub fn set_chart_kind(&mut self, k: usize, seen: ChartKind) {
         self.links[k].set_chart_kind(seen);
     }
 
-    /// Sets the spring beside the end of rod `k` ([`Link::beside_spring`]).
+    /// Sets the spring beside the end of rod `k` ([`Link::set_end_spring`]).
     pub fn brace(&mut self, k: usize, stiffness: f64) {
         self.links[k].set_end_spring(stiffness);
     }
@@ -194,7 +194,7 @@ impl Assembly {
         self.links.iter().any(|link| link.give().is_some())
     }
 
-    /// Sets the slider between the end of rod `k` and its attachment ([`Link::let_give`]).
+    /// Sets the slider between the end of rod `k` and its attachment ([`Link::set_slider`]).
     pub fn let_give(&mut self, k: usize, give: Option<EndSlider>) {
         self.links[k].set_slider(give);
     }

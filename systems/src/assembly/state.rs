@@ -78,7 +78,7 @@ pub struct RodMonitor {
     pub better: ChartKind,
     /// Best stiffness of the spring beside the end ([`super::Link::better_spring`]).
     pub spring: f64,
-    /// Best slider between end and attachment ([`super::Link::better_give`]).
+    /// Best slider between end and attachment ([`super::Link::suited_slider`]).
     pub give: Option<EndSlider>,
 }
 
@@ -370,7 +370,8 @@ impl Assembly {
         .collect()
     }
 
-    /// Closes the gaps of a state: charts are [`Assembly::corrected`]; for nearly straight rods the bodies are moved.
+    /// Closes the gaps of a state: charts are [`Assembly::corrected_charts`]; for nearly straight rods the bodies are
+    /// moved.
     pub fn close_gaps(&self, state: DVector<f64>, at: &Evaluated) -> Option<DVector<f64>> {
         Some(self.slide_bodies(self.with_charts(state, &self.corrected_charts(at)?), at))
     }

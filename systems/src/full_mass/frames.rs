@@ -8,8 +8,8 @@
 //! r_tt = V' + A (omega_t x tau + omega x (omega x tau) + 2 omega x R v_t + R v_tt).
 //! ```
 //! In space the integrals A (R u_t ..) of rotations are replaced by the exact rates of the rotations by collocation
-//! (`spins`). A has one row more than there are nodes: the last is the end. A change of the strains turns R by
-//! phi = A (R du); a turn of the base adds to phi. All derivatives follow from dR = phi x R.
+//! (`section_rotations`). A has one row more than there are nodes: the last is the end. A change of the strains turns
+//! R by phi = A (R du); a turn of the base adds to phi. All derivatives follow from dR = phi x R.
 
 mod derivatives;
 

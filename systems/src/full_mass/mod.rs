@@ -10,16 +10,16 @@
 //!
 //! * [`law`]: the section law on the strains that can change.
 //! * [`frames`]: poses, velocities and accelerations of the sections, and the derivatives of all of them.
-//! * `decaying`: small motions with friction and memory, in the space of the vibrations.
-//! * `memory`: Maxwell branches, which implicit steps eliminate node by node.
-//! * `spins`: rotation rates of the sections in space, exact for the rotations by collocation.
+//! * `damped_modes`: small motions with friction and memory, in the space of the vibrations.
+//! * `maxwell_nodes`: Maxwell branches, which implicit steps eliminate node by node.
+//! * `section_rotations`: rotation rates of the sections in space, exact for the rotations by collocation.
 //! * [`mass`]: masses carried by the sections: pieces of the rod, and the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
-//! * [`held`]: vibrations of a light rod whose ends are held.
+//! * [`held_vibrations`]: vibrations of a light rod whose ends are held.
 //! * [`statics`]: equilibria of the rod with its weight, rates tangent to the equilibria, small vibrations.
 //! * [`system`]: the differential equations, for explicit and implicit steps.
 //!
-//! The motion is in `motion::inertia`.
+//! The motion is in `motion::full_mass`.
 
 pub mod assembly;
 mod damped_modes;

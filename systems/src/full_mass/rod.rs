@@ -1,8 +1,8 @@
 //! A rod with mass and the body at its end, if any: balance, energies, linearisation.
 //!
 //! The base of a single rod stands at the origin of its clamp. In an assembly the base follows its attachment
-//! ([`RodSupport`]), and all vectors are along the axes of the world. The derivatives then have six more rows and columns
-//! for the base.
+//! ([`RodSupport`]), and all vectors are along the axes of the world. The derivatives then have six more rows and
+//! columns for the base.
 
 use super::frames::{Accelerations, Curve, Flow, PoseDerivatives, Sections, Shape, Triple};
 use super::law::{Answer, Law};

@@ -20,12 +20,12 @@
 //!   collocation.
 //! * [`reduced`]: the rod as seen from its end. For given strains and memory it turns V into w1 and e_t, or w1 into
 //!   e_t, with the linearisation for implicit steps.
-//! * [`place`]: the pose of the end as numbers in a state, for implicit steps that hold the place and not the
+//! * [`end_pose`]: the pose of the end as numbers in a state, for implicit steps that hold the place and not the
 //!   velocity.
 //! * [`kernel`]: small motions about the straight rod: spring, dashpot, memory kernel, and the condition (6.15) for
 //!   no memory.
 //!
-//! The motion with a body is in `motion::creep`.
+//! The motion with a body is in `motion::viscoelastic`.
 
 pub mod end_pose;
 pub mod grid;

@@ -65,7 +65,7 @@ impl Material {
     }
 
     /// The stretch behind the wave into the stretch `ahead` that changes the velocity by `rise`, see
-    /// [`Material::rise`]: at a wall, or at a mass of known velocity.
+    /// [`Material::velocity_jump`]: at a wall, or at a mass of known velocity.
     ///
     /// # Errors
     /// A rise that no stretch in the reach of the law gives.

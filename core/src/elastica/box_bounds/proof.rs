@@ -159,8 +159,8 @@ const LOG_TO: f64 = 1.15;
 const LINEAR_FROM: f64 = 0.85;
 const LEAST: f64 = LOADED - 0.25;
 const MOST: f64 = 60.25;
-/// Largest p - lam of the proof: the search's boxes begin no farther than MAX_P_BEYOND_LAM beyond lam, and reach this far when
-/// widened.
+/// Largest p - lam of the proof: the search's boxes begin no farther than MAX_P_BEYOND_LAM beyond lam, and reach this
+/// far when widened.
 const BEYOND: f64 = MAX_P_BEYOND_LAM + 2.25;
 const WIDTH: f64 = 0.25;
 

@@ -262,17 +262,15 @@ mod tests {
             let [p, w] = self.q.map(|x| Eight::of(simd, x));
             let at = evaluated(simd, p, w, p.abs());
             let [dp, dw] = self.way.map(|x| Eight::of(simd, x) * self.reach);
-            let by_p = match self.steep {
-                true => dp * at.kap.abs(),
-                false => dp,
-            };
+            let by_p = if self.steep { dp * at.kap.abs() } else { dp };
             let there = [p + by_p, w + dw * at.d];
             let base = Base::new(&self.q, &at);
             let (got, goes_on) = carried(simd, &base, self.error, there)?;
             let want = evaluated(simd, there[0], there[1], there[0].abs());
-            let weight = match self.steep {
-                true => p.with(1.0),
-                false => want.kap.abs(),
+            let weight = if self.steep {
+                p.with(1.0)
+            } else {
+                want.kap.abs()
             };
             let mut off = 0.0_f64;
             for (got, want, weight) in [(got.lam, want.lam, p.with(1.0)), (got.b, want.b, weight)] {

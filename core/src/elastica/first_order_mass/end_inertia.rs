@@ -55,7 +55,7 @@ impl EndMotion {
         self.turn.tr_mul(v)
     }
 
-    /// Added mass, force and centre from the sums of [`heavy`].
+    /// Added mass, force and centre from the sums of [`inertia_integrand_with_weight`].
     #[inline(always)]
     pub fn added(
         &self,

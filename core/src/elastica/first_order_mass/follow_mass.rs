@@ -36,7 +36,8 @@ const CLEAR: f64 = 2.0;
 /// Sway of the softest shape, in radians, in the time left until a fold: below the first value the mass is no longer
 /// followed, above the second it is again. Near folds these are 2 T_i and 3 T_i (theory 2.8, 2.9).
 const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
-/// Scale of [`FirstOrderInertia::room`] near folds: multiples of the limit at which the room counts as ample.
+/// Scale of [`FirstOrderInertia::validity_margin`] near folds: multiples of the limit at which the room counts as
+/// ample.
 const AMPLE: f64 = 16.0;
 /// Room of a fold, from bounds alone, above which the integrals along the rod need not be evaluated.
 const FAR: f64 = 0.1;

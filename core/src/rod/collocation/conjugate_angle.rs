@@ -15,7 +15,7 @@ use pulp::Simd;
 use std::f64::consts::TAU;
 
 impl Collocated<'_> {
-    /// The rod from clamp to end: the fast path of `variations::followed`.
+    /// The rod from clamp to end: the fast path of `conjugate_points::follow_variations`.
     pub(in crate::rod) fn followed<const K: usize>(
         &self,
         b: &Wrench,

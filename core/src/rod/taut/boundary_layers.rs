@@ -59,9 +59,10 @@ impl Layer {
         let (mut low, mut high) = (0.0, whole);
         for _ in 0..40 {
             let middle = 0.5 * (low + high);
-            match couple(middle) < n.norm() * arm.norm() * (whole - middle).sin() {
-                true => low = middle,
-                false => high = middle,
+            if couple(middle) < n.norm() * arm.norm() * (whole - middle).sin() {
+                low = middle
+            } else {
+                high = middle
             }
         }
         Some(Self {

@@ -206,12 +206,11 @@ impl Problem {
         let (held, tip, borne) = (self.is_held(), self.tip(), self.borne());
         let mut n = start;
         // Without a guess the couple at the base is meaningless.
-        let mut last = match from_guess {
-            true => None,
-            false => {
-                let straight = RodUnderForce::new(self.bearing(), n);
-                Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
-            }
+        let mut last = if from_guess {
+            None
+        } else {
+            let straight = RodUnderForce::new(self.bearing(), n);
+            Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
         };
         let mut route = Route {
             from_guess,
@@ -232,9 +231,10 @@ impl Problem {
             let (mut off, mut by) = (Vector3::zeros(), Matrix3::zeros());
             for i in 0..3 {
                 let axis = self.axes[i];
-                let (is, row) = match held[i] {
-                    true => (found.position, axis.transpose() * found.by_force.position),
-                    false => (n - borne, axis.transpose()),
+                let (is, row) = if held[i] {
+                    (found.position, axis.transpose() * found.by_force.position)
+                } else {
+                    (n - borne, axis.transpose())
                 };
                 off[i] = axis.dot(&is) - self.targets[i];
                 by.row_mut(i).copy_from(&row);

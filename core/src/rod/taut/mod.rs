@@ -236,9 +236,12 @@ pub(in crate::rod) fn solve_taut_rod(
     let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
     let ways: [&dyn Fn() -> Option<Solved>; 3] = [
         &|| begun(beside?.clone()).ok(),
-        &|| match pulled.kappa < FOLLOWED {
-            true => begun(pulled.followed(b, tip, tolerance)?).ok(),
-            false => None,
+        &|| {
+            if pulled.kappa < FOLLOWED {
+                begun(pulled.followed(b, tip, tolerance)?).ok()
+            } else {
+                None
+            }
         },
         &|| pulled.continue_from(start?, tip, spring, tolerance),
     ];

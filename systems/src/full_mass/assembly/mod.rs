@@ -13,10 +13,10 @@
 //! and P_k are the motions of its attachments per z, E_k those of its end per strain rate.
 //!
 //! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with its ties.
-//! * `seat`: attachments, their motion and its derivatives.
-//! * `blocks`: derivatives of the balance, block by block, and their elimination rod by rod.
+//! * `attachment_kinematics`: attachments, their motion and its derivatives.
+//! * `block_elimination`: derivatives of the balance, block by block, and their elimination rod by rod.
 //! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments.
-//!   `small`: vibrations.
+//!   `vibrations`: vibrations.
 
 mod attachment_kinematics;
 mod block_elimination;

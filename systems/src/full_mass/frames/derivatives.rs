@@ -13,11 +13,12 @@ pub struct PoseDerivatives {
     pub r: Triple,
     /// d tau, at the nodes.
     tau: Triple,
-    /// In space: eta of [`Spins`](crate::inertia::spins::Spins).
+    /// In space: eta of [`Spins`](crate::full_mass::section_rotations::Spins).
     eta: Option<Quads>,
 }
 
-/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are [`PoseDerivatives`].
+/// Velocities and accelerations per change of strains and rates; those of omega and r_t per rate are
+/// [`PoseDerivatives`].
 #[derive(Debug, Clone)]
 pub struct RateDerivatives {
     /// d omega and d r_t by the strains.

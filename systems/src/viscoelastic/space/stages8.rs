@@ -1,7 +1,7 @@
 //! Shapes of up to eight states of a rod at once, such as the stages of an implicit step: wide registers, one state
 //! per lane.
 //!
-//! The equations and their order are those of [`super::turn`], with one number of corrections for all states.
+//! The equations and their order are those of [`super::rotations`], with one number of corrections for all states.
 //! Functions that are always inlined are compiled for these registers; closures are not, and loops count by hand.
 #![allow(clippy::needless_range_loop)]
 
@@ -20,10 +20,10 @@ use std::any::Any;
 
 /// Number of states evaluated at once.
 pub(super) const LANES: usize = 8;
-/// Corrections after which the iteration is left to [`super::turn`]: nodes that resolve the rotations take two or
+/// Corrections after which the iteration is left to [`super::rotations`]: nodes that resolve the rotations take two or
 /// three.
 const CORRECTIONS: usize = 8;
-/// Defect of the rotations beyond which [`super::turn`] takes over.
+/// Defect of the rotations beyond which [`super::rotations`] takes over.
 const COARSE: f64 = 1e-2;
 
 /// Pose of the end, and dissipation.
@@ -295,7 +295,7 @@ fn turn<S: Simd>(
     ])
 }
 
-/// Rotations from node to node by the first two terms of Magnus, as in [`super::turn`].
+/// Rotations from node to node by the first two terms of Magnus, as in [`super::rotations`].
 #[inline(always)]
 fn guess<S: Simd>(
     grid: &Grid,
@@ -330,7 +330,8 @@ fn guess<S: Simd>(
     }
 }
 
-/// Solves the equations of the collocation by corrections of p, as in [`super::turn`]; false if they take too many.
+/// Solves the equations of the collocation by corrections of p, as in [`super::rotations`]; false if they take too
+/// many.
 #[inline(always)]
 fn correct<S: Simd>(
     element: &Element,

@@ -185,7 +185,7 @@ impl<const M: usize, const D: usize> ViscousLinear<M, D> {
         SMatrix::from_diagonal_element(sigma) - self.body.by_velocity.map(T::from_real)
     }
 
-    /// sigma - spin: from changes of the end's place to changes of its velocity (see [`place::spin`]).
+    /// sigma - spin: from changes of the end's place to changes of its velocity (see [`end_pose::spin`]).
     fn turning<T: Scalar>(&self, sigma: T) -> SMatrix<T, D, D> {
         SMatrix::from_diagonal_element(sigma) - self.spin.map(T::from_real)
     }

@@ -1,7 +1,7 @@
 //! Eigenvalues of small motions of a body on a viscoelastic rod about an equilibrium.
 //!
 //! About an equilibrium e*, w* with V = 0 small changes obey, with the terms of
-//! [`Linear`](crate::creep::reduced::Linear),
+//! [`Linear`](crate::viscoelastic::reduced::Linear),
 //! ```text
 //! e_t = drift e + sum_k relaxing_k z_k + push w,     z_t = (e - z)/tau_k,     gather e_t = V,
 //! M V_t = M (by_pose gather e + by_velocity V) - w,
