@@ -1,4 +1,4 @@
-//! Error against work of rods: `cargo bench --bench rod_precision` prints the table of docs/rods.md.
+//! Error against work of rods: `cargo bench --bench rod_precision` prints the table of docs/validation/rods.md.
 //!
 //! The end of a rod with its 6 x 6 tangent, against Taylor series in 80-bit arithmetic (tests/data/rod_ivp.json).
 

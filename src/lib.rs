@@ -118,8 +118,10 @@
 //! | [`elastica`] | planar elastica in closed form: labels, folds, cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
-//! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
 //! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
+//! | [`assembly`] | several rods and bodies: equilibria, stability, equations of motion, landings, contact |
+//! | [`full_mass`] | rods of full mass: kinematics, balance, equilibria, vibrations |
+//! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |
 //! | [`motion`] | runs: motion on a sheet, snaps, ledger; viscoelastic motion; exact reductions |
 //! | `scene` | scenes in TOML (feature `scene`) |
 //! | `study` | the program's commands as functions: scene in, records out (feature `scene`) |
@@ -133,6 +135,7 @@
 //! | `scene` | scenes in TOML, read with every fault at its line | toml, serde |
 //! | `plot` | SVG figures | plotters |
 //! | `png` | PNG beside every SVG | resvg |
+//! | `pdf` | PDF beside every SVG | svg2pdf |
 //! | `cli` (default) | the program `snaprod` | clap, csv, ... |
 //!
 //! `cargo add snaprod --no-default-features` gives the core alone.

@@ -1,6 +1,6 @@
 //! Published numbers of rods: the library's values, those of independent scripts, those in print.
 //!
-//! `cargo run --release --example published` prints the table of docs/rods.md.
+//! `cargo run --release --example published` prints the table of docs/validation/rods.md.
 
 mod numbers;
 

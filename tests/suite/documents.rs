@@ -41,12 +41,13 @@ fn citations_lead_to_headings() {
         let titles = text.lines().filter(|line| line.starts_with('#'));
         headings.extend(titles.filter_map(|line| section(line.trim_start_matches(['#', ' ']))));
     }
-    let benchmarks = read(&root().join("docs/rods.md"));
+    let benchmarks = read(&root().join("docs/validation/rods.md"));
     let mut files = Vec::new();
     for directory in [
         "src",
         "core/src",
         "systems/src",
+        "waves/src",
         "motion/src",
         "tests",
         "examples",
@@ -76,7 +77,7 @@ fn citations_lead_to_headings() {
                 .collect();
             assert!(
                 benchmarks.contains(&format!("| {name} |")),
-                "{}: benchmark {name} is not in docs/rods.md",
+                "{}: benchmark {name} is not in docs/validation/rods.md",
                 path.display()
             );
         }
