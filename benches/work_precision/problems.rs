@@ -202,7 +202,7 @@ fn moved(text: &str, tolerance: f64) -> Ran {
     let scene = Scene::parse_with(text, &[&format!("run.tolerance={tolerance:e}")])
         .unwrap_or_else(|faults| panic!("{faults}\n{text}"));
     let duration = scene.run().expect("a motion").duration;
-    match scene.assembly {
+    match scene.assembly() {
         None => {
             let prepared = Prepared::new(&scene).expect("a scene");
             followed(prepared.motion().expect("a start"), duration)

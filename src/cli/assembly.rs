@@ -4,10 +4,9 @@ use super::check::no_start;
 use super::equilibrium::EquilibriumArgs;
 use super::files::{json_text, number, print, print_error, print_json, rounded, settled};
 use super::output::Output;
-use super::progress::Progress;
-use super::run::{FILES, RunArgs, RunResult, write_shapes};
+use super::run::{RunArgs, write_shapes};
 use super::run_text::{chosen, heavy_folds, mass, omitted_mass_note};
-use super::{Ending, Refusal, equilibrium, rod_figures, run_page, signals};
+use super::{Ending, Refusal, equilibrium, rod_figures, run_page};
 use nalgebra::Isometry3;
 use snaprod::assembly::Joint;
 use snaprod::math::se3::halves;
@@ -29,49 +28,33 @@ const BODY: usize = 6;
 /// Number of snaps printed one by one.
 const SHOWN: usize = 20;
 
-/// Runs the scene.
-pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
-    let refuse = |e: snaprod::Error| no_start(&args.scene.path, &e);
-    let prepared = AssemblyPrepared::new(scene).map_err(refuse)?;
-    // A start that cannot run is refused before a directory is made.
-    let start = prepared.motion().map_err(refuse)?;
-    let directory = args.directory();
-    let out = Output::open(directory.as_deref(), FILES, args.figures)?;
-    signals::watch();
-    let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.json).of_drawn(out.draws());
-    let record = assembly::run(&prepared, start, &mut tables, &mut progress)?;
-    progress.finish();
-    tables.finish()?;
-    let ran = RunResult {
-        summary: record.summary(),
-        events: record.events(),
-        reason: record.reason(),
-    };
-    let draw = |out: &Output| {
-        write_shapes(args, out, scene, record.branches[0].last.t, || {
-            Ok((&prepared, prepared.names(), prepared.motion()?.0))
+/// Writes the shapes and draws the figures and the page of a run.
+pub fn draw(
+    args: &RunArgs,
+    out: &Output,
+    scene: &Scene,
+    (prepared, record): (&AssemblyPrepared, &AssemblyRunRecord),
+) {
+    write_shapes(args, out, scene, record.branches[0].last.t, || {
+        Ok((prepared, prepared.names(), prepared.motion()?.0))
+    });
+    let grounds = prepared.grounds();
+    out.figure("shapes", || Ok(moments(record, &grounds)), rod_shapes);
+    if record.last().last.t > record.branches[0].first.t {
+        out.figure("energies", || Ok(ledger(record)), plot::energies);
+        for (i, name) in record.bodies.iter().enumerate() {
+            out.figure(&format!("path_{name}"), || Ok(way(record, i)), space_way);
+        }
+    } else if out.draws() {
+        print_error(
+            "note: no energies.svg and no path_*.svg: the run ended at its start, and there is no motion to draw",
+        );
+    }
+    if args.html {
+        out.page("run", |figures| {
+            run_page::several(args, prepared, record, figures)
         });
-        let grounds = prepared.grounds();
-        out.figure("shapes", || Ok(moments(&record, &grounds)), rod_shapes);
-        if record.last().last.t > record.branches[0].first.t {
-            out.figure("energies", || Ok(ledger(&record)), plot::energies);
-            for (i, name) in record.bodies.iter().enumerate() {
-                out.figure(&format!("path_{name}"), || Ok(way(&record, i)), space_way);
-            }
-        } else if out.draws() {
-            print_error(
-                "note: no energies.svg and no path_*.svg: the run ended at its start, and there is no motion to draw",
-            );
-        }
-        if args.html {
-            out.page("run", |figures| {
-                run_page::several(args, &prepared, &record, figures)
-            });
-        }
-    };
-    let words = || run_text(&record, directory.as_deref());
-    ran.reported(args, (&out, directory.as_deref()), draw, words)
+    }
 }
 
 /// Energy ledger of the last branch over time.
@@ -303,7 +286,10 @@ pub fn equilibrium(args: &EquilibriumArgs, scene: &Scene) -> Result<Ending, Refu
             .iter()
             .map(|rod| rod.iter().map(|(_, pose)| *pose).collect());
         let shapes: Vec<Vec<Isometry3<f64>>> = poses.collect();
-        let grounds = scene.assembly.iter().flat_map(AssemblyScene::grounds);
+        let grounds = scene
+            .assembly()
+            .into_iter()
+            .flat_map(AssemblyScene::grounds);
         let held = record.solids.iter().zip(&record.bodies);
         let bodies = held
             .clone()

@@ -1,22 +1,20 @@
 //! `snaprod run` of a bar in longitudinal motion.
 
-use super::check::no_start;
 use super::files::{number, rounded};
 use super::output::Output;
-use super::progress::Progress;
-use super::run::{FILES, RunArgs, RunResult};
-use super::{Ending, Refusal, rod_figures, signals};
+use super::run::RunArgs;
+use super::{Refusal, rod_figures};
 use snaprod::plot::{self, AxisUnits, Curve, Lines, Series, StrainMap};
-use snaprod::scene::{Scene, Units};
-use snaprod::study::bar::{self, BarPrepared, BarRecord};
+use snaprod::scene::Units;
+use snaprod::study::bar::BarRecord;
 use std::fmt::Write;
 use std::path::Path;
 
 /// Number of times at which the stress profile is drawn.
 const SNAPSHOTS: usize = 6;
 
-/// Runs the scene.
-pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
+/// Refuses options that a bar cannot serve.
+pub fn refuse_options(args: &RunArgs) -> Result<(), Refusal> {
     if args.html {
         return Err(Refusal(
             "--html: a bar stays straight, and a page of it would not move; leave it out, and see waves.svg and snapshots.svg".to_owned(),
@@ -27,27 +25,14 @@ pub fn run(args: &RunArgs, scene: &Scene) -> Result<Ending, Refusal> {
             "--vtk: a bar stays straight and has no shapes to write; leave it out, its places over time are in waves.csv, with --npz in waves.npz".to_owned(),
         ));
     }
-    let prepared = BarPrepared::new(scene).map_err(|e| no_start(&args.scene.path, &e))?;
-    let directory = args.directory();
-    let out = Output::open(directory.as_deref(), FILES, args.figures)?;
-    signals::watch();
-    let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.json);
-    let record = bar::run(&prepared, &mut tables, &mut progress)?;
-    progress.finish();
-    tables.finish()?;
-    let ran = RunResult {
-        summary: record.summary(),
-        events: record.events(),
-        reason: record.reason(),
-    };
-    let draw = |out: &Output| {
-        out.figure("waves", || Ok(map(&record)), plot::strain_map);
-        out.figure("snapshots", || Ok(snapshots(&record)), plot::lines);
-        out.figure("energies", || Ok(energies(&record)), plot::lines);
-    };
-    let words = || text(&record, directory.as_deref());
-    ran.reported(args, (&out, directory.as_deref()), draw, words)
+    Ok(())
+}
+
+/// Draws the figures of a run.
+pub fn draw(out: &Output, record: &BarRecord) {
+    out.figure("waves", || Ok(map(record)), plot::strain_map);
+    out.figure("snapshots", || Ok(snapshots(record)), plot::lines);
+    out.figure("energies", || Ok(energies(record)), plot::lines);
 }
 
 /// The stress over time and material coordinate, with characteristics and shocks.
@@ -122,7 +107,7 @@ fn energies(record: &BarRecord) -> Lines {
     }
 }
 
-fn text(record: &BarRecord, out: Option<&Path>) -> String {
+pub fn text(record: &BarRecord, out: Option<&Path>) -> String {
     let mut text = String::new();
     let u = record.units;
     // Writing to a string cannot fail.

@@ -44,7 +44,7 @@ impl SceneArgs {
 /// Reads a scene of motion, or refuses with all its faults.
 pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    if scene.bar.is_none() {
+    if !scene.is_bar() {
         scene.run().map_err(|e| no_start(&given.path, &e))?;
     }
     Ok(scene)
@@ -53,7 +53,7 @@ pub fn read(given: &SceneArgs) -> Result<Scene, Refusal> {
 /// Reads a scene of motion or an assembly (in motion or statics), or refuses with all its faults.
 pub fn read_modes(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    if scene.assembly.is_none() {
+    if !scene.is_assembly() {
         scene.run().map_err(|e| no_start(&given.path, &e))?;
     }
     Ok(scene)
@@ -62,7 +62,7 @@ pub fn read_modes(given: &SceneArgs) -> Result<Scene, Refusal> {
 /// Reads a scene of statics or an assembly (in motion or statics), or refuses with all its faults.
 pub fn read_equilibrium(given: &SceneArgs) -> Result<Scene, Refusal> {
     let scene = given.read().map_err(refuse)?;
-    if scene.assembly.is_none() {
+    if !scene.is_assembly() {
         scene.end().map_err(|e| no_start(&given.path, &e))?;
     }
     Ok(scene)

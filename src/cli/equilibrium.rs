@@ -33,7 +33,7 @@ pub const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
 /// Solves the scene and describes its equilibrium.
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
-    if scene.assembly.is_some() {
+    if scene.is_assembly() {
         return assembly::equilibrium(args, &scene);
     }
     let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;

@@ -34,7 +34,7 @@ pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     let scene = read_modes(&args.scene)?;
     let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     if let Some(directory) = &args.out {
-        let grounds = match &scene.assembly {
+        let grounds = match scene.assembly() {
             Some(given) => given.grounds(),
             None => vec![[Some(Joint::Weld), None]],
         };

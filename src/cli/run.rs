@@ -11,9 +11,10 @@ use clap::Args;
 use serde_json::{Value, json};
 use snaprod::motion::Motion;
 use snaprod::scene::Scene;
+use snaprod::study::dispatch::{PreparedScene, SceneRun};
 use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
 use snaprod::study::film::Filmed;
-use snaprod::study::run::{Fields, Prepared, run as run_scene};
+use snaprod::study::run::Fields;
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
@@ -93,16 +94,13 @@ pub const FILES: &[&str] = &[
 /// Runs the scene.
 pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let scene = check::read(&args.scene)?;
-    if scene.assembly.is_some() {
-        return assembly::run(args, &scene);
-    }
-    if scene.bar.is_some() {
-        return bar::run(args, &scene);
+    if scene.is_bar() {
+        bar::refuse_options(args)?;
     }
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
-    let prepared = Prepared::new(&scene).map_err(no_start)?;
+    let prepared = PreparedScene::new(&scene).map_err(no_start)?;
     // A start that cannot run is refused before a directory is made.
-    drop(prepared.motion().map_err(no_start)?);
+    prepared.check_start().map_err(no_start)?;
     let directory = args.directory();
     let out = Output::open(directory.as_deref(), FILES, args.figures)?;
     signals::watch();
@@ -113,31 +111,63 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
         (_, true) => Fields::All,
         (_, false) => Fields::Some,
     };
-    let record = run_scene(&prepared, fields, &mut tables, &mut progress)?;
+    let run = prepared.run(fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
-    let ran = RunResult {
-        summary: record.summary(),
-        events: record.events(),
-        reason: record.reason(),
+    let result = run.result();
+    let (mut summary, events) = (result.summary, Value::Array(result.events));
+    out.write("events.json", json_text(events.clone()).as_bytes())?;
+    out.write("summary.json", json_text(summary.clone()).as_bytes())?;
+    out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
+    draw(args, &out, &scene, &run);
+    out.finish(!args.quiet && !args.json)?;
+    if args.json {
+        (summary["events"], summary["out"]) = (events, json!(directory));
+        print_json(summary);
+    } else if !args.quiet {
+        print(&text(&run, directory.as_deref()));
+    }
+    let Some(why) = result.reason else {
+        return Ok(Ending::Done);
     };
-    let draw = |out: &Output| {
-        write_shapes(args, out, &scene, record.branches[0].last.t, || {
-            Ok((&prepared, vec![String::new()], prepared.motion()?))
-        });
-        if out.draws() {
-            for (name, figure) in run_figures(&record) {
-                out.figure(&name, || Ok(figure?), RunFigure::draw);
+    if !args.json {
+        print_error(&format!("the run ended short: {why}"));
+    }
+    Ok(Ending::Short)
+}
+
+/// Writes the shapes and draws the figures and the page, as far as they are requested.
+fn draw(args: &RunArgs, out: &Output, scene: &Scene, run: &SceneRun) {
+    match run {
+        SceneRun::Rod(prepared, record) => {
+            write_shapes(args, out, scene, record.branches[0].last.t, || {
+                Ok((&**prepared, vec![String::new()], prepared.motion()?))
+            });
+            if out.draws() {
+                for (name, figure) in run_figures(record) {
+                    out.figure(&name, || Ok(figure?), RunFigure::draw);
+                }
+            }
+            if args.html {
+                out.page("run", |figures| {
+                    run_page::single(args, prepared, record, figures)
+                });
             }
         }
-        if args.html {
-            out.page("run", |figures| {
-                run_page::single(args, &prepared, &record, figures)
-            });
+        SceneRun::Assembly(prepared, record) => {
+            assembly::draw(args, out, scene, (prepared, record));
         }
-    };
-    let words = || run_text::text(&record, directory.as_deref());
-    ran.reported(args, (&out, directory.as_deref()), draw, words)
+        SceneRun::Bar(record) => bar::draw(out, record),
+    }
+}
+
+/// The report of a run whose files are in `directory`.
+fn text(run: &SceneRun, directory: Option<&Path>) -> String {
+    match run {
+        SceneRun::Rod(_, record) => run_text::text(record, directory),
+        SceneRun::Assembly(_, record) => assembly::run_text(record, directory),
+        SceneRun::Bar(record) => bar::text(record, directory),
+    }
 }
 
 /// Number of sections of a light rod, or of an element of a rod with its own strains, in files for other programs.
@@ -197,43 +227,4 @@ fn try_shapes(
         out.write("run.pvd", vtk_collection(&files).as_bytes())?;
     }
     Ok(())
-}
-
-/// Result of a run.
-pub(super) struct RunResult {
-    pub summary: Value,
-    pub events: Vec<Value>,
-    /// Reason for an early end; `None` for a complete run.
-    pub reason: Option<String>,
-}
-
-impl RunResult {
-    /// Writes the files other than tables, and prints the report.
-    pub fn reported(
-        self,
-        args: &RunArgs,
-        (out, directory): (&Output, Option<&Path>),
-        draw: impl FnOnce(&Output),
-        words: impl FnOnce() -> String,
-    ) -> Result<Ending, Refusal> {
-        let (mut summary, events) = (self.summary, Value::Array(self.events));
-        out.write("events.json", json_text(events.clone()).as_bytes())?;
-        out.write("summary.json", json_text(summary.clone()).as_bytes())?;
-        out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
-        draw(out);
-        out.finish(!args.quiet && !args.json)?;
-        if args.json {
-            (summary["events"], summary["out"]) = (events, json!(directory));
-            print_json(summary);
-        } else if !args.quiet {
-            print(&words());
-        }
-        let Some(why) = self.reason else {
-            return Ok(Ending::Done);
-        };
-        if !args.json {
-            print_error(&format!("the run ended short: {why}"));
-        }
-        Ok(Ending::Short)
-    }
 }

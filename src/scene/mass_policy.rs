@@ -1,6 +1,6 @@
 //! Treatment of the small mass of elastic rods: first-order inertia where possible, none elsewhere.
 
-use super::{AssemblyScene, Inertia, Method, Rod, Scene, Site};
+use super::{AssemblyScene, Inertia, Method, Rod, Scene, SceneKind, Site};
 use serde_json::{Value, json};
 
 /// Mass ratio rod / body from which a rod counts as heavy: first-order inertia is then not the default.
@@ -94,9 +94,9 @@ impl Scene {
                 (rod.inertia, rod.inertia_chosen) = (Some(Inertia::FirstOrder), true);
             }
         };
-        match &mut self.assembly {
-            None => choose(&mut self.rod, rods.contains(&0)),
-            Some(given) => {
+        match &mut self.kind {
+            SceneKind::Rod | SceneKind::Bar(_) => choose(&mut self.rod, rods.contains(&0)),
+            SceneKind::Assembly(given) => {
                 for (k, rod) in given.rods.iter_mut().enumerate() {
                     choose(&mut rod.rod, rods.contains(&k));
                 }
@@ -111,7 +111,7 @@ impl Scene {
 
     /// Rod k of the rods held at both ends.
     pub(crate) fn rod_of(&self, k: usize) -> &Rod {
-        match &self.assembly {
+        match self.assembly() {
             Some(given) => &given.rods[k].rod,
             None => &self.rod,
         }
@@ -120,7 +120,7 @@ impl Scene {
     /// Mass of rod k over the mass of the lightest body attached to it; `None` if the mass is unknown or no body is
     /// attached.
     pub(crate) fn mass_ratio(&self, k: usize) -> Option<f64> {
-        let body = match &self.assembly {
+        let body = match self.assembly() {
             Some(given) => lightest(given, [&given.rods[k].from, &given.rods[k].to])?,
             None => self.body.as_ref()?.mass,
         };
@@ -128,14 +128,14 @@ impl Scene {
     }
 
     fn rod_masses(&self) -> impl Iterator<Item = (usize, RodMassNote)> {
-        let count = match (&self.run, &self.assembly) {
+        let count = match (&self.run, self.assembly()) {
             (None, _) => 0,
             (_, None) => 1,
             (_, Some(given)) => given.rods.len(),
         };
         (0..count).filter_map(|k| {
             let rod = self.rod_of(k);
-            let (name, why) = match &self.assembly {
+            let (name, why) = match self.assembly() {
                 None => (None, self.not_first_order()),
                 Some(given) => (
                     Some(given.rods[k].name.clone()),

@@ -165,13 +165,22 @@ pub struct Scene {
     /// `[continue]`: the branch of equilibria to follow, if any.
     #[serde(rename = "continue", skip_serializing_if = "Option::is_none")]
     pub continuation: Option<Continue>,
-    /// `[[rod]]` and `[[body]]`: several rods and bodies. [`Scene::rod`] is then the first of the rods, without
-    /// clamp, body and end.
+    /// Several rods and bodies, or a bar, whose data stand here; a scene of one rod has its data in the fields above.
     #[serde(skip)]
-    pub assembly: Option<AssemblyScene>,
-    /// A bar with mass, `rod.model = "bar"`. Of the other fields only `units` then has a meaning.
-    #[serde(skip)]
-    pub bar: Option<BarScene>,
+    pub kind: SceneKind,
+}
+
+/// Kind of a scene, with the data that only this kind has.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum SceneKind {
+    /// One rod, in the plane or in space.
+    #[default]
+    Rod,
+    /// Several rods and bodies, `[[rod]]` and `[[body]]`. [`Scene::rod`] is the first rod. There are neither clamp nor
+    /// body nor end.
+    Assembly(AssemblyScene),
+    /// A bar with mass, `rod.model = "bar"`. Of the other fields only the units and the run are used.
+    Bar(BarScene),
 }
 
 impl Scene {
@@ -233,6 +242,39 @@ impl Scene {
             .map_err(|faults| ReadError::Scene { file, faults })
     }
 
+    /// Rods and bodies of an assembly; `None` for one rod or a bar.
+    pub fn assembly(&self) -> Option<&AssemblyScene> {
+        match &self.kind {
+            SceneKind::Assembly(assembly) => Some(assembly),
+            _ => None,
+        }
+    }
+
+    /// Data of a bar; `None` for one rod or an assembly.
+    pub fn bar(&self) -> Option<&BarScene> {
+        match &self.kind {
+            SceneKind::Bar(bar) => Some(bar),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn bar_mut(&mut self) -> Option<&mut BarScene> {
+        match &mut self.kind {
+            SceneKind::Bar(bar) => Some(bar),
+            _ => None,
+        }
+    }
+
+    /// True for several rods and bodies.
+    pub fn is_assembly(&self) -> bool {
+        self.assembly().is_some()
+    }
+
+    /// True for a bar.
+    pub fn is_bar(&self) -> bool {
+        self.bar().is_some()
+    }
+
     /// True if the rod lies in the plane: `rod.model = "elastica"`.
     pub fn is_planar(&self) -> bool {
         self.rod.model == Model::Elastica
@@ -248,10 +290,10 @@ impl Scene {
     /// # Errors
     /// A scene of statics has none.
     pub fn body(&self) -> Result<&Body> {
-        self.body.as_ref().ok_or_else(|| match self.assembly {
-            _ if self.bar.is_some() => of_a_bar(),
-            Some(_) => several(),
-            None => at_rest(),
+        self.body.as_ref().ok_or_else(|| match self.kind {
+            SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Assembly(_) => several(),
+            SceneKind::Rod => at_rest(),
         })
     }
 
@@ -260,12 +302,12 @@ impl Scene {
     /// # Errors
     /// A scene of statics has none.
     pub fn run(&self) -> Result<&Run> {
-        self.run.as_ref().ok_or_else(|| match self.assembly {
-            _ if self.bar.is_some() => of_a_bar(),
-            Some(_) => Error::domain(
+        self.run.as_ref().ok_or_else(|| match self.kind {
+            SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Assembly(_) => Error::domain(
                 "this assembly has no [run]: use `snaprod equilibrium`, or add [run] with `duration = 3.0`",
             ),
-            None => at_rest(),
+            SceneKind::Rod => at_rest(),
         })
     }
 
@@ -274,10 +316,10 @@ impl Scene {
     /// # Errors
     /// A scene of motion has none.
     pub fn end(&self) -> Result<&End> {
-        self.end.as_ref().ok_or_else(|| match self.assembly {
-            _ if self.bar.is_some() => of_a_bar(),
-            Some(_) => several(),
-            None => Error::domain(
+        self.end.as_ref().ok_or_else(|| match self.kind {
+            SceneKind::Bar(_) => of_a_bar(),
+            SceneKind::Assembly(_) => several(),
+            SceneKind::Rod => Error::domain(
                 "this is a scene of motion: use `snaprod run`; one of statics has [end] in place of [body] and [run]",
             ),
         })

@@ -1,7 +1,8 @@
 //! Parameters of a scene: dotted paths to its numbers.
 
 use super::{
-    AssemblyScene, Component, Load, LoadAlong, Orientation, Scene, Section, Site, Stiffness, Units,
+    AssemblyScene, Component, Load, LoadAlong, Orientation, Scene, SceneKind, Section, Site,
+    Stiffness, Units,
 };
 use crate::error::{Error, Quantity};
 use serde::{Serialize, Serializer};
@@ -242,7 +243,7 @@ impl Scene {
     pub fn name_of(&self, parameter: &Parameter) -> String {
         let path = parameter.to_string();
         let named = || {
-            let assembly = self.assembly.as_ref()?;
+            let assembly = self.assembly()?;
             let (list, rest) = path.split_once('[')?;
             let (number, field) = rest.split_once("].")?;
             let k: usize = number.parse().ok()?;
@@ -281,7 +282,7 @@ impl Scene {
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut scene = self.clone();
         let mut all = Parameter::ALL.to_vec();
-        if let Some(assembly) = &self.assembly {
+        if let Some(assembly) = self.assembly() {
             let three = || 0..3;
             all = three().map(Gravity).collect();
             for k in 0..assembly.bodies.len() {
@@ -300,7 +301,7 @@ impl Scene {
 
     /// Reference to the number in the scene; `None` if the scene has no such number.
     fn number_mut(&mut self, parameter: &Parameter) -> Option<&mut f64> {
-        if let Some(assembly) = &mut self.assembly {
+        if let SceneKind::Assembly(assembly) = &mut self.kind {
             return match *parameter {
                 Gravity(i) => self.loads.gravity.get_mut(i),
                 _ => assembly.number_mut(parameter),

@@ -8,7 +8,7 @@ use serde_json::Value;
 
 impl Serialize for Scene {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if let Some(bar) = &self.bar {
+        if let Some(bar) = self.bar() {
             let mut tables = bar.tables();
             let units = serde_json::to_value(self.units).map_err(S::Error::custom)?;
             tables.insert("units".to_owned(), units);
@@ -22,7 +22,7 @@ impl Serialize for Scene {
         };
         let names = |table: &str| fields_of(self, table);
         tables.retain(|name, _| names("").contains(&name.as_str()));
-        if let Some(assembly) = &self.assembly {
+        if let Some(assembly) = self.assembly() {
             let value = serde_json::to_value(assembly).map_err(S::Error::custom)?;
             if let Value::Object(lists) = value {
                 tables.extend(lists);

@@ -187,7 +187,7 @@ impl Scene {
         } else {
             self.cosserat_rod()?.reference_stiffness()
         };
-        let mass = match &self.assembly {
+        let mass = match self.assembly() {
             Some(assembly) => assembly.mass(),
             None => self.body()?.mass,
         };

@@ -64,7 +64,7 @@ tolerance = 1e-9
 fn summary(text: &str, set: &[&str]) -> Value {
     let scene = Scene::parse_with(text, set).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    if scene.assembly.is_some() {
+    if scene.is_assembly() {
         let prepared = AssemblyPrepared::new(&scene).unwrap();
         let start = prepared.motion().unwrap();
         let record = assembly::run(&prepared, start, &mut tables, &mut Silent).unwrap();

@@ -10,7 +10,7 @@ use snaprod::study::{Silent, Table};
 fn ended<const N: usize>(text: &str, names: [&str; N]) -> [f64; N] {
     let scene = Scene::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     let mut tables: Vec<Table> = Vec::new();
-    match scene.assembly {
+    match scene.assembly() {
         Some(_) => {
             let prepared = AssemblyPrepared::new(&scene).unwrap();
             let begun = prepared.motion().unwrap();

@@ -140,7 +140,7 @@ fn folds_have_the_normal_form_of_the_plane() {
 fn ran(text: &str, set: &[&str]) -> (Value, Vec<Value>) {
     let scene = Scene::parse_with(text, set).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    if scene.assembly.is_some() {
+    if scene.is_assembly() {
         let prepared = study::assembly::AssemblyPrepared::new(&scene).unwrap();
         let start = prepared.motion().unwrap();
         let record = study::assembly::run(&prepared, start, &mut tables, &mut Silent).unwrap();

@@ -129,7 +129,7 @@ fn written() -> Names {
         let scene = scene(name, changes);
         let mut tables: Vec<Table> = Vec::new();
         let found = dispatch::motion(&scene, Fields::Some, &mut tables, &mut Silent).unwrap();
-        let kind = match (&scene.bar, &scene.assembly) {
+        let kind = match (scene.bar(), scene.assembly()) {
             (Some(_), _) => "a bar",
             (_, Some(_)) => "several rods and bodies",
             _ if scene.is_planar() => "one rod in the plane",
@@ -141,7 +141,7 @@ fn written() -> Names {
         }
         let mut summary = found.summary;
         summary["scene"] = Value::Null;
-        let summaries = match scene.bar {
+        let summaries = match scene.bar() {
             Some(_) => "summary.json, a bar",
             None => "summary.json",
         };

@@ -694,7 +694,7 @@ fn bodies_may_be_solids() {
         };
         let dense = format!("solid = {{ {solid}, density = 700.0 }}");
         let scene = parsed(&assembly(&dense));
-        let body = &scene.assembly.as_ref().expect("an assembly").bodies[0];
+        let body = &scene.assembly().expect("an assembly").bodies[0];
         let inertia = body.extent.as_ref().expect("an extent").inertia;
         assert!(
             (body.mass / mass - 1.0).abs() < 2e-3,
@@ -706,7 +706,7 @@ fn bodies_may_be_solids() {
             assert!(off.abs() < 4e-3, "{solid}: moment {k} {off:.1e}");
         }
         let heavy = parsed(&assembly(&format!("mass = 2.0\nsolid = {{ {solid} }}")));
-        let heavy = &heavy.assembly.as_ref().expect("an assembly").bodies[0];
+        let heavy = &heavy.assembly().expect("an assembly").bodies[0];
         let ratio = heavy.extent.as_ref().expect("an extent").inertia[1][1] / inertia[1][1];
         assert!((ratio * body.mass / 2.0 - 1.0).abs() < 1e-14, "{solid}");
         // The body given by its numbers, on one rod.

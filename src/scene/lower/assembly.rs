@@ -60,7 +60,7 @@ impl AssemblySetup {
     /// # Errors
     /// A scene of one rod; faults that [`Scene::parse`] cannot see from the numbers alone.
     pub fn new(scene: &Scene) -> Result<Self> {
-        let given = scene.assembly.as_ref().ok_or_else(|| {
+        let given = scene.assembly().ok_or_else(|| {
             Error::domain("this scene has one rod, [rod]; an assembly has [[rod]] and [[body]]")
         })?;
         let scales = scene.scales()?;
@@ -329,7 +329,7 @@ impl AssemblySetup {
     /// Light rods for comparison with the heavy ones, without load along them. Heavy rods with a distributed load
     /// besides their weight, or with Maxwell branches, have none.
     pub fn light_rods(&self, scene: &Scene) -> Vec<LightInSpace> {
-        let given = scene.assembly.iter().flat_map(|given| &given.rods);
+        let given = scene.assembly().into_iter().flat_map(|given| &given.rods);
         let links = self.assembly.links().iter().zip(&self.reversed);
         let all = given.zip(links).enumerate();
         all.filter(|(_, (given, _))| self.is_heavy() && given.distributed.is_zero())

@@ -16,7 +16,7 @@ use crate::assembly::Joint;
 use crate::scene::lower::heavy_in_space;
 use crate::scene::{
     AssemblyBody, AssemblyRod, AssemblyScene, Clamp, Extent, FaultKind, Force, FreeRod, Guess,
-    InitialShape, Load, LoadAlong, Loads, Rod, Scene, Site, Solve, Start, Straight,
+    InitialShape, Load, LoadAlong, Loads, Rod, Scene, SceneKind, Site, Solve, Start, Straight,
 };
 
 /// A rod as read. A rod held at both ends also has the attachment of its end and the load along it.
@@ -120,8 +120,7 @@ pub(super) fn assembly(top: &Table) -> Option<Scene> {
         run: run?,
         solve: solve?,
         continuation: None,
-        assembly: Some(AssemblyScene { rods, free, bodies }),
-        bar: None,
+        kind: SceneKind::Assembly(AssemblyScene { rods, free, bodies }),
     };
     let follow = default(part(top, &CONTINUE), None, |table| {
         if motion {
@@ -558,7 +557,7 @@ fn start(table: &Table, motion: bool, rods: usize, bodies: usize) -> Option<Star
 /// True if every rod can be made and the scales are normal numbers; otherwise reports the faults.
 fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
     let mut made = true;
-    let Some(assembly) = &scene.assembly else {
+    let Some(assembly) = scene.assembly() else {
         return false;
     };
     let held = assembly.rods.iter().map(|rod| &rod.rod);

@@ -8,8 +8,8 @@ use super::scene::{default, part, units};
 use super::table::{Absent, Table};
 use crate::bar::{Scheme, Stress, motion};
 use crate::scene::{
-    BarScene, Bends, Clamp, FaultKind, History, Loads, Model, Rest, Rod, Scene, Section, Solve,
-    Start,
+    BarScene, Bends, Clamp, FaultKind, History, Loads, Model, Rest, Rod, Scene, SceneKind, Section,
+    Solve, Start,
 };
 use toml::Spanned;
 use toml::de::DeValue;
@@ -74,8 +74,7 @@ pub(super) fn bar(top: &Table) -> Option<Scene> {
         run: None,
         solve: Solve::default(),
         continuation: None,
-        assembly: None,
-        bar: Some(bar),
+        kind: SceneKind::Bar(bar),
     })
 }
 

@@ -89,7 +89,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
 
 /// The path with indices of bodies and rods in place of their names: `body[0].force.z` for `body.crown.force.z`.
 fn numbered(path: &str, scene: &Scene) -> String {
-    let (Some(assembly), Some((list, rest))) = (&scene.assembly, path.split_once('.')) else {
+    let (Some(assembly), Some((list, rest))) = (scene.assembly(), path.split_once('.')) else {
         return path.to_owned();
     };
     let (name, field) = rest.split_once('.').unwrap_or((rest, ""));

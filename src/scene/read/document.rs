@@ -2,7 +2,7 @@
 
 use super::fields::{ASSEMBLY, BAR, Field, Form, Kinds, Need, PLANE, SPACE, STATICS, Spec, TOP};
 use super::phrases::listed;
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneKind};
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -162,7 +162,7 @@ impl Scene {
     /// `start.velocity.0` or `start.velocity.x`). The unit of a pure number is empty. `None` if scenes of this kind
     /// have no such field.
     pub fn described(&self, path: &str) -> Option<(String, &'static str)> {
-        let kind = self.kind();
+        let kind = self.kind_of_fields();
         let mut specs: Vec<&'static Spec> = vec![&TOP];
         let (mut words, mut unit): (Vec<String>, _) = (Vec::new(), "");
         // The field whose elements the next step of the path may name.
@@ -211,7 +211,7 @@ impl Scene {
 
     /// True if a body or a rod of an assembly has this name.
     fn has_named(&self, of: &str, name: &str) -> bool {
-        self.assembly.as_ref().is_some_and(|assembly| match of {
+        self.assembly().is_some_and(|assembly| match of {
             "body" => assembly.bodies.iter().any(|body| body.name == name),
             _ => {
                 let held = assembly.rods.iter().any(|rod| rod.name == name);
@@ -220,13 +220,14 @@ impl Scene {
         })
     }
 
-    fn kind(&self) -> Kinds {
-        match () {
-            () if self.bar.is_some() => BAR,
-            () if self.assembly.is_some() => ASSEMBLY,
-            () if self.is_planar() => PLANE,
-            () if self.is_motion() => SPACE,
-            () => STATICS,
+    /// Kind of the scene in the tables of fields.
+    pub(super) fn kind_of_fields(&self) -> Kinds {
+        match self.kind {
+            SceneKind::Bar(_) => BAR,
+            SceneKind::Assembly(_) => ASSEMBLY,
+            SceneKind::Rod if self.is_planar() => PLANE,
+            SceneKind::Rod if self.is_motion() => SPACE,
+            SceneKind::Rod => STATICS,
         }
     }
 }

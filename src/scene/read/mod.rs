@@ -42,14 +42,8 @@ pub(super) fn not_toml(sources: &Sources, at: usize, message: &str) -> super::Fa
 
 /// Names of the fields of a table in scenes of this kind.
 pub(super) fn fields_of(scene: &Scene, table: &str) -> Vec<&'static str> {
-    use fields::{ASSEMBLY, BAR, Form, PLANE, SPACE, STATICS, TOP};
-    let kind = match (scene.is_planar(), scene.is_motion()) {
-        _ if scene.bar.is_some() => BAR,
-        _ if scene.assembly.is_some() => ASSEMBLY,
-        (true, _) => PLANE,
-        (false, true) => SPACE,
-        (false, false) => STATICS,
-    };
+    use fields::{Form, TOP};
+    let kind = scene.kind_of_fields();
     let spec = match TOP.field(table, kind).map(|field| &field.form) {
         Some(Form::Table(spec)) => spec,
         _ => &TOP,

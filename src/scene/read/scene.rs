@@ -17,7 +17,7 @@ use super::sources::Sources;
 use super::start::{Known, start};
 use super::table::{Absent, Table};
 use crate::scene::lower::heavy_in_space;
-use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, Solve, Start, Units};
+use crate::scene::{Clamp, FaultKind, Faults, Loads, Scene, SceneKind, Solve, Start, Units};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -112,8 +112,7 @@ fn resolve(top: &Table) -> Option<Scene> {
             run: Some(run).filter(|run| run.is_some() == motion)?,
             solve: solve?,
             continuation: None,
-            assembly: None,
-            bar: None,
+            kind: SceneKind::Rod,
         })
     };
     let scene = whole().filter(|scene| motion || in_reach(top, scene));

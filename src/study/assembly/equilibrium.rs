@@ -82,7 +82,7 @@ pub fn equilibrium(scene: &Scene) -> Result<AssemblyEquilibriumRecord> {
     let in_units = |e| scene.in_own_units(e);
     let setup = AssemblySetup::new(scene).map_err(in_units)?;
     let found = setup.equilibrium().map_err(in_units)?;
-    let (given, k) = (scene.assembly.as_ref(), &setup.scales);
+    let (given, k) = (scene.assembly(), &setup.scales);
     let bodies = given.iter().flat_map(|given| &given.bodies);
     let bodies = bodies.zip(&found.now.bodies).map(|(body, place)| {
         let mut pose = place.pose;

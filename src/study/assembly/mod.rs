@@ -6,4 +6,4 @@ mod run;
 
 pub use equilibrium::{AssemblyEquilibriumRecord, equilibrium};
 pub use record::{AssemblyMoment, AssemblyRunBranch, AssemblyRunRecord, BodyMoment};
-pub use run::{AssemblyPrepared, run, samples, shapes, small_mass};
+pub use run::{AssemblyMotion, AssemblyPrepared, run, samples, shapes, small_mass};

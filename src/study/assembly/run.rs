@@ -129,36 +129,36 @@ impl AssemblyPrepared {
 
     /// Joints of base and end of each rod to the ground, in the order of `names`; `None` at a body or free end.
     pub fn grounds(&self) -> Vec<[Option<Joint>; 2]> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         given.flat_map(AssemblyScene::grounds).collect()
     }
 
     fn grooved(&self) -> Vec<bool> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let bodies = given.flat_map(|given| &given.bodies);
         bodies.map(|body| body.groove.is_some()).collect()
     }
 
     fn thickness(&self) -> Vec<Option<f64>> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let rods = given.flat_map(|given| &given.rods);
         rods.map(|rod| rod.rod.thickness()).collect()
     }
 
     pub(in crate::study) fn body_names(&self) -> Vec<String> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let bodies = given.flat_map(|given| &given.bodies);
         bodies.map(|body| body.name.clone()).collect()
     }
 
     pub(in crate::study) fn solids(&self) -> Vec<Solid> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let bodies = given.flat_map(|given| &given.bodies);
         bodies.map(Solid::of).collect()
     }
 
     fn rod_names(&self) -> Vec<String> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let rods = given.flat_map(|given| &given.rods);
         rods.map(|rod| rod.name.clone()).collect()
     }
@@ -201,7 +201,7 @@ impl AssemblyPrepared {
     }
 
     fn free_names(&self) -> Vec<String> {
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let rods = given.flat_map(|given| &given.free);
         rods.map(|rod| rod.name.clone()).collect()
     }

@@ -36,7 +36,7 @@ impl BarPrepared {
     /// A scene of another kind; invalid data of a bar.
     pub fn new(scene: &Scene) -> Result<Self> {
         let other = || Error::domain("this is no bar: its [rod] has not model = \"bar\"");
-        let given = scene.bar.clone().ok_or_else(other)?;
+        let given = scene.bar().cloned().ok_or_else(other)?;
         Ok(Self {
             scene: serde_json::to_value(scene)
                 .map_err(|e| Error::io("the scene cannot be written").caused_by(e))?,

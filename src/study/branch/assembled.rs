@@ -186,7 +186,7 @@ impl Subject for Assembled<'_> {
     fn columns(&self) -> (Vec<Column>, Column) {
         let units = self.scene.units;
         let mut columns = Vec::new();
-        let given = self.scene.assembly.iter();
+        let given = self.scene.assembly().into_iter();
         let pose = |name: &str, of: &str| {
             let place = ["x", "y", "z"].map(|k| {
                 let meaning = format!("position of {of} along {k}");

@@ -68,7 +68,7 @@ pub fn branch(scene: &Scene, hooks: &mut dyn Hooks) -> Result<BranchRecord> {
         return Err(missing(scene));
     };
     let task = (scene, wanted);
-    if scene.assembly.is_some() {
+    if scene.is_assembly() {
         let in_units = |e| scene.in_own_units(e);
         let (subject, x) = Assembled::new(scene, wanted).map_err(in_units)?;
         let record = followed(task, &subject, x, hooks).map_err(in_units)?;
@@ -153,7 +153,7 @@ fn left_chart_error() -> Error {
 
 /// Error for a scene without `[continue]`.
 fn missing(scene: &Scene) -> Error {
-    let example = match scene.assembly {
+    let example = match scene.assembly() {
         Some(_) => "body.NAME.force.z",
         None => "end.load",
     };

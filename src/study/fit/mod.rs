@@ -221,7 +221,7 @@ impl Fit {
         };
         if fit.time.is_some()
             && let Ok(scene) = fit.scene(&fit.values(&fit.start(0, 0)))
-            && scene.bar.is_some()
+            && scene.is_bar()
         {
             return refuse(format!(
                 "column {TIME} of the data: a bar is not followed to times of data; name the column run.duration, set it row by row with --given \

@@ -59,10 +59,10 @@ const FARTHEST: i32 = 300;
 /// # Errors
 /// A scene without internal friction; a section without a memory kernel.
 pub fn memory(scene: &Scene) -> Result<MemoryRecord> {
-    if scene.bar.is_some() {
+    if scene.is_bar() {
         scene.body()?;
     }
-    if scene.assembly.is_some() {
+    if scene.is_assembly() {
         return Err(Error::domain(
             "the memory told here is that of one rod and its end: write it as [rod] with [clamp], [body], [start] and [run] in place of [[rod]] and [[body]]",
         ));

@@ -154,7 +154,7 @@ const BALANCED: f64 = 1e-6;
 /// rod is infinitely stiff.
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let heavy = scene.rod.is_heavy();
-    let found = match (&scene.assembly, scene.is_planar()) {
+    let found = match (scene.assembly(), scene.is_planar()) {
         (Some(_), _) if heavy => heavy_assembly::modes(scene),
         (Some(_), _) => assembled::of_assembly(scene),
         (None, _) if heavy => heavy::modes(scene),
@@ -169,7 +169,7 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         (None, false) => assembled::modes(&scene.frozen_at_start()?, scene),
     };
     let (motions, of_start) = found.map_err(|e| scene.in_own_units(e))?;
-    let given = scene.assembly.iter();
+    let given = scene.assembly().into_iter();
     let held = given.clone().flat_map(|given| &given.rods);
     let free = given.flat_map(|given| &given.free);
     let names = held.map(|rod| &rod.name).chain(free.map(|rod| &rod.name));
@@ -229,20 +229,20 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         scene.clamp.motion.is_some(),
         "the clamp is held as it stands at t = 0",
     );
-    let rods = scene.assembly.iter().flat_map(|given| &given.rods);
+    let rods = scene.assembly().into_iter().flat_map(|given| &given.rods);
     let mut sites = rods.flat_map(|rod| [&rod.from, &rod.to]);
     remark(
         sites.any(|site| site.motion.is_some()),
         "places on the ground that move are held as they stand at t = 0",
     );
-    let bodies = scene.assembly.iter().flat_map(|given| &given.bodies);
+    let bodies = scene.assembly().into_iter().flat_map(|given| &given.bodies);
     let mut loads =
         bodies.flat_map(|body| body.force.in_time().iter().chain(body.couple.in_time()));
     remark(
         motions.modes.is_empty() && motions.eigenvalues.is_some(),
         "loads turn with the body, so that no motion is one of fixed shape: the frequencies are those of the eigenvalues",
     );
-    let mut light = scene.assembly.iter().flat_map(|given| &given.rods);
+    let mut light = scene.assembly().into_iter().flat_map(|given| &given.rods);
     remark(
         motions.eigenvalues.is_some()
             && (scene.rod.is_light() || light.any(|given| given.rod.is_light())),

@@ -64,7 +64,7 @@ impl RodsAtRest {
 
     /// The rods of an assembly; `None` if no mass is known, or no equilibrium is found.
     pub fn assembly(scene: &Scene, setup: &AssemblySetup) -> Option<Self> {
-        let given = scene.assembly.as_ref()?;
+        let given = scene.assembly()?;
         if given.rods.iter().all(|rod| rod.rod.mass().is_none()) {
             return None;
         }

@@ -84,13 +84,13 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
 /// # Errors
 /// A start without motion; data without a well-posed problem; errors of the run, in a trial.
 pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
-    if scene.bar.is_some() {
+    if scene.is_bar() {
         return bar::plan(scene, seconds);
     }
     if !scene.is_motion() {
         return statics::plan(scene);
     }
-    let mut plan = match &scene.assembly {
+    let mut plan = match scene.assembly() {
         Some(given) => assembly::plan(scene, given)?,
         None => rod::plan(scene)?,
     };

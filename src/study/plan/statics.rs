@@ -9,7 +9,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     let mut plan = Plan::empty(scene, 0.0);
     plan.leave_out("time", "a scene without [run] asks for an equilibrium");
     let numbers = |what, numbers| StateVariables { what, numbers };
-    if let Some(given) = &scene.assembly {
+    if let Some(given) = scene.assembly() {
         plan.model = choice(
             "the equilibrium of rods and bodies",
             "[[rod]] and [[body]] without [run]",

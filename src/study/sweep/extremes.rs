@@ -24,7 +24,7 @@ pub fn looked_at(scene: &mut Scene) {
     {
         run.samples = run.samples.max(LOOKS);
     }
-    if let Some(bar) = &mut scene.bar {
+    if let Some(bar) = scene.bar_mut() {
         bar.samples = bar.samples.max(LOOKS);
     }
 }

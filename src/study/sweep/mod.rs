@@ -252,7 +252,7 @@ impl Sweep {
         let Ok(scene) = scene else {
             return Vec::new();
         };
-        let words: &[&str] = if scene.bar.is_some() {
+        let words: &[&str] = if scene.is_bar() {
             &[
                 "outcome",
                 "end.t",
@@ -260,7 +260,7 @@ impl Sweep {
                 "end.tip.v",
                 "breaking.time",
             ]
-        } else if scene.assembly.is_some() && scene.is_motion() {
+        } else if scene.is_assembly() && scene.is_motion() {
             &["outcome", "end.t", "snaps", "energy_error.relative"]
         } else if !scene.is_motion() {
             &["energy", "index"]
@@ -387,7 +387,7 @@ pub(in crate::study) fn outcome(
         // Two rows of an unread table.
         run.samples = 2;
     }
-    if scene.bar.is_none() && !scene.is_motion() {
+    if !scene.is_bar() && !scene.is_motion() {
         let (mut summary, _) = dispatch::rest(&scene)?;
         summary["events"] = Value::Array(Vec::new());
         return Ok(summary);
