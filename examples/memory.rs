@@ -63,7 +63,7 @@ fn main() -> snaprod::Result<()> {
     let after = 3.0 * (1.0 + 1.5 * (-0.25_f64 * 2.0).exp());
     assert_near(kernel.wrench_after_step(2.0)[(4, 4)], after, "  R(2)");
 
-    // Without a branch the elastica responds to small motions as a spring beside a dashpot.
+    // Without a branch the elastica responds to small motions as a spring and a dashpot in parallel.
     let kernel = MemoryKernel::carrying(&plain, 1.0, lateral)?;
     println!("and without:");
     assert!(kernel.commuting().holds && kernel.modes().is_empty());

@@ -133,7 +133,7 @@ impl std::fmt::Display for Outcome {
         match self {
             Self::EndOfTime => f.write_str("the end of time was reached"),
             Self::NoStableEquilibrium => f.write_str(
-                "the rod ran out of its sheet and the landing rule leaves no stable equilibrium at this pose with less energy than at the fold; landing = \"viscous\" \
+                "the rod passed its fold, and the landing rule found no stable equilibrium of lower energy at this pose; landing = \"viscous\" \
                  always finds one if there is one",
             ),
             Self::Branched(snaps) => write!(f, "the run branched into {}", snaps.len()),
@@ -141,7 +141,7 @@ impl std::fmt::Display for Outcome {
                 "the body has come to the end of its groove; make the groove longer, or close it",
             ),
             Self::SelfContact(_) => f.write_str(
-                "a rod touches itself or another, and what contact does is not followed; where that does not matter, leave the \
+                "a rod touches itself or another; contact forces are not modelled; to ignore contact, leave the \
                  contact diameter out",
             ),
             Self::StepLimit => f.write_str("the bound max_steps was reached"),

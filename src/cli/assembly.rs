@@ -262,7 +262,7 @@ fn branch_text(
         ));
     }
     line(format!(
-        "energy ledger closes to {:.1e}{} ({:.1e} of its largest term); {} steps, {} right-hand sides",
+        "energy balance error {:.1e}{} (relative {:.1e}); {} steps, {} right-hand sides",
         branch.closing.error,
         Units::suffix(u.energy()),
         branch.closing.relative(),
@@ -348,7 +348,7 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
     line("energy", number(record.energy));
     let meaning = match (record.conservative, record.index, record.from_guess) {
         (false, ..) => {
-            "of the symmetric part of the stiffness; the loads are not conservative: this does not decide stability, `snaprod modes` does"
+            "of the symmetric part of the stiffness; it does not decide stability, since the loads are not conservative: run `snaprod modes`"
         }
         (true, 0, _) => "stable",
         (true, _, Some(true)) => "unstable; another guess, or none, may lead to a stable one",
@@ -358,14 +358,16 @@ fn equilibrium_text(record: &AssemblyEquilibriumRecord) -> String {
     line("residual", format!("{:.1e}", record.residual));
     let path = match record.from_guess {
         Some(true) => "from the guess",
-        Some(false) => "from the unloaded rods: there is no way to an equilibrium from the guess",
+        Some(false) => "from the unloaded rods; the guess led to no equilibrium",
         None => "from the unloaded rods",
     };
     line("path", path.to_owned());
     if let Some(rod) = &record.overdrawn {
         line(
             "guess",
-            format!("out of reach: rod {rod:?} is shorter than its ends are apart there"),
+            format!(
+                "out of reach: rod {rod:?} is shorter than the distance between its ends in the guess"
+            ),
         );
     }
     text

@@ -120,7 +120,7 @@ fn text(record: &ElasticaRecord) -> String {
                 "{} in lambda, to the first fold at this kappa",
                 number(distance)
             ),
-            None => "beyond what doubles resolve: hundreds in lambda".to_owned(),
+            None => "too large for double precision: hundreds in lambda".to_owned(),
         },
     );
     if !record.sections.is_empty() {

@@ -53,7 +53,7 @@ fn text(record: &EquilibriaRecord) -> String {
         number(record.lambda_max)
     );
     if record.found.is_empty() {
-        text.push_str("a rod that is nearly taut needs more: try --lambda-max 60, or elastica with --lambda and --p\n");
+        text.push_str("near full reach lambda is larger: try --lambda-max 60, or `snaprod elastica` with --lambda and --p\n");
     } else {
         let _ = writeln!(
             text,
@@ -74,7 +74,7 @@ fn text(record: &EquilibriaRecord) -> String {
             e.energy,
             f.index,
             if f.degenerate {
-                "  on a fold: two in one"
+                "  at a fold (double)"
             } else if f.stable() {
                 "  stable"
             } else {

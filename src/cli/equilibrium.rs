@@ -84,7 +84,7 @@ fn text(record: &EquilibriumRecord) -> String {
     }
     let meaning = match (record.conservative, found.index) {
         (false, _) => {
-            "of the same load kept dead; the load is not conservative: this does not decide stability"
+            "for the same load kept dead; it does not decide stability, since the load is not conservative"
         }
         (true, 0) => "stable",
         (true, _) if found.route.from_guess => "unstable",

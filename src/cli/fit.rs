@@ -81,7 +81,7 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
         fit.best(found, starts, &mut Signals)
     });
     if signals::interrupted() {
-        print_error("interrupted: a search that is not at its end has no result");
+        print_error("interrupted: the search did not finish, so there is no result");
         return Ok(Ending::Short);
     }
     let record = best?;
@@ -174,7 +174,7 @@ fn report(record: &FitRecord) -> String {
         let noise = if one.known { "given" } else { "estimated" };
         let _ = writeln!(
             text,
-            "{}: {} numbers, differences {:.2e} in the mean (rms), noise {:.2e} ({noise})",
+            "{}: {} values, rms residual {:.2e}, noise {:.2e} ({noise})",
             one.name,
             one.data.iter().filter(|x| !x.is_nan()).count(),
             one.rms,
@@ -191,7 +191,7 @@ fn report(record: &FitRecord) -> String {
     let [starts, agreeing, runs] = record.effort;
     let _ = writeln!(
         text,
-        "{agreeing} of {starts} searches ended here; {runs} runs"
+        "{agreeing} of {starts} searches converged to this minimum; {runs} runs"
     );
     for remark in &record.remarks {
         let _ = writeln!(text, "remark: {remark}");

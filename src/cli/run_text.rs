@@ -40,7 +40,7 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
         let passages: Vec<&Layer> = record.passages().collect();
         lines.extend(passages.iter().take(SHOWN).map(|l| passage(l, u)));
         if passages.len() > SHOWN {
-            lines.push(format!("... and {} more of these", passages.len() - SHOWN));
+            lines.push(format!("... and {} more passages", passages.len() - SHOWN));
         }
         lines.extend(heavy_folds(&record.folds, branch.id, u));
         lines.push(format!(
@@ -110,20 +110,20 @@ pub fn chosen(snap: &Snap) -> String {
     let found = match (snap.to.sheet, choices) {
         // In the plane the list of equilibria is complete.
         (Some(_), _) => String::new(),
-        (None, 1) => ", the only stable equilibrium of less energy that was found".to_owned(),
-        (None, _) => format!(", {choices} stable equilibria of less energy were found"),
+        (None, 1) => ", the only stable equilibrium found at lower energy".to_owned(),
+        (None, _) => format!(", {choices} stable equilibria found at lower energy"),
     };
     let flow = match snap.reached {
         Some(true) => "the viscous flow leads here",
         Some(false) => "the viscous flow leads elsewhere",
-        None => "where the viscous flow leads was not found",
+        None => "the landing of the viscous flow was not found",
     };
     format!("{found} ({flow})")
 }
 
 fn passage(layer: &Layer, u: Units) -> String {
     format!(
-        "away from equilibrium from t = {} to {}{}, most at {}: dissipated {}{}, elastic energy released {}{}",
+        "passage away from equilibrium from t = {} to {}{}, peak at {}: dissipated {}{}, elastic energy released {}{}",
         rounded(layer.from, 6),
         rounded(layer.to, 6),
         Units::suffix(u.time()),
@@ -170,7 +170,7 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
 fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
     let energy = Units::suffix(record.units.energy());
     let closing = format!(
-        "energy ledger closes to {:.1e}{energy} ({:.1e} of its largest term)",
+        "energy balance error {:.1e}{energy} (relative {:.1e})",
         branch.closing.error,
         branch.closing.relative()
     );
@@ -187,7 +187,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
             rounded(branch.last.ledger.dissipated, 9)
         ),
         format!(
-            "{} steps, {} of them implicit, {} right-hand sides; up to {} nodes, which leave {:.1e} of the strains",
+            "{} steps, {} of them implicit, {} right-hand sides; up to {} nodes; strain truncation error {:.1e}",
             cost.steps, cost.implicit_steps, cost.evaluations, nodes.most_nodes, nodes.tail
         ),
     ]
@@ -202,12 +202,12 @@ pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String>
     let text = told.filter_map(|fold| {
         let ledger = fold.changes?;
         let (of, gains) = match &fold.rod {
-            Some(rod) => (format!("the light rod {rod}"), ["bodies gain", "rods'"]),
-            None => ("the light rod".to_owned(), ["body gains", "rod's"]),
+            Some(rod) => (format!("the light rod {rod}"), ["bodies", "rods"]),
+            None => ("the light rod".to_owned(), ["body", "rod"]),
         };
         Some(format!(
-            "fold of {of} passed at t = {}{}: it would release {}{}; in the time {} after it the {} {}, the {} motion {}, \
-             friction {}",
+            "fold of {of} passed at t = {}{}: a snap would release {}{}; energy changes over the next {}: kinetic of the {} {}, \
+             kinetic of the {} {}, dissipated {}",
             rounded(fold.t, 9),
             Units::suffix(u.time()),
             rounded(fold.released, 6),
@@ -236,8 +236,8 @@ pub fn mass(validity: &Validity) -> String {
 /// Note on the time during which a run left the mass of a rod out.
 pub fn omitted_mass_note(time: f64, u: Units) -> String {
     format!(
-        "the mass of a light rod is left out for {time:.3e}{} where it could not be followed, as from before a fold to the landing; what energy it had there is \
-         booked as dissipated",
+        "rod mass ignored for {time:.3e}{} in total, where it cannot be included (for instance from just before a fold to the landing); the kinetic energy of the rod \
+         counts as dissipated there",
         Units::suffix(u.time())
     )
 }
@@ -269,8 +269,8 @@ fn spring(of: &Spring, u: Units) -> String {
     });
     let branches = match of.branches.len() {
         0 => None,
-        1 => Some("one Maxwell branch beside".to_owned()),
-        n => Some(format!("{n} Maxwell branches beside")),
+        1 => Some("one Maxwell branch in parallel".to_owned()),
+        n => Some(format!("{n} Maxwell branches in parallel")),
     };
     let all: Vec<String> = parts.chain(branches).chain(modes).collect();
     format!(

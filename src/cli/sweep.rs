@@ -78,7 +78,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     signals::watch();
     let opened = Directory::open(sweep, &directory, &mut Signals);
     if opened.is_err() && signals::interrupted() {
-        print_error("interrupted: no point is made yet");
+        print_error("interrupted: no point is computed yet");
         return Ok(Ending::Short);
     }
     let sweep = opened?;
@@ -87,7 +87,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     let there = sweep.made();
     for file in there.damaged {
         print_error(&format!(
-            "warning: {} does not hold its rows: it is made anew",
+            "warning: {} is damaged: its points are computed again",
             file.display()
         ));
     }
@@ -114,7 +114,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         Err(None) => {
             if !args.quiet {
                 print(&format!(
-                    "interrupted: {} of {} points are in {}; the same command goes on\n",
+                    "interrupted: {} of {} points are in {}; repeat the command to continue\n",
                     sweep.made().kept,
                     sweep.sweep().points(),
                     directory.display()
@@ -147,7 +147,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         let column = sweep.sweep().column_of(path);
         if rows.column(&column).all(str::is_empty) {
             print_error(&format!(
-                "warning: {option} {path}: no point has it; the names are those of summary.json, and events, of `snaprod run --json`"
+                "warning: {option} {path}: not found in any point; names are those of summary.json and of events in `snaprod run --json`"
             ));
         }
     }
@@ -158,7 +158,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         );
     } else if !args.quiet {
         let mut text = format!(
-            "{} points, {} of them made now\n",
+            "{} points, {} of them computed now\n",
             sweep.sweep().points(),
             made_now
         );

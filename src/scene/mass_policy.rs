@@ -32,13 +32,13 @@ impl RodMassNote {
         Some(match (self.inertia, self.by_default, self.why) {
             (Inertia::FirstOrder, true, _) => {
                 format!(
-                    "{rod}, {eps}, is followed to first order (inertia = \"none\" leaves it out)"
+                    "{rod}, {eps}, is followed to first order (set inertia = \"none\" to ignore it)"
                 )
             }
             (Inertia::FirstOrder, false, _) => format!("{rod}, {eps}, is followed to first order"),
-            (Inertia::None, true, Some(why)) => format!("{rod}, {eps}, is left out: {why}"),
+            (Inertia::None, true, Some(why)) => format!("{rod}, {eps}, is ignored: {why}"),
             (Inertia::None, true, None) => format!(
-                "{rod}, {eps}, is left out: it is not small (inertia = \"full\" has all of it, \"first-order\" what is of its first order)"
+                "{rod}, {eps}, is ignored, although it is not small: set inertia = \"full\" to include it, or \"first-order\" to approximate it"
             ),
             _ => return None,
         })

@@ -70,16 +70,16 @@ pub(super) fn note(
         None => "the rod".to_owned(),
     };
     let until = match first.until {
-        Some(t) => format!("up to {}", at(t)),
-        None => "from there on".to_owned(),
+        Some(t) => format!("until {}", at(t)),
+        None => "from then on".to_owned(),
     };
     let again = match more.len() {
         0 => String::new(),
-        1 => "; so once more (events.json)".to_owned(),
-        n => format!("; so {n} times more (events.json)"),
+        1 => "; 1 more such interval is in events.json".to_owned(),
+        n => format!("; {n} more such intervals are in events.json"),
     };
     Some(format!(
-        "at {} the light rod beside {rod} is lost: {}; folds that it passes {until} are not told{again}",
+        "at {} the light rod that accompanies {rod} is lost: {}; folds {until} are not recorded{again}",
         at(first.from),
         first.why
     ))

@@ -316,7 +316,7 @@ fn landings() {
         let none = run(above).json(1);
         assert_eq!(none["outcome"], "no_stable_equilibrium");
         let reason = none["reason"].as_str().unwrap();
-        assert!(reason.contains("landing") && reason.contains("less energy"));
+        assert!(reason.contains("landing") && reason.contains("lower energy"));
         assert_eq!(none["events"], Value::Array(vec![]));
         close(&none["end"]["t"], 0.02557019785835311, 1e-10);
     }

@@ -108,7 +108,7 @@ fn light_rods_are_followed_by_default_where_they_can_be() {
     ] {
         let (inertia, text) = note(set);
         assert_eq!(inertia, None, "{text}");
-        assert!(text.contains("left out") && text.contains(why), "{text}");
+        assert!(text.contains("is ignored") && text.contains(why), "{text}");
         if why == "not small" {
             continue;
         }

@@ -208,9 +208,9 @@ fn a_light_rod_that_is_lost_is_told_once() {
         .unwrap()
         .to_owned();
     for part in [
-        "light rod beside rod \"left\" is lost",
-        "are not told",
-        "once more",
+        "light rod that accompanies rod \"left\" is lost",
+        "are not recorded",
+        "1 more such interval",
     ] {
         assert!(told.contains(part), "{told}");
     }

@@ -109,9 +109,9 @@ fn a_run_tells_whether_it_was_right_to_leave_the_mass_out() {
         );
         assert_eq!(expected > 5.0, quiet, "{expected}");
         let verdict = if quiet {
-            "quiet before the next event"
+            "vibration decays before the next event"
         } else {
-            "still rings at the next event: the landing is not safe"
+            "still vibrates at the next event: the landing is not reliable"
         };
         assert_eq!(event["mass"]["verdict"], verdict);
     }
@@ -319,7 +319,7 @@ fn folds_of_the_light_rod_are_told_of_rods_with_friction_and_mass() {
     let expected = 9.3137 / 0.015452 * (0.2581 / 3.411684) * 1e-3 * 1e-4_f64.powf(-0.6);
     assert!((ratio / expected - 1.0).abs() < 1e-2, "{ratio}");
     let verdict = strong["mass"]["verdict"].as_str().unwrap();
-    assert!(verdict.starts_with("friction holds it back"), "{verdict}");
+    assert!(verdict.starts_with("slowed by friction"), "{verdict}");
 
     let heavy = folds(&[
         "rod.inertia=\"full\"",

@@ -148,7 +148,10 @@ fn unresolved_waves_are_told() {
     let rates = [carried(&fast), carried(&slow)];
     assert!(rates[0] > 1e-3 && rates[1] < 1e-3, "{rates:?}");
     let warning = fast["warning"].as_str().expect("a warning");
-    assert!(warning.contains("shorter than its nodes"), "{warning}");
+    assert!(
+        warning.contains("shorter than the node spacing"),
+        "{warning}"
+    );
     assert!(
         slow.get("warning")
             .is_none_or(|why| !why.to_string().contains("nodes"))

@@ -452,7 +452,7 @@ pub fn judged(text: &str, patience: Duration) -> Judged {
         &["t", "x", "y", "vx", "vy", "kinetic", "elastic", "total"],
     )?;
     let outcome = found.summary["outcome"].as_str().unwrap_or("?").to_owned();
-    let small = |said: &String| said.contains("smaller than run.tolerance resolves");
+    let small = |said: &String| said.contains("too small for run.tolerance");
     if found.reason.is_none() && found.warning.as_ref().is_some_and(small) {
         return Ok("below the tolerance".to_owned());
     }

@@ -148,9 +148,9 @@ impl AssemblyRun {
             .words(" and a couple of ")
             .number(point.end.base_couple.norm(), Quantity::Couple)
             .words(format!(
-                " at its base: straight or symmetric, it can buckle {way} alike here, and nothing tells it to which side it goes on"
+                " at its base: the rod is straight or symmetric and can buckle {way} alike here, so its direction of buckling is undetermined"
             ));
-        let remedy = "a small rest curvature does, or a small offset of the body, in the plane in which it would buckle: of a straight rod that in which it \
+        let remedy = "add a small rest curvature, or a small offset of the body, in the plane of buckling: for a straight rod the plane in which it \
                       bends most easily";
         let at = self.solver.state().time();
         self.stop(Outcome::stuck(

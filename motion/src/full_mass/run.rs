@@ -284,14 +284,14 @@ impl HeavyRun {
             };
             return self.stuck(
                 cause,
-                "the motion is rougher than rounding lets it be followed: raise the tolerance, give the rod damping, or fewer nodes \
+                "the motion is too rough for double precision: raise the tolerance, give the rod damping, or fewer nodes \
                  (rod.nodes)",
             );
         }
         if self.look().is_none() {
             return self.stuck(
                 Cause::EdgeOfDomain,
-                "the end of a groove or a contact is not found: lower the tolerance",
+                "the end of a groove, or a contact, was not located: lower the tolerance",
             );
         }
         let to = self.time();
@@ -302,7 +302,7 @@ impl HeavyRun {
         if let Err(cause) = self.judge() {
             return self.stuck(
                 cause,
-                "waves in the rod have become too short: give it damping, which they meet first, raise the tolerance, or fix rod.nodes",
+                "waves in the rod have become too short: give the rod damping, which damps the shortest waves first, raise the tolerance, or fix rod.nodes",
             );
         }
         Event::Step { from, to }

@@ -333,7 +333,7 @@ where
             };
             return self.stuck(
                 cause,
-                "the motion is rougher than rounding lets it be followed: raise the tolerance, or the damping",
+                "the motion is too rough for double precision: raise the tolerance, or the damping",
             );
         }
         let to = self.time();

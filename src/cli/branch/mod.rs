@@ -192,7 +192,7 @@ fn line(text: &mut String, at: &SpecialPoint, conservative: bool) {
         }
     };
     let _ = match &at.doubt {
-        Some(why) => writeln!(text, " (a guess: {why})"),
+        Some(why) => writeln!(text, " (uncertain: {why})"),
         None => writeln!(text),
     };
     if let Some(fold) = &at.fold {

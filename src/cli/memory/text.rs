@@ -37,7 +37,7 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
     if response.nonlinear {
         line(
             "note",
-            "the friction is not linear: it enters by its viscosity in the straight rod at rate zero",
+            "nonlinear friction is replaced by its viscosity in the straight rod at rate zero",
         );
     }
     let found = kernel.commuting();
@@ -68,7 +68,10 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
     .filter_map(|(name, matrix)| coupled(response, name, matrix))
     .collect();
     if !coupled.is_empty() {
-        line("", "each with the other components held; off the diagonal:");
+        line(
+            "",
+            "each with the other components held; off-diagonal entries:",
+        );
     }
     for row in &coupled {
         line("", row);
@@ -94,7 +97,7 @@ pub fn text(response: &MemoryRecord, times: &[f64], out: Option<&Path>) -> Strin
     if kernel.accuracy() > COARSE {
         line(
             "note",
-            "the section changes faster along the rod than the nodes can follow: the rates above stand for a continuum",
+            "the section varies along the rod faster than the nodes resolve: the rates above approximate a continuous spectrum",
         );
     }
     if let Some(out) = out {

@@ -56,7 +56,7 @@ class Diagram {
     this.board = board;
     board.canvas.classList.add("picks");
     const select = document.createElement("select");
-    select.setAttribute("aria-label", "what is drawn over the parameter");
+    select.setAttribute("aria-label", "quantity drawn over the parameter");
     columns.forEach((column, k) => select.add(new Option(labelled(column.name, column.unit), k)));
     select.addEventListener("change", () => {
       this.choose(columns[select.value]);
@@ -126,8 +126,8 @@ class Shapes {
     this.half = 0.014 * longest;
     this.directors = false;
     board.key("rod at the point", { colour: "#3d9be0", width: 6 });
-    board.key("its other side", { colour: "#f0b264", width: 6 });
-    board.key("beside it on its branch", { colour: "#5f7890", width: 1.3 });
+    board.key("the other side of the rod", { colour: "#f0b264", width: 6 });
+    board.key("neighbours on its branch", { colour: "#5f7890", width: 1.3 });
   }
 
   draw(k) {
@@ -169,7 +169,7 @@ class Folds {
 }
 
 document.getElementById("about").textContent =
-  `${at.length} points of ${many === 1 ? "a branch" : `${many} branches`} of equilibria, ${rows.length} of them with the shapes that the library computed there. Point at one.`;
+  `${at.length} points of ${many === 1 ? "a branch" : `${many} branches`} of equilibria, ${rows.length} of them with their computed shapes. Point at one to see its shape.`;
 const bar = document.createElement("div");
 bar.className = "controls";
 bar.innerHTML = `<div class="scrub"><input type="range" min="0" max="${rows.length - 1}" step="1" value="0" aria-label="point"></div>
@@ -226,7 +226,7 @@ document.addEventListener("keydown", (e) => {
   e.preventDefault();
   action();
 });
-keys([["← →", "one point back, on"], ["shift ← →", "ten"], ["Home End", "first, last"], ["[ ]", "special point before, next"], ["F", "directors"], ...TURNING]);
+keys([["← →", "one point back, forward"], ["shift ← →", "ten points"], ["Home End", "first, last point"], ["[ ]", "previous, next special point"], ["F", "directors"], ...TURNING]);
 function fit() {
   show(chosen);
   folds?.draw();

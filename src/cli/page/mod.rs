@@ -75,7 +75,7 @@ impl Page {
             "" => String::new(),
             text => format!("<pre>{}</pre>", escaped(text)),
         };
-        let words = section("What came of it", &text(&self.words));
+        let words = section("Results", &text(&self.words));
         let events = section("Events", &self.event_table());
         let scene = section("Scene", &text(&self.scene));
         let data = script_text(&self.data);
@@ -133,7 +133,8 @@ fn figures(figures: &[(String, String)], mut most: usize) -> String {
     }
     if !others.is_empty() {
         let others = others.join(", ");
-        shown += &format!("<p>Too large for this page, and beside it: {others}.</p>");
+        shown +=
+            &format!("<p>Figures too large for this page, in the same directory: {others}.</p>");
     }
     shown
 }
@@ -152,7 +153,7 @@ pub fn event_rows(events: &[Value], units: Units) -> Vec<[String; 3]> {
         let kind = match event["kind"].as_str().unwrap_or_default() {
             "self_contact" => "contact",
             "layer" => "passage away from equilibrium",
-            "light_rod_lost" => "light rod not known",
+            "light_rod_lost" => "light rod lost",
             kind => kind,
         };
         [
@@ -177,7 +178,7 @@ fn told(name: &str, value: &Value, units: Units) -> Option<String> {
     let (words, symbol) = match name {
         "t" | "peak" | "kind" | "time_error" => return None,
         "whole" => {
-            return (value == false).then(|| "the run began or ended in it".to_owned());
+            return (value == false).then(|| "cut off by the start or end of the run".to_owned());
         }
         "x" | "y" | "z" => (name, units.length()),
         "s" => ("at s =", units.length()),
@@ -189,7 +190,7 @@ fn told(name: &str, value: &Value, units: Units) -> Option<String> {
         "elastic_from" => ("elastic energy before", units.energy()),
         "elastic_to" => ("elastic energy after", units.energy()),
         "from" | "to" | "until" if value.is_number() => (name, units.time()),
-        "choices" => ("stable equilibria of less energy found:", ""),
+        "choices" => ("stable equilibria found at lower energy:", ""),
         "reached" => ("reached by the viscous flow:", ""),
         "parent" => ("from branch", ""),
         "rods" => ("of", ""),

@@ -354,10 +354,10 @@ class SheetView {
 }
 
 const time = units.time && ` ${units.time}`;
-const about = `${data.t.length} pictures of the motion from t = ${told(data.t[0])} to ${told(data.t.at(-1))}${time}; every shape is one of the library's, none is drawn between two.`;
+const about = `${data.t.length} frames from t = ${told(data.t[0])} to ${told(data.t.at(-1))}${time}, each computed, none interpolated.`;
 // Of a run of more steps than that curves do not show all.
 const gap = Math.max(...trace.slice(1).map((t, i) => t - trace[i]));
-const sampled = data.steps >= trace.length ? ` Curves have ${trace.length} points, ${told(Number(gap.toPrecision(2)))}${time} apart or less, of the run's ${data.steps} steps: what is faster they do not show.` : "";
+const sampled = data.steps >= trace.length ? ` Curves have ${trace.length} points, at most ${told(Number(gap.toPrecision(2)))}${time} apart, of the run's ${data.steps} steps; faster changes are not shown.` : "";
 document.getElementById("about").textContent = about + sampled;
 let views = [];
 const player = new Player((i) => views.forEach((view) => view.draw(i, player.ghosts)));
@@ -366,7 +366,7 @@ stage.key(rods.length > 1 ? "rods" : "rod", ROD);
 stage.key(bodies.length > 1 ? "paths of the bodies" : "path of the body", WAY);
 if (hasFolds) stage.key("before the snap", BEFORE);
 if (hasLayers) stage.key("falling", FALL);
-if (hasFolds) stage.key("after it", AFTER);
+if (hasFolds) stage.key("after the snap", AFTER);
 if (grooves.length) stage.key("groove", GROOVE);
 if (data.folds) stage.key("first fold", { colour: AMBER, dash: [6, 3, 1, 3] });
 const picture = flat ? new FlatView(stage) : new SpaceView(stage);

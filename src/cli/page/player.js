@@ -7,8 +7,8 @@ const STANDS = { ".": 1, f: 10, y: 2.5, l: 10 };
 const REST = 30;
 
 const KEYS = [
-  ["space", "play, stop"], ["← →", "one picture back, on"], ["shift ← →", "ten"], ["Home End", "first, last"], ["[ ]", "snap before, next"],
-  ["↑ ↓", "faster, slower"], ["T", "even in time, or slow where much moves"], ["G", "ghosts"],
+  ["space", "play, pause"], ["← →", "one frame back, forward"], ["shift ← →", "ten frames"], ["Home End", "first, last frame"], ["[ ]", "previous, next snap"],
+  ["↑ ↓", "faster, slower"], ["T", "even in time, or slow where the motion is fast"], ["G", "ghosts"],
 ];
 
 class Player {
@@ -44,7 +44,7 @@ class Player {
     const bar = document.createElement("div");
     bar.className = "controls";
     bar.innerHTML = `<button type="button" class="play"></button>
-      <div class="scrub"><input type="range" min="0" max="${this.count - 1}" step="1" value="0" aria-label="picture"><canvas aria-hidden="true"></canvas></div>
+      <div class="scrub"><input type="range" min="0" max="${this.count - 1}" step="1" value="0" aria-label="frame"><canvas aria-hidden="true"></canvas></div>
       <label>speed <select aria-label="speed">${[0.125, 0.25, 0.5, 1, 2, 4, 8].map((s) => `<option${s === 1 ? " selected" : ""}>${s}</option>`).join("")}</select></label>
       <label><input type="checkbox" class="even"> even in time</label>
       <label><input type="checkbox" class="ghosts" checked> ghosts</label>
@@ -68,7 +68,7 @@ class Player {
 
   play(on) {
     this.playing = on;
-    this.button.textContent = on ? "❚❚ stop" : "▶ play";
+    this.button.textContent = on ? "❚❚ pause" : "▶ play";
     if (on && this.frame === this.count - 1) this.go(0, true);
   }
 
@@ -90,10 +90,10 @@ class Player {
   words() {
     const i = this.frame, time = data.units.time;
     const on = data.on.of[i] === null ? "" : ` · ${data.exact ? "on" : "near"} ${data.on.names[data.on.of[i]]}`;
-    const where = { ".": "", f: " · at the fold, before the snap", y: " · falling: time stands still", l: " · after the snap" }[data.place[i]];
+    const where = { ".": "", f: " · at the fold, before the snap", y: " · during the snap: time is stopped", l: " · after the snap" }[data.place[i]];
     const passes = this.even ? (data.t[this.count - 1] - data.t[0]) / this.count : data.t[Math.min(i + 1, this.count - 1)] - data.t[i];
-    const pace = data.place[i] === "." && i < this.count - 1 ? ` · a second here is ${told(Number((passes * PACE * this.speed).toPrecision(2)))}${time && ` ${time}`} there` : "";
-    return `t = ${told(data.t[i])}${time && ` ${time}`} · picture ${i + 1} of ${this.count}${on}${where}${pace}`;
+    const pace = data.place[i] === "." && i < this.count - 1 ? ` · playback speed: ${told(Number((passes * PACE * this.speed).toPrecision(2)))} ${time || "time units"} per second` : "";
+    return `t = ${told(data.t[i])}${time && ` ${time}`} · frame ${i + 1} of ${this.count}${on}${where}${pace}`;
   }
 
   tick(now, before) {

@@ -106,7 +106,7 @@ class StableView {
     for (const count of [...new Set(values)].filter((c) => c !== 255).sort()) {
       board.key(`${count}`, { colour: `rgb(${greys[Math.min(count, greys.length - 1)].join(",")})`, width: 10 });
     }
-    board.legend.prepend("stable equilibria with the end there: ");
+    board.legend.prepend("stable equilibria with this end position: ");
     board.key("fold curves", { colour: "#a3142e" });
   }
 
@@ -126,7 +126,7 @@ class RodView {
   constructor(board) {
     this.axes = new Axes(board, { x: [-1.04, 1.04], y: [-1.04, 1.04], xLabel: "x", yLabel: "y", equal: true });
     board.key("rod at the node", { colour: INK, width: 3 });
-    board.key("beside it on its sheet", { colour: "#5f7890", width: 1.3 });
+    board.key("neighbours on its sheet", { colour: "#5f7890", width: 1.3 });
     board.key("force on the mass", { colour: PINK, width: 2 });
   }
 
@@ -189,7 +189,7 @@ function show(at) {
   bar.querySelector(".status").textContent = [
     written(data.sheets[at.sheet].name), `λ = ${told(s.lambda[i])}`, `κ = ${told(s.kappa[i])}`, `α = ${told(s.alpha[i])}`, `θ(1) = ${told(s.theta[i])}`,
     `end at (${told(s.x[i])}, ${told(s.y[i])})`, index === null ? "" : index ? `unstable, Morse index ${index}` : "stable",
-    count === null || count === undefined ? "" : `${count} stable with the end there`,
+    count === null || count === undefined ? "" : `${count} stable equilibria with this end position`,
   ].filter(Boolean).join(" · ");
   [...boxes, ...flats].forEach((one) => one.draw());
 }
@@ -208,7 +208,7 @@ document.addEventListener("keydown", (e) => {
   e.preventDefault();
   actions[e.key]();
 });
-keys([["← →", "along the load"], ["↑ ↓", "across it"], ["[ ]", "sheet before, next"], ...TURNING]);
+keys([["← →", "along the load"], ["↑ ↓", "across it"], ["[ ]", "previous, next sheet"], ...TURNING]);
 window.addEventListener("resize", () => show(chosen));
 const first = nodes[0];
 const node = () => asked(first.x.length);

@@ -249,7 +249,7 @@ function roomy(bounds, part = 0.2) {
 }
 
 /** Keys that turn boxes of space. */
-const TURNING = [["A D W S", "turn the picture in space, or drag it"], ["+ −", "nearer, farther"]];
+const TURNING = [["A D W S", "rotate the view, or drag it"], ["+ −", "zoom in, out"]];
 function turnByKeys(spaces) {
   document.addEventListener("keydown", (e) => {
     if (e.ctrlKey || e.metaKey || e.altKey || e.target.tagName === "SELECT") return;

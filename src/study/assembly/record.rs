@@ -200,8 +200,8 @@ impl AssemblyRunRecord {
     fn unstable(&self) -> Option<String> {
         let index = self.start_index.filter(|index| *index > 0)?;
         Some(format!(
-            "the equilibrium at the start has Morse index {index}: it is not stable, and the bodies leave it as rounding or velocities \
-             will; give the bodies a `guess` near a stable one"
+            "the equilibrium at the start has Morse index {index}: it is unstable, and rounding or velocities decide how the bodies leave \
+             it; give the bodies a `guess` near a stable one"
         ))
     }
 

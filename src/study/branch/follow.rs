@@ -354,7 +354,7 @@ impl<'a> Study<'a> {
                     if ways.starts.is_empty() && ways.lost.is_empty() {
                         self.lost.push(format!(
                             "switching at {}: no other branch was found; under a symmetry, as with equal bending stiffnesses, \
-                             the branches form a continuous family: break it a little",
+                             the branches form a continuous family: break the symmetry slightly",
                             at.label
                         ));
                     }
@@ -388,7 +388,7 @@ impl<'a> Study<'a> {
             }
             if self.curves.len() >= MAX_BRANCHES {
                 self.lost.push(format!(
-                    "{} starts at branch points are left: not more than {MAX_BRANCHES} branches are followed",
+                    "{} starts at branch points are not followed: the limit of {MAX_BRANCHES} branches is reached",
                     starts.len() - k
                 ));
                 return;
@@ -470,13 +470,13 @@ fn describe_end(
             format!("branch 0 turned back before {parameter} = {to} and came to {last}"),
         ),
         Stop::LeftAtStart if number == 0 && !backward => short(format!(
-            "it turned back and left its range at the other end, {last}; what it does beyond is not followed, and it may come to {to} from there: \
-             go on with {} in [continue], end sooner, say that this is expected with back = true, or look for other branches with \
+            "it turned back and left its range at the other end, {last}; the part beyond is not followed, and may still lead to {to}: \
+             set {} in [continue], set a nearer `to`, accept this end with back = true, or look for other branches with \
              switch = true or deflate = true, or from {start}",
             if wanted.both {
                 "a wider range (from, or to)"
             } else {
-                "both = true, which follows the other way, too, or with another from"
+                "both = true, which follows both directions, or another from"
             }
         )),
         Stop::Reached | Stop::LeftAtStart => (

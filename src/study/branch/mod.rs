@@ -264,7 +264,7 @@ fn followed(
         };
         fold.unwrap_or_else(|why| {
             remarks.push(format!(
-                "how late the fold {} is left is not told: {why}",
+                "the delay at fold {} is not computed: {why}",
                 at.label
             ));
             None

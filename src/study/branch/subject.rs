@@ -53,8 +53,8 @@ impl Loads {
                  stability, which may be lost by growing oscillations as well",
             ),
             Self::Followed => Some(
-                "loads turn with what carries them and have no potential: equilibria have no index, and stability may be lost by growing oscillations, \
-                 which `snaprod modes` shows of bodies",
+                "follower loads have no potential: equilibria have no index, and stability may be lost by growing oscillations: \
+                 run `snaprod modes` on the scene as a motion of bodies",
             ),
         }
     }

@@ -112,20 +112,20 @@ impl Fit {
             let at_bound = seen[i] && certain[i] && place(i).is_none();
             if !seen[i] {
                 remarks.push(format!(
-                    "the data do not tell {}: nothing that was measured depends on it, and its value stands where a search began; do not free it",
+                    "the data do not determine {}: no measured value depends on it, so it keeps its start value; do not free it",
                     one.path
                 ));
             }
             if seen[i] && !certain[i] {
                 remarks.push(format!(
-                    "the data do not tell {}: what the model changes with it is no more than the errors of the differences by which that is found; do not free it, \
+                    "the data do not determine {}: its effect on the model is below the error of the numerical derivative; do not free it, \
                      or give a narrower range, log: or a smaller run.tolerance",
                     one.path
                 ));
             }
             if at_bound {
                 remarks.push(format!(
-                    "{} lies at an end of its range: a better value may lie outside; it was held there for the errors of the others",
+                    "{} lies at an end of its range: a better value may lie outside; the errors of the other fields hold for this fixed value",
                     one.path
                 ));
             }
@@ -135,7 +135,7 @@ impl Fit {
             let is_finite = |ends: &[f64; 2]| ends.iter().all(|x| x.is_finite());
             if !interval.iter().all(is_finite) {
                 remarks.push(format!(
-                    "the data hardly tell {}: its interval ends beyond all numbers; do not free it",
+                    "the data hardly determine {}: its confidence interval is not finite; do not free it",
                     one.path
                 ));
             }
@@ -148,22 +148,25 @@ impl Fit {
             });
         }
         remarks.extend(untold.map(|untold| match untold {
-            Undetermined::Noise(_) => "there are as many free fields as numbers: nothing is left from which the noise could be estimated; give it by --noise".to_owned(),
+            Undetermined::Noise(_) => "there are as many free fields as measured values, so the noise cannot be estimated; give it by --noise".to_owned(),
             Undetermined::Fields(apart) => {
                 let names: Vec<&str> = apart.iter().map(|k| self.free[moving[*k]].path.as_str()).collect();
                 format!(
-                    "the data do not tell the free fields {} apart: a change of them together leaves the model as it is; free fewer of them",
+                    "the data do not separate the free fields {}: changing them together leaves the model unchanged; free fewer of them",
                     names.join(", ")
                 )
             }
         }));
         if !least.settled {
-            remarks.push("the search had not settled when its steps were used up: begin nearer, by narrower ranges".to_owned());
+            remarks.push(
+                "the search reached its step limit before it converged: narrow the ranges"
+                    .to_owned(),
+            );
         }
         let [starts, agreeing, _] = effort;
         if starts > 1 && agreeing == 1 {
             remarks.push(format!(
-                "only one of {starts} searches ended here: there may be a better end; give more --starts"
+                "only one of {starts} searches converged to this minimum: a better one may exist; raise --starts"
             ));
         }
         let count = self.free.len();

@@ -232,16 +232,16 @@ impl MemoryRecord {
     pub fn meaning(&self) -> String {
         let verdict = match (self.forgets_all(), self.branches) {
             (true, _) => {
-                "to first order the end has no memory: it answers as a spring beside a dashpot"
+                "to first order the end has no memory: it behaves as a spring and a dashpot in parallel"
             }
             (false, 0) => {
-                "parts of the rod retard at different rates, so that the wrench depends on the past of the end: it remembers"
+                "parts of the rod retard at different rates, so the wrench depends on the history of the end"
             }
             (false, 1) => {
-                "the Maxwell branch relaxes, so that the wrench depends on the past of the end: it remembers"
+                "the Maxwell branch relaxes, so the wrench depends on the history of the end"
             }
             (false, _) => {
-                "the Maxwell branches relax, so that the wrench depends on the past of the end: it remembers"
+                "the Maxwell branches relax, so the wrench depends on the history of the end"
             }
         };
         let why = match (self.forgets_all(), self.end) {

@@ -190,15 +190,15 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     };
     remark(
         !of_start,
-        "[start] is no equilibrium: the forces on the body do not balance there; this is about the equilibrium under the loads at t = 0",
+        "[start] is not an equilibrium: the forces on the body do not balance there; the modes are those of the equilibrium under the loads at t = 0",
     );
     remark(
         scene.rod.damping.is_some(),
-        "the modes are those of the rod without friction; the eigenvalues have its friction, as it is at rest",
+        "the modes leave friction out; the eigenvalues include it, linearised at rest",
     );
     remark(
         !scene.rod.relaxation.is_empty(),
-        "the modes are of the section after a long time; its memory is in the eigenvalues",
+        "the modes are those of the fully relaxed section; the eigenvalues include its relaxation",
     );
     if let Some(creep) = &motions.creep {
         let [fast, slow] = creep.held.unwrap_or_default();
@@ -213,7 +213,7 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
         remark(
             !(creep.change <= RESOLVED),
             &format!(
-                "the last refinement of the rod still changed an eigenvalue by a part of {:.0e}",
+                "the eigenvalues are not converged: the last refinement of the rod changed one by {:.0e} (relative)",
                 creep.change
             ),
         );
@@ -221,36 +221,36 @@ pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     remark(
         !(motions.change <= RESOLVED),
         &format!(
-            "the last refinement of the rods still changed the square of a frequency by a part of {:.0e}",
+            "the frequencies are not converged: the last refinement of the rods changed the square of one by {:.0e} (relative)",
             motions.change
         ),
     );
     remark(
         scene.clamp.motion.is_some(),
-        "the clamp is held as it stands at t = 0",
+        "the moving clamp is fixed at its position at t = 0",
     );
     let rods = scene.assembly().into_iter().flat_map(|given| &given.rods);
     let mut sites = rods.flat_map(|rod| [&rod.from, &rod.to]);
     remark(
         sites.any(|site| site.motion.is_some()),
-        "places on the ground that move are held as they stand at t = 0",
+        "moving supports are fixed at their positions at t = 0",
     );
     let bodies = scene.assembly().into_iter().flat_map(|given| &given.bodies);
     let mut loads =
         bodies.flat_map(|body| body.force.in_time().iter().chain(body.couple.in_time()));
     remark(
         motions.modes.is_empty() && motions.eigenvalues.is_some(),
-        "loads turn with the body, so that no motion is one of fixed shape: the frequencies are those of the eigenvalues",
+        "loads turn with the body, so there are no mode shapes: the frequencies are those of the eigenvalues",
     );
     let mut light = scene.assembly().into_iter().flat_map(|given| &given.rods);
     remark(
         motions.eigenvalues.is_some()
             && (scene.rod.is_light() || light.any(|given| given.rod.is_light())),
-        "the eigenvalues are those of the bodies and loads on rods without mass: inertia = \"first-order\" is not in them; inertia = \"full\" is",
+        "the eigenvalues are those of massless rods: they ignore inertia = \"first-order\"; set inertia = \"full\" to include the mass",
     );
     remark(
         scene.loads.vary() || loads.any(Force::varies),
-        "loads in time have their values at t = 0",
+        "time-dependent loads have their values at t = 0",
     );
     let growing = motions
         .modes

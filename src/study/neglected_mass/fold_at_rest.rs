@@ -64,7 +64,7 @@ impl FoldAtRest {
             ..
         } = self.form;
         format!(
-            "passed at the rate r, it is left {:.3e} |r|^(-1/5) late by {} alone, {:.3e} (tau^2/|r|)^(1/3) by friction of the \
+            "delay when passed at the rate r: {:.3e} |r|^(-1/5) by {} alone, {:.3e} (tau^2/|r|)^(1/3) by friction of the \
              Kelvin-Voigt time tau alone (A {drive:.4e}, B {bend:.4e}, M0 {mass:.4e}, D0 {friction:.4e})",
             self.inertial_delay,
             match self.of {

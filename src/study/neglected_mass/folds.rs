@@ -152,13 +152,13 @@ impl FoldPassed {
     pub(in crate::study) fn json(&self) -> Value {
         let verdict = match self.landing() {
             _ if self.follows == FoldTreatment::Mass => "followed with its mass",
-            LandingReliability::Safe if self.delay() == 0.0 => {
-                "friction holds it back, not its mass"
+            LandingReliability::Safe if self.delay() == 0.0 => "slowed by friction, not by mass",
+            LandingReliability::Late => "late: the landing is not reliable",
+            LandingReliability::Undamped => "undamped: the landing follows a rule, not physics",
+            LandingReliability::Ringing => {
+                "still vibrates at the next event: the landing is not reliable"
             }
-            LandingReliability::Late => "late: the landing is not safe",
-            LandingReliability::Undamped => "rings on: where it lands is a rule, not physics",
-            LandingReliability::Ringing => "still rings at the next event: the landing is not safe",
-            LandingReliability::Safe => "quiet before the next event",
+            LandingReliability::Safe => "vibration decays before the next event",
         };
         json!({
             "viscous_delay": self.viscous_delay,

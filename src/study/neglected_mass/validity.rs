@@ -71,17 +71,16 @@ impl Validity {
         let (number, inertia) = (most(|b| b.number), most(|b| b.inertia));
         if inertia > HARD || number > HARD {
             let friction = if self.damped {
-                format!("that of friction is up to {number:.1e}, ")
+                format!("friction number up to {number:.1e}, ")
             } else {
                 String::new()
             };
             parts.push(format!(
-                "bounces depend on the model: of the numbers that should be below {HARD} {friction}that of the rod's mass is up to {inertia:.1e}"
+                "bounces depend on the model: {friction}rod mass number up to {inertia:.1e} (elastic bounces need numbers below {HARD})"
             ));
         } else if !self.bounces.is_empty() && !self.damped {
             parts.push(
-                "bounces are elastic, which depends on the model: a real rod has friction"
-                    .to_owned(),
+                "bounces are modelled as elastic: the friction of a real rod damps them".to_owned(),
             );
         }
         parts.join("; ")
@@ -106,8 +105,8 @@ impl Validity {
         };
         match left {
             None if eps > HEAVY => format!(
-                "{mass} is followed to first order, which is for rods of less than {HEAVY} of the body's mass: write inertia = \"full\" \
-                 (it changes the lowest frequency by {})",
+                "{mass} is followed to first order, which needs a rod of less than {HEAVY} of the body's mass: set inertia = \"full\" \
+                 (the mass changes the lowest frequency by {})",
                 to_first_order(shift.unwrap_or(0.5 * eps))
             ),
             None => format!(
@@ -115,11 +114,11 @@ impl Validity {
                 percent(eps * eps)
             ),
             Some(left) if rods.iter().any(|rod| rod.followed) => format!(
-                "the mass of some rods is followed to first order, that of others left out: smooth motion good to about {}",
+                "the mass of some rods is followed to first order, that of the others ignored: smooth motion accurate to about {}",
                 percent(0.5 * left)
             ),
-            Some(_) if several => format!("massless rods: smooth motion good to about {size}"),
-            Some(_) => format!("massless rod: smooth motion good to about {size}"),
+            Some(_) if several => format!("massless rods: smooth motion accurate to about {size}"),
+            Some(_) => format!("massless rod: smooth motion accurate to about {size}"),
         }
     }
 
@@ -134,27 +133,27 @@ impl Validity {
             .all(|fold| fold.follows == FoldTreatment::Friction);
         match worst.unwrap_or(LandingReliability::Safe) {
             LandingReliability::Safe if longest == 0.0 => {
-                "snaps are held back by friction, not by mass".to_owned()
+                "snaps are slowed by friction, not by mass".to_owned()
             }
             worst if followed => format!(
-                "snaps are late by up to {longest:.1e} more than friction makes them{}",
+                "rod mass delays snaps by up to {longest:.1e} beyond the delay by friction{}",
                 match worst {
-                    LandingReliability::Safe =>
-                        ", and the rod is quiet again before the next event",
-                    _ => ", or ring at the next event: landings are not safe",
+                    LandingReliability::Safe => ", and the vibration decays before the next event",
+                    _ =>
+                        ", and the rod still vibrates at the next event: landings are not reliable",
                 }
             ),
             LandingReliability::Late => format!(
-                "snaps are late by up to {longest:.1e}, which is not short against the time to the next event: landings are not safe"
+                "rod mass delays snaps by up to {longest:.1e}, which is not short against the time to the next event: landings are not reliable"
             ),
             LandingReliability::Undamped => format!(
-                "snaps are late by up to {longest:.1e}; without friction the rod rings on after them, and where it lands is a rule, not physics"
+                "rod mass delays snaps by up to {longest:.1e}; without friction the rod keeps vibrating after a snap, so its landing follows a rule, not physics"
             ),
             LandingReliability::Ringing => format!(
-                "snaps are late by up to {longest:.1e}; the rod still rings at the next event (its vibrations decay as exp(-{decay:.1e} t)): landings are not safe"
+                "rod mass delays snaps by up to {longest:.1e}; the rod still vibrates at the next event (decay as exp(-{decay:.1e} t)): landings are not reliable"
             ),
             LandingReliability::Safe => format!(
-                "snaps are late by up to {longest:.1e}, and the rod is quiet again before the next event"
+                "rod mass delays snaps by up to {longest:.1e}, and the vibration decays before the next event"
             ),
         }
     }

@@ -33,7 +33,7 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
             ),
             choice(
                 "the wrench at the base of every rod; of a taut one its force alone",
-                "the bodies say where the ends are, the charts which of the equilibria there each rod is in",
+                "the bodies give the positions of the ends; the wrench selects among the equilibria of each rod there",
             ),
             steps(run.method, RADAU7),
         )
@@ -48,8 +48,8 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
     let points = bodies.filter(|body| body.extent.is_none());
     plan.leave_out_of(
         points.map(|body| body.name.as_str()),
-        |names| format!("the turning of {names}"),
-        "points: no inertia, held by ball joints",
+        |names| format!("rotation of {names}"),
+        "point masses: no inertia, held by ball joints",
     );
     let some = |chosen: &dyn Fn(&AssemblyRod) -> bool| -> Vec<&str> {
         let rods = rods().filter(|rod| !full && chosen(rod));
@@ -61,7 +61,7 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
     plan.leave_out_of(
         some(&pinned).into_iter(),
         |names| format!("the spin of {names} about the chord"),
-        "between two ball joints nothing but its own mass feels it: the rod is a spring along its chord",
+        "between two ball joints only the mass of the rod depends on it: the rod is a spring along its chord",
     );
     plan.leave_out_of(
         some(&|rod| rod.rod.mass().is_none()).into_iter(),
@@ -83,7 +83,10 @@ pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
         );
     }
     if rods().all(|rod| rod.from.motion.is_none() && rod.to.motion.is_none()) {
-        plan.leave_out("motion of supports", "no site has a motion: they stand");
+        plan.leave_out(
+            "motion of supports",
+            "no site has a motion: all supports are fixed",
+        );
     }
     if !full && !given.free.is_empty() {
         plan.leave_out(

@@ -19,7 +19,7 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     plan.model = match (kind, full) {
         (ModelKind::Sheet, _) => choice(
             "the planar elastica: end, force and stiffness in closed form",
-            "rod.model = \"elastica\", no damping, no load along the rod: elliptic integrals know all that the body feels",
+            "rod.model = \"elastica\", no damping, no load along the rod: elliptic integrals give force and stiffness at the end",
         ),
         (ModelKind::ElasticSpace, _) if lifted => choice(
             "an elastic rod in space that is stiff out of its plane",
@@ -45,11 +45,11 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     plan.chart = match kind {
         ModelKind::Sheet => choice(
             "(p, w), modulus and amplitude of the elastica",
-            "one chart for all sheets, slack and taut: it goes on through folds, so that a fold is where its Jacobian vanishes",
+            "one chart for all sheets, slack and taut: it is regular through folds, which are zeros of its Jacobian",
         ),
         ModelKind::ElasticSpace => choice(
             "the wrench at the base; of a taut rod its force alone",
-            "the equilibrium manifold is one sheet over it, whatever folds it has over the place of the end",
+            "equilibria are a single-valued function of the wrench, even where they fold over the position of the end",
         ),
         ModelKind::Planar | ModelKind::Space => choice(
             "the strains themselves",
@@ -65,11 +65,11 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
         (_, Method::Symmetric) => symmetric(),
         (ModelKind::Sheet, _) if scene.rod.is_light() || !eight => choice(
             "explicit steps of order 8 (DOP853)",
-            "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there",
+            "in a rescaled time, which slows at folds and near full reach, so that the motion is smooth there",
         ),
         (ModelKind::Sheet, _) => choice(
             "collocation of order 16, by slopes at eight places at once",
-            "in a time of their own, which slows at folds and next to the taut wall, so that the motion is smooth there; beside the straight rod one slope after the other, explicit steps of order 8 (DOP853)",
+            "in a rescaled time, which slows at folds and near full reach, so that the motion is smooth there; beside the straight rod one slope after the other, explicit steps of order 8 (DOP853)",
         ),
         (ModelKind::ElasticSpace, method) => steps(method, RADAU7),
         (_, method) if full => steps(method, RADAU),
@@ -90,7 +90,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
         if scene.run()?.landing == LandingRule::Viscous {
             plan.leave_out(
                 "the fast fall of the rod",
-                "at its snaps alone: there it settles with its end held, which decides where it lands",
+                "it is computed only at snaps, where the rod relaxes with its end held, which decides the landing",
             );
         }
     }
@@ -103,7 +103,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
     if !in_space {
         plan.leave_out(
             "motion out of the plane",
-            "rod.model = \"elastica\": clamp, loads and start lie in the plane, and nothing asks whether it would leave it",
+            "rod.model = \"elastica\": clamp, loads and start lie in the plane, and stability out of the plane is not tested",
         );
     } else {
         let all = ["u1", "u2", "u3", "v1", "v2", "v3"];
@@ -120,8 +120,8 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
     }
     if scene.body()?.joint == Joint::Ball && in_space {
         plan.leave_out(
-            "the turning of the body",
-            "it hangs on a ball joint (body.joint), which takes no couple: it is a point",
+            "rotation of the body",
+            "body.joint is a ball joint, which transmits no couple: the body is a point mass",
         );
     }
     if !full && !scene.rod.is_light() {
@@ -129,7 +129,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             "the inertia of the rod",
             match scene.rod.mass() {
                 None => "its mass is not known: neither rod.mass nor a material with a density",
-                Some(_) => "its mass weighs and does no more: rod.inertia = \"full\" has all of it",
+                Some(_) => "its mass acts as weight only: set rod.inertia = \"full\" to include its inertia",
             },
         );
     }
@@ -140,12 +140,15 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
         );
     }
     if scene.clamp.motion.is_none() {
-        plan.leave_out("accelerations of the clamp", "it stands: no clamp.motion");
+        plan.leave_out(
+            "accelerations of the clamp",
+            "no clamp.motion: the clamp is fixed",
+        );
     }
     if !prepared.is_driven() {
         plan.leave_out(
             "the work of loads in time",
-            "no load changes in time, and the clamp stands",
+            "no load changes in time, and the clamp is fixed",
         );
     }
     if scene.rod.damping.is_some() && scene.rod.relaxation.is_empty() {

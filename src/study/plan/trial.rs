@@ -82,7 +82,9 @@ impl Trial {
             None => String::new(),
         };
         if self.is_whole() {
-            return format!("all of it, done as a trial, took {spent}{work}\n          {MEASURED}");
+            return format!(
+                "the trial completed the whole run in {spent}{work}\n          {MEASURED}"
+            );
         }
         let at = format!(
             "{} of {} {}",
@@ -90,8 +92,8 @@ impl Trial {
             plain(duration),
             units.time()
         );
-        let came = format!("a trial of {spent} came to t = {}{work}", at.trim_end());
-        let little = "too little to tell the cost of the whole; give it more --seconds";
+        let came = format!("a trial of {spent} reached t = {}{work}", at.trim_end());
+        let little = "too short to forecast the whole run; raise --seconds";
         match (&self.reason, self.branches, &self.forecast) {
             (Some(reason), ..) => format!("{came}, where the run ends: {reason}"),
             (None, true, _) => format!(
@@ -111,15 +113,15 @@ impl Trial {
     /// The assumption of the forecast in words.
     fn assumption(&self) -> &'static str {
         if self.loses {
-            "snaps and impacts go on as often as so far; the motion loses energy, and once at rest it costs little more"
+            "if snaps and impacts stay as frequent as so far; the motion loses energy, and costs little once at rest"
         } else {
-            "snaps and impacts go on as often as so far, and nothing comes that is stiffer"
+            "if snaps and impacts stay as frequent as so far, and the motion becomes no stiffer"
         }
     }
 }
 
 /// The unit of the cost in words.
-const MEASURED: &str = "seconds of processor time, figures and files aside";
+const MEASURED: &str = "seconds of processor time, without figures and files";
 
 /// Seconds in two digits, or in a larger unit.
 fn long(seconds: f64) -> String {

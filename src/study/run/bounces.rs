@@ -65,11 +65,11 @@ impl Bounces {
         let (viscosity, scale) = if planar {
             ("viscosity", k.viscosity())
         } else {
-            ("viscosity over its stiffness", k.time)
+            ("viscosity/stiffness", k.time)
         };
         Some(format!(
-            "{count} {} of the taut rod, lambda up to {:.3e}: friction changes them unless the rod's {viscosity} is far below {:.1e}{unit}, at which \
-             the hardest one would lose its energy",
+            "{count} {} at full reach (lambda up to {:.3e}). They are elastic only if the rod's {viscosity} << {:.1e}{unit}; \
+             otherwise set the rod's `damping`",
             if count == 1 { "bounce" } else { "bounces" },
             hardest.lambda,
             hardest.viscosity() * scale,

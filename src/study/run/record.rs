@@ -104,7 +104,7 @@ impl Bounds {
             format!("{} at {s} touches {} at {to}", names[0], names[1])
         };
         format!(
-            "{where_}, and what contact does is not followed; where that does not matter, set contact_diameter = 0 in the rod"
+            "{where_}; contact forces are not modelled; to ignore contact, set contact_diameter = 0 in the rod"
         )
     }
 
@@ -286,15 +286,11 @@ const RELEASED: f64 = 1e-9;
 /// scene sets the number of nodes.
 pub(super) fn unresolved(rate_tails: impl Iterator<Item = f64>, fixed: bool) -> Option<String> {
     let worst = rate_tails.fold(0.0, f64::max);
-    let first = if fixed {
-        "leave out rod.nodes, or "
-    } else {
-        ""
-    };
+    let first = if fixed { "leave out rod.nodes, " } else { "" };
     (worst > SPILL).then(|| {
         format!(
-            "the last coefficients of the strain rates carry {worst:.1e} of them, more than {SPILL:.0e}: waves in the rod are shorter than \
-             its nodes; {first}give the rod damping, which they meet first; a lower tolerance resolves more of them, as far as rounding lets them be followed"
+            "the last coefficients of the strain rates carry {worst:.1e} of the total, more than {SPILL:.0e}: waves in the rod are shorter than \
+             the node spacing; {first}give the rod damping, which damps the shortest waves first, or lower run.tolerance to resolve more of them"
         )
     })
 }
@@ -374,10 +370,10 @@ impl RunRecord {
         let index = self.start_index.filter(|index| *index > 0)?;
         Some(match self.kind {
             ModelKind::Space => format!(
-                "the equilibrium at the start has Morse index {index}: it is not stable, and the rod leaves it as rounding or loads will"
+                "the equilibrium at the start has Morse index {index}: it is unstable, and rounding or loads decide how the rod leaves it"
             ),
             ModelKind::Sheet | ModelKind::Planar | ModelKind::ElasticSpace => format!(
-                "the start has Morse index {index}: it is not stable, a real rod would leave it at once; the run follows the sheet as asked"
+                "the start has Morse index {index}: it is unstable, and a real rod would leave it at once; the run stays on this unstable sheet"
             ),
         })
     }

@@ -146,19 +146,19 @@ fn untrusted<'a>(
     // Speed of a unit mass.
     let speed = (2.0 * closing.largest / energy).sqrt();
     let off = format!(
-        "the energies are off by {:.1e} of the largest, {:.1e}{}",
+        "the energy balance error is {:.1e} of the largest energy, {:.1e}{}",
         closing.relative(),
         closing.largest,
         Units::suffix(units.energy())
     );
     Some(if RESOLVED * tolerance > speed {
         format!(
-            "the motion is smaller than run.tolerance resolves, which is relative to 1 + size in units of the rod: there its speeds are some {speed:.1e}, and \
-         {off}; lower run.tolerance to a thousandth of these speeds, or do not trust the motion beyond that it is small"
+            "the motion is too small for run.tolerance, which is relative to 1 + size in units of the rod: speeds in these units are about {speed:.1e}, and \
+         {off}; lower run.tolerance to a thousandth of these speeds, or rely on no more than that the motion is small"
         )
     } else {
         format!(
-            "{off}: column total of the trajectory tells from when on; lower run.tolerance, or do not trust what follows"
+            "{off}: lower run.tolerance, or discard the motion from where column total of the trajectory drifts"
         )
     })
 }
