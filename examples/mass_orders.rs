@@ -1,8 +1,8 @@
 //! Light rods, first-order mass and full mass compared: error and cost.
 //!
-//! A bent rod swings smoothly under a dead load (`docs/validation/mass.md`). Let eps be the mass of the rod over that of the
-//! body. Without the rod's mass the error of the end is of order 1 in eps; with the first-order correction it is of
-//! order 2.
+//! A bent rod swings smoothly under a dead load (`docs/validation/mass.md`). Let eps be the mass of the rod over that
+//! of the body. Without the rod's mass the error of the end is of order 1 in eps; with the first-order correction it
+//! is of order 2.
 //!
 //! `cargo run --release --example mass_orders`; with a directory as argument it writes its figures there:
 //! `cargo run --release --example mass_orders -- figures`; without one the two heaviest rods are enough

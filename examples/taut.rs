@@ -1,4 +1,5 @@
-//! Error and cost of taut rods against sqrt(F L^2/B), compared with the base wrench: a table of docs/validation/rods.md.
+//! Error and cost of taut rods against sqrt(F L^2/B), compared with the base wrench: a table of
+//! docs/validation/rods.md.
 //!
 //! A uniform inextensible rod in a plane is pulled at 0.3 rad from its clamp, its end turned by 0.5. Errors are those
 //! of the end position: from sqrt(F L^2/B) = 30 on against the closed form of the string limit (exact up to

@@ -118,7 +118,7 @@
 //! | [`elastica`] | planar elastica in closed form: labels, folds, cusps, index, all equilibria at a point, landings |
 //! | [`rod`] | Cosserat rods in space: equilibria, branches, stability |
 //! | [`body`] | the mass, or the rigid body, and its loads |
-//! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, the wrench of a moving end, memory of small motions |
+//! | [`viscoelastic`] | viscoelastic rods: strains on Gauss nodes, wrench of a moving end, memory of small motions |
 //! | [`assembly`] | several rods and bodies: equilibria, stability, equations of motion, landings, contact |
 //! | [`full_mass`] | rods of full mass: kinematics, balance, equilibria, vibrations |
 //! | [`bar`] | longitudinal waves and shocks in hyperelastic bars |

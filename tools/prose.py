@@ -52,7 +52,7 @@ def paragraphs(text, markdown):
             body = None
         elif not markdown and not match:
             fenced = False
-        if markdown and body is not None and line.startswith(("|", "#", "    ")):
+        if markdown and body is not None and line.startswith(("#", "    ")) or (body or "").startswith("|"):
             body = None
         if kept and (body is None or is_doc != kind):
             yield start, " ".join(kept), kind
@@ -75,8 +75,10 @@ def signs(path, text):
         for sentence in re.split(r"(?<=[.;:?!])\s+", plain):
             if len(sentence.split()) > LONGEST:
                 yield start, "long_md" if markdown else "long", f"{len(sentence.split())} words: {sentence[:90]}"
+    fenced = False
     for number, line in enumerate(text.splitlines(), 1):
-        prose = not line.startswith(("|", "!", "[", "    ")) if markdown else COMMENT.match(line)
+        fenced ^= markdown and line.lstrip().startswith("```")
+        prose = not fenced and not line.startswith(("|", "!", "[", "    ")) if markdown else COMMENT.match(line)
         if prose and len(line) > WIDEST:
             yield number, "wide", f"{len(line)} columns"
 

@@ -41,7 +41,8 @@ fn is_zero(x: &f64) -> bool {
 /// Shape of the rod at the start: an equilibrium, or, for a rod with damping, any shape.
 ///
 /// In the plane, with n the contact force and alpha its direction, lambda = L sqrt(|n| / EI) and
-/// kappa = sin((theta(L) - alpha) / 2). Both are dimensionless, and each pair (lambda > 0, kappa in (-1, 1) without 0) is one equilibrium.
+/// kappa = sin((theta(L) - alpha) / 2). Both are dimensionless.
+/// Each pair (lambda > 0, kappa in (-1, 1) without 0) is one equilibrium.
 /// kappa = 0 is the straight rod for every lambda; -kappa is the mirror image of kappa.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]

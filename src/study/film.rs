@@ -156,7 +156,7 @@ impl Filmed for AssemblyPrepared {
 /// )?;
 /// let prepared = run::Prepared::new(&scene)?;
 /// let film = film::film(&prepared, prepared.motion()?, &[], &[0.0256], [100, 300], &mut Silent)?;
-/// let layer = film.stills.iter().filter(|at| at.place == film::Place::Layer);
+/// let layer = film.stills.iter().filter(|at| at.place == film::PictureRole::Layer);
 /// assert!(layer.count() > 8 && film.stills.len() < 125);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

@@ -35,8 +35,8 @@ fn rings(eps: f64, times: &[f64]) -> Vec<f64> {
 }
 
 /// Catches a wrong number of the rod's mass. Below 1 a bounce excites no vibrations, at 2 a thousandth of its energy,
-/// at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/validation/mass.md). Before the bounce there are
-/// almost none.
+/// at 4 a hundredth, at 9 a third; never more than 4e-3 number^4/lambda (docs/validation/mass.md). Before the bounce
+/// there are almost none.
 #[test]
 fn a_bounce_leaves_vibrations_as_its_number_says() {
     let light = prepared(&[]);

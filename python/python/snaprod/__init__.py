@@ -1,7 +1,7 @@
 """snaprod: reduced-order dynamics of light rods that carry heavy rigid bodies.
 
-A scene is a dict, TOML text, or the path of a TOML file (its fields are those of ``docs/scene.md``); every result has its numbers as NumPy
-arrays.
+A scene is a dict, TOML text, or the path of a TOML file. The fields of a scene are those of ``docs/scene.md``. Every
+result has its numbers as NumPy arrays.
 
 >>> import snaprod
 >>> found = snaprod.elastica(lam=6.3, kappa=0.6)
@@ -71,9 +71,9 @@ __all__ = [
 
 
 def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
-    """Reads a scene and sets it up: the scene with its defaults, as a dict that can be run again.
+    """Reads a scene and sets it up. Returns the scene with its defaults, as a dict that can be run again.
 
-    Every function takes fields to be set in the scene as keywords, ``body__mass=2.0``, or, for any path,
+    Every function takes fields to be set in the scene as keywords, ``body__mass=2.0``. Any path can be set with
     ``**{"start.velocity.1": -0.5}``. All faults of a scene come in one :class:`SceneError`.
     """
     found: dict[str, Any] = _core.check(given(scene, set))
@@ -81,10 +81,10 @@ def check(scene: SceneLike, **set: Any) -> dict[str, Any]:
 
 
 def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **set: Any) -> Run:
-    """Runs a scene of motion to its end, of one rod, an assembly or a bar.
+    """Runs a scene of motion to its end. The scene is one rod, an assembly or a bar.
 
-    ``strain``: of how many samples the strains along a rod with friction are kept, "none", "some" (about 400) or "all". A run that
-    falls short of what was asked is no error: ``reason`` says why. Ctrl-C raises KeyboardInterrupt.
+    ``strain`` says at how many samples the strains along a rod with friction are kept: "none", "some" (about 400) or
+    "all". A run that falls short of what was asked is no error: ``reason`` says why. Ctrl-C raises KeyboardInterrupt.
     """
     if strain not in ("none", "some", "all"):
         raise ValueError(f'strain = {strain!r}: must be "none", "some" or "all"')
@@ -94,7 +94,10 @@ def run(scene: SceneLike, *, strain: str = "some", progress: Progress = None, **
 
 
 def equilibrium(scene: SceneLike, **set: Any) -> Equilibrium:
-    """Solves a scene of statics, or of an assembly, at rest or not."""
+    """Solves a scene of statics, or finds the equilibrium of an assembly.
+
+    The assembly need not be at rest in its scene.
+    """
     raw = _core.equilibrium(given(scene, set))
     return Equilibrium([Table._of(one) for one in raw["tables"]], raw["summary"])
 
@@ -107,7 +110,7 @@ def branch(scene: SceneLike, *, progress: Progress = None, **set: Any) -> Branch
 
 
 def modes(scene: SceneLike, **set: Any) -> Modes:
-    """Natural frequencies and mode shapes of a scene about its equilibrium."""
+    """Computes natural frequencies and mode shapes of a scene about its equilibrium."""
     raw = _core.modes(given(scene, set))
     return Modes([Table._of(one) for one in raw["tables"]], raw["summary"])
 
@@ -115,8 +118,11 @@ def modes(scene: SceneLike, **set: Any) -> Modes:
 def memory(
     scene: SceneLike, *, start: float | None = None, stop: float | None = None, points: int = 201, **set: Any
 ) -> Memory:
-    """Spring, dashpot and memory of the end of a viscoelastic rod, at ``points`` times in equal ratios; without ``start`` and ``stop``
-    at those that fit the rod."""
+    """Computes spring, dashpot and memory of the end of a viscoelastic rod.
+
+    The times are ``points`` times in equal ratios, from ``start`` to ``stop``. Without ``start`` and ``stop`` the
+    times fit the rod.
+    """
     raw = _core.memory(given(scene, set), (start, stop), whole("points", points, 2, 100_000))
     return Memory([Table._of(one) for one in raw["tables"]], raw["summary"])
 
@@ -132,10 +138,11 @@ def elastica(
     beta: float | None = None,
     s: ArrayLike = 101,
 ) -> Elastica:
-    """One equilibrium of the planar elastica, length 1 and bending stiffness 1.
+    """Computes one equilibrium of the planar elastica, length 1 and bending stiffness 1.
 
-    By lambda = sqrt(|force|) with kappa or p, kappa = tanh p; or by the sheet S_mode^sign with k and beta. ``s``: arclengths of its
-    sections in [0, 1], or how many of them, evenly spaced. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
+    The equilibrium is given by lambda = sqrt(|force|) with kappa or p, kappa = tanh p. It may also be given by the
+    sheet S_mode^sign with k and beta. ``s`` holds arclengths of the sections in [0, 1], or the number of evenly spaced
+    sections. Labels are attributes: ``.x``, ``.y``, ``.energy``, ``.index``.
     """
     at = numbers(s)
     sections = np.linspace(0.0, 1.0, whole("s", float(at), 1)) if at.ndim == 0 else at.ravel()
@@ -152,9 +159,12 @@ def elastica(
 
 
 def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress: Progress = None) -> Equilibria:
-    """All equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60: for arrays x and y, which are
-    broadcast, at every point. Points that the rod does not reach have none, nor has (1, 0), where the rod is straight under any pull along itself.
-    Raises ValueError where a coordinate is not finite."""
+    """Finds all equilibria of the elastica with its end at (x, y) and lambda < ``lambda_max``, at most 60.
+
+    Arrays x and y are broadcast, and every point is searched. Points that the rod does not reach have no equilibria.
+    The point (1, 0) has none either: the rod is straight there under any pull along itself. A coordinate that is not
+    finite raises ValueError.
+    """
     xs, ys = np.broadcast_arrays(numbers(x), numbers(y))
     flat = (np.ascontiguousarray(xs).ravel(), np.ascontiguousarray(ys).ravel())
     # Checked before any computation, whose results an error would discard.
@@ -166,6 +176,9 @@ def equilibria(x: ArrayLike, y: ArrayLike, lambda_max: float = 14.0, *, progress
 
 
 def folds(count: int = 1) -> Folds:
-    """The first ``count`` fold curves of the elastica from p = -8 to 8, at most 20; the half p < 0 is the mirror image of the other."""
+    """Computes the first ``count`` fold curves of the elastica from p = -8 to 8, at most 20.
+
+    The half p < 0 is the mirror image of the other half.
+    """
     count = whole("count", count, 1, 20)
     return Folds([Table._of(_core.folds(count))], {"count": count})

@@ -17,22 +17,22 @@ class Fault:
     field: str
     """The path of the field, as in ``body.mass`` or ``loads.force[1].direction``."""
     value: str | None
-    """What was given, shortened to one line; None where nothing was."""
+    """The given value, shortened to one line; None if the field was missing."""
     allowed: str
-    """What is allowed; completes the sentence "must be ..."."""
+    """What is allowed. This text completes the sentence "must be ..."."""
     hint: str | None
     """What to do, if more can be said."""
     line: int | None
-    """The line in the text, from 1; None for a dict, and for a value that was set in the call."""
+    """The line in the text, from 1. It is None for a dict, and for a value that was set in the call."""
     column: int | None
     """The column in that line, in characters, from 1."""
 
 
 class SceneError(ValueError):
-    """A scene, or an argument, that cannot be: with every fault of the scene at once.
+    """A scene, or an argument, that cannot be. The error reports every fault of the scene at once.
 
-    ``faults`` lists them; it is empty where the fields are right each by itself, but make no problem, such as a start
-    without an equilibrium.
+    ``faults`` lists the faults. ``faults`` is empty where each field is right by itself and the fields together make
+    no problem, such as a start without an equilibrium.
     """
 
     faults: tuple[Fault, ...]
@@ -57,7 +57,7 @@ def _fault(one: Mapping[str, Any], lines: bool) -> Fault:
 
 
 def _again(message: str, faults: tuple[Fault, ...]) -> SceneError:
-    """The exception as another process sent it."""
+    """Rebuilds the exception as another process sent it."""
     error = SceneError([message])
     error.faults = faults
     return error

@@ -29,13 +29,17 @@ def fit(
     progress: Progress = None,
     **set: Any,
 ) -> FitResult:
-    """Finds the values of fields for which a scene comes nearest to measured data, in the sense of least squares.
+    """Finds values of fields with which a scene comes nearest to measured data, in the sense of least squares.
 
-    ``data``: columns by name, a DataFrame, or the path of a CSV file as ``snaprod fit`` reads it; NaN where nothing was measured. With a column ``t`` the others are
-    columns of the trajectory of one motion. Without, every row is a scene of its own: the columns named in ``by_row``, one or several, are fields that are set in it,
-    the others quantities as a sweep has them ("end.x", "events.0.t"), or of small motions ("modes.angular_frequencies.0").
-    ``free``: for each path its range, (low, high) or text as ``snaprod fit --free`` takes it, "log:0.01:1". ``noise``: standard deviations of
-    columns; what is not given is estimated from what is left. ``starts`` searches begin in the middle of the ranges and at random places.
+    ``data`` holds columns by name, a DataFrame, or the path of a CSV file as ``snaprod fit`` reads it. NaN marks what
+    was not measured. With a column ``t`` the other columns are columns of the trajectory of one motion. Without ``t``
+    every row is a scene of its own. The columns named in ``by_row``, one or several, are fields that are set in the
+    scene. The others are quantities as a sweep has them ("end.x", "events.0.t"), or of small motions
+    ("modes.angular_frequencies.0").
+
+    ``free`` maps each path to its range: (low, high), or text as ``snaprod fit --free`` takes it, "log:0.01:1".
+    ``noise`` maps columns to standard deviations. Noise that is not given is estimated from the residuals. ``starts``
+    searches begin in the middle of the ranges and at random places.
 
     >>> omega = [1.73, 1.22, 1.01]
     >>> swing = {
@@ -62,7 +66,7 @@ def fit(
 
 
 def _measured(data: Any) -> tuple[list[str], list[list[float]]]:
-    """Names of columns, and rows of numbers."""
+    """Returns the names of columns, and rows of numbers."""
     if isinstance(data, (str, PathLike)):
         path = fspath(data)
         return _core.data(path, text_of(path))

@@ -20,7 +20,7 @@ WIDE = (10.0, 3.4)
 
 
 def alone(result: _results.Result) -> Axes:
-    """Axes that no window shows."""
+    """Makes axes that no window shows."""
     return matplotlib.figure.Figure(figsize=WIDE if _in_space(result) else (6.0, 4.0)).add_subplot()
 
 
@@ -29,13 +29,13 @@ def _axes(ax: Axes | None) -> Axes:
 
 
 def _in_space(result: _results.Result) -> bool:
-    """True of rods in space, which are seen along each axis."""
+    """True for rods in space, which are seen along each axis."""
     moves = isinstance(result, (_results.Run, _results.Equilibrium)) and "waves" not in result.tables
     return moves and any(name == "z" or name.endswith(".z") for name in result.data)
 
 
 def draw(result: _results.Result, ax: Axes | None) -> Axes:
-    """What suits the kind of the result."""
+    """Draws the figure that suits the kind of the result."""
     if isinstance(result, _results.Equilibrium):
         return _shape(result, ax)
     axes = _axes(ax)
@@ -71,7 +71,7 @@ def draw(result: _results.Result, ax: Axes | None) -> Axes:
 
 
 def _rods(data: Any) -> list[str]:
-    """The prefixes of the columns x of a shape."""
+    """Returns the prefixes of the columns x of a shape."""
     return [name[:-1] for name in data if name == "x" or name.endswith(".x")]
 
 
@@ -82,7 +82,10 @@ def _plane(axes: Axes, x: str, y: str) -> Axes:
 
 
 def _planes(ax: Axes | None, unit: str) -> tuple[Axes, list[tuple[Axes, int, int]]]:
-    """Axes with three panels, space seen along its axes z, y and x, each with the coordinates that it shows across and upwards."""
+    """Makes three panels, space seen along its axes z, y and x.
+
+    Each panel comes with the coordinates it shows, across and upwards.
+    """
     axes = matplotlib.pyplot.figure(figsize=WIDE).add_subplot() if ax is None else ax
     axes.set_axis_off()
     panels = []
@@ -94,7 +97,7 @@ def _planes(ax: Axes | None, unit: str) -> tuple[Axes, list[tuple[Axes, int, int
 
 
 def _shape(result: _results.Equilibrium, ax: Axes | None) -> Axes:
-    """Rods in space, each in a colour of its own."""
+    """Draws rods in space, each in a colour of its own."""
     data = result.data
     axes, panels = _planes(ax, data.units["x"])
     rods = data["rod"] if "rod" in data else np.zeros(data.rows)
@@ -108,7 +111,7 @@ def _shape(result: _results.Equilibrium, ax: Axes | None) -> Axes:
 
 
 def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
-    """Rods at some times, and the paths of their ends; of a bar its waves."""
+    """Draws rods at some times, and the paths of their ends. A bar is drawn by its waves."""
     data = result.data
     if "waves" in result.tables:
         axes = _axes(ax)
@@ -138,7 +141,7 @@ def run(result: _results.Run, ax: Axes | None, times: int) -> Axes:
 
 
 def energy(result: _results.Run, ax: Axes | None) -> Axes:
-    """The terms of the ledger that are not zero, and its total."""
+    """Draws the terms of the ledger that are not zero, and their total."""
     axes, data = _axes(ax), result.data
     for name in ("kinetic", "elastic", "potential", "dissipated", "work", "rod_kinetic"):
         if name in data and np.any(data[name] != 0.0):
@@ -153,7 +156,7 @@ def energy(result: _results.Run, ax: Axes | None) -> Axes:
 
 
 def branch(result: _results.Branch, ax: Axes | None, y: str | None) -> Axes:
-    """A column over the parameter."""
+    """Draws a column over the parameter."""
     axes, data = _axes(ax), result.data
     y = _measure(result) if y is None else y
     curves = data["branch"]
@@ -176,8 +179,11 @@ def branch(result: _results.Branch, ax: Axes | None, y: str | None) -> Axes:
 
 
 def _measure(result: _results.Branch) -> str:
-    """The column that shows most beside the parameter, as in the figure of the program: a place that bends away from it, or where the ends are
-    held, so that every place is constant or the parameter itself, a base couple."""
+    """Returns the column that shows most beside the parameter, as in the figure of the program.
+
+    The column is a place that bends away from the parameter. If the ends are held, every place is constant or the
+    parameter itself; the column is then a base couple.
+    """
     data = result.data
     p, own = data["parameter"], data["branch"] == 0
 
@@ -198,7 +204,7 @@ def _measure(result: _results.Branch) -> str:
 
 
 def sweep(result: _results.SweepResult, ax: Axes | None, name: str | None) -> Axes:
-    """A column over one field or two."""
+    """Draws a column over one field or two."""
     axes, data = _axes(ax), result.data
     known = [q for q in result.quantities if np.issubdtype(data[q].dtype, np.number)]
     if not known or data.rows == 0:
@@ -227,7 +233,7 @@ def _numbers(values: NDArray[Any]) -> NDArray[Any]:
 
 
 def fit(result: _results.FitResult, ax: Axes | None, name: str | None) -> Axes:
-    """What was measured of a column, and the model."""
+    """Draws the measured values of a column, and the model."""
     axes, data = _axes(ax), result.data
     names = [one["name"] for one in result.summary["columns"]]
     name = names[0] if name is None else name

@@ -64,15 +64,18 @@ class Result:
         return self.data[name]
 
     def to_pandas(self) -> pandas.DataFrame:
-        """``data`` as a DataFrame."""
+        """Returns ``data`` as a DataFrame."""
         return self.data.to_pandas()
 
     def to_xarray(self) -> xarray.Dataset:
-        """``data`` as a Dataset with units and meanings."""
+        """Returns ``data`` as a Dataset with units and meanings."""
         return self.data.to_xarray()
 
     def to_npz(self, path: str | PathLike[str]) -> None:
-        """Writes all tables as one ``.npz`` file: columns of the first by their names, of the others as ``table.column``."""
+        """Writes all tables as one ``.npz`` file.
+
+        Columns of the first table have their own names, columns of the others ``table.column``.
+        """
         arrays = dict(self.data)
         for table in self.tables.values():
             if table is not self.data:
@@ -92,7 +95,7 @@ class Result:
         return f"<{type(self).__name__}: {self._headline()}>"
 
     def _repr_svg_(self) -> str | None:
-        """The figure of ``plot`` for notebooks; None without matplotlib, or with nothing to draw."""
+        """Returns the figure of ``plot`` for notebooks; None without matplotlib, or with nothing to draw."""
         try:
             from . import _plot
         except ImportError:
@@ -113,17 +116,20 @@ class Result:
 
 
 class Run(Result):
-    """A motion. ``data`` is its trajectory; under ``landing = "all"`` ``tables`` has those of the branches beside it, and of a rod with
-    strains of its own the table ``strain``, of a bar the table ``waves``."""
+    """A motion. ``data`` is its trajectory.
+
+    Under ``landing = "all"`` ``tables`` also has the trajectories of the branches. A rod with strains of its own also
+    has the table ``strain``, and a bar the table ``waves``.
+    """
 
     events: list[dict[str, Any]]
     """Snaps, passages, folds and contacts, in the order of time."""
     outcome: str
-    """How it ended: "end_of_time", "stuck", "step_limit", ..."""
+    """How the motion ended: "end_of_time", "stuck", "step_limit", ..."""
     reason: str | None
-    """Why it fell short of what was asked; None if it did not."""
+    """Why the motion fell short of what was asked; None if it did not."""
     warning: str | None
-    """What is to be said of an unstable start, or of unresolved strains."""
+    """A warning about an unstable start, or about unresolved strains."""
 
     def __init__(self, raw: Mapping[str, Any], given: Any) -> None:
         super().__init__([Table._of(one) for one in raw["tables"]], raw["summary"])
@@ -132,13 +138,16 @@ class Run(Result):
         self._given = given
 
     def shape(self, t: ArrayLike, n: int = 101) -> Array | dict[str, Array]:
-        """The rod at the times ``t``: positions of ``n`` sections, at least 2, of the shape (times, sections, 3); of an assembly by the
-        names of its rods.
+        """Returns the rod at the times ``t``: positions of ``n`` sections, at least 2.
 
-        Times are exact, not interpolated between samples: the motion is followed once more, as far as the last of them. So ask for all
-        times at once. A light elastic rod has ``n`` sections, in space evenly spaced, in the plane those of the elastica in closed form, closer
-        where it bends; a rod with strains of its own has the Gauss nodes at which it is known, ``n`` on every element, and its two ends.
-        Where there is no shape to tell, NaN.
+        The array has the shape (times, sections, 3). An assembly gives a dict of such arrays, by the names of its rods.
+
+        Times are exact, not interpolated between samples. The motion is followed once more, as far as the last of the
+        times. Ask for all times at once.
+
+        A light elastic rod has ``n`` sections. In space these are evenly spaced. In the plane these are the sections
+        of the elastica in closed form, closer where it bends. A rod with strains of its own has the Gauss nodes at
+        which it is known, ``n`` on every element, and its two ends. NaN stands where there is no shape to tell.
         """
         n = whole("n", n, 2)
         times = np.atleast_1d(numbers(t))
@@ -154,8 +163,10 @@ class Run(Result):
         return shaped[""] if names == [""] else shaped
 
     def plot(self, ax: Axes | None = None, times: int = 9) -> Axes:
-        """Draws the rod at so many times with the path of its end, of a bar its waves. Rods in space are seen along each axis: in three
-        panels, which are the ``child_axes`` of what is returned."""
+        """Draws the rod at so many times with the path of its end. A bar is drawn by its waves.
+
+        Rods in space are seen along each axis, in three panels. The panels are the ``child_axes`` of what is returned.
+        """
         from . import _plot
 
         return _plot.run(self, ax, times)
@@ -173,15 +184,18 @@ class Run(Result):
 
 
 class Equilibrium(Result):
-    """An equilibrium of a scene of statics; ``data`` is its shape."""
+    """An equilibrium of a scene of statics. ``data`` is its shape."""
 
     @property
     def index(self) -> int:
-        """Its Morse index: 0 is stable."""
+        """The Morse index: 0 is stable."""
         return int(self.summary["index"])
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draws the rods as seen along each axis: in three panels, which are the ``child_axes`` of what is returned."""
+        """Draws the rods as seen along each axis, in three panels.
+
+        The panels are the ``child_axes`` of what is returned.
+        """
         from . import _plot
 
         return _plot.draw(self, ax)
@@ -191,7 +205,7 @@ class Equilibrium(Result):
 
 
 class Branch(Result):
-    """Branches of equilibria; ``data`` has a row for each point and special point."""
+    """Branches of equilibria. ``data`` has a row for each point and special point."""
 
     special_points: list[dict[str, Any]]
     """Folds, branch points, Hopf points and changes of stability, located, with bounds of their errors."""
@@ -205,17 +219,20 @@ class Branch(Result):
 
     @property
     def parameter(self) -> str:
-        """The path of what varies."""
+        """The path of the field that varies."""
         return str(self.summary["parameter"])
 
     @property
     def lost(self) -> list[str]:
-        """Branches that are there and were not followed: where each begins, and why it was lost."""
+        """Branches that exist and were not followed. Each entry says where the branch begins, and why it was lost."""
         return list(self.summary["lost"])
 
     def plot(self, ax: Axes | None = None, y: str | None = None) -> Axes:
-        """Draws a column over the parameter, unstable parts dashed, special points by name; without ``y`` the place that shows most beside
-        the parameter, or where all are held a base couple."""
+        """Draws a column over the parameter, unstable parts dashed, special points by name.
+
+        Without ``y`` the column is the place that shows most beside the parameter. If all places are held it is a base
+        couple.
+        """
         from . import _plot
 
         return _plot.branch(self, ax, y)
@@ -227,18 +244,18 @@ class Branch(Result):
 
 
 class Modes(Result):
-    """Natural frequencies and mode shapes; ``data`` has a row for each."""
+    """Natural frequencies and mode shapes. ``data`` has a row for each."""
 
     def _headline(self) -> str:
         return f"{self.data.rows} rows of {', '.join(self.data)}"
 
 
 class Memory(Result):
-    """Small motions of the end of a viscoelastic rod; ``data`` has relaxation, kernel and creep over time."""
+    """Small motions of the end of a viscoelastic rod. ``data`` has relaxation, kernel and creep over time."""
 
 
 class Elastica(Result):
-    """An equilibrium of the planar elastica, length 1 and bending stiffness 1; ``data`` has its sections."""
+    """An equilibrium of the planar elastica, length 1 and bending stiffness 1. ``data`` has its sections."""
 
     def __getattr__(self, name: str) -> Any:
         summary = self.__dict__.get("summary", {})
@@ -253,12 +270,15 @@ class Elastica(Result):
 
 
 class Equilibria(Result):
-    """All equilibria of the elastica with the end at given points: ``data`` has a row for each, in the order of the points."""
+    """All equilibria of the elastica with the end at given points.
+
+    ``data`` has a row for each, in the order of the points.
+    """
 
     counts: NDArray[np.int64]
-    """How many equilibria there are, in the shape of the points."""
+    """The number of equilibria, in the shape of the points."""
     stable: NDArray[np.int64]
-    """How many of them are stable; beyond ``lambda_max`` there may be more."""
+    """The number of stable equilibria. Beyond ``lambda_max`` there may be more."""
     point: NDArray[np.int64]
     """The flat index of the point of each row."""
     x: Array
@@ -279,8 +299,11 @@ class Equilibria(Result):
         super().__init__([whole], {"points": int(x.size), "equilibria": int(table.rows), "lambda_max": lambda_max})
 
     def lowest(self, name: str = "elastic") -> Array:
-        """A column of the stable equilibrium of lowest energy, of those below ``lambda_max``, at each point, in the shape of the points; NaN where there is
-        none, and where the rod is straight, at (1, 0)."""
+        """Returns a column of the stable equilibrium of lowest energy at each point, in the shape of the points.
+
+        Only equilibria below ``lambda_max`` count. The value is NaN at points without one, and at (1, 0), where the
+        rod is straight.
+        """
         if not np.issubdtype(np.asarray(self.data[name]).dtype, np.number):
             raise ValueError(f"name = {name!r}: must be a column of numbers; equilibria are labelled in data")
         found = np.full(self.x.size, np.nan)
@@ -294,11 +317,14 @@ class Equilibria(Result):
 
 
 class Folds(Result):
-    """The fold curves of the elastica; ``data`` has a row for each point."""
+    """The fold curves of the elastica. ``data`` has a row for each point."""
 
 
 class OfFields(dict[str, Any]):
-    """Something of each field, by its path as it was given, or as it may be written otherwise."""
+    """A mapping from fields to values.
+
+    A field is found by its path as it was given, or in any other way of writing it.
+    """
 
     def __missing__(self, name: str) -> Any:
         for path, value in self.items():
@@ -308,8 +334,10 @@ class OfFields(dict[str, Any]):
 
 
 class FitResult(Result):
-    """A fit; ``data`` has what was measured, what the scene says and what is left, row by row, and ``tables["curve"]`` the model at closely
-    spaced times."""
+    """A fit. ``data`` has measured values, model and residuals, row by row.
+
+    ``tables["curve"]`` has the model at closely spaced times.
+    """
 
     @property
     def values(self) -> dict[str, float]:
@@ -318,7 +346,7 @@ class FitResult(Result):
 
     @property
     def standard_errors(self) -> dict[str, float | None]:
-        """The standard error of each value; None where the data do not tell it."""
+        """The standard error of each value; None where the data do not tell the value."""
         return OfFields({one["path"]: one["standard_error"] for one in self.summary["parameters"]})
 
     @property
@@ -333,11 +361,11 @@ class FitResult(Result):
 
     @property
     def remarks(self) -> list[str]:
-        """What is to be said of it, as of a value at an end of its range."""
+        """Remarks on the fit, for example on a value at an end of its range."""
         return list(self.summary["remarks"])
 
     def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
-        """Draws what was measured and the model: of one column, without ``name`` the first."""
+        """Draws measured values and model of one column. Without ``name`` this is the first column."""
         from . import _plot
 
         return _plot.fit(self, ax, name)
@@ -351,23 +379,23 @@ class FitResult(Result):
 
 
 class SweepResult(Result):
-    """A sweep; ``data`` has a row for each point. Columns of numbers are numbers, all others text."""
+    """A sweep. ``data`` has a row for each point. Columns of numbers are numbers, all others text."""
 
     directory: str
-    """Where its files are."""
+    """The directory of the files of the sweep."""
     varied: list[str]
     """The fields that vary."""
     quantities: list[str]
-    """What is told of each point."""
+    """The quantities that are given for each point."""
     shape: tuple[int, ...]
-    """Of a grid how many values each field takes; of points at random their number."""
+    """For a grid the number of values of each field; for points at random their number."""
 
     def grid(self, name: str) -> NDArray[Any]:
-        """A column in the shape of the grid, an axis for each field that varies."""
+        """Returns a column in the shape of the grid, with an axis for each field that varies."""
         return self.data[name].reshape(self.shape)
 
     def plot(self, ax: Axes | None = None, name: str | None = None) -> Axes:
-        """Draws a column: over one field a line, over two a map."""
+        """Draws a column: a line over one field, a map over two."""
         from . import _plot
 
         return _plot.sweep(self, ax, name)

@@ -24,7 +24,10 @@ Progress = Union[bool, Callable[[float, float], object], None]
 
 
 def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
-    """The text of a scene, what is set in it, and its name; None for a dict, which has no lines."""
+    """Returns the text of a scene, the fields to be set in it, and its name.
+
+    The name of a dict, which has no lines, is None.
+    """
     overrides = [f"{path}={value}" for path, value in (setting(*one) for one in fields.items())]
     if isinstance(scene, Mapping):
         lines = (
@@ -39,7 +42,10 @@ def given(scene: SceneLike, fields: Mapping[str, Any]) -> Given:
 
 
 def text_of(path: str) -> str:
-    """The text of a file, with the ends of its lines as they are. Raises OSError, and SceneError if it is not UTF-8."""
+    """Returns the text of a file, with the ends of its lines as they are.
+
+    Raises OSError, and SceneError if it is not UTF-8.
+    """
     try:
         return Path(path).read_bytes().decode("utf-8")
     except UnicodeDecodeError as error:
@@ -47,26 +53,32 @@ def text_of(path: str) -> str:
 
 
 def setting(path: str, value: Any) -> tuple[str, str]:
-    """The path of a field as the reader takes it, and its value as TOML. Two underscores stand for a dot."""
+    """Returns the path of a field as the reader takes it, and its value as TOML. Two underscores stand for a dot."""
     path = _core.path(path.replace("__", "."))
     return path, _core.toml(path, value)
 
 
 def same(path: str) -> str:
-    """A path of which two are alike if they name one field: ``velocity[1]``, ``velocity.1``, ``velocity.y`` and, with two underscores for a dot,
-    ``velocity__1``."""
+    """Returns one form of a path for all ways of writing it.
+
+    ``velocity[1]``, ``velocity.1``, ``velocity.y`` and, with two underscores for a dot, ``velocity__1`` name one
+    field.
+    """
     dotted = path.replace("__", ".").replace("[", ".").replace("]", "")
     steps = ({"x": "0", "y": "1", "z": "2"}.get(step, step) for step in dotted.split("."))
     return ".".join(steps)
 
 
 def numbers(values: ArrayLike) -> NDArray[np.float64]:
-    """An array of numbers; what is masked is NaN, not the number behind the mask."""
+    """Returns an array of numbers. Masked entries become NaN, not the number behind the mask."""
     return np.ma.filled(np.ma.asarray(values, dtype=float), np.nan)
 
 
 def whole(name: str, value: Any, low: int, high: int = 2**63 - 1) -> int:
-    """An argument that is an integer, or a number that is one, as 1e4. Raises TypeError and ValueError that name it."""
+    """Returns an argument that is an integer, or a number that is one, as 1e4.
+
+    Raises TypeError and ValueError that name it.
+    """
     bounded = f"an integer from {low} to {high}"
     allowed = f"an integer >= {low}" if high >= 2**63 - 1 else bounded
     try:
@@ -79,7 +91,10 @@ def whole(name: str, value: Any, low: int, high: int = 2**63 - 1) -> int:
 
 
 def names(argument: str, of: str | Sequence[str]) -> list[str]:
-    """Names that may be one; a string is not the sequence of its letters. Raises TypeError that names the argument."""
+    """Returns a list of names.
+
+    A string is one name, not the sequence of its letters. Raises TypeError that names the argument.
+    """
     if isinstance(of, str):
         return [of]
     found = list(of) if isinstance(of, Iterable) else [None]
@@ -93,7 +108,7 @@ SEEDS = 2**64 - 1
 
 
 class Told:
-    """Tells of the progress of one piece of work; a context."""
+    """A context that reports the progress of one piece of work."""
 
     def __init__(self, progress: Progress, what: str, total: float = 1.0) -> None:
         self.call: Callable[[float, float], object] | None = None

@@ -37,17 +37,21 @@ def sweep(
     progress: Progress = None,
     **set: Any,
 ) -> SweepResult:
-    """Runs a scene with some of its fields varied: a row for each point of the grid, or for ``random`` points.
+    """Runs a scene with some of its fields varied.
 
-    ``vary``: for each path of a field its values, an array or a list, or text as ``snaprod sweep --vary`` takes it: "-2:2:40",
-    "log:0.1:10:20", and for points at random "-2:2". ``columns``: what is told of each point, paths into the summary of a run, or into
-    its events, as in "end.x" and "events.-1.t"; one path or several.
+    The result has a row for each point of the grid, or for ``random`` points.
 
-    The sweep is made in chunks in the directory ``out``, which has the same files, to the byte, as `snaprod sweep` makes them there
-    (all but its map). Whatever ends it, the same call goes on with what is missing. Without ``out`` it is made in a temporary directory.
+    ``vary`` maps the path of each field to its values: an array or a list, or text as ``snaprod sweep --vary``
+    takes it. Texts are "-2:2:40", "log:0.1:10:20", and for points at random "-2:2". ``columns`` names the
+    quantities of each point, one path or several. A path leads into the summary of a run, or into its events, as in
+    "end.x" and "events.-1.t".
 
-    With ``client``, a ``dask.distributed.Client``, its workers make the chunks; they write into ``out``, which they must see under the
-    same path. A chunk whose worker dies is made by another one.
+    The sweep is made in chunks in the directory ``out``. The directory has the same files, to the byte, as `snaprod
+    sweep` makes them there (all but its map). A sweep may end for any reason; the same call then goes on with what
+    is missing. Without ``out`` the sweep is made in a temporary directory.
+
+    With ``client``, a ``dask.distributed.Client``, its workers make the chunks. The workers write into ``out``,
+    which they must see under the same path. If a worker dies, another worker makes its chunk.
     """
     text, overrides, _ = given(scene, set)
     if not isinstance(vary, Mapping):
@@ -90,7 +94,7 @@ def _varied(path: str, values: Values) -> str:
 
 
 def _here(made: _core.Sweep, missing: list[int], threads: int | None, told: Told) -> None:
-    """Makes the chunks on threads; the work itself does not hold the lock of the interpreter."""
+    """Makes the chunks on threads. The work itself does not hold the lock of the interpreter."""
     total = max(sum(made.points_of(k) for k in missing), 1)
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         waiting = {pool.submit(made.make, k) for k in missing}
@@ -108,7 +112,7 @@ def _here(made: _core.Sweep, missing: list[int], threads: int | None, told: Told
 
 
 def _make(plan: Plan, chunk: int) -> int:
-    """Makes a chunk on a worker, unless it is there."""
+    """Makes a chunk on a worker, unless the chunk is there."""
     made = _core.Sweep(*plan)
     made.make(chunk)
     return made.points_of(chunk)
@@ -154,7 +158,7 @@ def _result(made: _core.Sweep, heads: list[str], cells: list[list[str]]) -> Swee
 
 
 def _column(cells: list[str]) -> NDArray[Any]:
-    """Numbers where all cells that say something are numbers; whole ones if all are and none is missing."""
+    """Returns numbers if all cells that say something are numbers; whole ones if all are and none is missing."""
     if not any(cells):
         return np.asarray(cells, dtype=str)
     for kind, missing in ((int, None), (float, "nan")):

@@ -21,15 +21,15 @@ __all__ = ["Table"]
 class Table(Mapping[str, NDArray[Any]]):
     """A table: a mapping from the names of its columns to arrays of one length, in the order of the CSV file.
 
-    Numbers that are missing are NaN, words that are missing are empty.
+    Missing numbers are NaN, and missing words are empty.
     """
 
     name: str
-    """What it is called: the name of its file without the ending."""
+    """The name of the table: the name of its file without the ending."""
     units: dict[str, str]
     """The unit of each column; empty for numbers without one."""
     meanings: dict[str, str]
-    """What each column is."""
+    """The meaning of each column."""
 
     def __init__(
         self,
@@ -72,16 +72,16 @@ class Table(Mapping[str, NDArray[Any]]):
 
     @property
     def rows(self) -> int:
-        """How many rows it has."""
+        """The number of rows."""
         return next((len(column) for column in self._columns.values()), 0)
 
     def label(self, name: str) -> str:
-        """The name of a column with its unit, for an axis."""
+        """Returns the name of a column with its unit, for an axis."""
         unit = self.units.get(name, "")
         return f"{name} [{unit}]" if unit else name
 
     def to_pandas(self) -> pandas.DataFrame:
-        """A DataFrame; units and meanings are in its ``attrs``."""
+        """Returns a DataFrame. Units and meanings are in its ``attrs``."""
         import pandas
 
         frame = pandas.DataFrame(self._columns)
@@ -89,8 +89,10 @@ class Table(Mapping[str, NDArray[Any]]):
         return frame
 
     def to_xarray(self) -> xarray.Dataset:
-        """A Dataset along the first column, or over t and s for a field along the rod; units and meanings are in the attributes
-        of each variable."""
+        """Returns a Dataset along the first column, or over t and s for a field along the rod.
+
+        Units and meanings are in the attributes of each variable.
+        """
         import xarray
 
         def one(name: str, dims: tuple[str, ...], values: NDArray[Any]) -> Any:

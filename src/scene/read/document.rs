@@ -112,20 +112,20 @@ fn form(form: &Form) -> Value {
 pub fn reference() -> String {
     let mut text = String::from(
         "# Scenes\n\n\
-         A scene is a TOML file: a rod, what holds it, what it carries, what acts on it, and what is asked. Every table and \
-         field is listed here; this page is printed by `snaprod schema --markdown` from the tables that the reader itself \
-         walks.\n\n\
-         What kind of scene it is follows from its content: `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in \
-         space; with `[body]` and `[run]` it is a motion, with `[end]` a scene of statics. The column *in* says which kinds \
-         have a field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with \
-         mass in longitudinal motion, `rod.model = \"bar\"`.\n\n\
-         Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space, each rod from \
-         the ground or a body to another, at rest or, with `[run]`, in motion. `[[rod]]` has the fields of `[rod]` and beside \
-         them name, from and to.\n\n\
-         Quantities are in any one consistent system of units; the units given here are those of `units = \"si\"`. Vectors \
-         have two components in the plane and three in space. In the plane the rod leaves the clamp along +x; in space it has \
-         directors d1, d2, d3, leaves along d3, and `bending[0]` is the stiffness about d1. Any number can be replaced from \
-         the command line: `--set rod.damping=0.2`, an element of a list by its number, its name or, of a vector, its letter: \
+         A scene is a TOML file. It describes a rod, its supports, the body it carries, the loads, and the requested\n\
+         computation. This page lists every table and field. `snaprod schema --markdown` prints it from the tables that the\n\
+         reader of scenes uses.\n\n\
+         The content decides the kind of a scene. `rod.model = \"elastica\"` lies in the plane, `\"cosserat\"` in space. A scene\n\
+         with `[body]` and `[run]` is a motion, one with `[end]` is a scene of statics. The column *in* says which kinds have a\n\
+         field: P, motion in the plane; M, motion in space; S, statics in space; A, assemblies; B, bars with mass in\n\
+         longitudinal motion, `rod.model = \"bar\"`.\n\n\
+         Tables `[[rod]]` and `[[body]]`, with two brackets, make an assembly: several rods and bodies in space. Each rod joins\n\
+         the ground or a body to another body. An assembly is at rest or, with `[run]`, in motion. `[[rod]]` has the fields of\n\
+         `[rod]`, and also name, from and to.\n\n\
+         Quantities are in any consistent system of units; the units given here are those of `units = \"si\"`. Vectors have two\n\
+         components in the plane and three in space. In the plane the rod leaves the clamp along +x. In space the rod has\n\
+         directors d1, d2, d3 and leaves along d3; `bending[0]` is the stiffness about d1. The command line can replace any\n\
+         number: `--set rod.damping=0.2`. A number, a name or, in a vector, a letter selects an element of a list:\n\
          `start.velocity[1]`, `body.platform.mass`, `start.velocity.y`.\n\n\
          The axes of a rectangle, seen along the rod (d3 points at you):\n\n\
          ```text\n\
