@@ -279,6 +279,6 @@ fn an_assembly_tells_its_bounces() {
     assert!(
         record
             .bounces()
-            .is_some_and(|text| text.starts_with("1 bounce of"))
+            .is_some_and(|text| text.starts_with("1 bounce at full reach"))
     );
 }

@@ -260,7 +260,7 @@ fn rods_of_assemblies_are_followed_too() {
             "rod[0].from.motion={ turn = { axis = [0.0, 0.0, 1.0], rate = 0.1 } }",
             "is followed to first order",
         ),
-        ("run.method=\"symmetric\"", "left out: symmetric"),
+        ("run.method=\"symmetric\"", "is ignored: symmetric"),
     ] {
         let scene = Scene::parse_with(CHAIN, &[set]).unwrap();
         let notes = scene.mass_notes();

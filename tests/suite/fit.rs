@@ -114,7 +114,10 @@ fn what_the_data_do_not_tell_is_said() {
             .all(|one| one.standard_error.is_none())
     );
     assert!(
-        found.remarks.iter().any(|remark| remark.contains("apart")),
+        found
+            .remarks
+            .iter()
+            .any(|remark| remark.contains("do not separate")),
         "{:?}",
         found.remarks
     );
@@ -234,7 +237,11 @@ fn as_many_fields_as_numbers_and_endless_intervals_are_told() {
     for noise in [&[][..], &[(omega, 0.01)]] {
         let found = fit(SWING, data, &both, &[], noise);
         let said = |part: &str| found.remarks.iter().any(|remark| remark.contains(part));
-        assert!(said("apart") && !said("--noise"), "{:?}", found.remarks);
+        assert!(
+            said("do not separate") && !said("--noise"),
+            "{:?}",
+            found.remarks
+        );
     }
     let one = "modes.angular_frequencies.0\n1.7\n";
     let found = fit(SWING, one, &["rod.bending_stiffness=log:0.1:10"], &[], &[]);

@@ -306,7 +306,7 @@ fn which_equilibrium() {
     )));
     assert!(bent.of_start && !begun.of_start);
     assert!(
-        begun.remarks[0].contains("no equilibrium"),
+        begun.remarks[0].contains("is not an equilibrium"),
         "{:?}",
         begun.remarks
     );
