@@ -1,7 +1,7 @@
 //! Chart points at eight places at once, in wide registers.
 //!
 //! The integrals are the main cost of a point. Places that have moved little since the last evaluation, as from one
-//! sweep over a step to the next, take integrals carried along from there ([`mod@carried`]).
+//! sweep over a step to the next, take integrals carried along from there ([`mod@integral_updates`]).
 
 mod integral_updates;
 
