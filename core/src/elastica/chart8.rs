@@ -1,7 +1,7 @@
 //! Chart points at eight places at once, in wide registers.
 //!
 //! The integrals are the main cost of a point. Places that have moved little since the last evaluation, as from one
-//! sweep over a step to the next, take integrals carried along from there ([`mod@carried`]).
+//! sweep over a step to the next, take integrals carried along from there ([`mod@integral_updates`]).
 
 mod integral_updates;
 
@@ -156,7 +156,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
     let d = across.times_plus(across, kap_c * kap_c).sqrt();
     let inv_d = d.inverse();
     let [mut lam, mut b] = integrals(kap_c, (sin, cos), d, turns);
-    // Beyond TAUT the integrals are elementary, and the arithmetic-geometric means are inaccurate.
+    // From TAUT on the integrals are elementary, and the first means are too far apart.
     let far = sin.abs() * cosh;
     if far.greatest() >= TAUT {
         let [mut lams, mut bs] = [lam.numbers(), b.numbers()];
