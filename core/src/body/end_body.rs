@@ -11,7 +11,8 @@ pub trait EndBody<const D: usize> {
     /// Pose of the rod's end.
     type Pose;
 
-    /// Motion of the body at time `t` under the wrench `rod` of the rod on it, minus the end wrench w1 on the rod.
+    /// Motion of the body at time `t` under the wrench `rod` of the rod on the body: `rod` = -w1, with w1 the end
+    /// wrench on the rod.
     ///
     /// `rod` has the power rod . v, in addition to that of a moving clamp.
     fn motion(

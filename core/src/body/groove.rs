@@ -143,7 +143,7 @@ impl Groove {
         })
     }
 
-    /// x, x_phi and x_phiphi. Beyond the ends of an open spline its last piece is extended.
+    /// x, x_phi and x_phiphi. Beyond the ends of an open spline its first and its last piece are extended.
     pub fn at(&self, phi: f64) -> [Vector3<f64>; 3] {
         match &self.curve {
             Curve::Line { point, direction } => {

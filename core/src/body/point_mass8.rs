@@ -35,7 +35,7 @@ impl<'a, const N: usize> EightMotion<'a, N> {
         }
     }
 
-    /// Accelerations and power of loads in time or of a moving clamp, node by node; times the rate of time.
+    /// Acceleration, power and loss under loads in time or on a moving clamp, node by node, times the rate of time.
     fn driven(&self, at: &Block, rate: &Row, slopes: &mut Block) {
         for i in 0..8 {
             let vector = |rows: &[Row]| SVector::<f64, N>::from_fn(|k, _| rows[k][i]);

@@ -1,7 +1,7 @@
 //! Bounds of the map from (p, lam) to the tip over a box, for the search for all equilibria.
 //!
-//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at the
-//! centre. The third are bounded over the box by constants that are proven in interval arithmetic (boxes/proof.rs).
+//! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at the centre.
+//! The third are bounded over the box by constants that are proven in interval arithmetic (box_bounds/proof.rs).
 
 use super::chart::{ChartPoint, Modulus};
 use super::curvature::{TipDerivatives, cross, dot};
@@ -39,7 +39,7 @@ const LOG_X: [[f64; 2]; 4] = [[31.0, 0.132], [11.0, 0.34], [9.6, 1.0], [10.0, 0.
 const LOG_Y: [[f64; 2]; 4] = [[9.0, 0.155], [3.0, 0.335], [2.6, 0.88], [4.0, 0.0]];
 /// Bounds of the third derivatives along p, p > 0.85, of 1 - x and y, as [`bound_terms`] in lam.
 const LINEAR: [[f64; 2]; 4] = [[8.0, 0.12], [4.0, 0.4], [6.0, 1.4], [11.7, 0.0]];
-/// Further bound, of the rod's turn as a bend passes the clamp.
+/// Coefficient of a second bound, for p > 0.85: that of the rod's turn as a bend passes the clamp.
 const PASSING: f64 = 16.4;
 /// Bound of the speed of |r| along p, in units of (lam/K + 1)/lam.
 const MOVED: f64 = 3.0;
@@ -57,7 +57,7 @@ impl Bending {
     /// The bounds grow like powers of lam and scale with p^2 and p near the straight rod. Farther from it the map is
     /// curved by the turn of the rod as a bend passes the clamp, at lam = K, 3K, 5K, .. with K(p) the quarter period.
     /// The n-th bend moves 2n + 1 times as fast with p as K does, and the end goes round the clamp with it. The
-    /// straight part between two bends contributes only an exponential of its length.
+    /// straight part between two bends contributes only terms that decay exponentially with its length.
     pub(super) fn third(
         kind: Column,
         (p, a): (f64, f64),

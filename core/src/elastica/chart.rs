@@ -17,8 +17,8 @@ pub(super) const TAUT: f64 = 1e9;
 const FLAT: f64 = 22.0;
 
 /// Largest |p| served. A mass with kinetic energy T that hits the wall at the angle gam presses to lam = T/(4
-/// sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod. The chart holds wherever the force lam^2
-/// can be represented.
+/// sin^2(gam/4)) < |p| (theory 2.3), without bound near the straight rod. The chart covers this motion wherever the
+/// force lam^2 can be represented.
 pub const P_MAX: f64 = 1e100;
 
 /// The modulus at `p`: kap = tanh p and kap' = sech p, each to a few ulp.

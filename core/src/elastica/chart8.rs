@@ -156,7 +156,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
     let d = across.times_plus(across, kap_c * kap_c).sqrt();
     let inv_d = d.inverse();
     let [mut lam, mut b] = integrals(kap_c, (sin, cos), d, turns);
-    // Beyond TAUT the integrals are elementary, and the arithmetic-geometric means are inaccurate.
+    // From TAUT on the integrals are elementary, and the first means are too far apart.
     let far = sin.abs() * cosh;
     if far.greatest() >= TAUT {
         let [mut lams, mut bs] = [lam.numbers(), b.numbers()];

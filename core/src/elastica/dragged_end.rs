@@ -21,14 +21,14 @@ const MOST_SNAPS: usize = 16;
 ///
 /// ```
 /// # use snaprod_core as snaprod;
-/// use snaprod::elastica::{Dragged, Elastica};
+/// use snaprod::elastica::{DraggedRod, Elastica};
 /// use snaprod::manifold::Multivalued;
 /// use nalgebra::Vector2;
 ///
 /// // Of the three stable rods with their end at (0.5, -0.35) the last has a loop; drawn up, it loses it.
 /// let stable = Elastica.stable_at(&Vector2::new(0.5, -0.35))?;
-/// let mut rod = Dragged::new(stable[2])?;
-/// let snaps = rod.to(&Vector2::new(0.5, 0.35))?;
+/// let mut rod = DraggedRod::new(stable[2])?;
+/// let snaps = rod.drag_to(&Vector2::new(0.5, 0.35))?;
 /// assert_eq!(snaps.len(), 1);
 /// assert!((snaps[0].place.y + 0.067).abs() < 1e-3 && snaps[0].released > 20.0);
 /// # Ok::<(), snaprod::Error>(())
@@ -112,7 +112,8 @@ impl DraggedRod {
         Ok(snaps)
     }
 
-    /// Follows the equilibrium towards `target`: `None` on arrival, the chart direction of approach at a fold.
+    /// Follows the equilibrium towards `target`; `None` on arrival. At a fold, the direction in the chart in which the
+    /// rod came to the fold.
     fn glide(&mut self, target: &Vector2<f64>) -> Result<Option<Vector2<f64>>> {
         let (mut stride, mut direction) = (STRIDE, Vector2::zeros());
         loop {

@@ -41,9 +41,9 @@ use std::sync::OnceLock;
 /// Load lam above which the derivatives by (p, lam) lose their digits; [`TautInertia`] serves these rods.
 const TAUT: f64 = 100.0;
 
-/// Smallest relative error of the integrals along the rod: exact for all uses.
+/// Least relative error that the integrals along the rod can be given: as good as exact.
 const EXACT: f64 = 1e-12;
-/// Largest relative error of the integrals along the rod.
+/// Largest relative error that the integrals along the rod can be given.
 const ROUGH: f64 = 1e-4;
 
 /// First-order inertia of the rod at the equilibrium (p, lam), per unit of its mass.

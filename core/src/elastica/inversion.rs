@@ -8,10 +8,10 @@
 //! Newton's method lands inside, and halved otherwise. Boxes that never decide shrink onto folds through the target,
 //! where two equilibria are one.
 //!
-//! Completeness rests on those bounds, which are proven (boxes/proof.rs; theory 2.4), and on the rounding of double
-//! precision. An independent count guards both. The signs of det over all equilibria found must add up to the winding
-//! number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does not
-//! count.
+//! Completeness rests on those bounds, which are proven (box_bounds/proof.rs; theory 2.4), and on the rounding of
+//! double precision. An independent count guards both. The signs of det over all equilibria found must add up to the
+//! winding number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does
+//! not count.
 
 use super::box_bounds::{
     Bending, Column, Local, TipRange, chart_point, injective, mirrored, quick_tip,
@@ -422,7 +422,8 @@ fn aside(e: &Equilibrium) -> f64 {
 
 /// Checks the signed count of the equilibria against the winding number of lam = lam_max.
 fn check_count(found: &[FoundEquilibrium], x: f64, y: f64, lambda_max: f64) -> Result<()> {
-    // Near the border rounding decides whether an equilibrium is found, and the curve passes through the target.
+    // For an equilibrium on the border lam = lam_max the curve passes through the target, and rounding decides whether
+    // the equilibrium is found.
     if found
         .iter()
         .any(|f| f.equilibrium.lambda > lambda_max * (1.0 - 1e-9))

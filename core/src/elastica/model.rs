@@ -21,7 +21,7 @@ pub struct Elastica;
 /// Load below which the search for stable equilibria is exhaustive.
 const STABLE_LAMBDA: f64 = 14.0;
 
-/// Largest relative error of lam, as computed from w, at which a motion is followed.
+/// Largest absolute error of lam, as computed from w, at which a motion is followed.
 const LOST: f64 = 1e-8;
 
 impl Elastica {

@@ -15,8 +15,8 @@ use std::f64::consts::FRAC_PI_2;
 /// equation for p. The stable solution leans to the side of the load and has no inflection, 0 < w < pi/2.
 ///
 /// # Errors
-/// A load that is not finite or has lambda beyond 340, or 1.2e5 EI/L^2; a push along the rod beyond Euler's load,
-/// under which the rod may buckle to either side.
+/// A load that is not finite, or has lambda beyond 340, that is a size beyond 1.2e5 EI/L^2; a push along the rod beyond
+/// Euler's load, under which the rod may buckle to either side.
 pub fn equilibrium_under_load(load: &Vector2<f64>) -> Result<Option<Equilibrium>> {
     let lambda = load.norm().sqrt();
     if !(lambda <= LAMBDA_MOST) {
@@ -76,10 +76,10 @@ pub fn equilibrium_under_load(load: &Vector2<f64>) -> Result<Option<Equilibrium>
 }
 
 /// Stable shape of the rod at rest under `load` on its mass and its own weight, to first order in the weight, as in
-/// motions of a [`LightRod`]. `load` is in the axes of the world. `frame` is the clamp; `None` stands for the origin
-/// and the axes of the world.
+/// motions of a [`LightRod`]. `load` is along the axes of the clamp. `frame` is the clamp in the world; `None` stands
+/// for a clamp at the origin, along the axes of the world.
 ///
-/// Near the straight rod only the weight across it counts. The weight is ignored where motions do not follow the
+/// Near the straight rod only the weight across it counts. The weight is ignored where motions do not account for the
 /// rod's mass, as under a strong pull.
 ///
 /// # Errors

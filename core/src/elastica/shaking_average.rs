@@ -28,7 +28,8 @@ fn level(beam: &Beam, load: f64) -> f64 {
     beam.stored + load * beam.shortening
 }
 
-/// Turn with the inner turning point q; `None` where the rod does not push at q, or where the shaking is weak.
+/// Turn with the inner turning point q; `None` if the pull at q is not below `load`, or if the shaking is weak. Also
+/// `None` for a `load` of [`MOST_HELD`] or less.
 pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
     let rod = straight_chart::point(side, q)?;
     let height = rod.pose[1] * side.value();

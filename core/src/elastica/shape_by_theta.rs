@@ -315,16 +315,17 @@ const NODES: f64 = 3.0;
 const FEWEST: [f64; 2] = [3.4, 0.2];
 /// K'/K beyond which poles count as infinitely far.
 const FARTHEST: f64 = 6.0;
-/// Limits of graded rules: lam is longer than NARROW K', and longer than K by less than ABOUT K'. Such a rod is
+/// Limits of graded rules: lam is more than NARROW K', and exceeds K by less than MAX_BEYOND_QUARTER K'. Such a rod is
 /// straight but for a narrow bend at its clamp.
 const NARROW: f64 = 3.5;
 const MAX_BEYOND_QUARTER: f64 = 0.25;
 /// Number of graded nodes: constant, and growth with the range and with every binary digit. Measured by the inertia
 /// at the end for relative errors from 1e-4 to 1e-10 and lam < 30.
 const DRAWN: [f64; 3] = [-1.05, 1.62, 0.4];
-/// Taut rods. STRAIGHT: reach of the bend, which counts ln 2 a binary digit, and more for the powers of lam s beside
-/// it. TAUT: number of its nodes, and their growth with every digit. INSIDE: factor for bends inside the rod, which
-/// grows with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
+/// Taut rods. BEND_REACH: reach of the bend at the clamp, a constant, and its growth with every binary digit: ln 2, and
+/// more for the powers of lam s that multiply the decay. BEND_NODES: number of Gauss nodes over the reach, and its
+/// growth with every binary digit. INNER_BEND_FACTOR: factor of this number for a bend inside the rod, a constant, and
+/// its growth with ln T. Measured for relative errors from 1e-4 to 1e-12, T from 0.001 to 18 and lam from 20 to 2000.
 const BEND_REACH: [f64; 2] = [3.0, LN_2 + 0.1];
 const BEND_NODES: [f64; 2] = [-1.0, 0.6];
 const INNER_BEND_FACTOR: [f64; 2] = [0.5, 1.0];

@@ -7,7 +7,7 @@ use crate::math::registers::Registers;
 use pulp::{Simd, WithSimd, bytemuck};
 use std::ops::{Add, Mul, Sub};
 
-/// Numbers at [`Lanes::COUNT`] places.
+/// Numbers at several sections, one in each lane of a register.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lanes<S: Simd> {
     simd: S,

@@ -328,8 +328,8 @@ pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
     Some(Rod::new(side.value() * q[0], q[1])?.tip[0])
 }
 
-/// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets
-/// Z = SMALLEST.
+/// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets Z =
+/// [`ON_AXIS_Z`].
 pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     let height = across.abs();
     let sigma = sigma_of(pull);
@@ -345,8 +345,8 @@ pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     Vector2::new(sigma * side.value(), ln_z)
 }
 
-/// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a push or Z
-/// beyond [`MAX_PULLED_Z`].
+/// Modulus |p| of the rod pulled by the force `load`, which is almost parallel to the clamp; `None` for a push, and for
+/// Z below [`MIN_Z`] or from [`MAX_PULLED_Z`] on.
 ///
 /// In the axes of the tip's tangent, at the angle 2 atan Z, the load is (P l^2, g Z l^2).
 pub(super) fn modulus_under_pull(load: &Vector2<f64>) -> Option<f64> {

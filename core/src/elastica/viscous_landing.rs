@@ -99,7 +99,7 @@ const ERROR: [f64; 4] = [
 const GROWTH: f64 = 0.5;
 /// First step, as a multiple of the inverse of the fastest rate.
 const FIRST: f64 = 2.0;
-/// Most steps of a layer (twenty are usual), and its longest duration.
+/// Most steps of a layer (twenty are usual), and bound of a step's length in time units.
 const MOST_STEPS: usize = 1000;
 const LONGEST: f64 = 1e15;
 

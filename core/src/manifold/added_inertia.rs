@@ -28,8 +28,8 @@ pub trait FirstOrderInertia<const N: usize>: Debug + Send + Sync {
     ) -> Option<EndInertia<N>>;
 
     /// Inertia felt by the deflection of a nearly straight rod, which holds its end along a line and bends across it
-    /// ([`AxialConstraint`](super::AxialConstraint)); the chart has collapsed there. `None` outside the range of the model, and
-    /// in models without such a state.
+    /// ([`AxialConstraint`](super::AxialConstraint)); the chart has collapsed there. `None` outside the range of the
+    /// model, and in models without such a state.
     fn deflection_inertia(
         &self,
         _frame: Option<&Frame<N>>,

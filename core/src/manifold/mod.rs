@@ -226,7 +226,7 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// Checks that double precision resolves a motion at `q`.
     ///
     /// # Errors
-    /// The reason why not.
+    /// A motion that double precision does not resolve.
     fn check_resolution(&self, _q: &SVector<f64, N>) -> Result<()> {
         Ok(())
     }
@@ -237,8 +237,8 @@ pub trait Multivalued<const N: usize>: EquilibriumManifold<N> {
     /// A pose that no equilibrium has, or a search that could not be completed.
     fn stable_at(&self, pose: &SVector<f64, N>) -> Result<Vec<SVector<f64, N>>>;
 
-    /// The one stable equilibrium beside the fold `q` at its pose, if `q` determines it better than the digits of the
-    /// pose do.
+    /// The only stable equilibrium at the pose of the fold `q`, if `q` determines it better than the digits of the pose
+    /// do; `None` otherwise.
     fn only_landing(&self, _q: &SVector<f64, N>) -> Option<SVector<f64, N>> {
         None
     }

@@ -96,7 +96,7 @@ impl Truss {
         chandrupatla(off, (low, off(low)), (high, off(high)), 0.0)
     }
 
-    /// Root a <= -f of z(a) = z, as z is odd.
+    /// Root a <= -f of z(a) = z, by symmetry: z(a) is odd.
     fn lower(&self, z: f64) -> Option<f64> {
         self.upper(-z).map(|a| -a)
     }

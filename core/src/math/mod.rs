@@ -1,4 +1,4 @@
-//! Pure numerical kernels: no state and no rods; only [`gauss`] allocates, once a rule.
+//! Pure numerical kernels, independent of rods. Their only state is the choice of registers.
 
 pub(crate) mod agm;
 pub(crate) mod carlson;

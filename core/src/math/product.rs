@@ -133,7 +133,7 @@ struct Turning<'a> {
     sines: &'a mut [f64],
 }
 
-/// Difference between pi and its nearest double.
+/// Excess of pi over its nearest double.
 const BEYOND_PI: f64 = 1.224_646_799_147_353_2e-16;
 
 impl WithSimd for Turning<'_> {

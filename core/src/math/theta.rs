@@ -23,8 +23,8 @@ pub(crate) struct Nome {
     pub theta4: f64,
     /// Period factor theta_3(0)^2 = 2K/pi of the nome's modulus.
     pub period: f64,
-    /// Reciprocal of `period`, by the third mean of Gauss between 1 and the larger modulus. Its error is the fourth
-    /// power of the nome, and it needs no nome.
+    /// Reciprocal of `period`, by the third mean of Gauss between 1 and the larger modulus. The mean is wrong by the
+    /// order of the nome's fourth power, and is corrected by a series. Neither needs the nome.
     pub pace: f64,
     /// Coefficients a0, a2 and so on.
     a: [f64; 2],
@@ -34,8 +34,8 @@ pub(crate) struct Nome {
 }
 
 impl Nome {
-    /// Nome of the smaller of both moduli, given by its square, with the larger modulus. With root its square root,
-    /// (1 - root)/(1 + root) = 2 q + 2 q^9 - .. is formed without a difference (19.5.5).
+    /// Nome of the smaller of both moduli, given by its square, with the larger modulus. With root the square root of
+    /// the larger modulus, (1 - root)/(1 + root) = 2 q + 2 q^9 - .. is formed without a difference (19.5.5).
     #[inline(always)]
     pub fn new(square: f64, large: f64) -> Self {
         let root = 1.0 + large.sqrt();

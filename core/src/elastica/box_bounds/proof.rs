@@ -138,7 +138,7 @@ fn prove(kind: Column, whole: Place) -> usize {
             !(miss.value.least() > miss.bound) && p_high - p_low > 1e-6,
             "{kind:?} {place:?}: {miss:?}"
         );
-        // Along p the rod turns faster by a factor of its number of bends.
+        // Along p the rod turns faster in proportion to its number of bends.
         let turns = 1.0 + high / enclosure.quarter.lo;
         let split = |[low, high]: [f64; 2]| {
             let middle = 0.5 * (low + high);

@@ -285,8 +285,8 @@ mod tests {
     }
 
     /// Catches a wrong derivative: errors are of third order along short ways, of fifth along longer ones, and no
-    /// greater than the quantity that decides between them. Next to the straight rod short ways are measured by kap
-    /// B, as B enters every result times kap.
+    /// greater than the quantity that decides between them. Next to the straight rod the error on short ways is that of
+    /// kap B, as B enters every result times kap.
     #[test]
     fn integrals_are_carried_to_their_orders() {
         for (order, decided_by, steep) in [(3, 2, true), (5, 4, true), (3, 2, false)] {

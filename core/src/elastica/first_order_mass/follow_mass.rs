@@ -28,8 +28,8 @@ pub struct LightRod {
 /// Load lam below which no fold is near: the least lam of a fold is 5.766 (`folds.rs`), and this leaves room for the
 /// approach.
 const UNFOLDED: f64 = 4.5;
-/// Amplitude w at the clamp below which no fold is near: the first fold curve lies beyond 3. For a taut rod w is half
-/// the angle of the pull.
+/// Amplitude w at the clamp below which no fold is near: the first fold curve lies above 2.98 (`folds.rs`). For a taut
+/// rod w is half the angle of the pull.
 const PULLED_OUT: f64 = 2.0;
 /// Times T_i before a fold within which the rod's mass is not followed, by the normal form.
 const CLEAR: f64 = 2.0;
@@ -39,15 +39,15 @@ const SWAYS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// Scale of [`FirstOrderInertia::validity_margin`] near folds: multiples of the limit at which the room counts as
 /// ample.
 const AMPLE: f64 = 16.0;
-/// Room of a fold, from bounds alone, above which the integrals along the rod need not be evaluated.
+/// Margin before a fold, from bounds alone, above which the integrals along the rod are not evaluated.
 const FAR: f64 = 0.1;
 /// Pulls lam above which a rod with an interior loop is not followed, and below which it is again.
 const PULLED: [f64; 2] = [30.0, 20.0];
 /// Ranges of |T| = |tan(gam/4)| in which a taut rod is followed, and followed again. Below, it is practically
 /// straight and moves as a beam (theory 2.9). Above, its bend is a loop that has left the clamp.
 const BENT: [[f64; 2]; 2] = [[1e-3, 21.0], [2e-3, 12.0]];
-/// |kap| below which a rod is practically straight and holds its end along itself: its sections then swing
-/// sideways as 1/kap.
+/// Bounds of |kap|: below the first a rod is practically straight and not followed, above the second it is again. A
+/// practically straight rod holds its end along itself, and its sections swing sideways as 1/kap.
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
 /// World vector in the axes of the clamp.
@@ -225,14 +225,14 @@ impl FirstOrderInertia<2> for LightRod {
             return free;
         }
         let left = -0.5 * fold / falls;
-        // The sway of the rod in the time left is regular. The normal form assumes a straight run into the fold; it
-        // may give more time, on another scale. Near a fold the two agree. Where the drive vanishes for a moment
-        // neither is bounded, so the normal form does not start the following of a rod.
+        // The sway of the rod in the time left is regular. The normal form assumes a straight run into the fold; it may
+        // give more time, on another scale. Near a fold the two agree. Where the drive vanishes for a moment neither is
+        // bounded, so the normal form counts only while the mass is followed.
         let clear = |fold: &FoldNormalForm| {
             let inertial = CLEAR * fold.inertial(self.mass);
             (left.max(fold.time_ahead()) / inertial - 1.0) / AMPLE
         };
-        // Most folds are far away; a bound without integrals tells.
+        // Most folds are far away; a bound without integrals shows this.
         if followed {
             let far = clear(&FoldNormalForm::ahead_of(&rod, v).0);
             if far > FAR {

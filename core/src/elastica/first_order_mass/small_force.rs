@@ -38,8 +38,8 @@ const STRAIGHT: f64 = 0.99;
 /// Allowed error of the force in units of that of the mass: it does not shorten steps (measured).
 const BORNE: f64 = 10.0;
 
-/// True if the closed form loses more of the end's inertia than `error` allows, for the force `force` and the end at
-/// `x` along the clamp.
+/// True if the rod is loose and the closed form loses more of the end's inertia than `error` allows. `force` acts on
+/// the body; `x` is the position of the end along the clamp.
 pub(super) fn is_loose(force: &Vector2<f64>, x: f64, error: f64) -> bool {
     let size = force.norm();
     if !(size < LOOSE && force.x < PUSH) {

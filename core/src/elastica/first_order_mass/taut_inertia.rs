@@ -81,7 +81,7 @@ struct Section<T = f64> {
 }
 
 impl TautInertia {
-    /// The rod at the chart point (p, w); `None` if it is not taut.
+    /// The rod at the chart point (p, w); `None` as in [`Self::at_load`].
     #[must_use]
     pub fn new(p: f64, w: f64) -> Option<Self> {
         Self::at_load(p, Integrals::new(p, w).lam)
