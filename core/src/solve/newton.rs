@@ -110,7 +110,7 @@ pub(crate) fn attempt(
 
 /// Reason for a missing solution.
 pub(crate) enum Failure {
-    /// Invalid input: no iteration was made.
+    /// Invalid options, or F undefined at the start: no iteration was made.
     Refused(Error),
     /// The iteration stopped.
     Stopped {

@@ -85,7 +85,7 @@ impl Problem {
         self.flexure() * pull
     }
 
-    /// The taut rod with a base wrench of the numerics; None if the rod is slack.
+    /// The taut rod with a base wrench of the numerics; None if the rod is slack, or has another couple at the base.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
