@@ -133,7 +133,7 @@ const FINEST_TOLERANCE: f64 = 1e-13;
 struct Count {
     index: usize,
     margin: f64,
-    /// Error of the eigenvalues by the integration: an eigenvalue below this cannot be told from zero.
+    /// Error of the eigenvalues by the integration: a smaller eigenvalue is indistinguishable from zero.
     noise: f64,
 }
 

@@ -32,7 +32,7 @@ const STEPS: usize = 3_000;
 const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
 /// Part of the push at which a returning flow is judged to have left the fold to the wrong side.
 const BACK: f64 = 0.5;
-/// Multiple of the push beyond which the flow is under way.
+/// Multiple of the push beyond which the flow has left the fold.
 const AWAY: f64 = 3.0;
 /// Strain rates over lam below which the flow is near an equilibrium, which is then solved for; and the largest
 /// distance, in radians, at which the solution counts as that equilibrium.

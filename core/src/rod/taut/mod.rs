@@ -133,7 +133,7 @@ const ROUNDED: f64 = 1e-9;
 /// Longest last step, in tolerances. Derivatives are those before the last step: begun from the last rod of a motion
 /// in short steps they would lag by one step, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
-/// Least part of the way to another rod that is tried at once.
+/// Smallest step of a continuation from another rod, as a fraction of the whole path.
 const MIN_CONTINUATION_STEP: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
 const FINEST: f64 = 1e-14;
