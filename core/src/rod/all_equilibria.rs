@@ -43,7 +43,7 @@ impl Family for Member<'_> {
 impl Problem {
     /// Base wrenches, in the world frame, of the equilibria found under this end condition besides those at `known`.
     /// The search begins from every start of [`Problem::solve`], in a plane and in closed form where the data allow
-    /// it. Deflation then goes on from all of these and from rods bent every way. Only the closed form guarantees
+    /// it. Deflation then continues from all of these and from rods bent every way. Only the closed form guarantees
     /// that none in its plane is missing.
     pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();

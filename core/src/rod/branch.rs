@@ -82,7 +82,7 @@ impl<P: Fn(f64) -> Result<Problem>, C> RodFamily<P, C> {
         self.chart.unknowns(&problem, &problem.rod.inward(base))
     }
 
-    /// Work-conjugate rates of the equations along z at p, as [`Chart::working`].
+    /// Factors of the equations at p along a critical direction that changes the end by `end`, as [`Chart::working`].
     pub(super) fn working(&self, p: f64, end: &[Vector3<f64>; 2]) -> Result<Vec<Option<f64>>>
     where
         C: Chart,

@@ -39,8 +39,8 @@ const MOST_SWEEPS: usize = 28;
 const TARGET_SWEEPS: f64 = 15.0;
 
 /// Step control: the coefficient of P_7 in the slopes that goes with the tolerance 1, fitted to the errors of these
-/// rods; the part of the predicted step that is tried next; the excess over the prediction at which a step is still
-/// accepted.
+/// rods; the part of the predicted step that is tried next; the largest ratio of the coefficient to its goal at which
+/// a step is accepted.
 const P7_PER_TOLERANCE: f64 = 4.0;
 const SAFETY: f64 = 0.75;
 const ACCEPTED_EXCESS: f64 = 1.5;
@@ -78,7 +78,7 @@ impl<'a> Collocated<'a> {
 }
 
 /// One compliance dominates if the squared trace exceeds the sum of the pairwise products by this factor: it is then
-/// at least 15 times the others.
+/// at least about 8 times the sum of the others.
 const SOFT: f64 = 10.0;
 
 /// Axes, by columns, of which the third is along the force (Duff et al., *Building an orthonormal basis, revisited*,

@@ -94,7 +94,7 @@ pub(super) struct FollowedRod<const K: usize, C = ()> {
     pub(super) dm: [[f64; K]; 3],
     /// Angle of det(P + i kappa J) from clamp to end.
     pub(super) angle: f64,
-    /// Factor by which columns were shortened on the way.
+    /// Factor by which mixing reduced the columns between clamp and end.
     pub(super) growth: f64,
 }
 

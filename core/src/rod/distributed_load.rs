@@ -375,7 +375,7 @@ impl<const K: usize> LoadState<K> for () {
     }
 }
 
-/// State w of the load with its tangent, and the work of the load.
+/// Couple w of the load with its tangent, and the work of the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LoadMoment<const K: usize> {
     w: [f64; 3],

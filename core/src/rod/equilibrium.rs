@@ -40,7 +40,7 @@ pub struct Route {
     pub from_guess: bool,
     /// Steps of the continuation.
     pub steps: usize,
-    /// True if the path began at a bent or loaded rod, past a bifurcation or a fold, instead of at the unloaded one.
+    /// True if the path began at a bent or loaded rod, not at the unloaded one, to avoid a bifurcation or a fold.
     pub imperfect: bool,
     /// Newton steps in total.
     pub iterations: usize,

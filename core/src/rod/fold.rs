@@ -25,8 +25,8 @@ use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
 
-/// Bound on psi . F_b, relative to its factors, for loads that have a potential; and on the image of psi at the end
-/// of a taut rod.
+/// Largest psi . F_b, relative to its factors, of loads that have a potential. In a chart: largest relative
+/// difference between the known factors and the left null vector.
 const SINGULAR: f64 = 1e-4;
 
 /// A fold of a rod, in B/L.
@@ -121,7 +121,7 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
     /// at the end: (force, place) per a, along the clamp's directors, in B/L^2 and lengths of the rod.
     ///
     /// # Errors
-    /// As [`RodFamily::fold`]; a chart in which the work of an equation is not known; loads without a potential.
+    /// As [`RodFamily::fold`]; a chart in which no factor of an equation is known; loads without a potential.
     pub fn fold_in_chart(
         &self,
         (x, z): (&DVector<f64>, &DVector<f64>),

@@ -54,7 +54,7 @@ impl Problem {
         if let Some(taut) = self.taut_at(b) {
             return self.taut_index(&taut, &Spring::NONE);
         }
-        // The index is an integer: the bound does not depend on the tolerance of other results.
+        // The index is an integer, right or wrong: a loose tolerance of other results must not loosen this integration.
         let mut tolerance = self.tolerance.min(ROUGH);
         let mut fine = self.count(b, tolerance);
         // An almost straight rod with its end held: the eigenvalues that the held place removes may be undecided at
@@ -133,7 +133,7 @@ const FINEST_TOLERANCE: f64 = 1e-13;
 struct Count {
     index: usize,
     margin: f64,
-    /// Error of the eigenvalues by the integration: an eigenvalue below this cannot be told from zero.
+    /// Error of the eigenvalues by the integration: a smaller eigenvalue is indistinguishable from zero.
     noise: f64,
 }
 
@@ -235,8 +235,8 @@ struct HeldPlace {
 /// Effect of holding the end's place along `axes`: the negative eigenvalues of d r(1)/d n at held rotation (clamped)
 /// or couple of the end.
 ///
-/// An eigenvalue below `zero` counts if its mode bends the rod, which is then neutral, that is, not unstable. If the
-/// mode does not bend it, n moves nothing: a straight inextensible rod.
+/// An eigenvalue within `zero` of 0 counts as removed if its mode bends the rod, which is then neutral, that is, not
+/// unstable. If the mode does not bend the rod, n moves nothing: a straight inextensible rod.
 fn held_back(
     along: &Variations<6>,
     clamped: bool,

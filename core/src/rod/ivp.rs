@@ -142,8 +142,8 @@ impl<const K: usize, C: LoadState<K>> State for LineState<K, C> {
         self.carried.axpy(a, &x.carried);
     }
 
-    /// Error norm: frame and centreline relative to their own size, the tangent relative to the largest entry of each
-    /// column's half. The tangent multiplies wrenches that are known to the tolerance.
+    /// Error norm: frame and centreline in units of their size, which is about 1; energy and every entry of the
+    /// tangent relative to 1 + their size. The tangent multiplies wrenches that are known to the tolerance.
     fn mean_square(&self, from: &Self, to: &Self) -> f64 {
         let mut sum = (self.energy / (1.0 + to.energy.abs())).powi(2);
         sum += self.q.iter().map(|e| e * e).sum::<f64>();

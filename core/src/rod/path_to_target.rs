@@ -87,7 +87,7 @@ impl Search {
     }
 
     /// Replaces an unstable answer by the error of a stable one that double precision could not represent, if there
-    /// was one: the stable equilibrium is what was asked for.
+    /// was one: the caller asked for the stable equilibrium.
     pub(super) fn verdict(&self, found: Result<Equilibrium>) -> Result<Equilibrium> {
         match (&found, &*self.heavy.borrow()) {
             (Ok(found), Some(why)) if found.index > 0 => Err(why.clone()),

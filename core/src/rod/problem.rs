@@ -175,7 +175,7 @@ impl Problem {
         let problem = Self::unchecked(rod, end, tolerance);
         let rod = &problem.rod;
         if end.position.iter().any(Option::is_some) && rod.is_inextensible()? {
-            // Distance of the end, or its least value by the held components.
+            // Distance of the end, or the least distance that the held components allow.
             let held = (0..3).filter(|i| end.position[*i].is_some());
             let reach = held.map(|i| problem.targets[i].powi(2)).sum::<f64>().sqrt();
             if !(reach < 1.0) {

@@ -170,8 +170,8 @@ impl Problem {
         self.whole_force().norm().min(9.0 / a.max(b))
     }
 
-    /// Starts in the chart of the force along the directors of the end: unloaded and bent rods; if the end is held,
-    /// also bows to all sides.
+    /// Starts in the chart of the force along the directors of the end: the unloaded rod, a turned pull, bent rods; if
+    /// the end is held, also bows to all sides.
     pub(super) fn free_starts(&self) -> impl Iterator<Item = PathStart> {
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
@@ -193,7 +193,8 @@ impl Problem {
         })
     }
 
-    /// Starts in space: the unloaded rod, its end free to turn, bent rods, arcs.
+    /// Starts in space: the unloaded rod, a turned pull, the rod with its end free to turn, bent rods, arcs; under a
+    /// load along the rod also bows.
     pub(super) fn starts(&self) -> impl Iterator<Item = PathStart> {
         let across = self.held_place().map(|place| Vector3::z().cross(&place));
         let axis = across

@@ -1,8 +1,8 @@
 //! Two-ended chart of a rod: a chart for branches of equilibria that keeps its digits under any pull.
 //!
 //! The unknowns are the base wrench b = (m(0), n) and the free components of the end's place. For a slack rod the
-//! base wrench determines everything: the residuals are the end condition, and the end of the rod less its given
-//! place. For a taut rod (theory 3.6) the base wrench supplies the force alone. The rod is then solved from both ends
+//! base wrench determines everything: the residuals are the end condition, and the given place less the end of the
+//! rod. For a taut rod (theory 3.6) the base wrench supplies the force alone. The rod is then solved from both ends
 //! under that force, which it bears together with a spring from its end to the given place. The tip is turned or
 //! loaded as the end condition says. The residuals are
 //! ```text
@@ -66,7 +66,8 @@ struct GivenData {
 }
 
 impl GivenData {
-    /// Distance of a rod from the given data: its base couple over sqrt(F B), or its end over the width of a layer.
+    /// Distance of a rod from the given data: the larger of those of the base couple, over sqrt(F B), and of the end,
+    /// over the width of a layer.
     fn off(&self, SprungRod { found, .. }: &SprungRod) -> f64 {
         let kappa = self.n.norm().sqrt().max(1.0);
         let couple = (found.base_couple - self.m).norm() / kappa;
@@ -265,6 +266,7 @@ impl BothEnds {
     fn rows(&self, problem: &Problem) -> DMatrix<f64> {
         let [couples, forces, free] = self.directions(problem);
         let mut rows = DMatrix::zeros(self.size(), WHOLE);
+        // A follower load has its components along the directors of the end, which turns within the plane.
         let free = if problem.end.follower {
             forces.clone()
         } else {
@@ -429,8 +431,8 @@ impl Chart for BothEnds {
         SLACK * (size / SLACK).sinh()
     }
 
-    /// Work-conjugate rates of the unknowns: for held components of the end the rate of the holding force, for free
-    /// ones their displacement.
+    /// Factors of the equations. An equation of the place along a held direction has the rate of the holding force;
+    /// an equation of the force on a free component has the displacement of that component. Others are unknown.
     fn working(&self, problem: &Problem, [force, place]: &[Vector3<f64>; 2]) -> Vec<Option<f64>> {
         let [couples, forces, free] = self.directions(problem);
         let held = |direction: &Vector3<f64>| {

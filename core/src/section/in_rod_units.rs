@@ -18,7 +18,7 @@ pub struct Measures {
     pub time: f64,
 }
 
-/// The law converted to `units`; returned unchanged if these are 1.
+/// The law converted to `units`; returned unchanged if length and stiffness are 1.
 pub fn measured(law: Arc<dyn SectionLaw>, units: Measures) -> Arc<dyn SectionLaw> {
     if units.length == 1.0 && units.stiffness == 1.0 {
         law
@@ -65,7 +65,7 @@ impl Measures {
         time: 1.0,
     };
 
-    /// Unit of length of a strain: L for u, 1 for v.
+    /// Factor of a strain in the units of the rod: L for u, 1 for v.
     fn span(&self, i: usize) -> f64 {
         if i < 3 { self.length } else { 1.0 }
     }

@@ -237,8 +237,8 @@ pub trait SectionLaw: Debug + Send + Sync {
     /// True if planar data stay planar. Entry 0 is for bending about d1, in the plane of d2 and d3 (u1, v2, v3
     /// alone); entry 1 for bending about d2, in the plane of d3 and d1 (u2, v1, v3 alone).
     ///
-    /// True means that without their resultants the other strains are (0, 0, 0) everywhere along the rod; false may
-    /// also mean "unknown".
+    /// True means: the other strains are (0, 0, 0) everywhere along the rod if the resultants conjugate to them are
+    /// zero. False may also mean "unknown".
     fn planar_about(&self) -> [bool; 2] {
         [false; 2]
     }

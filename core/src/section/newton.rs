@@ -193,7 +193,7 @@ pub(crate) enum Convexity {
     Lost(f64, &'static str),
 }
 
-/// Size of eigenvalues, after scaling to a unit diagonal, that are rounding.
+/// Size below which eigenvalues, after scaling to a unit diagonal, are rounding.
 const HIDDEN: f64 = 1e-13;
 
 impl Convexity {

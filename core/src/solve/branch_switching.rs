@@ -243,7 +243,7 @@ impl Switch {
     }
 }
 
-/// Directions spread over the unit sphere of the kernel (with each also its opposite).
+/// Directions spread over the unit sphere of the kernel, to both sides (on a circle each with its opposite).
 fn samples(kernel: &[Place]) -> Vec<Place> {
     match kernel {
         [u, v] => (0..32)

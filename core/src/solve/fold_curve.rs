@@ -146,7 +146,7 @@ impl<'a> FoldCurve<'a> {
     }
 
     /// Morse indices of the two solutions that meet at a fold, the lower one first. None if the family has none, or
-    /// if they cannot be told apart. At a cusp, where three solutions meet, they are meaningless.
+    /// if they do not differ by one. At a cusp, where three solutions meet, they are meaningless.
     ///
     /// # Errors
     /// As [`Family2::linearised`] and [`Family2::index`].

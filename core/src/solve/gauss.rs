@@ -41,7 +41,7 @@ const WEIGHTS: [f64; S] = [
     0.180_380_786_524_069_3,
     0.085_662_246_189_585_18,
 ];
-/// Rounding errors of the weights as doubles, which would accumulate with one sign over the steps.
+/// Exact weights less their doubles: these errors are the same in every step and would accumulate.
 const REMAINDERS: [f64; S] = [R0, R1, R2, R2, R1, R0];
 const R0: f64 = -5.81519e-18;
 const R1: f64 = 6.51018e-19;

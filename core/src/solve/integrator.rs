@@ -31,7 +31,7 @@ const STIFF: f64 = 6.1;
 /// Step times eigenvalue above which the interpolant of DOP853 is much poorer than its steps.
 const POOR: f64 = 2.0;
 /// Number of steps limited by stability after which Radau takes over: at first, and at most after changes that did
-/// not pay. RELIEF unlimited steps in a row reset the count.
+/// not pay. RELIEF steps in a row that stability does not limit reset the count.
 const PATIENCE: u32 = 12;
 const PATIENCE_LIMIT: u32 = 400;
 const RELIEF: u32 = 6;
@@ -44,8 +44,8 @@ const STRIDE: u64 = 4;
 const RADAU_ERROR: f64 = 0.00458;
 /// Step times spectral radius below which DOP853 would be stable with the steps of Radau.
 const EASY: f64 = 3.0;
-/// Number of such steps in a row after which DOP853 takes over: at first, and at most after harmful changes. A step
-/// that still grows by more than GROWTH does not count.
+/// Number of steps below `EASY` in a row after which DOP853 takes over: at first, and at most after harmful changes. A
+/// step that still grows by more than GROWTH does not count.
 const CALM: u32 = 4;
 const CALM_LIMIT: u32 = 4096;
 const GROWTH: f64 = 2.0;

@@ -89,7 +89,7 @@ impl<Y, F: FnMut(&Y) -> Option<Y>> Slopes<Y> for F {
 
 /// Coefficient for the tolerance 1, which scales with the root of the tolerance; measured.
 const GOAL: f64 = 0.012;
-/// Excess of the error up to which a step is accepted; the next step is then shorter.
+/// Largest error of an accepted step, over the aim; the next step is then shorter.
 const SLACK: f64 = 30.0;
 /// Sweep after which the error is judged, and the error over `SLACK` at which the step is given up.
 const LOOK: usize = 2;

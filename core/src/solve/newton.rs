@@ -110,7 +110,7 @@ pub(crate) fn attempt(
 
 /// Reason for a missing solution.
 pub(crate) enum Failure {
-    /// Invalid input: no iteration was made.
+    /// Invalid options, or F undefined at the start: no iteration was made.
     Refused(Error),
     /// The iteration stopped.
     Stopped {
@@ -148,7 +148,7 @@ impl From<Failure> for Error {
     }
 }
 
-/// Remedy for a failed iteration, as told in messages.
+/// Remedy for a failed iteration: a part of messages.
 pub(crate) const REMEDY: &str =
     "start nearer to a solution, or follow a branch from a solved problem to this one";
 

@@ -1,4 +1,4 @@
-//! Newton corrections on a branch of equilibria, in a hyperplane, and interpolation along the branch.
+//! Newton corrections on a branch of solutions, in a hyperplane, and interpolation along the branch.
 
 use super::elimination::{Elimination, Place};
 use super::parametrised_problem::Family;

@@ -4,8 +4,8 @@ use super::radau_stages::Order;
 
 /// Largest error of steps at which order 13 is tried at all: above, it is rarely worth the cost of a trial.
 const FINEST: f64 = 2e-11;
-/// Order 13 is tried if Newton's iteration contracts by less than this, in the mean of about MEAN steps. The error
-/// then bounds the steps, and those of the higher order are longer.
+/// Order 13 is tried if the contraction of Newton's iteration is below this, in the mean of about MEAN steps. The
+/// error then bounds the steps, and those of the higher order are longer.
 const EASY: f64 = 0.08;
 const MEAN: f64 = 8.0;
 /// Contraction of the iteration beyond which order 13 is left at once: more stages then gain nothing.

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex};
 
-/// The last solution. Clones begin with the same one and are independent afterwards. Results depend on it only within
-/// their tolerance; the work depends on it more.
+/// The last solution. Clones begin with the same one and are independent afterwards. Results depend on the last
+/// solution only within their tolerance; a good start saves work.
 #[derive(Debug)]
 pub struct WarmStart<T>(Mutex<Option<Arc<T>>>);
 

@@ -141,8 +141,8 @@ impl Turning {
         (dim * re - dre * im) * size.inverse()
     }
 
-    /// Takes a step to `to`, along which the angle is expected to turn by `expected`, and at its fastest by `fastest`
-    /// times its length.
+    /// Takes a step to `to`, along which the angle is expected to turn by `expected`; `fastest` is the largest rate of
+    /// the angle times the length of the step. False if the step must be shorter.
     fn take(
         &mut self,
         along: &Integration,

@@ -36,7 +36,7 @@ use nalgebra::Matrix6;
 use pulp::Simd;
 
 impl Integration<'_> {
-    /// C* at the nodes, at the distances `r` from the start of the step.
+    /// C* at the nodes, at the displacements `r` from the start of the step.
     #[inline(always)]
     fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
         let zero = at.energy.with(0.0);

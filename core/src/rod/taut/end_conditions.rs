@@ -85,7 +85,7 @@ impl Problem {
         self.flexure() * pull
     }
 
-    /// The taut rod with a base wrench of the numerics; None if the rod is slack.
+    /// The taut rod with a base wrench of the numerics; None if the rod is slack, or has another couple at the base.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
@@ -104,7 +104,7 @@ impl Problem {
         (agrees && pulled).then_some(found)
     }
 
-    /// The index of a taut rod found beside a spring.
+    /// Morse index of a taut rod; `spring` is the spring with which the rod was solved.
     pub(in crate::rod) fn taut_index(&self, found: &Solved, spring: &Spring) -> Result<usize> {
         let axes = self.is_held().into_iter().zip(&self.axes);
         let axes: Vec<_> = axes
@@ -116,7 +116,8 @@ impl Problem {
         pulled.index(&found.shape, &self.tip(), &alone, &axes)
     }
 
-    /// Sections of a taut rod, found beside a spring, at places in [0, 1], in growing order.
+    /// Sections of a taut rod at places in [0, 1], in growing order; `spring` is the spring with which the rod was
+    /// solved.
     pub(in crate::rod) fn taut_sections(
         &self,
         found: &Solved,

@@ -20,7 +20,7 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 /// Number of polynomials that vanish at both ends, of degrees 2 to STAGES - 1.
 const INNER: usize = STAGES - 2;
 const SIZE: usize = 3 * (INNER + 2);
-/// Eigenvalues above minus this part of the largest count as neutral.
+/// Eigenvalues above minus this part of the largest do not count as negative: they may be neutral.
 const NEUTRAL: f64 = 1e-11;
 
 /// A function at the stages: value and derivative by x in [0, 1].

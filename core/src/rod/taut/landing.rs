@@ -24,7 +24,7 @@ use std::borrow::Cow;
 const FIRST: f64 = 0.03;
 const SHORTEST: f64 = 1e-9;
 const LONGEST: f64 = 1e9;
-/// Largest turn of a section in a step, in radians; if all turn less than a third of it, the next step is longer.
+/// Largest turn of a section in a step, in radians; if all turn less than a third of it, the next step may be longer.
 const TURN: f64 = 0.15;
 /// Most steps of a landing.
 const STEPS: usize = 3_000;
@@ -32,13 +32,13 @@ const STEPS: usize = 3_000;
 const PUSHES: [f64; 3] = [0.03, 0.003, 0.0003];
 /// Part of the push at which a returning flow is judged to have left the fold to the wrong side.
 const BACK: f64 = 0.5;
-/// Multiple of the push beyond which the flow is under way.
+/// Multiple of the push beyond which the flow has left the fold.
 const AWAY: f64 = 3.0;
 /// Strain rates over lam below which the flow is near an equilibrium, which is then solved for; and the largest
 /// distance, in radians, at which the solution counts as that equilibrium.
 const NEAR: f64 = 1e-3;
 const SAME: f64 = 0.1;
-/// Largest relative change of the rates in a step, unless the rates are below this part of lam.
+/// Largest relative change of the rates in a step longer than `FIRST`; rates below `STILL` times lam count as that.
 const CHANGE: f64 = 0.5;
 const STILL: f64 = 1e-7;
 /// Tolerance of the implicit steps.
@@ -349,7 +349,7 @@ impl RodUnderForce<'_> {
             }
             let after = creeping.strains(&next).ok()?;
             let now = self.strains(&next).ok()?.less(&after);
-            // A step that is long against the growth rate would stay with an unstable equilibrium.
+            // A step much longer than the time of growth would stay with an unstable equilibrium.
             let size = now.size();
             let change = rate.as_ref().map_or(0.0, |rate| {
                 now.distance(rate) / rate.size().max(size).max(STILL * lam)

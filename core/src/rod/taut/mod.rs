@@ -78,7 +78,7 @@ pub(in crate::rod) struct Solved {
     /// Sign of the determinant of the boundary-value problem; it changes where the rod under this force, with its
     /// spring, is neutral.
     pub sign: f64,
-    /// Estimated error of frame and couple (over sqrt|n|), Newton steps, intervals.
+    /// Estimated error of frame and couple (over sqrt|n|), and number of Newton steps.
     pub error: f64,
     pub iterations: usize,
 }
@@ -114,17 +114,18 @@ const COARSE_MESHES: usize = 3;
 const INTERVALS: usize = 2_000;
 /// Largest ratio of sqrt|n| between rod and mesh at which a mesh is reused.
 const ALIKE: f64 = 1.25;
-/// Largest difference between the couple m(0) and that of a mesh, over sqrt|n|, at which the mesh is reused.
+/// Largest difference of couples m(0), over sqrt|n|, at which a mesh is reused, and a solution is the one meant.
 const NEAR: f64 = 0.3;
 /// Largest sqrt|n| at which the base wrench is integrated along the rod for a first guess.
 const FOLLOWED: f64 = 18.0;
 /// Largest turn of a section in a Newton step, in radians.
 const TURN: f64 = 0.7;
-/// Least reduction of Newton steps. Turns and stages vary together up to the error of a step, which is small if
-/// sections turn by no more than `TURNED` radians in an interval.
+/// Smallest ratio of the second Newton step to the first that is predicted. Turns and stages vary together up to the
+/// error of a step, which is small if sections turn by no more than `TURNED` radians in an interval.
 const LINEAR: f64 = 1e-3;
 const TURNED: f64 = 1.5;
-/// Newton steps below this size must fall faster than by `COARSE` twice running, or the mesh is too coarse.
+/// After a Newton step below `SMALL` the next must be at most `COARSE` times as large. The second that is larger shows
+/// that the mesh is too coarse.
 const SMALL: f64 = 0.02;
 const COARSE: f64 = 0.25;
 /// Newton steps below this size are rounding, and say nothing of the mesh.
@@ -132,7 +133,7 @@ const ROUNDED: f64 = 1e-9;
 /// Longest last step, in tolerances. Derivatives are those before the last step: begun from the last rod of a motion
 /// in short steps they would lag by one step, an error that no shorter step mends.
 const LINEARISED: f64 = 1.0;
-/// Least part of the way to another rod that is tried at once.
+/// Smallest step of a continuation from another rod, as a fraction of the whole path.
 const MIN_CONTINUATION_STEP: f64 = 0.02;
 /// Finest and coarsest tolerance of a mesh.
 const FINEST: f64 = 1e-14;

@@ -117,7 +117,7 @@ impl Turning {
         Some((found, condensed))
     }
 
-    /// Sets column `i` at the stages; returns the displacement of the end.
+    /// Sets column `i` at the stages; returns the column of the place of the end.
     fn told(
         &mut self,
         i: usize,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// holds rigid have no effect.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StrainMatrix {
-    /// A number for bending in the plane; only in the plane.
+    /// A number for bending in the plane; for planar rods only.
     Bending(f64),
     /// Diagonal matrix: an array of six numbers.
     Diagonal([f64; 6]),
@@ -174,7 +174,7 @@ pub enum FrictionLaw {
     Barrier(BarrierTerm),
 }
 
-/// Friction by a power of the rate: linear below `rate`, rate^exponent above.
+/// Friction by a power of the rate: linear below `rate`, growing as rate^exponent above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerLaw {
     /// In [0.1, 10]; 1 is Kelvin-Voigt, less is shear thinning.

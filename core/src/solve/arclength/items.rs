@@ -50,9 +50,9 @@ pub enum Stop {
     Reached,
     /// p left the range at `from`.
     LeftAtStart,
-    /// The largest number of points was reached.
+    /// The branch is closed: the last point is the first.
     Closed,
-    /// As many points as were asked for.
+    /// The largest number of points was reached.
     MaxPoints,
     /// The step would have to be smaller than allowed.
     StepTooSmall {

@@ -8,7 +8,7 @@
 //! # use snaprod_core as snaprod;
 //! use nalgebra::{DMatrix, DVector};
 //! use snaprod::solve::arclength::{Continuation, Options};
-//! use snaprod::solve::family::{Family, Linearised};
+//! use snaprod::solve::parametrised_problem::{Family, Linearised};
 //!
 //! /// x^2 + p^2 = 1.
 //! struct Circle;

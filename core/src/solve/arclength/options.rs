@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 
-/// Which way along the branch to go from the start.
+/// Direction along the branch at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Direction {
     /// p moves from `from` towards `to` at first.
