@@ -36,7 +36,7 @@ pub struct BodyMotion {
 }
 
 impl BodyMotion {
-    /// This pose with zero twist.
+    /// A body at rest: the given pose with zero twist.
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Self {
             pose,

@@ -260,7 +260,7 @@ fn nearest(
             mixed,
             b1.norm_squared() + way.dot(&b2),
         );
-        // A coordinate at an end stays there if the gradient pushes it outward.
+        // A coordinate at an end is fixed if descent leads past the end.
         let mut free = gradient;
         for i in 0..2 {
             let over =

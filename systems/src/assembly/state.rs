@@ -419,7 +419,7 @@ impl Assembly {
             .fold(0.0, f64::max)
     }
 
-    /// These poses with zero twists.
+    /// Bodies at rest with the given poses.
     pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<BodyMotion> {
         poses
             .iter()

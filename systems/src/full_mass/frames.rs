@@ -38,8 +38,8 @@ pub enum Curve {
     Space,
 }
 
-/// Step along the rod of the differences for curvatures of the centreline. These serve the search for the nearest
-/// point, not the distance.
+/// Step of the differences for curvatures of the centreline, as part of the rod's length. The curvatures serve the
+/// search for the nearest point, not the distance.
 const STRIDE: f64 = 1e-5;
 
 /// Nodes of a rod, and integration from the clamp to each of them and to the end.
