@@ -35,7 +35,7 @@ pub struct AssemblyState {
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     /// The family `at(p)` for every p of a range of length `span`, all with the same bodies and rods in the same
-    /// order. The configuration `reference` belongs to the value `p`; best it is an equilibrium. Set `changes_rods` if
+    /// order. The configuration `reference` belongs to the value `p`, preferably an equilibrium. Set `changes_rods` if
     /// lengths, sections or rest strains depend on p. `tolerance` is that of the integration along the rods.
     ///
     /// # Errors
