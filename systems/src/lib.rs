@@ -1,6 +1,6 @@
 //! Equations of motion of [snaprod](https://docs.rs/snaprod): creep of viscoelastic rods, assemblies of rods and
-//! bodies, rods with mass, waves in bars. The crate builds on `snaprod-core` and re-exports it; `snaprod-motion` runs
-//! these equations. Use `snaprod`, which re-exports all.
+//! bodies, rods with mass. The crate builds on `snaprod-core` and re-exports it; `snaprod-motion` runs these
+//! equations. Use `snaprod`, which re-exports all.
 #![warn(missing_docs)]
 
 pub mod assembly;

@@ -1,7 +1,7 @@
 //! Waves in one dimension, for [snaprod](https://docs.rs/snaprod): conservation laws, Riemann problems, finite
 //! volumes, spectral elements.
 //!
-//! The crate stands on `snaprod-core`. Use `snaprod`, which re-exports its modules.
+//! The crate builds on `snaprod-core`. Use `snaprod`, which re-exports its modules.
 #![warn(missing_docs)]
 
 pub mod bar;

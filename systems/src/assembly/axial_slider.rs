@@ -2,7 +2,7 @@
 //!
 //! A rod that cannot stretch, bent by angles of size b, is shorter from end to end by some s = b^2. Its compliance
 //! along itself is proportional to s. For the straight rod the axial force is a constraint. Near it the axial force
-//! is decided by rounding of the end's place, and vibrates with frequency 1/b: an artefact. As long as s is small,
+//! is decided by rounding of the end's position, and vibrates with frequency 1/b: an artefact. As long as s is small,
 //! the end therefore sits on a slider with a spring, along the direction e of the rod when the slider was set:
 //! ```text
 //! r = r(1) + c (e.n(1)) e,     m = m(1) - (r - r(1)) x n(1),     the spring stores c (e.n(1))^2/2,
@@ -12,7 +12,7 @@
 //!
 //! A rod with inertia is swayed by its end. If the end moves along the rod at v, the force changes at v/(y + c), with
 //! y the axial compliance by bending alone. The kinetic energy goes with the square of that rate. The slider's effect
-//! c on the place is invisible, its effect c/y on the rate is not. With its mass the rod also vibrates no faster as
+//! c on the position is invisible, its effect c/y on the rate is not. With its mass the rod also vibrates no faster as
 //! it straightens. Such a rod has no slider unless y is next to nothing. An integration error in y acts like a
 //! slider, whether the rod can stretch or not: where y is small the rod is integrated more accurately, and a drifted
 //! end is corrected by moving the body along the rod, not by the force.
@@ -22,15 +22,15 @@ use crate::math::se3::{halves, joined};
 use crate::rod::Wrench;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-/// Travel of the slider when set, as part of the tolerance; the slider is reset beyond KEPT times that.
+/// Largest travel of the slider when set, as part of the tolerance; the slider is reset beyond KEPT times that.
 const UNSEEN: f64 = 0.1;
 const KEPT: f64 = 3.0;
 /// Largest compliance of a slider, in L^3/B.
 const MAX_COMPLIANCE: f64 = 1e-7;
-/// Axial compliance y, in L^3/B, above which a rod with inertia has no slider. Hysteresis: first if one may be set,
-/// second if there is none.
+/// Axial compliance y, in L^3/B, above which a rod with inertia has no compliant slider. With hysteresis: the
+/// second bound holds while a slider of compliance 0 is set, the first otherwise.
 const RIGID: [f64; 2] = [1e-8, 5e-9];
-/// Axial compliance y above which a rod with inertia is treated like any other, with the same hysteresis.
+/// Axial compliance y above which a rod with inertia has no slider at all, with the same hysteresis.
 const SOFT: [f64; 2] = [1e-4, 2e-4];
 /// Integration tolerance along the rod for y between RIGID and SOFT, as part of the usual one, and its floor.
 const FINER: f64 = 1e-3;
@@ -134,8 +134,8 @@ impl Link {
         give.along * give.along.transpose() * (give.compliance * unit)
     }
 
-    /// Chart correction that brings the end to its attachment except for `gap` along the slider; the force along the
-    /// slider stays.
+    /// Chart correction that closes the `gap` between end and attachment, except for its part along the slider; the
+    /// force along the slider stays.
     pub(super) fn moved_across(
         &self,
         give: &EndSlider,

@@ -21,7 +21,7 @@ use nalgebra::{
     Vector3, Vector6,
 };
 
-/// Relative size of the residual of a neutral rotation, against other directions.
+/// Relative residual, against other directions, up to which a rotation counts as neutral.
 const NEUTRAL: f64 = 1e-8;
 /// 1 + the cosine of the angle between directions that count as opposite.
 const OPPOSITE: f64 = 1e-14;
@@ -225,7 +225,8 @@ impl Link {
         charts.collect()
     }
 
-    /// Chart near `q` of the rod with its end at distance |`held`| from the base; for starts.
+    /// Chart of the rod with its end at distance |`held`| from the base, found from the unloaded rod; for starts. None
+    /// without convergence.
     pub(super) fn spanning(&self, held: &Isometry3<f64>, tolerance: f64) -> Option<Wrench> {
         self.polished(&Vector6::zeros(), held, tolerance).ok()
     }

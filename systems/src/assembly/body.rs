@@ -36,7 +36,7 @@ pub struct BodyMotion {
 }
 
 impl BodyMotion {
-    /// A place with zero twist.
+    /// A body at rest: the given pose with zero twist.
     pub fn at_rest(pose: Isometry3<f64>) -> Self {
         Self {
             pose,
@@ -151,7 +151,7 @@ impl HeavyBody {
         })
     }
 
-    /// Reads the place from the body's part of a state.
+    /// Reads pose and twist from the body's part of a state.
     pub fn read(&self, state: &[f64]) -> BodyMotion {
         let [quaternion, position, spin, velocity] = self.slots().map(|slots| &state[slots]);
         let turn = match quaternion {
@@ -178,7 +178,7 @@ impl HeavyBody {
         }
     }
 
-    /// Writes a place into a state; in a groove, the nearest place of the groove.
+    /// Writes pose and twist into the body's part of a state; in a groove, the nearest point and the speed along it.
     pub fn write(&self, place: &BodyMotion, state: &mut [f64]) {
         let [quaternion, position, spin, velocity] = self.slots();
         let r = &place.pose.translation.vector;
@@ -202,7 +202,7 @@ impl HeavyBody {
         }
     }
 
-    /// Distance of a place from the groove, speed away from the groove, and unit tangent of the groove there; zeros
+    /// Distance of `place` from the groove, speed away from the groove, and unit tangent of the groove there; zeros
     /// for a free body.
     pub fn beside_groove(&self, place: &BodyMotion) -> (f64, f64, Vector3<f64>) {
         let Some(groove) = &self.groove else {
@@ -217,7 +217,7 @@ impl HeavyBody {
     /// Checks that bodies in grooves start on them, with velocities along them.
     ///
     /// # Errors
-    /// A body beside its groove.
+    /// A body off its groove, or with a velocity across it.
     pub fn start_in_grooves(carriers: &[Self], places: &[BodyMotion]) -> Result<()> {
         for (body, (carrier, place)) in carriers.iter().zip(places).enumerate() {
             let (beside, leaving, along) = carrier.beside_groove(place);
@@ -600,6 +600,6 @@ struct GrooveReaction {
     along: f64,
     /// The force of the groove.
     force: Vector3<f64>,
-    /// Acceleration of spin and reference point.
+    /// (angular acceleration, acceleration of the reference point).
     acceleration: Vector6<f64>,
 }

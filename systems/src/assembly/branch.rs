@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
-/// Assemblies in one parameter: loads, places of supports, sections.
+/// Assemblies in one parameter: loads, poses of supports, sections.
 ///
 /// The unknowns of the bodies are rotation vectors and displacements (in mean rod lengths) from a reference
 /// configuration. Those of the rods are the charts, in B/L and B/L^2 of each.
@@ -35,8 +35,8 @@ pub struct AssemblyState {
 
 impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
     /// The family `at(p)` for every p of a range of length `span`, all with the same bodies and rods in the same
-    /// order. The reference configuration `now` is best an equilibrium at one of them. Set `changes_rods` if lengths,
-    /// sections or rest strains depend on p. `tolerance` is that of the integration along the rods.
+    /// order. The configuration `reference` belongs to the value `p`, preferably an equilibrium. Set `changes_rods` if
+    /// lengths, sections or rest strains depend on p. `tolerance` is that of the integration along the rods.
     ///
     /// # Errors
     /// A reference with other numbers of bodies or rods; the errors of the closure.

@@ -7,7 +7,7 @@
 //! ```text
 //! s . (N a + h) = 0,          a = by x + s omega_t + (terms of the present motion)
 //! ```
-//! Here x are the accelerations of the attachments. The spin is eliminated: base and end feel
+//! Here x are the accelerations of the attachments. The spin is eliminated: the inertia on base and end is
 //! N - (N s)(N s)^T/(s . N s) in place of N, and omega_t follows. A straight rod whose sections have no rotary
 //! inertia has no inertia against its spin; the spin then stays constant.
 
@@ -48,7 +48,8 @@ impl Free {
         matrix - self.momentum * self.momentum.transpose() / self.inertia
     }
 
-    /// Spin rate at which the angular momentum about the chord vanishes, for end velocities `now`.
+    /// Change of the spin rate after which the angular momentum about the chord vanishes, for the motion `now` in
+    /// (V, b', Omega).
     pub fn idle(&self, now: &SVector<f64, 12>) -> f64 {
         -self.momentum.dot(now) / self.inertia
     }
@@ -116,7 +117,7 @@ impl LinkPoint {
         second: &Vector3<f64>,
     ) -> SVector<f64, 12> {
         if let Some(turn) = self.end.own_turn() {
-            // Along this axis the chart itself does not turn, and b'' = q'' + Omega_t x b + 2 Omega x b' -
+            // The chart holds the direction `turn`, and b'' = q'' + Omega_t x b + 2 Omega x b' -
             // Omega x (Omega x b).
             let (n, rate) = (halves(q).1, halves(&motion.rate).1);
             let turned = motion.spin.cross(&(rate * 2.0 - motion.spin.cross(&n)));
@@ -278,7 +279,7 @@ impl Assembly {
     }
 
     /// Writes the rates of the spins, times `pace`, to match those of the charts in `charts`. `changes` has omega_t
-    /// of the rods whose inertia is on. The spin of any other rod is constant.
+    /// of the rods whose inertia is on. Any other rod keeps its spin rate.
     pub(super) fn write_spin_rates(
         &self,
         state: &DVector<f64>,

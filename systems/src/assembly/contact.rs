@@ -1,7 +1,7 @@
 //! Self-contact of a rod and contact between rods (theory 3.7).
 //!
-//! Rods touch if two centrelines come within the mean of their contact diameters, at a pair of places that is a local
-//! minimum of the distance: both tangents are across the connecting vector, or a place is an end. Neighbours on one
+//! Rods touch if two centrelines come within the mean of their contact diameters, at a pair of points that is a local
+//! minimum of the distance: both tangents are across the connecting vector, or a point is an end. Neighbours on one
 //! rod are no such pair as long as the rod is nowhere bent to a radius below half its diameter.
 
 use super::{Assembly, AttachedTo, Configuration, Joint, Link};
@@ -25,7 +25,7 @@ const TRACED: usize = 64;
 /// Gaps smaller than this, in rod lengths, are evaluated on the fine centrelines.
 const NEAR: f64 = 1e-2;
 
-/// Closest pair of places of two rods, or of one.
+/// Closest pair of points of two rods, or of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Contact {
     /// Numbers of the two rods; equal for self-contact.
@@ -50,7 +50,7 @@ impl Nearness {
         self.contact.map_or(f64::INFINITY, |contact| contact.gap)
     }
 
-    /// Largest displacement of a sampled place of a rod between two states.
+    /// Largest displacement of a sample point of a rod between two states.
     pub fn moved(&self, to: &Self) -> f64 {
         let pairs = self.marks.iter().zip(&to.marks);
         pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
@@ -93,7 +93,7 @@ impl<'a> Tube<'a> {
         })
     }
 
-    /// Carrier of a sampled place by index; None for an inner place or a free end.
+    /// Carrier of a sample point by index; None for an inner point or a free end.
     fn holder(&self, place: usize) -> Option<&Option<usize>> {
         let ends = [0, self.curve.points.len() - 1];
         let end = ends.iter().position(|end| *end == place)?;
@@ -128,7 +128,7 @@ impl Nearness {
 }
 
 impl Contact {
-    /// This contact in the present state, by exact centrelines from the last places; None if it is lost.
+    /// This contact in the present state, by exact centrelines from the last arclengths; None if it is lost.
     pub fn now(&self, tubes: &[Tube<'_>]) -> Option<Self> {
         let tube = |rod: usize| tubes.iter().find(|tube| tube.rod == rod);
         self.between([tube(self.rods[0])?, tube(self.rods[1])?])
@@ -239,7 +239,8 @@ fn jet(section: &RodSection, base: &Isometry3<f64>) -> Jet {
     [r, along(v), along(u.cross(&v))]
 }
 
-/// Closest pair of places of two curves, of lengths `lengths`, from `start`; None without convergence.
+/// Closest pair of points of two curves, of lengths `lengths`, from `start`; None if a curve has no shape there. The
+/// last of STEPS iterates counts even without convergence.
 fn nearest(
     start: [f64; 2],
     lengths: [f64; 2],
@@ -259,7 +260,7 @@ fn nearest(
             mixed,
             b1.norm_squared() + way.dot(&b2),
         );
-        // A step past an end is clamped to the end.
+        // A coordinate at an end is fixed if descent leads past the end.
         let mut free = gradient;
         for i in 0..2 {
             let over =

@@ -174,7 +174,7 @@ impl Link {
 }
 
 impl LinkEnd {
-    /// Stored energy plus the potential of a load along the rod, along the directors of the base.
+    /// Stored energy plus the potential of a load along the rod, as seen from the base.
     pub fn whole_energy(&self) -> f64 {
         self.energy + self.along.as_ref().map_or(0.0, |along| along.potential)
     }

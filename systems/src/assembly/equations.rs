@@ -89,7 +89,7 @@ impl Frame {
         }
     }
 
-    /// Residual at a configuration whose rods are in place.
+    /// Residual at a configuration with evaluated rods.
     pub(super) fn residual(
         &self,
         assembly: &Assembly,

@@ -49,8 +49,8 @@ pub struct RodMomentum {
     pub momentum: Vector6<f64>,
 }
 
-/// Inertia wrenches of a rod on base and end: linear in their accelerations, plus those of accelerations present
-/// while no body accelerates along its own velocities.
+/// Wrenches on base and end that the inertia of a rod requires: linear in the accelerations of base and end, plus a
+/// part for the accelerations present while no body accelerates along its own velocities.
 struct AttachmentInertia {
     matrix: SMatrix<f64, 12, 12>,
     force: SVector<f64, 12>,
@@ -66,7 +66,7 @@ pub(super) struct CoupledAccelerations {
     pub power: f64,
     /// Rates of the spins about the chords, by rod.
     pub spins: Vec<(usize, f64)>,
-    /// Inertia wrenches on base and end, by rod: wrenches on the rod, at the attachments, along the axes of the
+    /// Wrenches of the attachments on base and end of a rod that its inertia requires, by rod, along the axes of the
     /// world.
     pub borne: Vec<(usize, SVector<f64, 12>)>,
 }
@@ -259,8 +259,8 @@ impl Link {
         })
     }
 
-    /// Accelerations (spin, place) of both attachments in the world while no body accelerates along its own
-    /// velocities: of supports, of places off the reference point of a turning body, and across grooves
+    /// Accelerations (angular, linear) of both attachments in the world while no body accelerates along its own
+    /// velocities: of supports, of points off the reference point of a turning body, and across grooves
     /// (`bent`, by body).
     fn prescribed_accelerations(
         &self,
@@ -428,8 +428,8 @@ impl Assembly {
             .sum()
     }
 
-    /// Inertia wrenches of rods on their attachments: [`CoupledAccelerations::borne`]. Empty if a rod's inertia
-    /// cannot be computed.
+    /// Wrenches of the attachments on the rods that inertia requires: [`CoupledAccelerations::borne`]. Empty if a
+    /// rod's inertia cannot be computed.
     fn borne(&self, at: &Evaluated, tolerance: f64) -> Vec<(usize, SVector<f64, 12>)> {
         if !self.feels_rods() {
             return Vec::new();
@@ -587,7 +587,7 @@ pub(super) fn swaying(motion: &SVector<f64, 12>) -> RodRates {
     }
 }
 
-/// Position of a place as a lever from the frame's origin.
+/// Position of an attachment as a lever from the frame's origin.
 fn lever(place: &BodyMotion) -> Vector6<f64> {
     joined(&Vector3::zeros(), &place.pose.translation.vector)
 }

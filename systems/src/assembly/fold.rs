@@ -40,7 +40,7 @@ pub struct Motion {
     now: Configuration,
     twists: DVector<f64>,
     charts: DVector<f64>,
-    /// Amplitude of a relative change of the charts by 1.
+    /// Amplitude at which the unknowns change by 1 + the norm of all charts.
     pub scale: f64,
 }
 

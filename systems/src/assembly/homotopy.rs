@@ -36,7 +36,7 @@ const STEP: newton::Options = newton::Options {
     min_damping: 0.1,
 };
 
-/// A failed path: distance, reason, and whether it was only too long.
+/// A failed path: largest parameter reached, reason, and whether the path was only too long.
 pub(super) struct FailedPath {
     pub part: f64,
     pub why: Error,
@@ -149,8 +149,9 @@ impl<'a> Statics<'a> {
     }
 
     /// Fall from an unstable equilibrium towards one side (`way` 1 or -1). Each step goes to the equilibrium with
-    /// springs at the last place, stiff enough to make that stable, which lowers the energy. Where the bodies are
-    /// stable without, the springs slacken. None where the rods cannot be followed.
+    /// springs at the last configuration, stiff enough to make that stable, which lowers the energy. Where the bodies
+    /// are stable without, the springs slacken. None if `x` is not unstable, the rods cannot be followed, or the fall
+    /// takes too many steps.
     pub(super) fn fallen(&self, x: &DVector<f64>, way: f64) -> Option<DVector<f64>> {
         let (least, direction) = self.softest(x).filter(|(least, _)| *least < 0.0)?;
         let mut x = x + direction * (way * ASIDE);
@@ -207,8 +208,8 @@ impl<'a> Statics<'a> {
         Some((value, direction))
     }
 
-    /// False for unbalanced loads on neutral directions: a residual above LEFT times the tolerance, relative to the
-    /// charts.
+    /// False for unbalanced loads on neutral directions: a residual above `MAX_NEUTRAL_RESIDUAL` times the tolerance,
+    /// relative to the charts. Always true if every body is held.
     fn solves(&self, x: &DVector<f64>, tolerance: f64) -> bool {
         let charts = x.iter().skip(self.assembly.freedoms().1);
         let most = charts.fold(1.0, |most: f64, q| most.max(q.abs()));

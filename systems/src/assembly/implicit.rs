@@ -36,7 +36,7 @@ pub struct Linearised {
 }
 
 impl Assembly {
-    /// Indices in a state of the bodies' places, and of their velocities; the latter include the spins of rods, which
+    /// Indices in a state of the bodies' poses, and of their velocities; the latter include the spins of rods, which
     /// have rates of their own.
     pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
         let (mut places, mut velocities) = (Vec::new(), Vec::new());
@@ -49,7 +49,7 @@ impl Assembly {
         (places, velocities)
     }
 
-    /// Writes the rates of the bodies' places alone, which need no rods.
+    /// Writes the rates of the bodies' poses alone, which need no rods.
     pub fn write_place_rates(&self, state: &DVector<f64>, out: &mut DVector<f64>) {
         let time = state[self.time_slot()];
         for (start, carrier) in self.starts() {

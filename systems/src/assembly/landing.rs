@@ -27,7 +27,7 @@ use crate::viscoelastic::space::Space;
 use nalgebra::{DVector, Isometry3, Vector3};
 use std::sync::Arc;
 
-/// Singular value of the Jacobian, in rod lengths, below which a rod is at a fold or crossing.
+/// Singular value of the Jacobian, in rod lengths, up to which a direction is neutral: there paths of equilibria cross.
 const NEUTRAL: f64 = 1e-4;
 /// Nodes on each element of the rod: enough to identify the landing, which the chart then makes exact.
 const NODES: usize = 32;
@@ -151,7 +151,7 @@ impl Link {
         Ok(stable.into_iter().map(landing).collect())
     }
 
-    /// Stable equilibria found with the ends held as at chart point `q`, except `q` itself: charts by energy, the
+    /// Stable equilibria found with the end at `held`, except the chart point `q` itself: charts by energy, the
     /// lowest first, whether or not the rod can get there. The list includes that of [`Link::settle`]; it need not be
     /// complete ([`crate::rod::Problem::others`]).
     ///
@@ -198,7 +198,7 @@ impl Link {
         Ok(stable)
     }
 
-    /// Equilibrium near these strains, in units of 1/L and given at places in [0, 1], with the end at `held` relative
+    /// Equilibrium near these strains, in units of 1/L and given at points in [0, 1], with the end at `held` relative
     /// to the base. The search starts from the end wrench that best fits the resultants along the rod.
     ///
     /// # Errors
@@ -370,7 +370,7 @@ impl Link {
         })
     }
 
-    /// [`Link::settle`] for a taut rod.
+    /// [`Link::fall`] for a taut rod.
     fn fallen_taut(
         &self,
         q: &Wrench,

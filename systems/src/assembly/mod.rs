@@ -226,7 +226,7 @@ impl Assembly {
         (starts.collect(), total)
     }
 
-    /// Number of unknowns of statics: the velocities of the bodies and six chart components per rod.
+    /// Number of unknowns of statics: one per velocity of the bodies, and six chart components per rod.
     pub(super) fn unknowns(&self) -> usize {
         let bodies: usize = self.carriers.iter().map(HeavyBody::freedoms).sum();
         bodies + 6 * self.links.len()

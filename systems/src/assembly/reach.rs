@@ -19,7 +19,7 @@ struct Chain {
 impl Assembly {
     /// Checks before any search for equilibria that the rods can reach. An unshearable inextensible rod ends within
     /// its length. A chain of such rods and of bodies thus spans at most the sum of their lengths and of the
-    /// distances between the places of attachment.
+    /// distances between the points of attachment.
     ///
     /// # Errors
     /// Two ends of rods in the ground, or on supports at t = 0, that are farther apart than their chain spans.
@@ -31,7 +31,7 @@ impl Assembly {
         short.map_or(Ok(()), |chain| Err(self.too_short(chain)))
     }
 
-    /// First unshearable inextensible rod that is shorter than the distance of its attachments for these places of
+    /// First unshearable inextensible rod that is shorter than the distance of its attachments for these poses of
     /// the bodies.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl Assembly {
         Ok(None)
     }
 
-    /// Error for a chain drawn straight between fixed places: it bears no load across, since its force would be
+    /// Error for a chain drawn straight between fixed points: it bears no load across, since its force would be
     /// infinite.
     pub(super) fn drawn_straight(&self) -> Option<Error> {
         let chains = self.chains().ok()?;

@@ -16,17 +16,18 @@ use std::sync::Arc;
 /// Relative rotation (or couple) of the rod's end per unit base couple, at fixed force, below which the rod counts as
 /// neutral.
 const NEUTRAL: f64 = 1e-7;
-/// Relative change of the force at which the index is counted instead if the rod is neutral under its force.
+/// Change of the chart, relative to 1 + |q|, at which the index is counted instead if the rod is neutral under its
+/// force.
 const ASIDE: f64 = 1e-6;
 
 /// Carrier of an attachment.
 #[derive(Debug, Clone)]
 pub enum AttachedTo {
-    /// The ground; the place is in the world.
+    /// The ground; the pose is in the world.
     Ground,
-    /// A moving support; the place is in the support's frame.
+    /// A moving support; the pose is in the support's frame.
     Support(Box<Support<3>>),
-    /// A body, by number; the place is in the body's frame.
+    /// A body, by number; the pose is in the body's frame.
     Body(usize),
 }
 
@@ -199,7 +200,7 @@ pub struct LinkEnd {
     pub slack: Option<Vector3<f64>>,
 }
 
-/// A rod of an assembly evaluated in place.
+/// A rod of an assembly, evaluated between its attachments.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkPoint {
     /// Base attachment.
@@ -365,7 +366,7 @@ impl Link {
         })
     }
 
-    /// The rod in place at time `t`.
+    /// The rod between its attachments at time `t`.
     ///
     /// # Errors
     /// As [`Link::end`].
@@ -455,7 +456,7 @@ impl Link {
         if point.end.slack.is_none() {
             return gap.amax();
         }
-        // A spring beside the end reduces the force error by this factor, so the gap counts by as much more.
+        // A spring beside the end makes the gap smaller by this factor at the same error of the force.
         let string = point.end.pose.translation.vector.norm() / point.end.force.norm();
         let spring = self.spring * self.units()[3] / self.rod.length();
         gap.rows(3, 3).amax() * (1.0 + spring * string)
@@ -544,7 +545,7 @@ impl LinkPoint {
 }
 
 impl Assembly {
-    /// All rods in place.
+    /// All rods between their attachments.
     ///
     /// # Errors
     /// As [`Link::end`], with the rod's number.

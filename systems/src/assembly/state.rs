@@ -100,7 +100,7 @@ pub struct Evaluated {
     pub now: Configuration,
     /// Time and integrals.
     pub integrals: Integrals,
-    /// The rods in place.
+    /// The rods between their attachments.
     pub points: Vec<LinkPoint>,
 }
 
@@ -355,7 +355,7 @@ impl Assembly {
         force.collect()
     }
 
-    /// Charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. The place of
+    /// Charts that bring the ends of the rods to their attachments, by one Newton step; None at a fold. The position of
     /// the end of a nearly straight rod does not determine its force along the rod, so that force is kept.
     pub fn corrected_charts(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
@@ -376,8 +376,7 @@ impl Assembly {
         Some(self.slide_bodies(self.with_charts(state, &self.corrected_charts(at)?), at))
     }
 
-    /// Moves bodies along nearly straight rods onto the rods' ends. A body in a groove moves along the groove only,
-    /// and stays in it.
+    /// Moves bodies along nearly straight rods onto the rods' ends. A body in a groove is not moved.
     pub fn slide_bodies(&self, mut state: DVector<f64>, at: &Evaluated) -> DVector<f64> {
         let mut bodies = at.now.bodies.clone();
         let starts: Vec<_> = self.starts().collect();
@@ -420,7 +419,7 @@ impl Assembly {
             .fold(0.0, f64::max)
     }
 
-    /// Places of bodies at rest with these poses.
+    /// Bodies at rest with the given poses.
     pub fn at_rest(&self, poses: &[Isometry3<f64>]) -> Vec<BodyMotion> {
         poses
             .iter()

@@ -219,7 +219,7 @@ impl Assembly {
         held.iter().all(|held| *held)
     }
 
-    /// A guess for [`Assembly::equilibrium`] from places of the bodies alone: each rod in an equilibrium between its
+    /// A guess for [`Assembly::equilibrium`] from poses of the bodies alone: each rod in an equilibrium between its
     /// attachments, slightly bent if none is found.
     pub fn held(&self, bodies: Vec<BodyMotion>, tolerance: f64) -> Configuration {
         let bent = joined(&Vector3::from(BENDS[0].0), &Vector3::zeros());
@@ -370,7 +370,7 @@ impl Assembly {
         rods.sum::<f64>() + potential
     }
 
-    /// Places of bodies given the charts of the rods, rod by rod from the ground: a body stands at the end of the
+    /// Poses of bodies given the charts of the rods, rod by rod from the ground: a body stands at the end of the
     /// first rod that reaches it, preferring rods welded at both ends. Ball joints are laid out as welds.
     ///
     /// # Errors

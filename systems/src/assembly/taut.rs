@@ -1,19 +1,19 @@
-//! Taut rods of an assembly: the unknowns are the end force, the end pose is given by the attachments.
+//! Taut rods of an assembly: the chart is the force n(0), and the attachments give the pose of the end.
 //!
-//! Beyond sqrt(n.r L/B) of about ten the base wrench loses digits of the end's place, ten times as many at twice that
-//! value. The force n still charts the rod if its end is held as the attachment says, turned or without couple. Then
-//! r(1), m(0) and m(1) follow from [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart stay
-//! the base wrench (m(0), n), but the couple is dependent; its place in the equations is
+//! Beyond sqrt(n.r L/B) of about ten the base wrench loses digits of the end's position, ten times as many at twice
+//! that value. The force n still charts the rod if its end is held as the attachment says, turned or without couple.
+//! Then r(1), m(0) and m(1) follow from [`crate::rod::Rod::taut`] and its derivatives. The six numbers of the chart
+//! stay the base wrench (m(0), n), but the couple is dependent; its place in the equations is
 //! ```text
 //! m(0) of the chart = m(0)(n, turn of the end),     place of the end = r(1)(n, turn of the end).
 //! ```
 //!
-//! With its place held a rod is stable longer than under its force. Before it comes to its fold it is neutral under
-//! its force, which turns back there and is no chart. Between the two a spring beside the end separates equilibria
-//! that have the same force. The given quantity is f = n + k (r(1) - place of the attachment), which is n as long as
-//! the end is where it is held. With C = d r(1)/dn, the rod beside the spring gives way by C (1 + k C)^-1. That is
-//! regular where C is infinite and singular where C is 0, as before. It is also singular where C is -1/k: k is kept
-//! away from that ([`Link::better_spring`]). Then, w and v being turn and velocity of the attachment,
+//! With its end held in position a rod is stable longer than under its force. Before it comes to its fold it is
+//! neutral under its force, which turns back there and is no chart. Between the two a spring beside the end separates
+//! equilibria that have the same force. The given quantity is f = n + k (r(1) - place of the attachment), which is n
+//! as long as the end is where it is held. With C = d r(1)/dn, the rod beside the spring gives way by C (1 + k C)^-1.
+//! That is regular where C is infinite and singular where C is 0, as before. It is also singular where C is -1/k: k
+//! is kept away from that ([`Link::better_spring`]). Then, w and v being turn and velocity of the attachment,
 //! ```text
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
@@ -42,7 +42,7 @@ pub enum ChartKind {
     ByPull,
     /// The base wrench.
     FromBase,
-    /// The end force.
+    /// The force n(0) at the base.
     Taut,
 }
 

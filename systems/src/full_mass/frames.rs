@@ -1,7 +1,7 @@
 //! Kinematics of the sections of a rod with mass: poses, velocities, accelerations, and derivatives by the strains.
 //!
 //! Let A be the integration from the base to a section, u and v the strains, R the directors. With r0, Omega, V, the
-//! place, angular velocity and velocity of the base,
+//! position, angular velocity and velocity of the base,
 //! ```text
 //! r = r0 + A tau,   tau = R v;       omega = Omega + A (R u_t),   r_t = V + A (omega x tau + R v_t);
 //! omega_t = Omega' + A (R u_tt + omega x R u_t),
@@ -38,8 +38,8 @@ pub enum Curve {
     Space,
 }
 
-/// Step along the rod of the differences for curvatures of the centreline. These serve the search for the nearest
-/// place, not the distance.
+/// Step of the differences for curvatures of the centreline, as part of the rod's length. The curvatures serve the
+/// search for the nearest point, not the distance.
 const STRIDE: f64 = 1e-5;
 
 /// Nodes of a rod, and integration from the clamp to each of them and to the end.

@@ -149,7 +149,7 @@ pub fn held_modes(
     }
 }
 
-/// Strains at places in [0, 1], in growing order.
+/// Strains at points in [0, 1], in growing order.
 fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Result<Vec<Strain>> {
     let seen = link.with_base_rotation(&point.base.pose.rotation);
     let length = link.rod().length();
@@ -158,7 +158,7 @@ fn strains((link, q, point): (&Link, &Wrench, &LinkPoint), places: &[f64]) -> Re
     Ok(sections.iter().map(|section| section.strain).collect())
 }
 
-/// A motion of a rod through its equilibria: its sections, at places in [0, 1] in growing order, as a function of the
+/// A motion of a rod through its equilibria: its sections, at points in [0, 1] in growing order, as a function of the
 /// amplitude.
 pub type Way<'a> = &'a dyn Fn(f64, &[f64]) -> Result<Vec<RodSection>>;
 
@@ -246,7 +246,7 @@ pub struct Resistance {
 }
 
 /// Inertia and friction of motions z and y of the rod, from its present state; y = z by default. If there is a free
-/// spin about `chord` (a place and a direction), its angular momentum is zero.
+/// spin about `chord` (a point and a direction), its angular momentum is zero.
 ///
 /// # Errors
 /// Those of the sweeps; strains outside the section law; a rod that is not resolved.
@@ -314,8 +314,8 @@ pub fn resistance(
     ))
 }
 
-/// Rates of a section in a motion: velocity and rate of the force in the world, spin and strain rates along its
-/// directors.
+/// Rates of a section in a motion: velocity and rate of the force in the frame of the sections, spin and strain rates
+/// along the section's directors.
 #[derive(Debug, Clone, Copy, Default)]
 struct Swept {
     velocity: Vector3<f64>,

@@ -206,7 +206,7 @@ impl HeavyRod {
         })
     }
 
-    /// The rod on a clamp fixed at the clamp's pose of time `t`: the equilibrium of a rod at rest has no inertia.
+    /// The rod on a clamp fixed at the clamp's pose of time `t`: an equilibrium has no inertial forces.
     pub(super) fn standing_at(&self, t: f64) -> Self {
         let stand = |mass: &Mass| mass.clone().standing_at(t);
         let mut standing = self.clone();

@@ -6,9 +6,9 @@
 //! ```text
 //! q' = w,   w' = a,   0 = G(q, w, a, t),         G = M(q) a + ...
 //! ```
-//! Passes along the rod evaluate the balance G. Only the matrix of Newton's iteration, sigma^2 M + sigma
-//! dG/dw + dG/dq, needs M. The stiff parts in it (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the size of
-//! the stiffness of the rod. Explicit steps solve for a by Cholesky factors of M.
+//! Passes along the rod evaluate the balance G. Only the matrix of Newton's iteration needs M:
+//! sigma^2 M + sigma dG/dw + dG/dq. The stiff parts in it (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the
+//! size of the stiffness of the rod. Explicit steps solve for a by Cholesky factors of M.
 
 use super::maxwell_nodes::Memory;
 use super::rod::{Derivatives, HeavyRod, RodState};

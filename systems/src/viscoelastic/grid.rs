@@ -39,8 +39,8 @@ pub struct Element {
 pub const FEWEST: usize = 4;
 
 impl Grid {
-    /// A grid with elements between `breaks` (inside (0, 1), in growing order), with `nodes` nodes on each, at least
-    /// [`FEWEST`].
+    /// A grid with elements between `breaks` (inside (0, 1), in growing order). `nodes` lists the number of nodes of
+    /// each element, at least [`FEWEST`].
     pub fn new(breaks: &[f64], nodes: &[usize]) -> Self {
         let ends: Vec<f64> = [0.0].iter().chain(breaks).chain(&[1.0]).copied().collect();
         let mut grid = Self {
@@ -189,7 +189,7 @@ impl Grid {
         before + element.integral(&f[element.nodes.clone()], s)
     }
 
-    /// As [`Grid::at`], at several places in growing order.
+    /// As [`Grid::at`], at several points in growing order.
     pub fn at_each<const K: usize>(
         &self,
         f: &[SVector<f64, K>],

@@ -128,7 +128,7 @@ impl<const M: usize> Material<M> {
         breaks
     }
 
-    /// Adds a dead load along the rod, in the frame of the clamp and the units of the rod.
+    /// Sets the dead load along the rod, in the frame of the clamp and the units of the rod.
     #[must_use]
     pub fn under(mut self, load: Option<DistributedLoad>) -> Self {
         self.load = load;

@@ -345,7 +345,7 @@ impl<K: Kinematics<M, D>, const M: usize, const D: usize> Reduced<K, M, D> {
             }
             before = decrement;
             // Along the step the slope of a convex function grows from -decrement towards zero. A step at whose end
-            // the slope exceeds +decrement is too long and is halved.
+            // the slope exceeds +0.9 decrement is too long and is halved.
             let mut fraction = 1.0;
             loop {
                 self.press(at, &(flow.wrench + change * fraction), next)?;

@@ -89,7 +89,7 @@ impl Bar {
             End::Mass { mass: m, .. } => {
                 let held = moving(mass)?;
                 // A body lighter than the material that waves pass in a step would overtake the bar that pulls it. It
-                // moves as if it had that mass, and the end feels the rest of the load: as the body vanishes, it
+                // moves as if it had that mass, and the rest of the load acts on the end: as the body vanishes, it
                 // becomes a free end.
                 let share = m / (COURANT * material.density() * self.area * h);
                 if share >= 1.0 {

@@ -7,8 +7,8 @@ use snaprod_core::error::{Error, Result};
 use snaprod_core::solve::dop853::Dop853;
 use snaprod_core::solve::roots::chandrupatla;
 
-/// Motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant: m
-/// r'' = -area sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar.
+/// Motion of the mass at X = length of a bar held at X = 0 whose stretch is uniform at every instant:
+/// m r'' = -area sigma(r/length) + force, m the mass of the end and, with `first_order`, a third of that of the bar.
 /// The error is of the order of eps = mass of the bar over mass of the end, or of eps^2. Gives \[r, r'\] at the
 /// growing `times`.
 ///

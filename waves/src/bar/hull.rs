@@ -65,7 +65,7 @@ impl Material {
         waves
     }
 
-    /// The kind of a wave across which the stress has no inflection.
+    /// The kind of a wave without an inflection of the stress inside; None for any other wave.
     fn simple(&self, ahead: f64, behind: f64) -> Option<WaveKind> {
         let (low, high) = (ahead.min(behind), ahead.max(behind));
         let next = self.inflections().partition_point(|lam| *lam <= low);

@@ -1,6 +1,6 @@
 //! The schemes of the thesis on linear elements (docs/bars.md 2), by name, with their faults.
 //!
-//! `central-lumped` and `central-consistent` move the places of the nodes by central differences in velocity form.
+//! `central-lumped` and `central-consistent` move the positions of the nodes by central differences in velocity form.
 //! The stretch forms move stretch and its rate q at the nodes, `lax-wendroff` stretch and velocity. A loaded end has
 //! the stretch of its load.
 
@@ -167,7 +167,7 @@ impl Lattice {
         Ok(())
     }
 
-    /// Stretches of the elements by the places of their nodes.
+    /// Stretches of the elements by the positions of their nodes.
     fn elements(&self) -> impl Iterator<Item = f64> {
         self.a.windows(2).map(|pair| (pair[1] - pair[0]) / self.h)
     }

@@ -63,8 +63,8 @@ impl Material {
     /// The law with a density.
     ///
     /// # Errors
-    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at lam
-    /// = 1.
+    /// A density that is not positive; numbers that make no law: not finite, or of a stress that does not grow at
+    /// lam = 1.
     pub fn new(stress: &Stress, density: f64) -> Result<Self> {
         positive("density", density)?;
         let kind = match stress {

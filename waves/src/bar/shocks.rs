@@ -31,7 +31,7 @@ const FAINT: f64 = 0.02;
 /// The shocks in a state on equal cells, by growing position.
 ///
 /// A shock is a monotone passage of few cells between states that are flat beside it. The states meet the jump
-/// conditions, and the jump dissipates. Its place is that of a sharp jump between these states with the same total
+/// conditions, and the jump dissipates. Its position is that of a sharp jump between these states with the same total
 /// stretch.
 pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
     let (lam, v) = (&state.stretch, &state.velocity);
@@ -60,7 +60,7 @@ pub fn shocks(bar: &Bar, state: &Snapshot) -> Vec<Shock> {
             b += 1;
         }
         let spread = (a > 0 && belongs(a - 1)) || (b + 1 < n && belongs(b));
-        // Extends to the last flat cells beside the shock.
+        // Extends the shock by up to three flat cells on either side.
         for _ in 0..3 {
             let flat = |k: usize| jump(k).abs() <= FOOT * steepest;
             a -= usize::from(a > 0 && flat(a - 1));

@@ -19,7 +19,7 @@ pub struct Spectral {
     first: [f64; 2],
 }
 
-/// The element: the state is (places, velocities, work, impulse, time).
+/// The element: the state is (positions, velocities, work, impulse, time).
 struct Element {
     bar: Bar,
     /// Material coordinates of the nodes.

@@ -16,7 +16,7 @@ pub(super) struct BodyNow {
     pub own: Matrix6xX<f64>,
     /// Acceleration at constant own velocities.
     pub bias: Vector6<f64>,
-    /// In a groove: second derivative of the place by the parameter, and rate of the parameter.
+    /// In a groove: second derivative of the position by the parameter, and rate of the parameter.
     pub bend: Option<(Vector3<f64>, f64)>,
 }
 
@@ -29,9 +29,9 @@ pub(super) struct Seat {
     pub twist: Vector6<f64>,
     /// Twist as a matrix on the velocities of bodies and bases.
     pub by: DMatrix<f64>,
-    /// Acceleration apart from that of the velocities.
+    /// Acceleration at constant velocities of bodies and bases.
     bias: Vector6<f64>,
-    /// Twist prescribed by a support, for the power of a wrench on the support.
+    /// Twist prescribed by a support, for the power of the support.
     pub driven: Vector6<f64>,
     /// Number of the body, and lever from its reference point.
     on: Option<(usize, Vector3<f64>)>,
@@ -217,7 +217,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// Adds the change by displacements of the velocities' share in a wrench at an attachment.
+    /// Adds the derivative by displacements of the generalised force of a constant wrench at an attachment.
     pub(super) fn add_lever(
         &self,
         out: &mut DMatrix<f64>,

@@ -1,6 +1,6 @@
 //! Assemblies of rods with mass between bodies, the ground and moving supports.
 //!
-//! Bodies have their places, rods their strains, counted from the attachment of the base; a base on a ball joint has
+//! Bodies have their poses, rods their strains, counted from the attachment of the base; a base on a ball joint has
 //! a rotation of its own. A far end is tied to its attachment by a constraint, whose multiplier is the wrench at the
 //! end. Let z be the velocities of the bodies (and of the free bases) and q_k the strains. D'Alembert's principle and
 //! the constraints, differentiated twice, are
@@ -16,7 +16,7 @@
 //! * `attachment_kinematics`: attachments, their motion and its derivatives.
 //! * `block_elimination`: derivatives of the balance, block by block, and their elimination rod by rod.
 //! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments.
-//!   `vibrations`: vibrations.
+//!   `vibrations`: small motions about an equilibrium.
 
 mod attachment_kinematics;
 mod block_elimination;
@@ -238,8 +238,8 @@ impl HeavyAssembly {
         self.layout.unknowns
     }
 
-    /// State at time 0 from places of the bodies, rotations in the world of the bases on ball joints, strains and
-    /// rates. Maxwell branches carry no load.
+    /// State at time 0 from poses and twists of the bodies, rotations in the world of the bases on ball joints,
+    /// strains and rates. Maxwell branches carry no load.
     pub fn state(
         &self,
         bodies: &[BodyMotion],
@@ -267,7 +267,7 @@ impl HeavyAssembly {
         y
     }
 
-    /// Replaces the dashpot strains by those relaxed at the given strains: coordinates, rod by rod, where given.
+    /// Relaxes the Maxwell branches at the strains `at` (coordinates, rod by rod), or at the rod's own strains if None.
     #[must_use]
     pub fn relaxed(&self, mut y: DVector<f64>, at: &[Option<Vec<f64>>]) -> DVector<f64> {
         for (k, (link, range)) in self.links.iter().zip(&self.layout.dashpots).enumerate() {
@@ -290,8 +290,8 @@ impl HeavyAssembly {
         0..rods.map_or(self.layout.time, |q| q.start)
     }
 
-    /// A state interpolated from the same assembly with other nodes: all but strains and rates are copied,
-    /// accelerations and multipliers remain to be found.
+    /// A state interpolated from the same assembly with other nodes: all but strains, rates and dashpots are copied.
+    /// Accelerations and multipliers are left 0.
     pub fn carried(&self, from: &Self, y: &DVector<f64>) -> Option<DVector<f64>> {
         let at = from.at(y)?;
         let mut state = DVector::zeros(self.layout.time + INTEGRALS + self.layout.unknowns);

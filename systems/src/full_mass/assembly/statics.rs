@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// Largest number of Newton steps towards an equilibrium.
 const STEPS: usize = 60;
-/// Largest step in strains and places, relative to 1 + the largest of them.
+/// Largest step in strains and poses, relative to 1 + the largest of them.
 const LONGEST: f64 = 0.3;
 /// Relative step at which Newton's method has converged.
 const SHORT: f64 = 1e-12;
@@ -42,8 +42,8 @@ impl HeavyAssembly {
         worst
     }
 
-    /// The nearest state without gaps between ends and attachments in place and velocity: nearest in strains, in the
-    /// mean over the rods, and in places.
+    /// The nearest state without gaps between ends and attachments in pose and velocity: nearest in strains, in the
+    /// mean over the rods, and in poses.
     ///
     /// # Errors
     /// Ends that are farther apart than 0.1, or cannot be brought together.
@@ -70,7 +70,7 @@ impl HeavyAssembly {
         Ok(y)
     }
 
-    /// Smallest change of strains and places, or of rates and velocities, that closes the gaps.
+    /// Smallest change of strains and poses, or of rates and velocities, that closes the gaps.
     fn bridged(&self, at: &HeavyState, blocks: &Blocks, which: usize) -> BlockVector<f64> {
         let free = self.layout.free;
         let (mut gaps, mut rows) = (Vec::new(), Vec::new());
@@ -214,6 +214,7 @@ impl HeavyAssembly {
     fn balanced(&self, y: &DVector<f64>) -> Result<DVector<f64>> {
         let held = || self.newton(y, &[(1.0, 0), (HOLD, 2)]);
         if self.is_held() {
+            // A buckled round rod can turn about its load at no cost: the added mass fixes that rotation.
             (self.newton(y, &[(1.0, 0)])).or_else(|why| held().map_err(|_| why))
         } else {
             held()

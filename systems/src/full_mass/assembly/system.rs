@@ -22,7 +22,7 @@ use std::sync::Arc;
 pub(super) struct StateMap {
     /// Quaternions: index in the state, index of the rotation vector, derivative of the quaternion by the latter.
     pub turns: Vec<(usize, usize, Matrix4x3<f64>)>,
-    /// Other places: index in the state, and range of displacements.
+    /// Positions and groove parameters: index in the state, and range of displacements.
     pub shifts: Vec<(usize, Range<usize>)>,
     /// Velocities: index in the state, and range among all velocities.
     pub velocities: Vec<(usize, Range<usize>)>,
@@ -113,7 +113,7 @@ impl HeavyAssembly {
         }
     }
 
-    /// Inverse of `sides`: one vector of accelerations, strains and multipliers.
+    /// Inverse of `sides`: one vector, first bodies and bases, then the rods, then the multipliers.
     pub(super) fn unsplit(&self, sides: &BlockVector<f64>) -> DVector<f64> {
         let layout = &self.layout;
         let free = sides.free.rows(0, layout.free);

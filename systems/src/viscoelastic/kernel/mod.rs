@@ -33,14 +33,14 @@
 //!   reads EI/eta = const along the rod. AMV's claim of memory in flexure is about C(s) as a 6 x 6 matrix. Without
 //!   shear, memory has three sources: rates that vary along the rod, coupled flexure and twist that retard differently,
 //!   and finite deflections, since Q changes with the shape. For a uniform planar rod, free to move along itself, two
-//!   histories with the same final place left wrenches that differ by the fifth order of the deflection (computed).
+//!   histories with the same final position left wrenches that differ by the fifth order of the deflection (computed).
 //! * Rates that vary along s - tapered viscosity on a uniform rod - give memory to every motion, also to purely
 //!   longitudinal and twisting ones: units in series that retard differently.
 //!
 //! # Numbers
 //! The rod is taken at the nodes of a [`Grid`](super::grid::Grid), where T is diagonal in modal strains; off S it has
 //! eigenvalues r_k, and k(t) = sum_k f_k f_k^T exp(-r_k t) is a finite sum without numerical inversion. Uniform rods
-//! are exact at any number of nodes. Otherwise the nodes are refined until G(p) is constant
+//! are exact at any number of nodes. Otherwise the nodes are refined until G(p) converges
 //! ([`MemoryKernel::accuracy`]); convergence is spectral between breaks. Rates come with an absolute
 //! error of a few ulp of the largest.
 //! Nonlinear laws enter by their tangents at rest.
@@ -77,7 +77,7 @@ pub struct Mode {
 /// ```
 /// # use snaprod_systems as snaprod;
 /// # use snaprod::section::Linear;
-/// # use snaprod::creep::kernel::{MemoryKernel, commuting};
+/// # use snaprod::viscoelastic::kernel::{MemoryKernel, commuting};
 /// # use snaprod::section::rate::{KelvinVoigt, Viscoelastic, Viscosity};
 /// # use std::sync::Arc;
 /// let elastic = Linear::diagonal([1.0, 1.0], 0.7)?.with_shear([50.0, 50.0])?;

@@ -489,7 +489,7 @@ fn add<S: Simd>(theta: &Turn<S>, a: &[Turn<S>], b: &mut [Turn<S>]) {
     }
 }
 
-/// Product of a row of m numbers with x, added to `sum`.
+/// Product of a matrix row with x, added to `sum`; the m entries stand m apart in `row`.
 #[inline(always)]
 fn mixed<S: Simd>(row: &[f64], m: usize, x: &[Eight<S>; 6], mut sum: Eight<S>) -> Eight<S> {
     for k in 0..m {

@@ -30,8 +30,8 @@ pub struct Rates {
     /// Eigenvalues of the body on the rod: two for each direction in which the end moves, or more if memory lets more
     /// motions oscillate. Oscillations with Im s > 0 appear once. Sorted by imaginary, then real part.
     pub body: Vec<Complex<f64>>,
-    /// First and last relaxation rate of the rod with its end held, among those that end wrenches excite: real parts.
-    /// None if the end has no memory; otherwise their number grows with the grid.
+    /// Least and greatest real part of the eigenvalues of the rod with its end held, among those that end wrenches
+    /// excite. None if the end has no memory; otherwise the number of eigenvalues grows with the grid.
     pub held: Option<[f64; 2]>,
     /// Number of overdamped rates between these two. There body and rod move as one, and no rate belongs to the body
     /// alone.
