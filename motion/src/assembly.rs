@@ -53,7 +53,7 @@ const ALONG: f64 = 0.1;
 const APART: f64 = 1e4;
 /// First step over tolerance^(1/8), in units of the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
-/// Tolerance above which rods may be led to other equilibria: a run that ends early is then told to lower it.
+/// Tolerance above which rods may be led to other equilibria: the message of a run that ends early then advises to lower it.
 const COARSE: f64 = 1e-4;
 /// Value of det J, relative to the initial one, below which symmetric steps become shorter in time.
 const FOLDING: f64 = 0.3;

@@ -112,7 +112,7 @@ pub struct OnSheet<'a, M, const N: usize> {
     /// Latest time at which loads and clamp are evaluated, just before the next break.
     until: f64,
     solver: Stepper<Phase<N>>,
-    /// Steps with slopes at eight places at once; None if the chart has none.
+    /// Steps with slopes at eight places at once; None for symmetric steps, with a rod's mass, or without such slopes.
     eight: Option<EightfoldSteps<'a, N>>,
     last: Option<AcceptedStep<Phase<N>>>,
     dense: Option<StepInterpolant<Phase<N>>>,
@@ -377,7 +377,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// A step with slopes at eight places at once; None if the chart has none.
+    /// A step with slopes at eight places at once; None outside the global chart, without such steps, or on failure.
     fn step_at_eight(&mut self, h_max: f64) -> Option<AcceptedStep<Phase<N>>> {
         if self.patch != Patch::Global {
             return None;

@@ -395,7 +395,7 @@ impl HeavyRun {
         Some(first)
     }
 
-    /// The fraction of the step after which `function` keeps the sign that it has at `part`. None unless it
+    /// The fraction of the step at which `function` takes on the sign that it has at `part`. None unless it
     /// starts with the other sign, or within `rounding` of 0.
     fn crossing(
         &mut self,

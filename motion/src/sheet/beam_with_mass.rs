@@ -4,7 +4,7 @@
 //! The rod's own inertia bends the rod across, by the order of its mass. The pull with the same bend differs
 //! from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
 //! difference. So next to the straight rod the distance from the circle of full reach is slaved to the
-//! deflection, as in [`glide`](super::slow_beam). The rod's mass is part of the motion across.
+//! deflection, as in [`slow_beam`](super::slow_beam). The rod's mass is part of the motion across.
 //!
 //! With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull. Its end is
 //! farther in by c' y u, and |c'| u^2/2 is stored. Most of u is slaved to inertia and weight. The rest is a
@@ -17,7 +17,7 @@ use crate::locate::first_change;
 use nalgebra::SVector;
 use snaprod_systems::manifold::{BendingLoad, FirstOrderInertia, Multivalued, Patch};
 
-/// Deflection |y| of the end above which the chart takes over, and below which its motion ends.
+/// Deflection |y| of the end above which the chart may take over, and below which its motion ends.
 const DEFLECTION_LIMITS: [f64; 2] = [3e-3, 2e-3];
 /// Difference between the pull of the equilibria and the body's own, as a part of |N|: below the first the
 /// chart may take over, above the second its motion ends.

@@ -49,7 +49,7 @@ pub fn places() -> Vec<f64> {
 ///
 /// Rows of the tables `trajectory` (and `trajectory-1`, ... of branches) and `strain` go to `sink` as the run goes on.
 /// A run that ends early is no error: [`RunRecord::reason`] says why. One whose energy ledger does not close
-/// ([`LedgerClosure`](crate::motion::Closing)) counts as ended early, too.
+/// ([`LedgerClosure`](crate::motion::LedgerClosure)) counts as ended early, too.
 ///
 /// ```
 /// use snaprod::scene::Scene;
@@ -80,7 +80,7 @@ pub fn places() -> Vec<f64> {
 /// ```
 ///
 /// # Errors
-/// A start without motion; rows refused by the sink.
+/// A start from which no motion is possible; rows refused by the sink.
 pub fn run(
     prepared: &Prepared,
     fields: Fields,
