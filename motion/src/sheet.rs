@@ -127,7 +127,7 @@ const LOCAL: f64 = 0.1;
 const LONGER: f64 = 3.0;
 /// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
-/// Most halvings of a step in which time turns back without a fold; after these time stands still.
+/// Most halvings of a step in which time turns back but no fold is found; then time stands still, and the step fails.
 const HALVINGS: u32 = 60;
 /// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-14;

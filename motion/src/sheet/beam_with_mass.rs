@@ -63,7 +63,7 @@ struct NearStraight<const N: usize> {
     far: f64,
     /// Positive while the shaking is too hard to be followed.
     shaking: f64,
-    /// Positive while the chart serves.
+    /// Positive while the chart is accurate enough.
     steady: f64,
     /// The state in terms of deflection (across) and shaking (along).
     start: Phase<N>,
@@ -73,7 +73,7 @@ struct NearStraight<const N: usize> {
 
 /// Treatment of the rod's mass next to the straight configuration.
 pub enum MassTreatment<const N: usize> {
-    /// No change: the rod is not near the straight one, or the chart still serves.
+    /// No change: the rod is not near the straight one, or the chart is still accurate enough.
     None,
     /// The body shakes too hard along the rod: the rod's mass is left out.
     Shakes,
@@ -91,7 +91,7 @@ pub struct StraightProximity<const N: usize> {
 
 impl<const N: usize> NearStraight<N> {
     /// Event function of a step. Not `shakes`: positive outside the neighbourhood, or inside while the
-    /// shaking is weak and the chart serves. `shakes`: positive inside the neighbourhood.
+    /// shaking is weak and the chart is accurate. `shakes`: positive inside the neighbourhood.
     fn room(&self, shakes: bool) -> f64 {
         if shakes {
             -self.far
@@ -341,7 +341,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion that
-    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and beside it,
+    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and outside it,
     /// differ by more than a tolerance in the same state. So the change must not depend on the ends of steps.
     /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(
