@@ -215,7 +215,8 @@ impl HeavyRun {
         }
     }
 
-    /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses.
+    /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses, or the
+    /// motion cannot continue on other nodes.
     fn step(&mut self, left: f64) -> bool {
         while self.integrator.step(self.model.system(), left).is_ok() {
             let Some(counts) = self.unresolved() else {
