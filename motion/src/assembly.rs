@@ -53,7 +53,8 @@ const ALONG: f64 = 0.1;
 const APART: f64 = 1e4;
 /// First step over tolerance^(1/8), in units of the time in which a state changes by its scale.
 const FIRST: f64 = 0.3;
-/// Tolerance above which rods may be led to other equilibria: a run that ends early is then told to lower it.
+/// Tolerance above which rods may be led to other equilibria: the message of a run that ends early then advises a
+/// lower one.
 const COARSE: f64 = 1e-4;
 /// Value of det J, relative to the initial one, below which symmetric steps become shorter in time.
 const FOLDING: f64 = 0.3;
@@ -147,13 +148,13 @@ pub struct AssemblyRun {
     unpushed: Vec<usize>,
     /// Event that the last step has led to.
     pending: Option<Pending>,
-    /// Rods whose mass begins or ceases to be felt at the end of the last step, if known.
+    /// Rods whose mass begins (true) or ceases to act at the end of the last step, if known.
     due: Option<Vec<(usize, bool)>>,
-    /// Margin of the criteria for felt masses at the end of the last step, if known.
+    /// Margin of the criteria for an acting mass at the end of the last step, if known.
     room: Option<f64>,
     /// True for rods whose mass could not be followed to the present state; reset at a landing.
     unfit: Vec<bool>,
-    /// Total time in which the mass of a rod was not felt.
+    /// Total time in which the mass of a rod did not act on the motion.
     unfelt: f64,
     /// Distances between rods.
     near: Nearness,

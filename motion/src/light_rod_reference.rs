@@ -156,7 +156,7 @@ pub struct EndResidual {
     pub other: bool,
 }
 
-/// The light rod beside a rod with friction or mass, seen from the clamp.
+/// The light rod that accompanies a rod with friction or mass, in the frame of the clamp.
 pub struct LightReference {
     rod: Box<dyn MasslessRod>,
     /// None while the light rod is lost, as next to a straight rod in the plane.

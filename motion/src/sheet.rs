@@ -112,7 +112,7 @@ pub struct OnSheet<'a, M, const N: usize> {
     /// Latest time at which loads and clamp are evaluated, just before the next break.
     until: f64,
     solver: Stepper<Phase<N>>,
-    /// Steps with slopes at eight places at once; None if the chart has none.
+    /// Steps with slopes at eight places at once; None for symmetric steps, with a rod's mass, or without such slopes.
     eight: Option<EightfoldSteps<'a, N>>,
     last: Option<AcceptedStep<Phase<N>>>,
     dense: Option<StepInterpolant<Phase<N>>>,
@@ -127,7 +127,7 @@ const LOCAL: f64 = 0.1;
 const LONGER: f64 = 3.0;
 /// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
-/// Most halvings of a step in which time turns back without a fold; after these time stands still.
+/// Most halvings of a step in which time turns back but no fold is found; then time stands still, and the step fails.
 const HALVINGS: u32 = 60;
 /// Smallest local tolerance: below it errors drown in rounding.
 const FINEST: f64 = 1e-14;
@@ -377,7 +377,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
     }
 
-    /// A step with slopes at eight places at once; None if the chart has none.
+    /// A step with slopes at eight places at once; None outside the global chart, without such steps, or on failure.
     fn step_at_eight(&mut self, h_max: f64) -> Option<AcceptedStep<Phase<N>>> {
         if self.patch != Patch::Global {
             return None;

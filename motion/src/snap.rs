@@ -131,10 +131,10 @@ impl Snap {
     }
 }
 
-/// Relative change of the force over the distance at which the two sides of a fold are told apart.
+/// Relative change of the force from a fold to the points at which its two sides are distinguished.
 const ASIDE: f64 = 1e-4;
 
-/// A vector along `kernel` that leads far enough from the fold `q` to tell its sides apart, and no farther
+/// A vector along `kernel` that leads far enough from the fold `q` to distinguish its sides, and no farther
 /// than the force follows. Chart lengths mean nothing where the chart is stretched, but at a fold the force
 /// must change along the kernel, for (pose, force) is an immersion.
 pub fn aside<const N: usize>(

@@ -15,7 +15,8 @@
 //!
 //! A rod of small mass m moves across as its end does times w(s), the shape of the beam under N: (mu + m int w^2 ds)
 //! y'' = .. + m int w (g - e) ds (theory 2.9 of a straight rod; e is the acceleration of the clamp). The part of its
-//! inertia along the rod is smaller by y^2. It is left to the chart, so such an opening ends where y is small.
+//! inertia along the rod is smaller by the order y^2. That part is left to the chart, so such an opening ends where y
+//! is small.
 
 use super::sheet::Phase;
 use nalgebra::{DMatrix, DVector, Vector2};

@@ -17,7 +17,7 @@ pub struct FoldsArgs {
     pub json: bool,
 }
 
-/// Prints the half p in [-8, 8] of each fold curve; p < 0 is the mirror image y -> -y.
+/// Prints each fold curve for p in [-8, 8]; the half p < 0 is the mirror image y -> -y.
 pub fn folds(args: &FoldsArgs) -> Result<Ending, Refusal> {
     let table = study::folds(args.count.into(), &mut Signals::watched())?;
     let numbers = table.integers("number");

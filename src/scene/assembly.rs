@@ -125,7 +125,7 @@ pub struct AssemblyBody {
     pub angular_velocity: [f64; 3],
 }
 
-/// Leaves zero velocities out of a written scene, since a scene of statics has no such fields.
+/// True for zero drag, which is left out of a written scene: a scene of statics has no such field.
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }

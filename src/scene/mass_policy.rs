@@ -65,7 +65,7 @@ impl Scene {
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
         let run = self.run.as_ref()?;
-        // Only runs in space take steps of the chosen method. A planar rod under a load along it runs in space, too.
+        // Only runs in space exclude a method. A planar rod under a load along it runs in space, too.
         let closed = self.is_planar() && self.loads.distributed.is_zero();
         if closed {
             None

@@ -34,7 +34,8 @@ pub struct Rod {
     /// Maxwell branches (Prony series), at most 32, only with damping; default none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub relaxation: Vec<Maxwell<StrainMatrix>>,
-    /// Fixed number of strain nodes, 4..=400, only with damping; by default chosen and adapted by the program.
+    /// Fixed number of strain nodes, 4..=400, only with damping or [`Inertia::Full`]; by default chosen and adapted by
+    /// the program.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub nodes: Option<usize>,
     /// Mass > 0 of the whole rod; `None`: from material and section, see [`Rod::mass`].

@@ -196,7 +196,7 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
 /// if known.
 ///
 /// # Errors
-/// A start without motion; data without a well-posed problem.
+/// A start from which no motion is possible; data without a well-posed problem.
 pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     match scene.kind {
         SceneKind::Bar(_) => BarPrepared::new(scene).map(|_| None),

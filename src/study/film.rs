@@ -53,7 +53,7 @@ pub struct Still {
     pub now: TracePoint,
     /// Sections of each rod, from base to end.
     pub rods: Vec<Vec<Isometry3<f64>>>,
-    /// Labels of the equilibrium of the elastica in or near the state.
+    /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
     pub labels: Option<Labels>,
     /// Role of the picture in the motion.
     pub place: PictureRole,
@@ -304,7 +304,7 @@ impl Camera<'_> {
         })
     }
 
-    /// Traces a state if it is far enough from the previous one; true if also far enough for a picture.
+    /// Traces a state if it is far enough from the last traced one; true if it is far enough from the last picture.
     fn follow(&mut self, (seen, traced): &(StateFingerprint, TracePoint)) -> bool {
         if self.trace.wants(&self.measure, seen) {
             self.trace

@@ -19,7 +19,7 @@ use snaprod_systems::solve::stepper::AcceptedStep;
 const ROUNDING: f64 = 1e-14;
 /// Resistance that counts as zero, relative to the value at the start of the step.
 const ZERO_RESISTANCE: f64 = 1e-6;
-/// Singular values of J, in radians and lengths of the rod, that count as 0 beside the vanishing one.
+/// Singular values of J, in radians and lengths of the rod, that count as 0 next to the vanishing one.
 const ALL_ROUND: f64 = 1e-6;
 
 /// Directions in which a rod is neutral at a branch point.

@@ -11,9 +11,9 @@ use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::Method;
 use std::sync::Arc;
 
-/// Samples per step in the search for the moment at which the mass of a rod is first felt, or given up.
+/// Samples per step in the search for the moment at which the mass of a rod begins or ceases to act.
 const PLACES: u32 = 8;
-/// Margin at both ends of a step with which felt masses are taken to stay felt throughout.
+/// Margin at both ends of a step with which masses that act are taken to act throughout.
 const AMPLE: f64 = 0.25;
 /// Margin at a change that was located: 0 up to rounding.
 const FOUND: f64 = 1e-6;
@@ -34,7 +34,7 @@ pub(super) fn check(assembly: &Assembly, options: &Options) -> Result<()> {
 
 impl AssemblyRun {
     /// Feels the mass of every rod that can be followed, from now on. The kinetic energy of a rod is booked
-    /// as lost to its vibrations where its mass ceases to be felt, and as regained where it is felt again.
+    /// as lost to its vibrations where its mass ceases to act, and as regained where its mass acts again.
     pub(super) fn weigh(&mut self) -> Option<()> {
         let due = self.due.take();
         if due.as_ref().is_some_and(Vec::is_empty) {
@@ -46,7 +46,7 @@ impl AssemblyRun {
         self.change(&at, &changed)
     }
 
-    /// Margins of the rods: number, whether the mass is felt, and the room until this changes.
+    /// Margins of the rods: number, whether the mass acts, and the margin until this changes.
     fn rooms(&self, assembly: &Assembly, at: &Evaluated) -> Vec<(usize, bool, f64)> {
         let rods = assembly.light_rods();
         let each = rods.map(|(k, light)| {
@@ -60,14 +60,14 @@ impl AssemblyRun {
         each.collect()
     }
 
-    /// Rods with no more than the margin `room`, each with the new value of its flag for a felt mass.
+    /// Rods with no more than the margin `room`, each with the new value of its flag: true if the mass acts.
     fn changing(&self, assembly: &Assembly, at: &Evaluated, room: f64) -> Vec<(usize, bool)> {
         let rooms = self.rooms(assembly, at).into_iter();
         let ended = rooms.filter(|(.., left)| !(*left > room));
         ended.map(|(k, followed, _)| (k, !followed)).collect()
     }
 
-    /// Ends the last step at the moment at which the mass of a rod ceases or begins to be felt; the next step
+    /// Ends the last step at the moment at which the mass of a rod ceases or begins to act; the next step
     /// switches. The motion depends on this moment, so it must not depend on where steps end, nor be missed
     /// within a step. False if the step is unchanged; None if the motion cannot continue from the moment.
     fn ends_where_it_changes(&mut self, room: Option<f64>) -> Option<bool> {
@@ -186,7 +186,7 @@ impl AssemblyRun {
         self.weigh()
     }
 
-    /// Rods whose mass is felt; only those in `among`, if given.
+    /// Rods whose mass acts on the motion; only those in `among`, if given.
     pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
         let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
         let felt = self

@@ -13,7 +13,7 @@ use snaprod_systems::viscoelastic::resolution::{Demand, Nodes, ROUNDING, demand}
 /// their square.
 const ROOT: f64 = 0.1;
 /// Ratio of the bounds of strain rates and strains: rates of passing waves are rougher, and enter the motion
-/// by less than 1/LATE.
+/// by less than one over this ratio.
 const RATE_BOUND_RATIO: f64 = 10.0;
 
 /// Massive rods at given nodes, with their bodies.

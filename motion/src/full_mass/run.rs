@@ -215,7 +215,8 @@ impl HeavyRun {
         }
     }
 
-    /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses.
+    /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses, or the
+    /// motion cannot continue on other nodes.
     fn step(&mut self, left: f64) -> bool {
         while self.integrator.step(self.model.system(), left).is_ok() {
             let Some(counts) = self.unresolved() else {
@@ -395,7 +396,7 @@ impl HeavyRun {
         Some(first)
     }
 
-    /// The fraction of the step after which `function` keeps the sign that it has at `part`. None unless it
+    /// The fraction of the step at which `function` takes on the sign that it has at `part`. None unless it
     /// starts with the other sign, or within `rounding` of 0.
     fn crossing(
         &mut self,

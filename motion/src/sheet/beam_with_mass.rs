@@ -4,7 +4,7 @@
 //! The rod's own inertia bends the rod across, by the order of its mass. The pull with the same bend differs
 //! from the body's own by a multiple of eps y''/y. To this order the motion across does not feel that
 //! difference. So next to the straight rod the distance from the circle of full reach is slaved to the
-//! deflection, as in [`glide`](super::slow_beam). The rod's mass is part of the motion across.
+//! deflection, as in [`slow_beam`](super::slow_beam). The rod's mass is part of the motion across.
 //!
 //! With u = y (N - f_x + x'') the rod is bent by w_N u beyond the beam under the body's pull. Its end is
 //! farther in by c' y u, and |c'| u^2/2 is stored. Most of u is slaved to inertia and weight. The rest is a
@@ -17,7 +17,7 @@ use crate::locate::first_change;
 use nalgebra::SVector;
 use snaprod_systems::manifold::{BendingLoad, FirstOrderInertia, Multivalued, Patch};
 
-/// Deflection |y| of the end above which the chart takes over, and below which its motion ends.
+/// Deflection |y| of the end above which the chart may take over, and below which its motion ends.
 const DEFLECTION_LIMITS: [f64; 2] = [3e-3, 2e-3];
 /// Difference between the pull of the equilibria and the body's own, as a part of |N|: below the first the
 /// chart may take over, above the second its motion ends.
@@ -63,7 +63,7 @@ struct NearStraight<const N: usize> {
     far: f64,
     /// Positive while the shaking is too hard to be followed.
     shaking: f64,
-    /// Positive while the chart serves.
+    /// Positive while the chart is accurate enough.
     steady: f64,
     /// The state in terms of deflection (across) and shaking (along).
     start: Phase<N>,
@@ -73,7 +73,7 @@ struct NearStraight<const N: usize> {
 
 /// Treatment of the rod's mass next to the straight configuration.
 pub enum MassTreatment<const N: usize> {
-    /// No change: the rod is not near the straight one, or the chart still serves.
+    /// No change: the rod is not near the straight one, or the chart is still accurate enough.
     None,
     /// The body shakes too hard along the rod: the rod's mass is left out.
     Shakes,
@@ -91,7 +91,7 @@ pub struct StraightProximity<const N: usize> {
 
 impl<const N: usize> NearStraight<N> {
     /// Event function of a step. Not `shakes`: positive outside the neighbourhood, or inside while the
-    /// shaking is weak and the chart serves. `shakes`: positive inside the neighbourhood.
+    /// shaking is weak and the chart is accurate. `shakes`: positive inside the neighbourhood.
     fn room(&self, shakes: bool) -> f64 {
         if shakes {
             -self.far
@@ -341,7 +341,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     }
 
     /// Ends the last step at its first event: entry into the motion next to the straight rod or, for a motion that
-    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and beside it,
+    /// `shakes`, the end of the shaking. The motions with and without the rod's mass, in the chart and outside it,
     /// differ by more than a tolerance in the same state. So the change must not depend on the ends of steps.
     /// `distance`: from the end of the straight rod at the start of the step. False if the step is unchanged.
     pub fn ends_at_straight(

@@ -32,8 +32,8 @@ const MARGIN: f64 = 4.0;
 const SHORT: f64 = 1e-6;
 /// Change in a turn above which strides are too short.
 pub(super) const LONGEST: f64 = 1e-3;
-/// Bound of the local error of the steps within a turn: the differences of turns lose digits in proportion to
-/// the change in a turn.
+/// Bound of the local error of the steps within a turn. Differences of turns enlarge the error by one over the
+/// change in a turn.
 const WITHIN: f64 = 1e-14;
 /// Relative rounding error of a turn; the slow field is known to this over the change in a turn.
 const NOISE: f64 = 1e-13;

@@ -7,7 +7,7 @@
 //! ```
 //! up to terms of order d^3 at the distance d: smooth, with a period of order 1, and regular at y = 0, where
 //! the rod is straight. A rod whose mass is followed takes part in the motion across (theory 2.9): see
-//! [`across`](super::beam_with_mass).
+//! [`beam_with_mass`](super::beam_with_mass).
 
 use super::{LOCAL, Phase};
 use crate::locate::first_change;
@@ -19,7 +19,7 @@ use snaprod_systems::manifold::{
 use snaprod_systems::solve::dop853::{Dense, Dop853, Step};
 use snaprod_systems::solve::roots::chandrupatla;
 
-/// Largest speed of a shaking that counts as none, as a part of the speed of the motion.
+/// Largest speed of a shaking that counts as none, as a part of the size of the motion (distance or speed).
 const STILL: f64 = 1e-4;
 /// Largest relative difference of 1 - x from its slaved value in a glide.
 const SLAVED: f64 = 1e-3;

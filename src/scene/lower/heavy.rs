@@ -55,7 +55,7 @@ pub struct HeavySpace {
     pub relaxed: Option<SpaceField>,
     /// Initial strain rates, in units of the rod; `None`: the rates of a massless rod that follows its end.
     pub rate: Option<StrainField>,
-    /// True if the run starts from the equilibrium under all loads; without a groove a stable one.
+    /// True if the run starts from the equilibrium under all loads; without a groove the stable one.
     pub settled: bool,
     /// Groove of the body, in the clamp's frame.
     pub groove: Option<Groove>,

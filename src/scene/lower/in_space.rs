@@ -40,7 +40,7 @@ pub struct SpaceStart {
     pub(super) words: String,
     /// The rod on its clamp in the pose at t = 0, in the scene's units.
     pub(super) rod: Rod,
-    /// Dead load along a rod without inertia, in the world and the scene's units.
+    /// Dead load along a rod without full inertia, in the world and the scene's units.
     load: Option<DistributedLoad>,
 }
 

@@ -79,7 +79,7 @@ impl Scene {
     }
 
     /// An error if all loads lie along the clamp and buckle the rod: the side to which it settles is then undetermined.
-    /// `planar_in_space` is the scene in space.
+    /// `lifted` is the scene in space.
     fn reject_symmetric_buckling(&self, lifted: &Self) -> Result<()> {
         let support = clamp::planar(&self.dimensionless()?.clamp)?;
         let frame = support.map(|support| support.at(0.0));

@@ -51,8 +51,8 @@ impl Scene {
         }
     }
 
-    /// Dead load along a rod without inertia in motion, its weight included, in the world and the scene's units. `None`
-    /// without a load, and for rods whose inertia counts.
+    /// Dead load along a rod in motion, its weight included, in the world and the scene's units. `None` without a load,
+    /// for a rod with its full mass, and for a planar first-order rod under its weight alone.
     ///
     /// # Errors
     /// A rod with friction on a clamp that turns; as [`LoadAlong::on`](crate::scene::LoadAlong::on).

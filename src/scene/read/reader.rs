@@ -216,7 +216,7 @@ impl<'a> Reader<'a> {
         self.refuse(FaultKind::Value, field, value, rule.allowed, hint)
     }
 
-    /// Reads an integer in `range`.
+    /// Reads an integer from `least` to `most`, both included.
     pub fn count(
         &self,
         field: &str,

@@ -424,7 +424,7 @@ fn shape(table: &Table) -> Option<Shape> {
     shape.filter(|_| others.is_empty())
 }
 
-/// A tube; a fault if the wall is thicker than the outer radius.
+/// A tube; a fault unless the wall is thinner than the outer radius.
 fn tube(table: &Table, outer_radius: Option<f64>, thickness: Option<f64>) -> Option<Shape> {
     let (outer_radius, thickness) = (outer_radius?, thickness?);
     if thickness < outer_radius {

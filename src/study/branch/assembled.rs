@@ -40,7 +40,8 @@ fn assemblies_over(scene: &Scene, parameter: Parameter) -> Maker {
     Box::new(move |p| Ok(AssemblySetup::new(&scene.with(&parameter, p))?.assembly))
 }
 
-/// Tolerance of the integration along the rods: PART of the tolerance of the points, at least FINEST.
+/// Tolerance of the integration along the rods: [`INTEGRATION_TOLERANCE_RATIO`] of that of the points, at least
+/// [`FINEST`].
 fn tolerance(scene: &Scene) -> f64 {
     (INTEGRATION_TOLERANCE_RATIO * scene.solve.tolerance).max(FINEST)
 }

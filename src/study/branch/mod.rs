@@ -328,7 +328,7 @@ fn other_tolerances(scene: &Scene, finest: f64) -> [(Scene, f64); 2] {
     })
 }
 
-/// Smallest ratio of two tolerances whose results differ by a visible error.
+/// Factors by which another tolerance must be tighter (at least), or looser, for an error to be visible.
 const TIGHTER: f64 = 9.0;
 const LOOSER: f64 = 3.0;
 /// Tightest tolerance of a scene: a smaller one only adds rounding to the integration along the rod.

@@ -116,7 +116,7 @@ impl LocalMinimum {
             {
                 let gain = self.square() - residuals.norm_squared();
                 let done = gain < GAIN * self.square();
-                // Nielsen's rule: the closer the gain to the promise, the less damping.
+                // Nielsen's rule: the larger the gain over the promised one, the less damping.
                 let held = (gain / promised.max(f64::MIN_POSITIVE)).min(2.0);
                 *damping *= (1.0 - (2.0 * held - 1.0).powi(3)).max(1.0 / 3.0);
                 *damping = damping.max(1e-14);

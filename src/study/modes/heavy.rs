@@ -16,8 +16,8 @@ pub(super) const COUNT: usize = 8;
 /// First number of nodes, and largest number of coordinates in a refinement.
 const FIRST_NODES: usize = 16;
 const MAX_COORDINATES: usize = 200;
-/// First number of nodes if finer grids have too many coordinates: FIRST is then the single refinement and yields the
-/// error.
+/// First number of nodes if finer grids have too many coordinates: [`FIRST_NODES`] is then the single refinement and
+/// yields the error.
 const COARSE: usize = 11;
 /// Refinement ends when squares of the frequencies change by less than this relative amount.
 const CONVERGED: f64 = 1e-9;

@@ -15,7 +15,7 @@ const STRAIGHT: HeldMode = HeldMode {
     stiffness: 237.721_067_534_944_6,
     friction: 118.860_533_767_472_3,
 };
-/// 33/140: mass of the straight rod added to a body in transverse motion.
+/// 33/140: part of the mass of the straight rod that is added to a body in transverse motion.
 const ACROSS: f64 = 33.0 / 140.0;
 
 /// Data of a planar rod for mass effects, in units of the rod.

@@ -82,7 +82,7 @@ impl Forecast {
     }
 }
 
-/// Seconds of the whole at the slower and the faster of the two paces at the last checkpoint; `None` for too few.
+/// Least and greatest seconds of the whole, by the two paces at the last checkpoint; `None` for too few checkpoints.
 pub(super) fn whole(checkpoints: &[Checkpoint]) -> Option<[f64; 2]> {
     let last = checkpoints.last().filter(|last| last.fraction > 0.0)?;
     if checkpoints.len() < FEWEST {

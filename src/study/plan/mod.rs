@@ -82,7 +82,7 @@ fn choice(what: impl Into<String>, why: impl Into<String>) -> Choice {
 /// ```
 ///
 /// # Errors
-/// A start without motion; data without a well-posed problem; errors of the run, in a trial.
+/// A start from which no motion is possible; data without a well-posed problem; errors of the run, in a trial.
 pub fn plan(scene: &Scene, seconds: f64) -> Result<Plan> {
     if scene.is_bar() {
         return bar::plan(scene, seconds);

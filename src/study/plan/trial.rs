@@ -34,7 +34,7 @@ pub struct Trial {
 /// A trial exceeds its time while the fraction reached is below this bound, or while its forecasts fall: a stiff
 /// start is unlike the rest.
 const SEEN: f64 = 0.01;
-/// A trial runs to the end of the run if the forecast is below this multiple of the trial time.
+/// A trial runs to the end of the run if the upper end of the forecast is at most this multiple of the trial time.
 const WHOLE: f64 = 3.0;
 /// Longest trial, as a multiple of the trial time.
 const LONGEST: f64 = 4.0;

@@ -80,7 +80,7 @@ pub fn places() -> Vec<f64> {
 /// ```
 ///
 /// # Errors
-/// A start without motion; rows refused by the sink.
+/// A start from which no motion is possible; rows refused by the sink.
 pub fn run(
     prepared: &Prepared,
     fields: Fields,

@@ -30,7 +30,7 @@ pub struct Prepared {
     /// The `[run]` table of the scene.
     pub(super) run: Run,
     pub(super) fixed_nodes: bool,
-    /// True if a load along the rod bends it. The weight does not, to first order in the mass.
+    /// True if a load along the rod bends it; false with inertia = "first-order", which includes the weight.
     pub(super) loaded: bool,
     viscosity: Option<f64>,
     /// A rod of known mass on a fixed clamp.
@@ -137,7 +137,7 @@ impl Prepared {
     /// The motion from its start.
     ///
     /// # Errors
-    /// A start without motion.
+    /// A start from which no motion is possible.
     pub fn motion(&self) -> Result<Box<dyn Motion<'_> + '_>> {
         self.setup
             .motion()

@@ -253,7 +253,7 @@ pub struct Moment {
     pub total: f64,
     /// Energy dissipated by friction in the rod so far.
     pub friction: f64,
-    /// Labels of the equilibrium of the elastica in or near the state.
+    /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
     pub labels: Option<Labels>,
     /// Morse index of the rod with its end held; `None` off equilibrium.
     pub index: Option<usize>,

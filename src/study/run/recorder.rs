@@ -99,7 +99,7 @@ pub(in crate::study) fn outcome_after_audit(
     ))
 }
 
-/// Speed of a resolved motion in units of the rod, as a multiple of the tolerance.
+/// Least speed of a resolved motion in units of the rod, as a multiple of the tolerance.
 const RESOLVED: f64 = 1e3;
 
 /// Stable key of the outcome: key of the first outcome that fell short, branch_limit where branches were cut, or

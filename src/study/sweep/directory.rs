@@ -247,7 +247,7 @@ impl Rows {
 fn whole(path: &Path, bytes: &[u8]) -> Result<()> {
     let aside = path.with_extension(format!("{}.{PART}", std::process::id()));
     match fs::write(&aside, bytes).and_then(|()| fs::rename(&aside, path)) {
-        // Another process may have renamed the same content.
+        // Another process with the same content may have removed the temporary file.
         Err(e) if !path.exists() => Err(cannot("write", path, e)),
         _ => Ok(()),
     }

@@ -37,8 +37,7 @@ impl Vary {
     /// Parses the argument of `--vary`.
     ///
     /// # Errors
-    /// A text of none of the forms; infinite ends, or ends that are not positive with logarithmic spacing; a count of
-    /// 0.
+    /// A text of none of the forms; ends that are not finite, or not positive with logarithmic spacing; a count of 0.
     pub fn parse(text: &str) -> Result<Self> {
         let forms = "PATH=FROM:TO:COUNT, PATH=log:FROM:TO:COUNT or PATH=[A, B, ..], as in start.velocity.1=-2:2:9";
         Self::read(text)
