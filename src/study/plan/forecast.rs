@@ -118,11 +118,11 @@ fn spent(checkpoints: &[Checkpoint], fraction: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Checkpoint, Forecast, after};
+    use super::{Checkpoint, Forecast, next_checkpoint};
 
     /// Forecast from the first `steps` of a run; `to` maps a step to (fraction, seconds).
     fn told(steps: u64, loses: bool, to: impl Fn(u64) -> (f64, f64)) -> Forecast {
-        let points = std::iter::successors(Some(1), |k| Some(after(*k)));
+        let points = std::iter::successors(Some(1), |k| Some(next_checkpoint(*k)));
         let mut points: Vec<u64> = points.take_while(|k| *k < steps).collect();
         points.push(steps);
         let points = points.into_iter().map(|steps| {
