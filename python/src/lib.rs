@@ -212,9 +212,10 @@ fn elastica<'py>(
         }
         Ok((summary, record.shape()?))
     };
-    let (summary, shape) = match is_short {
-        true => py.detach(work).map_err(|e| refused(&e))?,
-        false => aside(py, work)?,
+    let (summary, shape) = if is_short {
+        py.detach(work).map_err(|e| refused(&e))?
+    } else {
+        aside(py, work)?
     };
     pieces(py, &[shape], &summary)
 }

@@ -80,9 +80,10 @@ impl Sweep {
     #[getter]
     fn shape(&self) -> Vec<usize> {
         let sweep = self.directory.sweep();
-        match sweep.is_grid() {
-            true => sweep.vary().iter().filter_map(Vary::count).collect(),
-            false => vec![sweep.points()],
+        if sweep.is_grid() {
+            sweep.vary().iter().filter_map(Vary::count).collect()
+        } else {
+            vec![sweep.points()]
         }
     }
 
