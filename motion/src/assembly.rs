@@ -144,7 +144,7 @@ pub struct AssemblyRun {
     /// it. In a symmetric assembly several fold at one instant. The bodies stand while rods snap, so the
     /// order does not matter.
     folded: Vec<(usize, f64)>,
-    /// Rods on their way to a branch point without a push: time is not slowed for them.
+    /// Rods on the way to a branch point without a push. Time is not slowed for these rods.
     unpushed: Vec<usize>,
     /// Event that the last step has led to.
     pending: Option<Pending>,

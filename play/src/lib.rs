@@ -1,5 +1,5 @@
-//! What docs/play.html asks of the library. Answers are numbers in one buffer; each function returns how many of them
-//! it has written.
+//! Functions of the library for docs/play.html. Each function writes its answer as numbers into one buffer, and returns
+//! the count of numbers.
 //!
 //! Units: length of the rod 1, bending stiffness 1.
 

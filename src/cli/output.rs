@@ -196,7 +196,7 @@ impl Output {
     fn try_figure(&self, name: &str, draw: Drawing) -> Result<(), Refusal> {
         let asked = self.figures.print;
         let (send, receive) = channel();
-        // In a thread, so that a signal need not wait for the figure.
+        // A thread draws the figure, and a signal need not wait for the drawing.
         std::thread::spawn(move || {
             let drawn = draw().and_then(|svg| Ok((copies(&svg, asked)?, svg)));
             // After a second Ctrl-C the channel is closed.

@@ -36,6 +36,7 @@ impl PreparedScene {
     /// A scene of statics; errors that [`Scene::parse`] cannot detect from the numbers alone; a start of an assembly
     /// from which no motion is possible.
     pub fn new(scene: &Scene) -> Result<Self> {
+        require_motion(scene)?;
         Ok(match scene.kind {
             SceneKind::Bar(_) => Self::Bar(Box::new(BarPrepared::new(scene)?)),
             SceneKind::Assembly(_) => {
@@ -99,6 +100,14 @@ impl SceneRun {
     }
 }
 
+/// Refuses a scene of statics before any setup; a bar is always a motion.
+fn require_motion(scene: &Scene) -> Result<()> {
+    if scene.is_bar() {
+        return Ok(());
+    }
+    scene.run().map(drop)
+}
+
 /// Result of a scene.
 #[derive(Debug, Clone)]
 pub struct SceneResult {
@@ -131,6 +140,7 @@ pub fn motion(
 /// # Errors
 /// Errors of the setup; a scene of statics.
 pub fn columns(scene: &Scene) -> Result<Table> {
+    require_motion(scene)?;
     match scene.kind {
         SceneKind::Bar(_) => Ok(bar::columns(scene)),
         SceneKind::Assembly(_) => Ok(AssemblyPrepared::new(scene)?.columns()),
@@ -162,6 +172,7 @@ pub fn shapes(
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<(Vec<String>, Vec<Shapes>)> {
+    require_motion(scene)?;
     match scene.kind {
         SceneKind::Bar(_) => Err(Error::domain(
             "a bar stays straight: its places over time are in the table waves",
@@ -183,6 +194,7 @@ pub fn shapes(
 /// # Errors
 /// Those of [`run::samples`]; a bar.
 pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
+    require_motion(scene)?;
     match scene.kind {
         SceneKind::Bar(_) => Err(Error::domain(
             "a bar is sampled at even times: run.samples has how many",

@@ -97,8 +97,8 @@ fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair
 }
 
 /// Catches a wrong or missing inertial term in the frame of the clamp (Euler, Coriolis, centrifugal, acceleration),
-/// and a wrong start velocity. Reference: the motion in the world, m v' = R F + loads with q' = Dr^-1 (R^T (v - c' ) -
-/// angle' J r), integrated by Runge and Kutta's classical method.
+/// and a wrong start velocity. Reference: the motion in the world by Runge and Kutta's classical
+/// method. The equations are m v' = R F + loads and q' = Dr^-1 (R^T (v - c') - angle' J r).
 #[test]
 fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     let (amplitude, w, tilt) = (0.7, 2.0, 0.4);

@@ -103,8 +103,8 @@ fn small_motions_are_those_of_a_beam_with_memory() {
     for (from, to) in [(0.5, 2.0), (3.5, 4.5), (6.5, 7.5)] {
         let k = bisected(held, from, to);
         let stiffness = k.powi(4);
-        // Residual at the program's s of the characteristic equation eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4
-        // (eta + tau + E tau) s + k^4 = 0.
+        // Characteristic equation: eps tau s^3 + (eps + k^4 eta tau) s^2 + k^4 (eta + tau + E tau) s + k^4 = 0.
+        // The residual is taken at the program's s.
         let c = [
             stiffness,
             stiffness * (eta + tau + modulus * tau),

@@ -143,7 +143,7 @@ fn numbers(text: &str) -> Vec<(f64, String)> {
         let value: f64 = digits
             .parse()
             .unwrap_or_else(|_| panic!("{digits} in {text}"));
-        // Lists have the unit behind their end, and the word before their beginning.
+        // The unit of a list follows its closing bracket; the word precedes the opening bracket.
         let (before, after) = match (text[..start].rfind('['), text[at..].find(']')) {
             (Some(open), Some(close)) if !text[open..start].contains(']') => {
                 (&text[..open], &text[at + close + 1..])

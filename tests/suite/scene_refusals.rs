@@ -28,7 +28,7 @@ fn refused(text: &str, words: &[&str]) {
     }
 }
 
-/// Catches models that are not named, of scenes that resemble those of another model.
+/// Catches a refusal of `rod.model` that omits a model, for scenes with the fields of each model.
 #[test]
 fn all_models_are_named() {
     let text = "[rod]\nmodel = \"beam\"\nlength = 1.0\nbending_stiffness = 1.0\n";

@@ -1,4 +1,4 @@
-//! Bounces: the reversal of bodies by rods that they have pulled straight (theory 2.8).
+//! Bounces: rods pulled straight reverse the motion of bodies (theory 2.8).
 
 use super::{AssemblyRun, AssemblySample, Chart};
 use crate::event::Bounce;

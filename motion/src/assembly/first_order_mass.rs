@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Samples per step in the search for the moment at which the mass of a rod begins or ceases to act.
 const PLACES: u32 = 8;
-/// Margin at both ends of a step with which masses that act are taken to act throughout.
+/// Least margin at both ends of a step for which the mass of a rod acts throughout the step without a search.
 const AMPLE: f64 = 0.25;
 /// Margin at a change that was located: 0 up to rounding.
 const FOUND: f64 = 1e-6;
@@ -186,7 +186,7 @@ impl AssemblyRun {
         self.weigh()
     }
 
-    /// Rods whose mass acts on the motion; only those in `among`, if given.
+    /// Rods whose mass acts on the motion. With `among`, only rods listed there count.
     pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
         let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
         let felt = self

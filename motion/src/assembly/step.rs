@@ -373,7 +373,7 @@ impl AssemblyRun {
         let before = std::mem::replace(&mut self.near, after.clone());
         let mut found = after.contact.filter(|contact| contact.gap <= 0.0);
         let mut part = 1.0;
-        // Inside a step rods can come nearer than at its ends by no more than they move.
+        // Within a step the gap falls below its end values by at most the distance moved by the rods.
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();

@@ -33,7 +33,7 @@ pub(super) trait MassiveRods {
     /// Model and state with `counts` nodes on the elements of all rods in a row.
     fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState>;
 
-    /// The state projected to the constraints, if farther from them than `bound`; else None.
+    /// Projection of the state to the constraints; `None` if the state is within `bound` of the constraints.
     fn project_constraints(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
         None
     }

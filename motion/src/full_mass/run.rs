@@ -324,7 +324,7 @@ impl HeavyRun {
         let before = self.near.replace(after.clone()).unwrap_or_default();
         let touches = |near: &Nearness| near.contact.filter(|contact| contact.gap <= 0.0);
         let mut found = touches(&after).map(|contact| (contact, 1.0));
-        // Inside a step rods can come nearer than at its ends by no more than they move.
+        // Within a step the gap falls below its end values by at most the distance moved by the rods.
         if before.gap().min(after.gap()) < before.moved(&after) {
             for part in INSIDE {
                 let y = self.integrator.at(self.model.system(), part)?;

@@ -22,7 +22,7 @@ use std::sync::Arc;
 const FIRST: usize = 8;
 /// Most strains and dashpots, all nodes together: eigenvalues cost the third power.
 const MOST: usize = 300;
-/// Relative change of eigenvalues on a finer grid below which they count as converged.
+/// Convergence bound: relative change of an eigenvalue from a grid to a finer grid.
 const STILL: f64 = 1e-10;
 
 /// The eigenvalues of small motions, in the units of the rod.

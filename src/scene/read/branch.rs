@@ -226,8 +226,7 @@ fn second(table: &Table, scene: Option<&Scene>, first: Option<Parameter>) -> Opt
     let (from, to) = ends?;
     let here = scene?.value(&parameter?);
     if !(from.min(to) <= here && here <= from.max(to)) {
-        // `from` is written here, since its default is the value in the scene.
-
+        // Only a written `from` fails here: the default of `from` is the value in the scene.
         let here = Short(here);
         let allowed =
             format!("such that {here}, the value in the scene, lies between `from` and `to`");

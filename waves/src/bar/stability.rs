@@ -54,7 +54,7 @@ pub fn stable_limit(scheme: Scheme, tolerance: f64) -> Result<f64> {
     let (mut low, mut high) = (0.0, 2.0);
     while high - low > tolerance {
         let r = 0.5 * (low + high);
-        // Bounded waves vary by a factor of 30 or so over these steps.
+        // Bounded waves vary by a factor of about 30 over 2000 steps.
         if growth(scheme, r, 2000)? < 1.004 {
             low = r
         } else {
