@@ -2,16 +2,14 @@
 
 mod end_body;
 mod groove;
-mod history;
 mod point_mass8;
 mod rigid;
-mod spline;
 mod support;
 
 pub use crate::math::frame::Frame;
+pub use crate::math::history::{Block, Custom, History, Pulse, Ramp, Sine};
 pub use end_body::{EndBody, EndLinear, EndMotion};
 pub use groove::Groove;
-pub use history::{Block, Custom, History, Pulse, Ramp, Sine};
 pub use point_mass8::EightMotion;
 pub use rigid::RigidBody;
 pub use support::Support;

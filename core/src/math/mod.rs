@@ -6,6 +6,7 @@ mod domain;
 pub mod elliptic;
 pub mod frame;
 pub mod gauss;
+pub mod history;
 #[cfg(test)]
 pub(crate) mod interval;
 pub mod jacobi;
@@ -13,6 +14,7 @@ pub mod lanes8;
 pub mod product;
 pub mod real;
 pub mod registers;
+mod rest_spline;
 pub mod se3;
 pub mod small_matrices;
 pub mod small_sort;

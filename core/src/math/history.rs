@@ -1,6 +1,6 @@
 //! Scalar histories f(t) for loads in time and motions of the clamp.
 
-use super::spline::RestSpline;
+use super::rest_spline::RestSpline;
 use crate::error::{Error, Result};
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -11,8 +11,8 @@ use std::sync::Arc;
 /// A break is a time at which some derivative jumps, or near which the function has a feature that a long step would
 /// miss. Runs end a step at every break, so that no kink lies inside a step and no pulse is skipped.
 ///
-/// The data are plain, as in scenes; [`TimeLoad`](super::TimeLoad) and [`Support`](super::Support) refuse numbers
-/// that do not define a function.
+/// The data are plain, as in scenes; [`TimeLoad`](crate::body::TimeLoad) and [`Support`](crate::body::Support)
+/// refuse numbers that do not define a function.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
