@@ -8,7 +8,7 @@
 use nalgebra::{DVector, Vector1, Vector2, Vector6};
 use serde_json::{Map, Value, json};
 use snaprod::bar::{Bar, End, FiniteVolumes, Material as Stuff, Motion as _, Stress};
-use snaprod::body::{Body, History};
+use snaprod::body::{History, PointMass};
 use snaprod::elastica::{Elastica, LightRod, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
@@ -176,7 +176,7 @@ fn chart_point() -> Work {
 }
 
 /// Motion W over three units of time.
-fn motion(body: Body<2>) -> Work {
+fn motion(body: PointMass<2>) -> Work {
     let q = Elastica.stable_at(&Vector2::new(-0.2, 0.5)).unwrap()[0];
     let options = Options::new(3.0).unwrap().with_tolerance(1e-10).unwrap();
     Box::new(move || {
@@ -186,8 +186,8 @@ fn motion(body: Body<2>) -> Work {
     })
 }
 
-fn loaded() -> Body<2> {
-    let body = Body::new(1.0).unwrap();
+fn loaded() -> PointMass<2> {
+    let body = PointMass::new(1.0).unwrap();
     body.with_dead_force(Vector2::new(-8.0, -2.0)).unwrap()
 }
 
@@ -268,7 +268,7 @@ fn viscous() -> Work {
     let elastic = Linear::diagonal([1.0; 2], 1.0).unwrap();
     let law = Viscoelastic::new(Arc::new(elastic), Arc::new(rate)).unwrap();
     let material = Material::new(law, [0]).unwrap();
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     Box::new(move || {
         const SLOPES: u64 = 200;
         let system = ViscousSystem::new(

@@ -6,7 +6,7 @@
 use divan::{Bencher, black_box};
 use nalgebra::Vector2;
 use snaprod::bar::{Bar, End, FiniteVolumes, Material, Motion as _, Stress};
-use snaprod::body::{Body, History};
+use snaprod::body::{History, PointMass};
 use snaprod::elastica::{Elastica, equilibria_at};
 use snaprod::manifold::{EquilibriumManifold, Multivalued, invert_near};
 use snaprod::math::jacobi::sn_cn_dn;
@@ -33,7 +33,7 @@ fn chart_point(bencher: Bencher, w: f64) {
 /// Right-hand sides of motion W with everything that the integrator adds; aim: 0.4 us each.
 #[divan::bench(sample_count = 50)]
 fn right_hand_side_with_integrator(bencher: Bencher) {
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .unwrap()
         .with_dead_force(Vector2::new(-8.0, -2.0))
         .unwrap();

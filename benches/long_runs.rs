@@ -8,8 +8,8 @@
 //! the tolerance 1e-13. A period is that of the slowest mode about the equilibrium.
 
 use nalgebra::{DVector, Isometry3, Matrix3, SVector, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options, Outcome, Run, State};
@@ -42,7 +42,7 @@ fn assembly() -> (Assembly, Configuration) {
         charts: vec![Vector6::zeros()],
         spins: Vec::new(),
     };
-    let carriers = vec![HeavyBody::rigid(body)];
+    let carriers = vec![Body::rigid(body)];
     (
         Assembly::new(carriers, vec![link]).expect("an assembly"),
         start,
@@ -105,7 +105,7 @@ fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
                 .with_axial(stiffness)
         })
         .expect("a law");
-    let mass = Body::<3>::new(1.0)
+    let mass = PointMass::<3>::new(1.0)
         .and_then(|body| body.with_gravity(Vector3::z() * pull))
         .expect("a mass");
     let here = Isometry3::identity();
@@ -126,7 +126,7 @@ fn hanging(stiffness: f64, stretched: f64) -> (Assembly, Configuration) {
         charts: vec![q],
         spins: Vec::new(),
     };
-    let carriers = vec![HeavyBody::point(mass)];
+    let carriers = vec![Body::point(mass)];
     (
         Assembly::new(carriers, vec![link]).expect("an assembly"),
         start,
@@ -351,7 +351,7 @@ impl Swing<6> for InSpace {
 
 /// A motion in the plane: the body, and its start on the chart with a velocity.
 struct InPlane {
-    body: Body<2>,
+    body: PointMass<2>,
     start: [Vector2<f64>; 2],
 }
 
@@ -370,7 +370,7 @@ impl InPlane {
         } else {
             (-Vector2::from(start.force), Vector2::new(0.1, 0.05))
         };
-        let body = Body::new(1.0).and_then(|b| b.with_dead_force(load));
+        let body = PointMass::new(1.0).and_then(|b| b.with_dead_force(load));
         Self {
             body: body.expect("a body"),
             start: [[start.p, start.w].into(), v],

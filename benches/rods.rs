@@ -92,7 +92,7 @@ fn branch_by_end_force(bencher: Bencher) {
 #[divan::bench(sample_count = 10)]
 fn branch_in_plane(bencher: Bencher) {
     let path = held_at(0.3).unwrap().with_path(Path::Planar);
-    match path.charted(None).unwrap().0 {
+    match path.choose_chart(None).unwrap().0 {
         ProblemChart::Planar(plane) => branch(bencher, plane),
         other => panic!("{other:?}"),
     }
@@ -101,7 +101,7 @@ fn branch_in_plane(bencher: Bencher) {
 /// Closed-form chart: two unknowns; the index is that in space.
 #[divan::bench(sample_count = 10)]
 fn branch_in_closed_form(bencher: Bencher) {
-    match held_at(0.3).unwrap().charted(None).unwrap().0 {
+    match held_at(0.3).unwrap().choose_chart(None).unwrap().0 {
         ProblemChart::ClosedForm(chart) => branch(bencher, chart),
         other => panic!("{other:?}"),
     }

@@ -5,7 +5,7 @@
 //! space over 100 oscillations; the three snaps of scenes/three_snaps.toml as the viscosity vanishes.
 
 use nalgebra::{Matrix3, Vector1, Vector2, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
+use snaprod::body::{EndBody, PointMass, RigidBody, TimeLoad};
 use snaprod::elastica::Equilibrium;
 use snaprod::motion::viscoelastic::{Hold, ViscousRun, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Nodes, Options};
@@ -69,7 +69,7 @@ fn planar() {
     );
     println!("tolerance  nodes      method    error     steps (implicit)  slopes   ms");
     let end = reference();
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let choices = [
         (Nodes::Adaptive, Method::Auto),
         (Nodes::Fixed(12), Method::Auto),
@@ -129,7 +129,7 @@ fn planar() {
 /// Time of a slope and of a Jacobian with its two factors.
 fn slopes() {
     println!("\nright-hand sides: microseconds");
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     for nodes in [16, 24, 48] {
         let rod = Reduced {
             kinematics: Plane,
@@ -248,7 +248,7 @@ fn cantilever() {
 /// The scene three_snaps.toml as eta -> 0.
 fn vanishing() {
     println!("\nthree snaps as eta -> 0, tolerances 1e-8 and 1e-10: steps, slopes, seconds");
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_dead_force(Vector2::new(-3.7, 0.0)))
         .and_then(|b| b.with_drag(8.0))
         .unwrap()

@@ -10,7 +10,7 @@
 //! `cargo run --release --example delayed_snap -- figures`
 
 use nalgebra::{Matrix6, Vector1, Vector2};
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::elastica::Equilibrium;
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options};
@@ -135,7 +135,7 @@ fn crossing(start: &Equilibrium, f: f64, branches: &[(f64, f64)]) -> Result<Opti
         modulus[(0, 0)] = stiffness;
         law = law.with_branch(Maxwell::new(modulus, time)?)?;
     }
-    let body = Body::new(1.0)?.with_dead_force(load)?;
+    let body = PointMass::new(1.0)?.with_dead_force(load)?;
     let start = ViscousStart {
         strain: &|s| Vector1::new(start.section(s).map_or(f64::NAN, |at| at.curvature)),
         relaxed: None,

@@ -13,8 +13,7 @@ use serde_json::Value;
 use snaprod::elastica::{Elastica, Equilibrium, FoldNormalForm, RodInertia};
 use snaprod::motion::{Event, LightReference, LightSnap, Motion, State};
 use snaprod::scene::{AssemblySetup, Scene};
-use snaprod::study::assembly::{self, AssemblyPrepared};
-use snaprod::study::run::Prepared;
+use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table};
 use std::f64::consts::LN_2;
 
@@ -123,9 +122,9 @@ fn arches(eta: f64) -> String {
 /// quantities come from the run's report of the fold.
 fn half_release_of_arch(eta: f64) -> Result<f64, Failure> {
     let scene = Scene::parse(&arches(eta))?;
-    let prepared = AssemblyPrepared::new(&scene)?;
+    let prepared = Prepared::new(&scene)?;
     let mut tables: Vec<Table> = Vec::new();
-    let record = assembly::run(&prepared, prepared.motion()?, &mut tables, &mut Silent)?;
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent)?;
     let events = record.events();
     let fold = events.iter().find(|event| event["kind"] == "fold");
     let fold = fold.ok_or("no fold was passed")?;

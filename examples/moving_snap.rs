@@ -39,18 +39,11 @@ fn main() -> Result<(), Failure> {
             Some(_) => {}
         }
     };
-    let film = film(
-        &prepared,
-        prepared.motion()?,
-        &[],
-        &[snap],
-        [PICTURES, 2],
-        &mut Silent,
-    )?;
+    let film = film(&prepared, &[], &[snap], [PICTURES, 2], &mut Silent)?;
     let stills = &film.stills;
     for still in stills {
         let end = still.rods[0].last().ok_or("no rod")?;
-        let off = (end.translation.vector - still.now.bodies[0].0.translation.vector).norm();
+        let off = (end.translation.vector - still.now.bodies[0].pose.translation.vector).norm();
         // Shapes of the layer are as accurate as the choice of the landing requires.
         let bound = if still.place == PictureRole::Layer {
             1e-3
@@ -113,7 +106,7 @@ fn animated(stills: &[Still]) -> Result<String, Failure> {
             .collect::<Vec<_>>()
             .join(" ")
     };
-    let mass = |still: &Still| still.now.bodies[0].0.translation.vector;
+    let mass = |still: &Still| still.now.bodies[0].pose.translation.vector;
     let falls = |still: &Still| matches!(still.place, PictureRole::Fold | PictureRole::Layer);
     let each = |of: &dyn Fn(&Still) -> String| stills.iter().map(of).collect::<Vec<_>>();
     let across = each(&|still| format!("{:.1}", CLAMP[0] + SCALE * mass(still).x));

@@ -3,12 +3,12 @@
 //! `cargo run --release --example snap`
 
 use nalgebra::Vector2;
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::{Event, Options, Run};
 
 fn main() -> snaprod::Result<()> {
-    let body = Body::new(1.0)?;
+    let body = PointMass::new(1.0)?;
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6)?;
     let options = Options::new(3.0)?.with_tolerance(1e-12)?;
     let q = Vector2::new(start.p, start.w);

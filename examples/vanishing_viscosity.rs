@@ -11,7 +11,7 @@
 //! `cargo run --release --example vanishing_viscosity -- figures`
 
 use nalgebra::{Vector1, Vector2};
-use snaprod::body::{Body, TimeLoad};
+use snaprod::body::{PointMass, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::viscoelastic::{Layer, ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Options, Run, Snap, State};
@@ -85,8 +85,8 @@ fn main() -> Result<(), Failure> {
 }
 
 /// The mass of the scene and its loads.
-fn body() -> snaprod::Result<Body<2>> {
-    Ok(Body::new(1.0)?
+fn body() -> snaprod::Result<PointMass<2>> {
+    Ok(PointMass::new(1.0)?
         .with_dead_force(Vector2::new(DEAD, 0.0))?
         .with_drag(DRAG)?
         .with_force(TimeLoad::sine(Vector2::new(0.0, SWING), TURNING, 0.0)?))

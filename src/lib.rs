@@ -13,13 +13,13 @@
 //!
 //! ```
 //! use nalgebra::Vector2;
-//! use snaprod::body::Body;
+//! use snaprod::body::PointMass;
 //! use snaprod::elastica::{Elastica, Equilibrium};
 //! use snaprod::motion::{Event, Options, Run};
 //!
 //! // The start: an equilibrium with the force lambda^2 = 6.3^2 in the rod, and the mass thrown downwards.
 //! let start = Equilibrium::from_lambda_kappa(6.3, 0.6)?;
-//! let mass = Body::new(1.0)?;
+//! let mass = PointMass::new(1.0)?;
 //! let velocity = Vector2::new(0.0, -0.5);
 //! let mut run = Run::new(&Elastica, &mass, Vector2::new(start.p, start.w), velocity, Options::new(1.0)?)?;
 //! let energy = run.now().ledger.total();

@@ -1,7 +1,7 @@
 //! Energy errors of long runs, and the cost per right-hand side of a planar rod's mass.
 
 use nalgebra::Vector2;
-use snaprod::body::{Body, TimeLoad};
+use snaprod::body::{PointMass, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium, LightRod};
 use snaprod::motion::{Event, Options, Run};
 use std::f64::consts::SQRT_2;
@@ -25,8 +25,8 @@ pub fn masses() {
 }
 
 /// Loads of the runs over 1000 time units whose energy error is measured.
-fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
-    let free = || Body::new(1.0).unwrap();
+fn ledger_scenes() -> [(&'static str, PointMass<2>); 3] {
+    let free = || PointMass::new(1.0).unwrap();
     let shaken = TimeLoad::sine(Vector2::new(0.0, 8.0), 2.0, 0.0).unwrap();
     [
         ("free", free()),
@@ -42,7 +42,7 @@ fn ledger_scenes() -> [(&'static str, Body<2>); 3] {
 }
 
 /// One line on the energy error from the start of the snap run, at tolerance 1e-12.
-fn ledger(name: &str, body: &Body<2>) -> String {
+fn ledger(name: &str, body: &PointMass<2>) -> String {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
     let options = Options::new(1000.0).unwrap().with_tolerance(1e-12).unwrap();
     let q = Vector2::new(start.p, start.w);
@@ -79,7 +79,7 @@ fn rod_mass((lam, p, v, load, duration): Heavy, tolerance: f64) -> String {
         .unwrap()
         .with_tolerance(tolerance)
         .unwrap();
-    let none = Body::new(1.0)
+    let none = PointMass::new(1.0)
         .unwrap()
         .with_dead_force(load.into())
         .unwrap();

@@ -5,7 +5,6 @@ use crate::{bars, statics};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use snaprod::motion::{Event, Motion, Outcome};
 use snaprod::scene::Scene;
-use snaprod::study::assembly::AssemblyPrepared;
 use snaprod::study::run::Prepared;
 use std::time::Instant;
 
@@ -202,16 +201,8 @@ fn moved(text: &str, tolerance: f64) -> Ran {
     let scene = Scene::parse_with(text, &[&format!("run.tolerance={tolerance:e}")])
         .unwrap_or_else(|faults| panic!("{faults}\n{text}"));
     let duration = scene.run().expect("a motion").duration;
-    match scene.assembly() {
-        None => {
-            let prepared = Prepared::new(&scene).expect("a scene");
-            followed(prepared.motion().expect("a start"), duration)
-        }
-        Some(_) => {
-            let prepared = AssemblyPrepared::new(&scene).expect("a scene");
-            followed(prepared.motion().expect("a start").0, duration)
-        }
-    }
+    let prepared = Prepared::new(&scene).expect("a scene");
+    followed(prepared.motion().expect("a start"), duration)
 }
 
 /// Takes a motion to its end. `duration` is in the scene's units; rods have the length 1.

@@ -1,7 +1,9 @@
 //! The error type of the library, and the record of a computation that cannot go on.
 
+mod checks;
 mod message;
 
+pub(crate) use checks::{check_finite, check_positive};
 pub use message::{InUnits, Message, Quantity};
 
 use std::error::Error as StdError;
@@ -114,11 +116,11 @@ impl Error {
     }
 
     /// Message of the whole chain of causes, with its numbers.
-    fn said(&self) -> Message {
+    fn chain_message(&self) -> Message {
         let source = self.source.as_deref();
         let said = match source.map(|source| (source.downcast_ref::<Self>(), source)) {
             None => return self.message.clone(),
-            Some((Some(error), _)) => error.said(),
+            Some((Some(error), _)) => error.chain_message(),
             Some((None, other)) => other.to_string().into(),
         };
         self.message.clone().words(": ").then(said)
@@ -157,7 +159,7 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.said().fmt(f)
+        self.chain_message().fmt(f)
     }
 }
 
@@ -265,7 +267,7 @@ impl Cause {
             Self::Ledger { relative } => {
                 format!("the energy ledger does not close (relative error {relative:.1e})")
             }
-            Self::Failed(error) => return error.said(),
+            Self::Failed(error) => return error.chain_message(),
         };
         text.into()
     }

@@ -23,12 +23,12 @@ pub use sample::AssemblySample;
 use super::event::{Bounce, Event, Outcome};
 use super::ledger::LedgerClosure;
 use super::locate::Timed;
-use super::options::Options;
+use super::options::{FINEST, Options};
 use super::snap::{LandingRule, Landings, Snap, SnapEnd};
 use nalgebra::DVector;
 use snaprod_systems::assembly::{
-    Assembly, ChartKind as Chart, Configuration, Evaluated, HeavyBody, Integrals, Link, Nearness,
-    RodMonitor, SlowedTime,
+    Assembly, Body, Configuration, Evaluated, Integrals, Link, Nearness, RodChart, RodMonitor,
+    SlowedTime,
 };
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::rod::Wrench;
@@ -43,10 +43,6 @@ use std::sync::Arc;
 
 /// Ratio of distances from the folds, by det J over its largest value, up to which time is slowed for other rods too.
 const COMPANY: f64 = 10.0;
-/// Bound of a step's local error, as a part of the tolerance.
-const LOCAL: f64 = 0.1;
-/// Smallest local tolerance: below it errors drown in rounding.
-const FINEST: f64 = 1e-14;
 /// Error of the integration along a rod, as a part of the step's error: slopes must be smooth to that level.
 const ALONG: f64 = 0.1;
 /// Largest gap between rod ends and attachments at the start, in tolerances.
@@ -185,9 +181,9 @@ impl AssemblyRun {
             ));
         }
         first_order_mass::check(&assembly, &options)?;
-        HeavyBody::start_in_grooves(assembly.carriers(), &start.bodies)?;
+        Body::start_in_grooves(assembly.carriers(), &start.bodies)?;
         let mut assembly = Arc::new(assembly);
-        let local = (LOCAL * options.tolerance).max(FINEST);
+        let local = options.local_tolerance();
         let along = (ALONG * local).max(FINEST);
         let start = &assembly.complete_spins(start, along)?;
         let state = assembly.state(start, &Integrals::default());
@@ -199,10 +195,14 @@ impl AssemblyRun {
         let mut at = followed(&assembly, &state)?;
         // From here on charts change only between steps.
         for (k, (point, q)) in at.points.iter().zip(&at.now.charts).enumerate() {
-            let better = assembly.links()[k].suited_chart_kind(q, point);
+            let chart = if assembly.links()[k].suits_taut(q, point) {
+                RodChart::Taut { spring: 0.0 }
+            } else {
+                RodChart::BaseWrench
+            };
             let felt = assembly.should_feel(k, &at, along);
             let assembly = Arc::make_mut(&mut assembly);
-            assembly.set_chart_kind(k, better);
+            assembly.set_chart(k, chart);
             assembly.set_inertia(k, felt);
         }
         let apart = assembly.drift(&at);
@@ -220,7 +220,7 @@ impl AssemblyRun {
             assembly.write_slope(&numbers.0, None, along, &mut slope.0, see)
         };
         let mut defined = begin(&assembly, &numbers);
-        if defined.is_some() && Arc::make_mut(&mut assembly).allow(options.tolerance, &at) {
+        if defined.is_some() && Arc::make_mut(&mut assembly).allow_sliding(options.tolerance, &at) {
             let ends = followed(&assembly, &numbers.0)?;
             numbers = StateVector(assembly.slide_bodies(numbers.0, &ends));
             at = followed(&assembly, &numbers.0)?;
@@ -237,7 +237,7 @@ impl AssemblyRun {
             })?;
         let leaves = assembly.leaves_groove(&numbers.0, &slope.0, options.tolerance);
         let near = if assembly.looks_for_contacts() {
-            assembly.nearness(0.0, start)
+            Nearness::at(&assembly, 0.0, start)
         } else {
             Nearness::default()
         };
@@ -298,7 +298,7 @@ impl AssemblyRun {
     }
 
     fn local(&self) -> f64 {
-        (LOCAL * self.options.tolerance).max(FINEST)
+        self.options.local_tolerance()
     }
 
     /// Error of the integration along the rods.
@@ -512,7 +512,7 @@ impl AssemblyRun {
         if self.assembly.looks_for_contacts() {
             let state = self.solver.state();
             let now = self.assembly.configuration(&state.0);
-            self.near = self.assembly.nearness(state.time(), &now);
+            self.near = Nearness::at(&self.assembly, state.time(), &now);
             let touching = self.near.contact.filter(|contact| contact.gap < 0.0);
             if let Some(contact) = touching {
                 self.pending = Some(Pending::Stop(Outcome::SelfContact(contact)));

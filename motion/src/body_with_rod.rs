@@ -2,7 +2,7 @@
 
 use super::sheet::Phase;
 use nalgebra::{SMatrix, SVector};
-use snaprod_systems::body::{Body, EndMotion};
+use snaprod_systems::body::{EndMotion, PointMass};
 use snaprod_systems::manifold::{FirstOrderInertia, ManifoldPoint};
 
 /// A rod with a followed mass, and the tolerance of that mass.
@@ -15,7 +15,7 @@ pub(super) struct FollowedMass<'a, const N: usize> {
 }
 
 /// Tolerance of the mass of a rod: an error acts on the body in proportion to its share of the body's mass.
-pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
+pub(super) fn rod_error<const N: usize>(body: &PointMass<N>, tolerance: f64) -> f64 {
     body.mass() * tolerance
 }
 
@@ -23,7 +23,7 @@ pub(super) fn rod_error<const N: usize>(body: &Body<N>, tolerance: f64) -> f64 {
 /// not bear. None where the mass cannot be followed.
 pub(super) fn force_of_mass<const N: usize>(
     rod: &dyn FirstOrderInertia<N>,
-    body: &Body<N>,
+    body: &PointMass<N>,
     (y, point): (&Phase<N>, &ManifoldPoint<N>),
     error: f64,
 ) -> Option<SVector<f64, N>> {
@@ -37,7 +37,7 @@ pub(super) fn force_of_mass<const N: usize>(
 /// moving clamp the clamp bears the rod's inertia at its end and along it.
 pub(super) fn with_rod<const N: usize>(
     FollowedMass { rod, error }: FollowedMass<N>,
-    body: &Body<N>,
+    body: &PointMass<N>,
     (y, point): (&Phase<N>, &ManifoldPoint<N>),
     action: &mut EndMotion<N>,
 ) -> Option<()> {
@@ -48,7 +48,7 @@ pub(super) fn with_rod<const N: usize>(
     action.acceleration = all * (alone * mass + felt.force);
     if let Some(frame) = frame {
         let borne = (action.acceleration - alone) * mass;
-        action.power += borne.dot(&frame.carried(&point.pose))
+        action.power += borne.dot(&frame.velocity_of_fixed_point(&point.pose))
             + felt.pull.dot(&action.acceleration)
             + felt.power;
     }

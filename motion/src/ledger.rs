@@ -2,7 +2,7 @@
 
 use super::sheet::Phase;
 use super::state::State;
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::manifold::ManifoldPoint;
 
 /// The terms of the ledger at one moment.
@@ -25,7 +25,7 @@ pub struct Ledger {
 impl Ledger {
     /// The ledger of a state on the manifold; `snapped` is the energy released in the snaps so far.
     pub fn new<const N: usize>(
-        body: &Body<N>,
+        body: &PointMass<N>,
         at: &ManifoldPoint<N>,
         phase: &Phase<N>,
         snapped: f64,

@@ -13,7 +13,7 @@ use super::snap::{Snap, SnapEnd};
 use super::{Ledger, State};
 use nalgebra::{DMatrix, DVector, Isometry3, UnitQuaternion, Vector3};
 use snaprod_systems::assembly::{BodyMotion, Configuration};
-use snaprod_systems::math::se3::{halves, inverse_left_jacobian, joined, left_jacobian};
+use snaprod_systems::math::se3::{halves, inverse_left_jacobian, join, left_jacobian};
 use std::fmt;
 
 /// Tolerances of the light rod along the path, and of the folds.
@@ -228,7 +228,7 @@ impl EndSample {
                 (here.translation.vector + moved).into(),
                 UnitQuaternion::from_scaled_axis(turned) * here.rotation,
             ),
-            twist: joined(&(left_jacobian(&turned) * turning), &rate),
+            twist: join(&(left_jacobian(&turned) * turning), &rate),
         }
     }
 }

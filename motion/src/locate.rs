@@ -69,7 +69,7 @@ pub fn at_time<S: Timed>(
         return None;
     }
     if dense.is_none() {
-        *dense = step.inside(f, cost);
+        *dense = step.interpolant(f, cost);
     }
     let dense = dense.as_ref()?;
     let x = chandrupatla(
@@ -113,7 +113,7 @@ pub fn first_fold<S: Timed>(
     }
     let h = step.h();
     let (start, end) = (step.start_slope().time(), step.end_slope().time());
-    let dense = step.inside(f, cost)?;
+    let dense = step.interpolant(f, cost)?;
     let mut rate_at = |x: f64| {
         cost.evaluations += 1;
         f.slope(&dense.at(x)).map_or(f64::NAN, |slope| slope.time())

@@ -31,7 +31,16 @@ pub struct Options {
     pub max_snaps: u64,
 }
 
+/// Bound of a step's local error, as a part of the tolerance. Errors of steps add up; their sum is then of the order of
+/// the tolerance.
+pub(crate) const LOCAL: f64 = 0.1;
+/// Smallest local tolerance: below it errors drown in rounding.
+pub(crate) const FINEST: f64 = 1e-14;
+
 impl Options {
+    /// Smallest tolerance of rods with strains: below it no room is left for the errors along the rod.
+    pub const LEAST_WITH_STRAINS: f64 = 1e-13;
+
     /// Options with defaults, up to the time `duration`.
     ///
     /// # Errors
@@ -56,7 +65,7 @@ impl Options {
     /// Sets the tolerance.
     ///
     /// # Errors
-    /// A tolerance outside [1e-14, 1e-2]; a viscoelastic run asks for 1e-13 at least.
+    /// A tolerance outside [1e-14, 1e-2]. Rods with strains ask for at least [`Options::LEAST_WITH_STRAINS`].
     pub fn with_tolerance(mut self, tolerance: f64) -> Result<Self> {
         if !(1e-14..=1e-2).contains(&tolerance) {
             return Err(Error::domain(format!(
@@ -65,6 +74,23 @@ impl Options {
         }
         self.tolerance = tolerance;
         Ok(self)
+    }
+
+    /// Bound of the local error of a step.
+    pub(crate) fn local_tolerance(&self) -> f64 {
+        (LOCAL * self.tolerance).max(FINEST)
+    }
+
+    /// # Errors
+    /// A tolerance below [`Options::LEAST_WITH_STRAINS`]; `of` says of which rod.
+    pub(crate) fn suits_strains(&self, of: &str) -> Result<()> {
+        if self.tolerance >= Self::LEAST_WITH_STRAINS {
+            return Ok(());
+        }
+        Err(Error::domain(format!(
+            "tolerance = {} must lie in [1e-13, 1e-2] for a {of}",
+            self.tolerance
+        )))
     }
 
     /// Sets the landing rule.

@@ -35,27 +35,11 @@ pub use equivalent::{Equivalent, Mode};
 
 use balance::{Balance, Slots, State};
 use nalgebra::Vector6;
-use snaprod_systems::body::{Body, RigidBody};
+use snaprod_systems::body::Mass;
 use snaprod_systems::error::{InUnits, Message, Quantity};
 use snaprod_systems::section::Strain;
 use snaprod_systems::section::rate::Viscoelastic;
 use std::fmt;
-
-/// The body at the end of the rod.
-#[derive(Debug, Clone)]
-pub enum TipBody {
-    /// A rigid body welded to the end.
-    Welded(Box<RigidBody>),
-    /// A point mass on an end that is free to turn: m(1) = 0.
-    BallJoint(Body<3>),
-}
-
-impl TipBody {
-    /// A rigid body welded to the end.
-    pub fn welded(body: RigidBody) -> Self {
-        Self::Welded(Box::new(body))
-    }
-}
 
 /// Kind of reduced motion, by the strains that move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,7 +98,7 @@ impl std::error::Error for Refusal {}
 #[derive(Debug, Clone)]
 pub struct Reduction {
     section: Viscoelastic,
-    carried: TipBody,
+    carried: Mass,
     kind: ReductionKind,
     slots: Slots,
     start: State,
@@ -139,7 +123,7 @@ impl Reduction {
     /// [`Refusal`]: why the motion is of none.
     pub fn recognise(
         section: &Viscoelastic,
-        carried: &TipBody,
+        carried: &Mass,
         start: &ReducedStart,
     ) -> Result<Self, Refusal> {
         let refuse = |why: Message| Err(Refusal(why));
@@ -210,7 +194,7 @@ impl Reduction {
     fn of_kind(
         kind: ReductionKind,
         section: &Viscoelastic,
-        carried: &TipBody,
+        carried: &Mass,
         given: &UniformStart,
     ) -> Result<Self, Message> {
         let rigid = section.rate.rigid();
@@ -225,7 +209,7 @@ impl Reduction {
         match kind {
             ReductionKind::Longitudinal if rigid[5] => return Err("the rod is inextensible".into()),
             ReductionKind::Twisting if rigid[2] => return Err("the section cannot twist".into()),
-            ReductionKind::Twisting if matches!(carried, TipBody::BallJoint(_)) => {
+            ReductionKind::Twisting if !carried.turns() => {
                 return Err("the end is free to turn, so that no couple twists the rod".into());
             }
             ReductionKind::Shearing if rigid[3] && rigid[4] => {
@@ -261,7 +245,7 @@ impl Reduction {
                     .words(" along the clamp's directors"),
             );
         }
-        if let TipBody::Welded(body) = carried {
+        if let Mass::Rigid(body) = carried {
             let (c, j) = (body.offset(), body.inertia());
             let off = c.x.abs().max(c.y.abs()) > SAME;
             if kind != ReductionKind::Shearing && off && !rigid[..3].iter().all(|r| *r) {

@@ -14,7 +14,7 @@ use super::snap::{LandingRule, Snap, SnapEnd, landings, orientation};
 use super::start::{Departure, depart};
 use super::state::{State, StateRef};
 use nalgebra::{DVector, SVector, UnitQuaternion};
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::error::{Cause, Error, Result};
 use snaprod_systems::manifold::{Multivalued, Patch, Sheet};
 use snaprod_systems::solve::cost::Cost;
@@ -48,7 +48,7 @@ type Early<'a, const N: usize> = Box<dyn Fn(f64) -> Option<(Phase<N>, [f64; 2])>
 /// A run in progress.
 pub struct Run<'a, M, const N: usize> {
     manifold: &'a M,
-    body: &'a Body<N>,
+    body: &'a PointMass<N>,
     options: Options,
     motion: OnSheet<'a, M, N>,
     /// True while the motion feels the mass of the rod.
@@ -101,7 +101,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
     /// A start outside the chart, or a velocity that is not finite.
     pub fn new(
         manifold: &'a M,
-        body: &'a Body<N>,
+        body: &'a PointMass<N>,
         q: SVector<f64, N>,
         v: SVector<f64, N>,
         options: Options,
@@ -118,7 +118,7 @@ impl<'a, M: Multivalued<N>, const N: usize> Run<'a, M, N> {
 
     fn start(
         manifold: &'a M,
-        body: &'a Body<N>,
+        body: &'a PointMass<N>,
         phase: Phase<N>,
         options: Options,
         snapped: f64,

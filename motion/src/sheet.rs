@@ -23,7 +23,7 @@ use fast_oscillation::Shaking;
 use nalgebra::SVector;
 use sheet8::{EightfoldSteps, OneOrEight};
 pub use slow_beam::Glide;
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::manifold::{FirstOrderInertia, Multivalued, Patch, adjugate_times};
 use snaprod_systems::solve::cost::Cost;
@@ -102,7 +102,7 @@ pub enum Progress {
 /// A motion on one sheet, step by step.
 pub struct OnSheet<'a, M, const N: usize> {
     manifold: &'a M,
-    body: &'a Body<N>,
+    body: &'a PointMass<N>,
     /// The mass of the rod; None if it is not followed.
     rod: Option<FollowedMass<'a, N>>,
     /// The chart of the solver's states.
@@ -120,17 +120,12 @@ pub struct OnSheet<'a, M, const N: usize> {
     shaking: Shaking<N>,
 }
 
-/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up, and the run's
-/// error is to be of the order of the tolerance, not a multiple of it.
-const LOCAL: f64 = 0.1;
 /// Ratio of the lengths of collocation steps and DOP853 steps.
 const LONGER: f64 = 3.0;
 /// Largest distance to the end of time, relative to 1 + the time, at which a state has arrived.
 const ON_TIME: f64 = 1e-12;
 /// Most halvings of a step in which time turns back but no fold is found; then time stands still, and the step fails.
 const HALVINGS: u32 = 60;
-/// Smallest local tolerance: below it errors drown in rounding.
-const FINEST: f64 = 1e-14;
 
 impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// Starts a motion at `start` on the sheet where s det > 0, s = `orientation` = +-1. Tolerance and method
@@ -141,7 +136,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
     /// A start outside the chart.
     pub fn new(
         manifold: &'a M,
-        body: &'a Body<N>,
+        body: &'a PointMass<N>,
         start: Phase<N>,
         orientation: f64,
         rod: Option<&'a dyn FirstOrderInertia<N>>,
@@ -169,7 +164,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let slope = slope(manifold, patch, body, rod, orientation, &start).ok_or_else(outside)?;
         let rate = slope.mean_square(&start, &start).sqrt();
         let h = 0.3 * tolerance.powf(0.125) / rate.max(0.1);
-        let local = (LOCAL * tolerance).max(FINEST);
+        let local = options.local_tolerance();
         let symmetric = options.method == Method::Symmetric;
         let eight = if symmetric || rod.is_some() {
             None
@@ -437,7 +432,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         if ended.is_none() {
             // Next to a fold time nearly stands still: the interpolant of the step gives the fraction and the
             // rate of time at `end`.
-            let guess = step.inside(both, cost).and_then(|dense| {
+            let guess = step.interpolant(both, cost).and_then(|dense| {
                 let left = |x: f64| dense.at(x).t - end;
                 let x = chandrupatla(left, (0.0, from - end), (1.0, to - end), 0.0)?;
                 let rate = f(&dense.at(x))?.t;
@@ -491,7 +486,7 @@ fn written<S>(f: impl Fn(&S) -> Option<S>) -> impl Fn(&S, &mut S) -> Option<()> 
 fn slope<M: Multivalued<N>, const N: usize>(
     manifold: &M,
     patch: Patch,
-    body: &Body<N>,
+    body: &PointMass<N>,
     rod: Option<FollowedMass<N>>,
     orientation: f64,
     y: &Phase<N>,

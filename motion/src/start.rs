@@ -3,7 +3,7 @@
 use super::sheet::Phase;
 use super::snap::{aside, fold_sides};
 use nalgebra::SVector;
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::manifold::{ManifoldPoint, Multivalued, adjugate_times, invert_near};
 use snaprod_systems::math::small_sort::sort_few;
@@ -49,7 +49,7 @@ const FIRST_STEP: f64 = 0.1;
 /// A state outside the chart, or a degenerate point from which no sheet can be followed.
 pub fn depart<M: Multivalued<N>, const N: usize>(
     manifold: &M,
-    body: &Body<N>,
+    body: &PointMass<N>,
     phase: &Phase<N>,
 ) -> Result<Departure<N>> {
     let q = phase.q;
@@ -126,7 +126,7 @@ pub fn depart<M: Multivalued<N>, const N: usize>(
 /// from the fold to the point reached.
 fn from_rest<M: Multivalued<N>, const N: usize>(
     manifold: &M,
-    body: &Body<N>,
+    body: &PointMass<N>,
     phase: &Phase<N>,
     at: &ManifoldPoint<N>,
     step: &SVector<f64, N>,

@@ -8,7 +8,7 @@ use snaprod_systems::assembly::{BodyMotion, Configuration};
 use snaprod_systems::elastica::chart::ChartPoint;
 use snaprod_systems::elastica::{Elastica, Equilibrium};
 use snaprod_systems::manifold::{EquilibriumManifold, Sheet};
-use snaprod_systems::math::se3::joined;
+use snaprod_systems::math::se3::join;
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::{Kinematics, Local};
@@ -36,14 +36,21 @@ pub trait State {
     /// Energies.
     fn ledger(&self) -> Ledger;
 
-    /// Energy dissipated by friction in the rod up to now, without drag and snaps.
-    fn friction(&self) -> f64;
+    /// Energy dissipated by friction in the rod up to now, without drag and snaps; 0 for elastic rods.
+    fn friction(&self) -> f64 {
+        0.0
+    }
 
-    /// Relative distance of the rod from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 on a sheet.
-    fn distance(&self) -> f64;
+    /// Relative distance of the rod from equilibrium, in [0, 1], as [`ViscousSample::distance`]; 0 for elastic rods,
+    /// which are in equilibrium, and for rods with mass, which are in equilibrium only at rest.
+    fn distance(&self) -> f64 {
+        0.0
+    }
 
     /// The equilibrium of the elastica that the rod is in, or near; None if there is none, or the model names none.
-    fn equilibrium(&self) -> Option<Labels>;
+    fn equilibrium(&self) -> Option<Labels> {
+        None
+    }
 
     /// The Morse index of the rod with its end held; None off equilibrium.
     fn index(&self) -> Option<usize> {
@@ -87,8 +94,10 @@ pub trait State {
         self.strains_of(0, places)
     }
 
-    /// Dissipation per length and time at arc lengths in [0, 1], in growing order.
-    fn dissipation_at(&self, places: &[f64]) -> Vec<f64>;
+    /// Dissipation per length and time at arc lengths in [0, 1], in growing order; 0 for elastic rods.
+    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
+        vec![0.0; places.len()]
+    }
 
     /// Sections from the clamp to the end: `points` of them for a rod on a sheet, `points` per element and
     /// the two ends for a rod with strains. Empty if the strains give no shape.
@@ -194,14 +203,6 @@ impl State for Sample<2> {
         self.ledger
     }
 
-    fn friction(&self) -> f64 {
-        0.0
-    }
-
-    fn distance(&self) -> f64 {
-        0.0
-    }
-
     fn equilibrium(&self) -> Option<Labels> {
         Some(Labels {
             p: self.phase.q[0],
@@ -221,10 +222,6 @@ impl State for Sample<2> {
             .iter()
             .map(|s| bent(curvature(s).unwrap_or(f64::NAN)))
             .collect()
-    }
-
-    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
-        vec![0.0; places.len()]
     }
 
     fn sections(&self, points: usize) -> RodCurve {
@@ -325,7 +322,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
                     sum + frame * rate.fixed_rows::<3>(0) * *weight
                 })
         };
-        joined(&spin, &velocity)
+        join(&spin, &velocity)
     }
 
     fn action(&self) -> Vector6<f64> {
@@ -335,7 +332,7 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
         } else {
             Vector3::zeros()
         };
-        -joined(&couple, &force)
+        -join(&couple, &force)
     }
 
     fn ledger(&self) -> Ledger {
@@ -348,10 +345,6 @@ impl<const M: usize, const D: usize> State for ViscousSample<Space<M, D>, M, D> 
 
     fn distance(&self) -> f64 {
         self.distance()
-    }
-
-    fn equilibrium(&self) -> Option<Labels> {
-        None
     }
 
     fn strains_of(&self, _rod: usize, places: &[f64]) -> Vec<Strain> {

@@ -20,9 +20,11 @@
 
 use super::sheet::Phase;
 use nalgebra::{DMatrix, DVector, Vector2};
-use snaprod_systems::body::{Body, EndMotion};
+use snaprod_systems::body::{EndMotion, PointMass};
 use snaprod_systems::elastica::Equilibrium;
-use snaprod_systems::elastica::straight_beam::{AlmostStraight, EULER, MOST_PULL, unstable};
+use snaprod_systems::elastica::straight_beam::{
+    AlmostStraight, EULER, MOST_PULL, unstable_push_error,
+};
 use snaprod_systems::error::{Error, Message, Quantity, Result};
 use snaprod_systems::manifold::{DeflectionInertia, DeflectionState};
 use snaprod_systems::math::gauss::{Rule, legendre};
@@ -49,7 +51,7 @@ const INITIAL: [f64; 4] = [1e-40, 1e-20, 1e-10, 1e-5];
 pub struct Opening {
     /// End of the opening: the motion goes on in the chart.
     pub until: f64,
-    body: Body<2>,
+    body: PointMass<2>,
     velocity: f64,
     /// k of y = O(t^k).
     order: i32,
@@ -72,7 +74,7 @@ impl Opening {
     /// # Errors
     /// A velocity along the rod; nothing that drives the mass across; a push beyond Euler's load; a pull
     /// beyond the bound; loads or speeds for which no opening of sensible length is found.
-    pub fn new(body: &Body<2>, velocity: Vector2<f64>, duration: f64) -> Result<Self> {
+    pub fn new(body: &PointMass<2>, velocity: Vector2<f64>, duration: f64) -> Result<Self> {
         let v = velocity[1];
         // A velocity across, seen from a turned clamp, has rounding along the rod.
         let along = velocity[0].abs() > ROUNDING * v.abs();
@@ -101,7 +103,7 @@ impl Opening {
         let idle = |i: usize| loads(until * i as f64 / POINTS as f64)[1] == 0.0;
         if v == 0.0 && (0..=POINTS).all(idle) {
             if at_once[0] < -EULER {
-                return Err(unstable(-at_once[0]));
+                return Err(unstable_push_error(-at_once[0]));
             }
             return Err(Error::domain(
                 "nothing acts across the straight rod at t = 0, so it stays as it is; give a load across (gravity or dead in \
@@ -274,7 +276,7 @@ impl Opening {
         let across = (mass * alone + felt.force) / (mass + felt.mass);
         action.acceleration[1] = across;
         if let Some(support) = self.body.support() {
-            let borne = mass * (across - alone) * support.at(t).carried(pose)[1];
+            let borne = mass * (across - alone) * support.at(t).velocity_of_fixed_point(pose)[1];
             action.power += borne + felt.pull * across + felt.power;
         }
         Some(())
@@ -346,7 +348,7 @@ impl Opening {
 }
 
 /// The pull at t = 0 under the load `along` the rod and with the velocity v across: N = f_x + 2 c(N) m v^2.
-fn initial_pull(body: &Body<2>, along: f64, v: f64) -> Result<f64> {
+fn initial_pull(body: &PointMass<2>, along: f64, v: f64) -> Result<f64> {
     let swing = body.mass() * v * v;
     // c lies between 1/2 and 0.62.
     let mut pull = along + 1.2 * swing;
@@ -364,7 +366,7 @@ fn initial_pull(body: &Body<2>, along: f64, v: f64) -> Result<f64> {
     let rods = AlmostStraight::new(pull);
     for _ in 0..40 {
         let Some((c, _)) = (pull > -EULER).then(|| rods.shortening(pull)).flatten() else {
-            return Err(unstable(-pull));
+            return Err(unstable_push_error(-pull));
         };
         pull = along + 2.0 * c * swing;
     }

@@ -2,8 +2,8 @@
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{json_text, number, print, print_json, settled};
-use super::output::{FigureArgs, Output};
-use super::{Ending, Refusal, assembly, rod_figures};
+use super::output::{Output, OutputArgs};
+use super::{Ending, Refusal, assembly_equilibrium, rod_figures};
 use clap::Args;
 use nalgebra::Vector3;
 use snaprod::math::se3::halves;
@@ -11,20 +11,13 @@ use snaprod::plot::rod_state;
 use snaprod::rod::Path;
 use snaprod::study::{self, EquilibriumRecord};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct EquilibriumArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Directory for shape.csv, equilibrium.json and equilibrium.svg; without it no file is written.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub figures: FigureArgs,
-    /// Print one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    pub output: OutputArgs,
 }
 
 /// Files of the command.
@@ -34,18 +27,18 @@ pub const FILES: &[&str] = &["equilibrium.*", "shape.csv"];
 pub fn equilibrium(args: &EquilibriumArgs) -> Result<Ending, Refusal> {
     let scene = read_equilibrium(&args.scene)?;
     if scene.is_assembly() {
-        return assembly::equilibrium(args, &scene);
+        return assembly_equilibrium::equilibrium(args, &scene);
     }
     let record = study::equilibrium(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
-    if let Some(directory) = &args.out {
-        let out = Output::open(Some(directory), FILES, args.figures)?;
+    if let Some(directory) = &args.output.out {
+        let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("equilibrium.json", json_text(summary.clone()).as_bytes())?;
         out.table(&record.shape()?)?;
         out.figure("equilibrium", || Ok(rod_figures::state(&record)), rod_state);
-        out.finish(!args.json)?;
+        out.finish(!args.output.json)?;
     }
-    if args.json {
+    if args.output.json {
         print_json(summary);
     } else {
         print(&text(&record));
@@ -96,12 +89,11 @@ fn text(record: &EquilibriumRecord) -> String {
     let start = if route.from_guess {
         "from the guess of [start]".to_owned()
     } else {
-        let start = if route.imperfect {
-            "a bent"
-        } else {
-            "the unloaded"
-        };
-        format!("from {start} rod by continuation in {} steps", route.steps)
+        match (route.imperfect, route.steps) {
+            (true, 0) => "at rest after a fall from the unloaded shape".to_owned(),
+            (true, steps) => format!("from a bent rod by continuation in {steps} steps"),
+            (false, steps) => format!("from the unloaded rod by continuation in {steps} steps"),
+        }
     };
     let damped = if route.damping < 1.0 {
         format!(", damped down to {}", route.damping)

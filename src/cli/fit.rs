@@ -2,7 +2,7 @@
 
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::progress::Tally;
 use super::signals::{self, Signals};
 use super::{Ending, Refusal};
@@ -40,17 +40,11 @@ pub struct FitArgs {
     /// Seed of the random starts.
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Output directory; default out/ and the name of the scene with -fit.
-    #[arg(long)]
-    out: Option<PathBuf>,
-    /// Print the result as one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputArgs,
     /// Print nothing but errors; no progress bar.
     #[arg(long)]
     quiet: bool,
-    #[command(flatten)]
-    figures: FigureArgs,
 }
 
 const FILES: &[&str] = &["fit.*", "curve.csv"];
@@ -58,15 +52,11 @@ const FILES: &[&str] = &["fit.*", "curve.csv"];
 /// Searches from all starts, on all cores, and reports the best result.
 pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
     let fit = planned(args)?;
-    let directory = args.out.clone().unwrap_or_else(|| {
-        let mut name = args.scene.directory().into_os_string();
-        name.push("-fit");
-        name.into()
-    });
-    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    let directory = args.output.directory(&args.scene, "-fit");
+    let out = Output::open(Some(&directory), FILES, args.output.figures)?;
     signals::watch();
     let starts = args.starts;
-    let tally = Tally::new(starts, !args.quiet && !args.json);
+    let tally = Tally::new(starts, !args.quiet && !args.output.json);
     let searched: snaprod::Result<Vec<Option<SearchEnd>>> = (0..starts)
         .into_par_iter()
         .map(|k| {
@@ -93,8 +83,8 @@ pub fn fit(args: &FitArgs) -> Result<Ending, Refusal> {
         out.table(&curve)?;
     }
     out.figure("fit", || Ok(figure(&record)), plot::fit);
-    out.finish(!args.quiet && !args.json)?;
-    if args.json {
+    out.finish(!args.quiet && !args.output.json)?;
+    if args.output.json {
         print_json(record.summary());
     } else if !args.quiet {
         let mut text = report(&record);

@@ -2,7 +2,7 @@
 //!
 //! Exit codes: 0 done, 1 the run ended short of what was asked (the reason is in the output), 2 bad input.
 
-mod assembly;
+mod assembly_equilibrium;
 mod bar;
 mod branch;
 mod check;
@@ -71,7 +71,7 @@ enum Command {
     Fit(fit::FitArgs),
     /// Natural frequencies and mode shapes about the equilibrium of a scene of motion.
     Modes(modes::ModesArgs),
-    /// Says what a run of a scene computes, what it leaves out and why, and its cost.
+    /// Contents of a run: computed quantities, omissions with reasons, cost.
     #[command(allow_negative_numbers = true)]
     Plan(plan::PlanArgs),
     /// Checks a scene and reports every fault at once.

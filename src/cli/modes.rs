@@ -2,7 +2,7 @@
 
 use super::check::{SceneArgs, no_start, read_modes};
 use super::files::{json_text, print, print_json, rounded};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::{Ending, Refusal, rod_figures};
 use clap::Args;
 use snaprod::assembly::Joint;
@@ -10,20 +10,13 @@ use snaprod::plot::{ModeShape, ModeShapes, SpaceRod, mode_shapes};
 use snaprod::study::modes::Station;
 use snaprod::study::{self, ModesRecord};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct ModesArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Directory for modes.csv, summary.json and modes.svg; without it no file is written.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub figures: FigureArgs,
-    /// Print one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    pub output: OutputArgs,
 }
 
 /// Files of the command.
@@ -33,21 +26,21 @@ const FILES: &[&str] = &["modes.*", "summary.json"];
 pub fn modes(args: &ModesArgs) -> Result<Ending, Refusal> {
     let scene = read_modes(&args.scene)?;
     let record = study::modes(&scene).map_err(|e| no_start(&args.scene.path, &e))?;
-    if let Some(directory) = &args.out {
+    if let Some(directory) = &args.output.out {
         let grounds = match scene.assembly() {
             Some(given) => given.grounds(),
             None => vec![[Some(Joint::Weld), None]],
         };
-        let out = Output::open(Some(directory), FILES, args.figures)?;
+        let out = Output::open(Some(directory), FILES, args.output.figures)?;
         out.write("summary.json", json_text(record.summary()).as_bytes())?;
         out.table(&record.table()?)?;
         // Under follower loads the motions have no mode shapes.
         if !record.motions.modes.is_empty() {
             out.figure("modes", || Ok(shapes(&record, &grounds)), mode_shapes);
         }
-        out.finish(!args.json)?;
+        out.finish(!args.output.json)?;
     }
-    if args.json {
+    if args.output.json {
         print_json(record.summary());
     } else {
         print(&text(&record));

@@ -5,6 +5,7 @@
 //! directory. This protects against the death of the program at any moment, not against power failure, since files are
 //! not flushed to the disk.
 
+use super::check::SceneArgs;
 use super::files::{print, print_error};
 use super::page::Page;
 use super::{Refusal, signals};
@@ -21,8 +22,33 @@ use std::time::Duration;
 
 /// A figure as PNG and as PDF, if requested.
 type Copies = [Option<Vec<u8>>; 2];
-/// Closure that owns its data and draws a figure.
+/// Closure with owned data; draws a figure.
 type Drawing = Box<dyn FnOnce() -> snaprod::Result<String> + Send>;
+
+/// Options of commands that write files into a directory, and report in words or JSON.
+#[derive(Args, Debug, Default)]
+pub struct OutputArgs {
+    /// Directory of the files. Without it `run`, `branch`, `sweep` and `fit` write to out/ and the name of the scene,
+    /// with -sweep or -fit after it, but `run --json` and other commands write no file.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    pub figures: FigureArgs,
+}
+
+impl OutputArgs {
+    /// The directory of a command that always writes files, by default out/, the name of the scene and `suffix`.
+    pub fn directory(&self, scene: &SceneArgs, suffix: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let mut name = scene.directory().into_os_string();
+            name.push(suffix);
+            name.into()
+        })
+    }
+}
 
 /// Options of figures, and the format of tables.
 #[derive(Args, Debug, Clone, Copy, Default)]

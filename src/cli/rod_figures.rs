@@ -22,6 +22,24 @@ pub fn drawn(sections: &[RodSection], value: Option<f64>, unstable: bool) -> Spa
     }
 }
 
+/// Data of a drawn rod with sections in these poses.
+pub fn posed<'a>(
+    sections: impl Iterator<Item = &'a Isometry3<f64>> + Clone,
+    ground: &[Option<Joint>; 2],
+) -> SpaceRod {
+    let directors = |pose: &Isometry3<f64>| {
+        let turn = pose.rotation.to_rotation_matrix();
+        std::array::from_fn(|j| turn.matrix().column(j).into_owned().into())
+    };
+    let points = sections.clone().map(|pose| pose.translation.vector.into());
+    SpaceRod {
+        points: points.collect(),
+        directors: sections.map(directors).collect(),
+        ground: self::ground(ground),
+        ..SpaceRod::default()
+    }
+}
+
 /// Data of a drawn body in this pose.
 pub fn body(
     solid: &Solid,
@@ -42,12 +60,12 @@ pub fn body(
 pub fn ground(joints: &[Option<Joint>; 2]) -> [Option<Ground>; 2] {
     let held = |joint: Joint| match joint {
         Joint::Weld => Ground::Clamp,
-        Joint::Ball | Joint::Pins => Ground::Ball,
+        Joint::Ball => Ground::Ball,
     };
     joints.map(|joint| joint.map(held))
 }
 
-/// Energy ledger over time; `states` are in order of time.
+/// Energy ledger over time; `states` are in order of time. The work of loads is shown if `driven`, or not 0.
 pub fn energies(
     states: &[(f64, &Ledger)],
     driven: bool,
@@ -71,7 +89,7 @@ pub fn energies(
         work: if driven {
             column(&|l| l.work)
         } else {
-            Vec::new()
+            or_none(&|l| l.work)
         },
         total: column(&|l| l.kinetic + l.rod_kinetic + l.elastic + l.potential),
         error: column(&|l| l.total() - first),

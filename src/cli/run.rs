@@ -3,30 +3,23 @@
 
 use super::check::SceneArgs;
 use super::files::{json_text, print, print_error, print_json, toml_text};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::progress::Progress;
-use super::run_figures::{RunFigure, run_figures};
-use super::{Ending, Refusal, assembly, bar, check, run_page, run_text, signals};
+use super::run_figures::{RunFigure, moves, run_figures};
+use super::{Ending, Refusal, bar, check, run_page, run_text, signals};
 use clap::Args;
 use serde_json::{Value, json};
-use snaprod::motion::Motion;
-use snaprod::scene::Scene;
 use snaprod::study::dispatch::{PreparedScene, SceneRun};
 use snaprod::study::export::{posed, shape_arrays, vtk_collection, vtk_frame};
-use snaprod::study::film::Filmed;
-use snaprod::study::run::Fields;
+use snaprod::study::run::{Fields, Prepared, RunRecord};
 use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct RunArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Output directory; default `out/` and the name of the scene, or nothing with --json.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Print the summary with the events as one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: OutputArgs,
     /// Print nothing but errors; no progress bar.
     #[arg(long)]
     pub quiet: bool,
@@ -42,23 +35,18 @@ pub struct RunArgs {
     /// Write the rods and bodies at every sample for ParaView: run.pvd and run-0000.vtu, ...
     #[arg(long)]
     pub vtk: bool,
-    #[command(flatten)]
-    pub figures: FigureArgs,
 }
 
 impl RunArgs {
     /// True if shapes of the rods are written, which requires a second pass over the motion.
     pub fn follows_again(&self) -> bool {
-        self.directory().is_some() && (self.figures.npz || self.vtk)
+        self.directory().is_some() && (self.output.figures.npz || self.vtk)
     }
 
     /// Output directory; `None`: no file is written.
     pub fn directory(&self) -> Option<PathBuf> {
-        match &self.out {
-            Some(out) => Some(out.clone()),
-            None if self.json => None,
-            None => Some(self.scene.directory()),
-        }
+        let wanted = self.output.out.is_some() || !self.output.json;
+        wanted.then(|| self.output.directory(&self.scene, ""))
     }
 }
 
@@ -100,18 +88,18 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let no_start = |e: snaprod::Error| check::no_start(&args.scene.path, &e);
     let prepared = PreparedScene::new(&scene).map_err(no_start)?;
     // A start that cannot run is refused before a directory is made.
-    prepared.check_start().map_err(no_start)?;
+    let start = prepared.start().map_err(no_start)?;
     let directory = args.directory();
-    let out = Output::open(directory.as_deref(), FILES, args.figures)?;
+    let out = Output::open(directory.as_deref(), FILES, args.output.figures)?;
     signals::watch();
     let mut tables = out.tables();
-    let mut progress = Progress::new(!args.quiet && !args.json).of_drawn(out.draws());
+    let mut progress = Progress::new(!args.quiet && !args.output.json).of_drawn(out.draws());
     let fields = match (args.no_strain || directory.is_none(), args.all_strain) {
         (true, _) => Fields::None,
         (_, true) => Fields::All,
         (_, false) => Fields::Some,
     };
-    let run = prepared.run(fields, &mut tables, &mut progress)?;
+    let run = start.run(fields, &mut tables, &mut progress)?;
     progress.finish();
     tables.finish()?;
     let result = run.result();
@@ -119,9 +107,9 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     out.write("events.json", json_text(events.clone()).as_bytes())?;
     out.write("summary.json", json_text(summary.clone()).as_bytes())?;
     out.write("resolved.toml", toml_text(&summary["scene"])?.as_bytes())?;
-    draw(args, &out, &scene, &run);
-    out.finish(!args.quiet && !args.json)?;
-    if args.json {
+    draw(args, &out, &run);
+    out.finish(!args.quiet && !args.output.json)?;
+    if args.output.json {
         (summary["events"], summary["out"]) = (events, json!(directory));
         print_json(summary);
     } else if !args.quiet {
@@ -130,42 +118,40 @@ pub fn run(args: &RunArgs) -> Result<Ending, Refusal> {
     let Some(why) = result.reason else {
         return Ok(Ending::Done);
     };
-    if !args.json {
+    if !args.output.json {
         print_error(&format!("the run ended short: {why}"));
     }
     Ok(Ending::Short)
 }
 
 /// Writes the shapes and draws the figures and the page, as far as they are requested.
-fn draw(args: &RunArgs, out: &Output, scene: &Scene, run: &SceneRun) {
-    match run {
-        SceneRun::Rod(prepared, record) => {
-            write_shapes(args, out, scene, record.branches[0].last.t, || {
-                Ok((&**prepared, vec![String::new()], prepared.motion()?))
-            });
-            if out.draws() {
-                for (name, figure) in run_figures(record) {
-                    out.figure(&name, || Ok(figure?), RunFigure::draw);
-                }
-            }
-            if args.html {
-                out.page("run", |figures| {
-                    run_page::single(args, prepared, record, figures)
-                });
-            }
+fn draw(args: &RunArgs, out: &Output, run: &SceneRun) {
+    let (prepared, record) = match run {
+        SceneRun::Rods(prepared, record) => (*prepared, record),
+        SceneRun::Bar(record) => return bar::draw(out, record),
+    };
+    write_shapes(args, out, prepared, record);
+    if out.draws() {
+        for (name, figure) in run_figures(record) {
+            out.figure(&name, || Ok(figure?), RunFigure::draw);
         }
-        SceneRun::Assembly(prepared, record) => {
-            assembly::draw(args, out, scene, (prepared, record));
+        if record.header.is_assembly() && !moves(record) {
+            print_error(
+                "note: no energies.svg and no path_*.svg: the run ended at its start, and there is no motion to draw",
+            );
         }
-        SceneRun::Bar(record) => bar::draw(out, record),
+    }
+    if args.html {
+        out.page("run", |figures| {
+            run_page::page(args, prepared, record, figures)
+        });
     }
 }
 
 /// The report of a run whose files are in `directory`.
 fn text(run: &SceneRun, directory: Option<&Path>) -> String {
     match run {
-        SceneRun::Rod(_, record) => run_text::text(record, directory),
-        SceneRun::Assembly(_, record) => assembly::run_text(record, directory),
+        SceneRun::Rods(_, record) => run_text::text(record, directory),
         SceneRun::Bar(record) => bar::text(record, directory),
     }
 }
@@ -173,37 +159,21 @@ fn text(run: &SceneRun, directory: Option<&Path>) -> String {
 /// Number of sections of a light rod, or of an element of a rod with its own strains, in files for other programs.
 const SECTIONS: usize = 61;
 
-/// Source of pictures, names of the rods, and the motion from the start.
-type Moving<'p, 'm> = (&'p dyn Filmed, Vec<String>, Box<dyn Motion<'m> + 'm>);
-
-/// Repeats the motion up to `last`, and writes shapes.npz and the files of ParaView if requested. A failure is only a
-/// warning: the run stays valid.
-pub(super) fn write_shapes<'p, 'm>(
-    args: &RunArgs,
-    out: &Output,
-    scene: &Scene,
-    last: f64,
-    moving: impl FnOnce() -> Result<Moving<'p, 'm>, Refusal>,
-) {
+/// Repeats the motion up to the end of its trunk, and writes shapes.npz and the files of ParaView if requested. A
+/// failure is only a warning: the run stays valid.
+fn write_shapes(args: &RunArgs, out: &Output, prepared: &Prepared, record: &RunRecord) {
     if !args.follows_again() {
         return;
     }
-    let written = moving().and_then(|moving| try_shapes(args, out, scene, last, moving));
-    if let Err(Refusal(why)) = written {
+    if let Err(Refusal(why)) = try_shapes(args, out, prepared, record.branches[0].last.t) {
         print_error(&format!(
             "warning: the shapes of the rods are missing: {why}"
         ));
     }
 }
 
-fn try_shapes(
-    args: &RunArgs,
-    out: &Output,
-    scene: &Scene,
-    last: f64,
-    (of, names, motion): Moving,
-) -> Result<(), Refusal> {
-    let run = scene.run()?;
+fn try_shapes(args: &RunArgs, out: &Output, prepared: &Prepared, last: f64) -> Result<(), Refusal> {
+    let run = &prepared.header.run;
     let steps = run.samples - 1;
     let even = (0..=steps).map(|k| run.duration * k as f64 / steps as f64);
     let mut times: Vec<f64> = even.filter(|t| *t <= last).collect();
@@ -211,10 +181,12 @@ fn try_shapes(
     if times.last().is_none_or(|t| last - t > 1e-9 * last) {
         times.push(last);
     }
-    let mut progress = Progress::new(!args.quiet && !args.json);
-    let moments = posed(of, motion, &times, SECTIONS, &mut progress)?;
+    let mut progress = Progress::new(!args.quiet && !args.output.json);
+    let moments = posed(prepared, &times, SECTIONS, &mut progress)?;
     progress.finish();
-    if args.figures.npz {
+    if args.output.figures.npz {
+        let rods = prepared.header.rods.iter();
+        let names: Vec<String> = rods.map(|rod| rod.name.clone()).collect();
         out.arrays("shapes", &shape_arrays(&names, &moments))?;
     }
     if args.vtk {

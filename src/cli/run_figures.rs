@@ -10,11 +10,11 @@ use snaprod::motion::Ledger;
 use snaprod::motion::viscoelastic::Layer;
 use snaprod::plot::{
     self, AxisUnits, Curve, Energies, LayerFigure, LayerRun, Lines, LossGroup, Paper, Patch,
-    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceRod, SpaceWay,
-    StrainMap, Trace,
+    PathOnSurface, RodShapes, Series, Shape, Sheets, SnapLosses, Snapshots, SpaceBody, SpaceRod,
+    SpaceWay, StrainMap, Trace,
 };
 use snaprod::scene::Units;
-use snaprod::study::run::{Frame, ModelKind, Moment, RunBranch, RunRecord, SingleMotion, places};
+use snaprod::study::run::{Frame, ModelKind, Moment, RunBody, RunRecord, SingleMotion, places};
 
 /// Number of shapes drawn at even times: of an elastic rod, in addition to the shapes at the first snaps, and of a
 /// viscoelastic rod.
@@ -77,69 +77,68 @@ impl RunFigure {
     }
 }
 
-/// Figures of a run, each with the name of its file; none if the run made no progress. A branched run is drawn along
-/// the line from the trunk to the last branch.
+/// Figures of a run, each with the name of its file; without progress only the shapes of an assembly. A branched run is
+/// drawn along the line from the trunk to the last branch.
 pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
-    let line = RunFigures::of(record);
-    let goes_on = match (line.way().first(), line.way().last()) {
-        (Some(first), Some(last)) => first.t < last.t,
-        _ => false,
-    };
-    if !goes_on {
-        return Vec::new();
+    let (line, header) = (RunFigures::of(record), &record.header);
+    let named = |name: &str, figure: RunFigure| (name.to_owned(), Ok(figure));
+    let ends = || named("shapes", RunFigure::Shapes(line.ends()));
+    if !moves(record) {
+        return header.is_assembly().then(ends).into_iter().collect();
     }
-    let energies = || {
-        (
-            "energies".to_owned(),
-            Ok(RunFigure::Energies(line.energies())),
-        )
-    };
+    let energies = || named("energies", RunFigure::Energies(line.energies()));
     let losses = || {
         line.losses()
-            .map(|data| ("losses".to_owned(), Ok(RunFigure::Losses(data))))
+            .map(|data| named("losses", RunFigure::Losses(data)))
     };
+    let path = |name: &str, body: usize| named(name, RunFigure::Path(line.path(body)));
     let snapshots = || {
-        (
-            "snapshots".to_owned(),
-            line.snapshots().map(RunFigure::Snapshots),
-        )
+        let figure = line.snapshots().map(RunFigure::Snapshots);
+        ("snapshots".to_owned(), figure)
     };
-    if let Some(period) = record.strobe {
+    if let Some(period) = header.run.strobe {
         // The path between whole periods is unknown.
         let section = RunFigure::Section(line.section(period));
-        return vec![("poincare".to_owned(), Ok(section)), energies()];
+        return vec![named("poincare", section), energies()];
     }
-    match record.kind {
-        ModelKind::Sheet => vec![
+    match header.model {
+        None => {
+            let bodies = header.bodies.iter().enumerate();
+            let paths = bodies.map(|(k, body)| path(&format!("path_{}", body.name), k));
+            [ends(), energies()].into_iter().chain(paths).collect()
+        }
+        Some(ModelKind::Sheet) => vec![
             snapshots(),
             energies(),
             ("surface".to_owned(), line.surface().map(RunFigure::Surface)),
         ],
-        ModelKind::Planar => {
-            let strain = RunFigure::Strain(line.strain(0, ""));
+        Some(ModelKind::Planar) => {
+            let strain = named("strain", RunFigure::Strain(line.strain(0, "")));
             let layer = line
                 .layer()
-                .map(|data| ("layer".to_owned(), Ok(RunFigure::Layer(data))));
-            let first = [snapshots(), energies(), ("strain".to_owned(), Ok(strain))];
+                .map(|data| named("layer", RunFigure::Layer(data)));
+            let first = [snapshots(), energies(), strain];
             first.into_iter().chain(layer).chain(losses()).collect()
         }
-        ModelKind::ElasticSpace | ModelKind::Space => {
+        Some(ModelKind::ElasticSpace | ModelKind::Space) => {
             let drawn = line.drawn_strains();
             // A rod that only stretches is one line at all times.
-            let bends = drawn.iter().any(|i| record.strains[*i].1 != 5);
-            let shapes = bends.then(|| ("shapes".to_owned(), Ok(RunFigure::Shapes(line.shapes()))));
-            let path = ("path".to_owned(), Ok(RunFigure::Path(line.path())));
+            let bends = drawn.iter().any(|i| header.strains[*i].1 != 5);
+            let shapes = bends.then(|| named("shapes", RunFigure::Shapes(line.shapes())));
             let strains = drawn.iter().map(|i| {
-                let (name, _) = record.strains[*i];
-                (
-                    format!("strain_{name}"),
-                    Ok(RunFigure::Strain(line.named_strain(*i))),
-                )
+                let (name, _) = header.strains[*i];
+                let figure = RunFigure::Strain(line.named_strain(*i));
+                named(&format!("strain_{name}"), figure)
             });
-            let first = shapes.into_iter().chain([path, energies()]);
+            let first = shapes.into_iter().chain([path("path", 0), energies()]);
             first.chain(strains).chain(losses()).collect()
         }
     }
+}
+
+/// True if time goes on in a run.
+pub fn moves(record: &RunRecord) -> bool {
+    record.branches[0].first.t < record.last().last.t
 }
 
 /// First fold of an elastic rod about its clamp, the border of its sheet; both halves, since the rod may swing over.
@@ -148,8 +147,8 @@ pub fn run_figures(record: &RunRecord) -> Vec<(String, Result<RunFigure>)> {
 /// # Errors
 /// As [`fold_curve`].
 pub fn first_folds(way: &[Moment], record: &RunRecord) -> Result<Vec<Curve>> {
-    let length = record.scales.length;
-    let Some(first) = way.first().filter(|_| !record.loaded) else {
+    let length = record.header.scales.length;
+    let Some(first) = way.first().filter(|_| !record.header.loaded) else {
         return Ok(Vec::new());
     };
     let moved = |moment: &Moment| {
@@ -193,7 +192,7 @@ impl<'r> RunFigures<'r> {
         Self {
             record,
             line: record.line(),
-            units: rod_figures::scaled(record.units, &record.scales),
+            units: rod_figures::scaled(record.header.units, &record.header.scales),
         }
     }
 
@@ -214,7 +213,7 @@ impl<'r> RunFigures<'r> {
     }
 
     fn length(&self) -> f64 {
-        self.record.scales.length
+        self.record.header.scales.length
     }
 
     fn snapshots(&self) -> Result<Snapshots> {
@@ -224,7 +223,7 @@ impl<'r> RunFigures<'r> {
         };
         // An elastic rod has a shape at every moment; a rod with its own strains only at the recorded frames.
         let mut chosen: Vec<(&Moment, Vec<[f64; 2]>)> = Vec::new();
-        if self.record.kind == ModelKind::Sheet {
+        if self.record.header.is_sheet() {
             let mut moments: Vec<&Moment> =
                 even(SHAPES_ON_SHEET).map(|t| self.line.at(t)).collect();
             for (t, _) in self.line.snaps.iter().take(SNAPS) {
@@ -315,7 +314,7 @@ impl<'r> RunFigures<'r> {
         let states: Vec<(f64, &Ledger)> = states.collect();
         let mut energies = rod_figures::energies(
             &states,
-            self.record.driven,
+            self.record.header.driven,
             self.snap_times(),
             self.units.clone(),
         );
@@ -353,7 +352,7 @@ impl<'r> RunFigures<'r> {
 
     /// A strain of a rod in space; the stretch is shown minus 1.
     fn named_strain(&self, i: usize) -> StrainMap {
-        let (what, turns) = match self.record.strains[i].1 {
+        let (what, turns) = match self.record.header.strains[i].1 {
             0 => ("flexure u1", true),
             1 => ("flexure u2", true),
             2 => ("twist u3", true),
@@ -366,7 +365,7 @@ impl<'r> RunFigures<'r> {
             _ => what.to_owned(),
         };
         let mut map = self.strain(i, &label);
-        if self.record.strains[i].1 == 5 {
+        if self.record.header.strains[i].1 == 5 {
             map.strain.iter_mut().flatten().for_each(|v3| *v3 -= 1.0);
         }
         map
@@ -390,7 +389,7 @@ impl<'r> RunFigures<'r> {
             });
             high - low
         };
-        let most = (0..self.record.strains.len())
+        let most = (0..self.record.header.strains.len())
             .map(|i| (if i < 3 { self.length() } else { 1.0 } * span(i), i))
             .max_by(|a, b| a.0.total_cmp(&b.0));
         most.map(|(_, i)| i).into_iter().collect()
@@ -400,59 +399,111 @@ impl<'r> RunFigures<'r> {
         Units::label("time", &self.units.time)
     }
 
+    /// One rod in space at several times.
     fn shapes(&self) -> RodShapes {
-        let frame = |section: &Isometry3<f64>| {
-            let frame = *section.rotation.to_rotation_matrix().matrix();
-            std::array::from_fn(|j| frame.column(j).into_owned().into())
-        };
-        let axes = self
-            .record
-            .branches
-            .iter()
-            .flat_map(|b: &RunBranch| &b.axes);
-        let rods = axes.map(|(t, sections)| SpaceRod {
-            points: sections
-                .iter()
-                .map(|s| s.translation.vector.into())
-                .collect(),
-            directors: sections.iter().map(frame).collect(),
-            value: Some(*t),
-            ..SpaceRod::default()
+        let shapes = self.record.branches.iter().flat_map(|b| &b.shapes);
+        let rods = shapes.flat_map(|at| {
+            at.rods.iter().map(|rod| SpaceRod {
+                value: Some(at.t),
+                ..rod_figures::posed(rod.iter(), &[None; 2])
+            })
         });
-        // The body at the first and last moment, with the path of the centre.
-        let solid = &self.record.solid;
         let ends = [self.way().first(), self.way().last()];
-        let bodies = ends
-            .into_iter()
-            .flatten()
-            .map(|moment| rod_figures::body(solid, &moment.pose, Some(moment.t), None));
-        let path = self.way().iter();
-        let path = path.map(|moment| solid.centre(&moment.pose).into());
-        let groove = solid.groove_around(self.way().iter().map(|m| &m.pose), self.length());
+        let ends = ends.into_iter().flatten();
         RodShapes {
             rods: rods.collect(),
-            bodies: bodies.collect(),
-            paths: vec![path.collect()],
-            grooves: vec![groove],
+            bodies: ends
+                .flat_map(|moment| self.bodies(moment, Some(moment.t), None))
+                .collect(),
             value_label: self.time_label(),
             ribbon: 0.03 * self.length(),
+            ..self.surroundings()
+        }
+    }
+
+    /// Rods and bodies of an assembly at the first and the last moment.
+    fn ends(&self) -> RodShapes {
+        let (trunk, last) = (&self.record.branches[0], self.record.last());
+        let both = [
+            ("start", &trunk.first, trunk.shapes.first()),
+            ("end", &last.last, last.shapes.last()),
+        ];
+        let rods = both
+            .iter()
+            .enumerate()
+            .flat_map(|(colour, (name, _, shapes))| {
+                let shapes = shapes.iter().flat_map(|at| &at.rods);
+                let rods = shapes.zip(&self.record.header.rods).enumerate();
+                rods.map(move |(k, (shape, rod))| SpaceRod {
+                    // One entry per moment in the legend.
+                    name: if k == 0 { *name } else { "" }.to_owned(),
+                    colour: Some(colour),
+                    ..rod_figures::posed(shape.iter(), &rod.grounds)
+                })
+            });
+        let bodies = both.iter().enumerate();
+        RodShapes {
+            rods: rods.collect(),
+            bodies: bodies
+                .flat_map(|(colour, (_, moment, _))| self.bodies(moment, None, Some(colour)))
+                .collect(),
+            // Each rod draws its own attachments to the ground.
+            clamp: false,
+            ..self.surroundings()
+        }
+    }
+
+    /// The bodies at a moment.
+    fn bodies(
+        &self,
+        moment: &Moment,
+        value: Option<f64>,
+        colour: Option<usize>,
+    ) -> impl Iterator<Item = SpaceBody> {
+        let bodies = self.record.header.bodies.iter().zip(&moment.bodies);
+        bodies.map(move |(body, at)| rod_figures::body(&body.solid, &at.pose, value, colour))
+    }
+
+    /// Paths of the bodies' centres, and their grooves.
+    fn surroundings(&self) -> RodShapes {
+        let bodies = self.record.header.bodies.iter().enumerate();
+        let paths = bodies.clone().map(|(k, body)| {
+            let poses = self.poses(k);
+            poses.map(|pose| body.solid.centre(pose).into()).collect()
+        });
+        let grooves =
+            bodies.map(|(k, body)| body.solid.groove_around(self.poses(k), self.length()));
+        RodShapes {
+            paths: paths.collect(),
+            grooves: grooves.collect(),
             triads: false,
             units: self.units.clone(),
             ..RodShapes::default()
         }
     }
 
-    /// Path of the end.
-    fn path(&self) -> SpaceWay {
-        let way = self.way().iter();
+    /// Poses of body `body` along the way.
+    fn poses(&self, body: usize) -> impl ExactSizeIterator<Item = &Isometry3<f64>> + Clone {
+        self.way()
+            .iter()
+            .map(move |moment| &moment.bodies[body].pose)
+    }
+
+    /// Path of the end of one rod, or of the centre of a body of an assembly.
+    fn path(&self, body: usize) -> SpaceWay {
+        let RunBody { name, solid } = &self.record.header.bodies[body];
+        let point = |pose: &Isometry3<f64>| {
+            if self.record.header.is_assembly() {
+                solid.centre(pose).into()
+            } else {
+                pose.translation.vector.into()
+            }
+        };
         SpaceWay {
-            title: String::new(),
+            title: name.clone(),
             time: self.times(),
-            points: way.map(|moment| moment.position().into()).collect(),
-            groove: self
-                .record
-                .solid
-                .groove_along(self.way().iter().map(|m| &m.pose)),
+            points: self.poses(body).map(point).collect(),
+            groove: solid.groove_along(self.poses(body)),
             snaps: self.snap_times(),
             snaps_name: snaps_name(self.record).to_owned(),
             units: self.units.clone(),
@@ -478,11 +529,11 @@ impl<'r> RunFigures<'r> {
             x_label: Units::label(name, &self.units.length),
             y_label: Units::label(
                 &format!("velocity along {name}"),
-                self.record.units.velocity(),
+                self.record.header.units.velocity(),
             ),
             series: vec![Series {
                 x: values(i).collect(),
-                y: seen.iter().map(|moment| moment.velocity[i]).collect(),
+                y: seen.iter().map(|moment| moment.end().velocity[i]).collect(),
                 trace: Trace::Dots,
                 ..Series::default()
             }],
@@ -499,7 +550,7 @@ impl<'r> RunFigures<'r> {
     /// A passage in which the end stays in place, in time over viscosity from the peak of the dissipation; `None` if
     /// the end moves.
     fn layer_of(&self, passage: &[Frame]) -> Option<LayerFigure> {
-        let viscosity = self.record.viscosity?;
+        let viscosity = self.record.header.viscosity?;
         let (begin, end) = (passage.first()?.moment.t, passage.last()?.moment.t);
         let layer: &Layer = self
             .record

@@ -5,7 +5,7 @@ use snaprod::motion::viscoelastic::Layer;
 use snaprod::motion::{Outcome, Snap};
 use snaprod::scene::{RodMassNote, Units};
 use snaprod::study::neglected_mass::{FoldPassed, FoldTreatment, Validity};
-use snaprod::study::run::{ModelKind, RunBranch, RunRecord, Spring};
+use snaprod::study::run::{RunBranch, RunHeader, RunRecord, Spring};
 use std::path::Path;
 
 /// Number of snaps, or passages, printed one by one.
@@ -13,14 +13,12 @@ const SHOWN: usize = 20;
 
 /// Report of a run with its files in `out`.
 pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
-    let u = record.units;
+    let (header, u) = (&record.header, record.header.units);
     let mut lines = Vec::new();
     lines.extend(record.warning().map(|why| format!("note: {why}")));
-    // If a verdict on the mass follows below, only defaults of the program are printed here.
-    let said = record
-        .mass
-        .iter()
-        .filter(|mass| mass.by_default || record.validity.is_none());
+    // If a verdict on the masses follows below, only defaults of the program are printed here.
+    let said = header.masses.iter();
+    let said = said.filter(|mass| mass.by_default || record.validity.is_none());
     lines.extend(said.filter_map(RodMassNote::text));
     if let Some(Ok(found)) = &record.spring {
         lines.push(spring(found, u));
@@ -32,10 +30,10 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
                 Some(parent) => format!("branch {} (from branch {parent})", branch.id),
             });
         }
-        let snaps: Vec<&Snap> = branch.entered.iter().chain(&branch.snaps).collect();
-        lines.extend(snaps.iter().take(SHOWN).map(|s| snap(record, s)));
-        if snaps.len() > SHOWN {
-            lines.push(format!("... and {} more snaps", snaps.len() - SHOWN));
+        lines.extend(branch.all_snaps().take(SHOWN).map(|s| snap(header, s)));
+        let snaps = branch.all_snaps().count();
+        if snaps > SHOWN {
+            lines.push(format!("... and {} more snaps", snaps - SHOWN));
         }
         let passages: Vec<&Layer> = record.passages().collect();
         lines.extend(passages.iter().take(SHOWN).map(|l| passage(l, u)));
@@ -43,23 +41,8 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
             lines.push(format!("... and {} more passages", passages.len() - SHOWN));
         }
         lines.extend(heavy_folds(&record.folds, branch.id, u));
-        lines.push(format!(
-            "t = {}{}: {}; {}",
-            number(match branch.outcome {
-                // The last time of a rod with strains equals the duration up to rounding.
-                Outcome::EndOfTime => record.duration,
-                _ => branch.last.t,
-            }),
-            Units::suffix(u.time()),
-            if branch.outcome.is_complete() {
-                branch.outcome.to_string()
-            } else {
-                // The reason is printed on the error stream.
-                format!("ended short ({})", branch.outcome.key())
-            },
-            place(record, branch),
-        ));
-        lines.extend(cost(record, branch));
+        lines.extend(end(header, branch));
+        lines.extend(cost(header, branch));
     }
     lines.extend(record.bounces());
     lines.extend(
@@ -85,17 +68,19 @@ pub fn text(record: &RunRecord, out: Option<&Path>) -> String {
     lines.join("\n") + "\n"
 }
 
-fn snap(record: &RunRecord, snap: &Snap) -> String {
-    let (k, u) = (&record.scales, record.units);
+fn snap(header: &RunHeader, snap: &Snap) -> String {
+    let u = header.units;
+    let of = header.rod_name(snap.rod).map(|name| format!(" of {name}"));
     format!(
-        "snap at t = {}{}: {}released {}{}{}",
-        rounded(snap.t * k.time, 12),
+        "snap{} at t = {}{}: {}released {}{}{}",
+        of.unwrap_or_default(),
+        rounded(snap.t, 12),
         Units::suffix(u.time()),
         match (snap.from.sheet, snap.to.sheet) {
             (Some(from), Some(to)) => format!("{from} -> {to}, "),
             _ => String::new(),
         },
-        rounded(snap.released * k.energy, 9),
+        rounded(snap.released, 9),
         Units::suffix(u.energy()),
         chosen(snap),
     )
@@ -103,7 +88,7 @@ fn snap(record: &RunRecord, snap: &Snap) -> String {
 
 /// Text on a landing chosen by a rule: the number of stable equilibria with less energy than the fold, and whether the
 /// flow at small viscosity leads to the landing.
-pub fn chosen(snap: &Snap) -> String {
+fn chosen(snap: &Snap) -> String {
     let Some(choices) = snap.choices else {
         return String::new();
     };
@@ -135,13 +120,11 @@ fn passage(layer: &Layer, u: Units) -> String {
     )
 }
 
-/// End of a branch: position and velocity of the end; in the plane also the sheet that the rod is on or near.
-fn place(record: &RunRecord, branch: &RunBranch) -> String {
-    let (k, u) = (&record.scales, record.units);
-    let (axes, decimals) = match record.kind {
-        ModelKind::ElasticSpace | ModelKind::Space => (3, 9),
-        ModelKind::Sheet | ModelKind::Planar => (2, 12),
-    };
+/// End of a branch: its outcome, then position and velocity of each body; in the plane also the sheet that the rod is
+/// on or near.
+fn end(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
+    let (k, u) = (&header.scales, header.units);
+    let (axes, decimals) = if header.in_space() { (3, 9) } else { (2, 12) };
     let vector = |v: &nalgebra::Vector3<f64>, scale: f64, symbol: &str| {
         let scale = v.amax().max(scale);
         let parts = v
@@ -151,31 +134,54 @@ fn place(record: &RunRecord, branch: &RunBranch) -> String {
         let parts: Vec<String> = parts.collect();
         format!("({}){}", parts.join(", "), Units::suffix(symbol))
     };
-    let end = &branch.last;
-    let on = match (record.kind, &end.labels) {
-        (ModelKind::ElasticSpace | ModelKind::Space, _) => String::new(),
-        (ModelKind::Sheet, Some(labels)) => format!(", {}", labels.sheet),
-        (_, Some(labels)) => format!(", near {}", labels.sheet),
-        (_, None) if record.heavy => String::new(),
-        (_, None) => ", near no equilibrium".to_owned(),
+    let bodies = branch.last.bodies.iter().map(|body| {
+        format!(
+            "r = {}, v = {}",
+            vector(&body.pose.translation.vector, k.length, u.length()),
+            vector(&body.velocity, k.velocity, u.velocity()),
+        )
+    });
+    let outcome = format!(
+        "t = {}{}: {}",
+        number(match branch.outcome {
+            // The last time of a rod with strains equals the duration up to rounding.
+            Outcome::EndOfTime => header.run.duration,
+            _ => branch.last.t,
+        }),
+        Units::suffix(u.time()),
+        if branch.outcome.is_complete() {
+            branch.outcome.to_string()
+        } else {
+            // The reason is printed on the error stream.
+            format!("ended short ({})", branch.outcome.key())
+        }
+    );
+    if header.is_assembly() {
+        let named = header.bodies.iter().zip(bodies);
+        let bodies = named.map(|(body, at)| format!("{}: {at}", body.name));
+        return std::iter::once(outcome).chain(bodies).collect();
+    }
+    let on = match &branch.last.labels {
+        _ if header.in_space() => String::new(),
+        Some(labels) if header.is_sheet() => format!(", {}", labels.sheet),
+        Some(labels) => format!(", near {}", labels.sheet),
+        None if header.heavy => String::new(),
+        None => ", near no equilibrium".to_owned(),
     };
-    format!(
-        "r = {}, v = {}{on}",
-        vector(&end.position(), k.length, u.length()),
-        vector(&end.velocity, k.velocity, u.velocity()),
-    )
+    let place: Vec<String> = bodies.collect();
+    vec![format!("{outcome}; {}{on}", place.join(""))]
 }
 
 /// Closing error of the ledger, and cost of the branch.
-fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
-    let energy = Units::suffix(record.units.energy());
+fn cost(header: &RunHeader, branch: &RunBranch) -> Vec<String> {
+    let energy = Units::suffix(header.units.energy());
     let closing = format!(
         "energy balance error {:.1e}{energy} (relative {:.1e})",
         branch.closing.error,
         branch.closing.relative()
     );
     let cost = &branch.cost;
-    let Some(nodes) = branch.resolution else {
+    let Some(nodes) = branch.resolution.filter(|_| !header.is_assembly()) else {
         return vec![format!(
             "{closing}; {} steps, {} right-hand sides",
             cost.steps, cost.evaluations
@@ -194,7 +200,7 @@ fn cost(record: &RunRecord, branch: &RunBranch) -> Vec<String> {
 }
 
 /// Folds of the light rods that heavy rods passed in a branch, with the gains of energy after each.
-pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String> {
+fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String> {
     let folds = folds.iter().filter(|fold| fold.branch == branch);
     let told = folds
         .filter(|fold| fold.follows == FoldTreatment::Mass)
@@ -224,7 +230,7 @@ pub fn heavy_folds(folds: &[FoldPassed], branch: usize, u: Units) -> Vec<String>
 }
 
 /// Verdict on the effect of the rods' mass.
-pub fn mass(validity: &Validity) -> String {
+fn mass(validity: &Validity) -> String {
     let eps = validity.rest.eps().unwrap_or_default();
     let of = match validity.rest.rods.len() {
         1 => format!("the rod has {eps:.2e} of the body's mass"),
@@ -234,7 +240,7 @@ pub fn mass(validity: &Validity) -> String {
 }
 
 /// Note on the time during which a run left the mass of a rod out.
-pub fn omitted_mass_note(time: f64, u: Units) -> String {
+fn omitted_mass_note(time: f64, u: Units) -> String {
     format!(
         "rod mass ignored for {time:.3e}{} in total, where it cannot be included (for instance from just before a fold to the landing); the kinetic energy of the rod \
          counts as dissipated there",

@@ -5,7 +5,7 @@
 
 use super::check::SceneArgs;
 use super::files::{print, print_error, print_json};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::progress::Tally;
 use super::signals::{self, Signals};
 use super::{Ending, Refusal, sweep_map};
@@ -17,7 +17,6 @@ use snaprod::study::Hooks;
 use snaprod::study::sweep::{Directory, Sweep, Vary};
 use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct SweepArgs {
@@ -46,17 +45,11 @@ pub struct SweepArgs {
     /// Number of threads; default the number of cores. The results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Output directory; default out/ and the name of the scene with -sweep.
-    #[arg(long)]
-    out: Option<PathBuf>,
-    /// Print the result as one JSON object.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    output: OutputArgs,
     /// Print nothing but errors; no progress bar.
     #[arg(long)]
     quiet: bool,
-    #[command(flatten)]
-    figures: FigureArgs,
 }
 
 /// Files written anew at the end; the chunks and their description stay.
@@ -66,15 +59,8 @@ const FILES: &[&str] = &["sweep.csv", "map.*", "curves.*"];
 pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     let sweep = planned(args)?;
     let mapped = args.mapped(&sweep)?;
-    let directory = match &args.out {
-        Some(out) => out.clone(),
-        None => {
-            let mut name = args.scene.directory().into_os_string();
-            name.push("-sweep");
-            name.into()
-        }
-    };
-    args.figures.print.check()?;
+    let directory = args.output.directory(&args.scene, "-sweep");
+    args.output.figures.print.check()?;
     signals::watch();
     let opened = Directory::open(sweep, &directory, &mut Signals);
     if opened.is_err() && signals::interrupted() {
@@ -83,7 +69,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     let sweep = opened?;
     // A refused sweep leaves no directory behind.
-    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    let out = Output::open(Some(&directory), FILES, args.output.figures)?;
     let there = sweep.made();
     for file in there.damaged {
         print_error(&format!(
@@ -93,7 +79,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     let missing = there.missing;
     let made_now: usize = missing.iter().map(|k| sweep.points_of(*k)).sum();
-    let tally = Tally::new(made_now, !args.quiet && !args.json);
+    let tally = Tally::new(made_now, !args.quiet && !args.output.json);
     let threads = args
         .threads
         .map_or(0, |n| usize::from(n).min(missing.len()));
@@ -125,7 +111,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
     }
     let rows = sweep.rows()?;
     out.write("sweep.csv", &rows.csv)?;
-    if args.figures.npz {
+    if args.output.figures.npz {
         out.arrays("sweep", &rows.arrays())?;
     }
     if let Some(columns) = mapped {
@@ -141,7 +127,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
             out.figure("curves", || Ok(data), swept_curves);
         }
     }
-    out.finish(!args.quiet && !args.json)?;
+    out.finish(!args.quiet && !args.output.json)?;
     let asked = args.column.iter().map(|path| ("--column", path));
     for (option, path) in asked.chain(args.map_columns().iter().map(|path| ("--map", path))) {
         let column = sweep.sweep().column_of(path);
@@ -152,7 +138,7 @@ pub fn sweep(args: &SweepArgs) -> Result<Ending, Refusal> {
         }
     }
     let outcomes = rows.outcomes();
-    if args.json {
+    if args.output.json {
         print_json(
             json!({ "points": sweep.sweep().points(), "made": made_now, "outcomes": outcomes, "out": directory }),
         );

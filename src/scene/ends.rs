@@ -180,7 +180,7 @@ impl Component {
     }
 }
 
-/// The body at the end of the rod. Together with the loads it makes a [`Body`](crate::body::Body) or a
+/// The body at the end of the rod. Together with the loads it makes a [`PointMass`](crate::body::PointMass) or a
 /// [`RigidBody`](crate::body::RigidBody).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Body {

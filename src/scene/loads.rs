@@ -79,14 +79,6 @@ impl LoadAlong {
         }
     }
 
-    /// Component i of a uniform load; `None` for other forms.
-    pub(super) fn component_mut(&mut self, i: usize) -> Option<&mut f64> {
-        match self {
-            Self::Constant(force) => force.get_mut(i),
-            _ => None,
-        }
-    }
-
     /// The load on a rod of this length, in the form of the solver.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! Treatment of the small mass of elastic rods: first-order inertia where possible, none elsewhere.
 
-use super::{AssemblyScene, Inertia, Method, Rod, Scene, SceneKind, Site};
+use super::{AssemblyScene, Inertia, Method, Rod, Scales, Scene, SceneKind, Site};
+use crate::error::{Error, Result};
 use serde_json::{Value, json};
 
 /// Mass ratio rod / body from which a rod counts as heavy: first-order inertia is then not the default.
@@ -61,6 +62,24 @@ fn method_excludes_first_order(method: Method) -> Option<&'static str> {
     (method == Method::Symmetric).then_some("symmetric steps do not follow it (run.method)")
 }
 
+impl Rod {
+    /// Mass of the rod over the unit of mass, which is that of the first body; at rest it is the rod's own. `None` if
+    /// the mass is unknown.
+    pub(crate) fn mass_over_unit(&self, scales: &Scales) -> Option<f64> {
+        Some(self.mass()? / scales.mass)
+    }
+
+    /// Mass of the rod over the unit of mass.
+    ///
+    /// # Errors
+    /// An unknown mass.
+    pub(super) fn known_mass_over_unit(&self, scales: &Scales) -> Result<f64> {
+        self.mass_over_unit(scales).ok_or_else(|| {
+            Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
+        })
+    }
+}
+
 impl Scene {
     /// Reason why the mass of the rod cannot be followed to first order; `None` if possible.
     pub(super) fn not_first_order(&self) -> Option<&'static str> {
@@ -119,7 +138,7 @@ impl Scene {
 
     /// Mass of rod k over the mass of the lightest body attached to it; `None` if the mass is unknown or no body is
     /// attached.
-    pub(crate) fn mass_ratio(&self, k: usize) -> Option<f64> {
+    pub(crate) fn mass_over_lightest_body(&self, k: usize) -> Option<f64> {
         let body = match self.assembly() {
             Some(given) => lightest(given, [&given.rods[k].from, &given.rods[k].to])?,
             None => self.body.as_ref()?.mass,
@@ -147,7 +166,7 @@ impl Scene {
             }
             let note = RodMassNote {
                 rod: name,
-                eps: self.mass_ratio(k)?,
+                eps: self.mass_over_lightest_body(k)?,
                 inertia: rod.inertia.unwrap_or(Inertia::None),
                 by_default: rod.inertia.is_none() || rod.inertia_chosen,
                 why,

@@ -67,6 +67,7 @@ mod mass_policy;
 mod parameter;
 mod print;
 mod read;
+mod registry;
 mod rod;
 mod run;
 mod scales;
@@ -170,7 +171,7 @@ pub struct Scene {
     pub kind: SceneKind,
 }
 
-/// Kind of a scene, with the data that only this kind has.
+/// Kind of a scene, with the data of the kind.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum SceneKind {
     /// One rod, in the plane or in space.

@@ -1,9 +1,6 @@
-//! Parameters of a scene: dotted paths to its numbers.
+//! Parameters: numbers of a scene by dotted paths, with the rule what a branch may vary.
 
-use super::{
-    AssemblyScene, Component, Load, LoadAlong, Orientation, Scene, SceneKind, Section, Site,
-    Stiffness, Units,
-};
+use super::{Scene, Units};
 use crate::error::{Error, Quantity};
 use serde::{Serialize, Serializer};
 use std::fmt;
@@ -15,158 +12,220 @@ use std::str::FromStr;
 /// `rod.section.bending[0]`; `end.force[2]` is read, too. An index beyond those of the scene names nothing. Bodies and
 /// rods of an assembly are numbered here; [`Scene::name_of`] writes their names in the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Parameter {
-    /// `end.force`, component i in 0..3.
-    EndForce(usize),
-    /// `end.couple`, component i in 0..3.
-    EndCouple(usize),
-    /// `end.load` (or `load`): the common factor of force and couple.
-    EndLoad,
-    /// `end.position`, component i in 0..3.
-    EndPosition(usize),
-    /// `end.rotation.angle`, radians.
-    EndAngle,
-    /// `clamp.position`, component i in 0..3.
-    ClampPosition(usize),
-    /// `clamp.rotation.angle`, radians.
-    ClampAngle,
-    /// `rod.length`.
-    Length,
-    /// `rod.section.bending[i]`, i in 0..2.
-    Bending(usize),
-    /// `rod.section.torsion`.
-    Torsion,
-    /// `rod.section.shear[i]`, i in 0..2.
-    Shear(usize),
-    /// `rod.section.axial`.
-    Axial,
-    /// `rod.rest.curvature[i]`, i in 0..2.
-    Curvature(usize),
-    /// `rod.rest.twist`.
-    Twist,
-    /// `body[k].force` of an assembly, component i of a constant force.
-    BodyForce(usize, usize),
-    /// `body[k].couple` of an assembly, component i of a constant couple.
-    BodyCouple(usize, usize),
-    /// `loads.gravity`, of an assembly or of a rod with mass, component i in 0..3.
-    Gravity(usize),
-    /// `loads.distributed`, component i in 0..3.
-    Distributed(usize),
-    /// `loads.load`: the common factor of gravity and distributed.
-    LoadsLoad,
-    /// `rod[k].from.position` on the ground, component i.
-    FromPosition(usize, usize),
-    /// `rod[k].to.position` on the ground, component i.
-    ToPosition(usize, usize),
-    /// `rod[k].from.rotation.angle` on the ground, radians.
-    FromAngle(usize),
-    /// `rod[k].to.rotation.angle` on the ground, radians.
-    ToAngle(usize),
+pub struct Parameter {
+    /// Table of the number; `[]` is the place of its index.
+    table: &'static str,
+    /// Field of the table; `[]` or `.xyz` is the place of the index of a component.
+    field: &'static str,
+    /// Indices of the table and of the component.
+    at: [usize; 2],
 }
 
-use Parameter::*;
+/// Numbers that a branch may vary.
+pub(super) struct Variable {
+    pub table: &'static str,
+    pub field: &'static str,
+    /// Quantity of the numbers.
+    pub of: Quantity,
+    /// Part of the problem that depends on the numbers.
+    pub role: Role,
+    /// Reason why a scene may lack the numbers, with advice.
+    absence: &'static str,
+}
+
+/// Part of the problem that depends on a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Supports and loads of ends and bodies.
+    Ends,
+    /// The load along the rod.
+    Along,
+    /// The length or a stiffness of the rod, > 0.
+    Rod,
+    /// A strain of the unloaded rod.
+    Rest,
+}
+
+/// Defines the constants and the list of all of them.
+macro_rules! variables {
+    ($($name:ident = $table:literal $field:literal $of:expr, $role:ident, $absence:expr;)*) => {
+        $(pub(super) const $name: Variable =
+            Variable { table: $table, field: $field, of: $of, role: Role::$role, absence: $absence };)*
+        const VARIABLES: &[&Variable] = &[$(&$name),*];
+    };
+}
+
+const TURN: &str = "write the orientation as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }";
+const SECTION: &str =
+    "in this scene it is rigid, varies along the rod, or is no number of the section law";
+const REST: &str = "it varies along the rod in this scene";
+const BODY: &str =
+    "there is no such body, its load is in time, or it is a point mass, which takes no couple";
+const SITE: &str =
+    "there is no such rod, or this end of it is on a body; a place on the ground can move";
+const SITE_TURN: &str =
+    "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }";
+
+#[rustfmt::skip]
+variables! {
+    END_FORCE = "end" "force.xyz" Quantity::Force, Ends,
+        "this component of the end is held, and its force part of the solution";
+    END_COUPLE = "end" "couple.xyz" Quantity::Couple, Ends,
+        "the orientation of the end is held, and its couple part of the solution";
+    END_LOAD = "end" "load" Quantity::Ratio, Ends,
+        "it is the common factor of end.force and end.couple, which are 0 in this scene";
+    END_POSITION = "end" "position.xyz" Quantity::Length, Ends,
+        "this component of the end is not held: write end.position with a number for it";
+    END_ANGLE = "end" "rotation.angle" Quantity::Ratio, Ends, TURN;
+    CLAMP_POSITION = "clamp" "position.xyz" Quantity::Length, Ends, SECTION;
+    CLAMP_ANGLE = "clamp" "rotation.angle" Quantity::Ratio, Ends, TURN;
+    LENGTH = "rod" "length" Quantity::Length, Rod,
+        "a table in s ends at the length; write { polynomial = [..] }, in s / length";
+    BENDING = "rod.section" "bending[]" Quantity::Stiffness(0, 0), Rod, SECTION;
+    TORSION = "rod.section" "torsion" Quantity::Stiffness(2, 2), Rod, SECTION;
+    SHEAR = "rod.section" "shear[]" Quantity::Stiffness(3, 3), Rod, SECTION;
+    AXIAL = "rod.section" "axial" Quantity::Stiffness(5, 5), Rod, SECTION;
+    CURVATURE = "rod.rest" "curvature[]" Quantity::Curvature, Rest, REST;
+    TWIST = "rod.rest" "twist" Quantity::Curvature, Rest, REST;
+    GRAVITY = "loads" "gravity.xyz" Quantity::Acceleration, Along,
+        "the rod has no mass that gravity could act on: write mass = 0.02 in [rod], or give its material a density";
+    DISTRIBUTED = "loads" "distributed.xyz" Quantity::Distributed, Along,
+        "it varies along the rod in this scene: vary loads.load, the common factor of gravity and distributed";
+    LOADS_LOAD = "loads" "load" Quantity::Ratio, Along,
+        "it is the common factor of loads.gravity and loads.distributed, which are 0 in this scene";
+    BODY_FORCE = "body[]" "force.xyz" Quantity::Force, Ends, BODY;
+    BODY_COUPLE = "body[]" "couple.xyz" Quantity::Couple, Ends, BODY;
+    FROM_POSITION = "rod[]" "from.position.xyz" Quantity::Length, Ends, SITE;
+    TO_POSITION = "rod[]" "to.position.xyz" Quantity::Length, Ends, SITE;
+    FROM_ANGLE = "rod[]" "from.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
+    TO_ANGLE = "rod[]" "to.rotation.angle" Quantity::Ratio, Ends, SITE_TURN;
+}
 
 /// Letters of the components in space.
 const AXES: [&str; 3] = ["x", "y", "z"];
 
+/// Names of component i of a field: `force.z` and `force[2]`. A name without a letter is the only one.
+fn names(field: &str, i: usize) -> [String; 2] {
+    match field.strip_suffix(".xyz") {
+        Some(stem) => [format!("{stem}.{}", AXES[i % 3]), format!("{stem}[{i}]")],
+        None => [(); 2].map(|()| field.replace("[]", &format!("[{i}]"))),
+    }
+}
+
+impl Variable {
+    /// Path of component i in table k.
+    fn path(&self, k: usize, i: usize) -> Parameter {
+        Parameter::new((self.table, k), (self.field, i))
+    }
+
+    /// Number of components.
+    fn len(&self) -> usize {
+        match self.field {
+            field if field.ends_with(".xyz") => 3,
+            field if field.ends_with("[]") => 2,
+            _ => 1,
+        }
+    }
+
+    /// Index of the component with this name.
+    fn component(&self, name: &str) -> Option<usize> {
+        (0..self.len()).find(|i| names(self.field, *i).iter().any(|known| known == name))
+    }
+
+    /// Parses a path to one of these numbers.
+    fn parse(&self, path: &str) -> Option<Parameter> {
+        match self.table.strip_suffix("[]") {
+            None => {
+                let field = path.strip_prefix(self.table)?.strip_prefix('.')?;
+                Some(self.path(0, self.component(field)?))
+            }
+            Some(list) => {
+                let (k, field) = path
+                    .strip_prefix(list)?
+                    .strip_prefix('[')?
+                    .split_once("].")?;
+                Some(self.path(k.parse().ok()?, self.component(field)?))
+            }
+        }
+    }
+}
+
 impl Parameter {
+    /// The number of component i of a field in table k.
+    pub(super) const fn new(
+        (table, k): (&'static str, usize),
+        (field, i): (&'static str, usize),
+    ) -> Self {
+        let at = [k, i];
+        Self { table, field, at }
+    }
+
     /// Every parameter that some scene of a single rod has.
-    pub const ALL: [Self; 32] = [
-        EndForce(0),
-        EndForce(1),
-        EndForce(2),
-        EndCouple(0),
-        EndCouple(1),
-        EndCouple(2),
-        EndLoad,
-        EndPosition(0),
-        EndPosition(1),
-        EndPosition(2),
-        EndAngle,
-        ClampPosition(0),
-        ClampPosition(1),
-        ClampPosition(2),
-        ClampAngle,
-        Length,
-        Bending(0),
-        Bending(1),
-        Torsion,
-        Shear(0),
-        Shear(1),
-        Axial,
-        Curvature(0),
-        Curvature(1),
-        Twist,
-        Gravity(0),
-        Gravity(1),
-        Gravity(2),
-        Distributed(0),
-        Distributed(1),
-        Distributed(2),
-        LoadsLoad,
-    ];
+    pub fn all() -> Vec<Self> {
+        let of_one = VARIABLES.iter().filter(|of| !of.table.ends_with("[]"));
+        of_one
+            .flat_map(|of| (0..of.len()).map(|i| of.path(0, i)))
+            .collect()
+    }
+
+    /// Entry of the number among the variables of branches; `None` for a fixed number.
+    pub(super) fn variable(self) -> Option<&'static Variable> {
+        let same = |of: &&&Variable| (of.table, of.field) == (self.table, self.field);
+        VARIABLES.iter().find(same).copied()
+    }
+
+    fn is(self, role: Role) -> bool {
+        self.variable().is_some_and(|of| of.role == role)
+    }
 
     /// True if every value must be > 0.
     pub fn is_positive(self) -> bool {
-        matches!(self, Length | Bending(_) | Torsion | Shear(_) | Axial)
+        self.is(Role::Rod)
     }
 
     /// True if the rod or the load along it depends on the parameter; false if only the ends do.
     pub fn changes_rod(self) -> bool {
-        self.is_positive() || self.is_along() || matches!(self, Curvature(_) | Twist)
+        !self.is(Role::Ends)
     }
 
     /// True for a parameter of the load along the rod.
     pub fn is_along(self) -> bool {
-        matches!(self, Gravity(_) | Distributed(_) | LoadsLoad)
+        self.is(Role::Along)
     }
 
     /// Symbol of the parameter's unit.
     pub fn unit(self, units: Units) -> &'static str {
-        match self {
-            // Angles are in radians in every system of units.
-            EndAngle | ClampAngle | FromAngle(_) | ToAngle(_) => "rad",
-            EndLoad | LoadsLoad => "",
-            EndForce(_) | Shear(_) | Axial | BodyForce(..) => units.force(),
-            Gravity(_) => units.symbol(Quantity::Acceleration),
-            Distributed(_) => units.symbol(Quantity::Distributed),
-            EndCouple(_) | BodyCouple(..) => units.couple(),
-            EndPosition(_) | ClampPosition(_) | FromPosition(..) | ToPosition(..) | Length => {
-                units.length()
-            }
-            Bending(_) | Torsion => units.flexural(),
-            Curvature(_) | Twist => units.curvature(),
+        // Angles are in radians in every system of units.
+        if self.field.ends_with("angle") {
+            "rad"
+        } else {
+            self.variable().map_or("", |of| units.symbol(of.of))
         }
+    }
+
+    /// Reason why a scene may lack the parameter, with advice.
+    pub(super) fn absence(self) -> &'static str {
+        self.variable().map_or("", |of| of.absence)
+    }
+
+    /// Component along an axis of space of a force or couple: on the end of a rod, or on a body of this index.
+    pub fn load(self, name: &str) -> Option<(Option<usize>, usize)> {
+        let [k, i] = self.at;
+        let body = match self.table {
+            "end" => None,
+            "body[]" => Some(k),
+            _ => return None,
+        };
+        (self.field.strip_suffix(".xyz")? == name).then_some((body, i))
     }
 }
 
 impl fmt::Display for Parameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            EndForce(i) => write!(f, "end.force.{}", AXES[*i]),
-            EndCouple(i) => write!(f, "end.couple.{}", AXES[*i]),
-            EndLoad => f.write_str("end.load"),
-            EndPosition(i) => write!(f, "end.position.{}", AXES[*i]),
-            EndAngle => f.write_str("end.rotation.angle"),
-            ClampPosition(i) => write!(f, "clamp.position.{}", AXES[*i]),
-            ClampAngle => f.write_str("clamp.rotation.angle"),
-            Length => f.write_str("rod.length"),
-            Bending(i) => write!(f, "rod.section.bending[{i}]"),
-            Torsion => f.write_str("rod.section.torsion"),
-            Shear(i) => write!(f, "rod.section.shear[{i}]"),
-            Axial => f.write_str("rod.section.axial"),
-            Curvature(i) => write!(f, "rod.rest.curvature[{i}]"),
-            Twist => f.write_str("rod.rest.twist"),
-            BodyForce(k, i) => write!(f, "body[{k}].force.{}", AXES[*i]),
-            BodyCouple(k, i) => write!(f, "body[{k}].couple.{}", AXES[*i]),
-            Gravity(i) => write!(f, "loads.gravity.{}", AXES[*i]),
-            Distributed(i) => write!(f, "loads.distributed.{}", AXES[*i]),
-            LoadsLoad => f.write_str("loads.load"),
-            FromPosition(k, i) => write!(f, "rod[{k}].from.position.{}", AXES[*i]),
-            ToPosition(k, i) => write!(f, "rod[{k}].to.position.{}", AXES[*i]),
-            FromAngle(k) => write!(f, "rod[{k}].from.rotation.angle"),
-            ToAngle(k) => write!(f, "rod[{k}].to.rotation.angle"),
-        }
+        let [k, i] = self.at;
+        let table = self.table.replace("[]", &format!("[{k}]"));
+        let [field, _] = names(self.field, i);
+        write!(f, "{table}.{field}")
     }
 }
 
@@ -176,59 +235,13 @@ impl FromStr for Parameter {
     /// # Errors
     /// A path that no scene has.
     fn from_str(path: &str) -> Result<Self, Error> {
-        if path == "load" {
-            return Ok(EndLoad);
-        }
-        // `end.force[2]` means `end.force.z`.
-        let lettered = || {
-            let (stem, index) = path.strip_suffix(']')?.split_once('[')?;
-            Some(format!(
-                "{stem}.{}",
-                AXES.iter()
-                    .zip(0..)
-                    .find(|(_, k)| k.to_string() == index)?
-                    .0
-            ))
-        };
-        let lettered = lettered();
-        let same = |parameter: &&Self| {
-            let name = parameter.to_string();
-            path == name || lettered.as_ref() == Some(&name)
-        };
-        let known = Self::ALL.iter().find(same).copied();
-        known.or_else(|| of_assembly(path)).ok_or_else(|| {
+        let path = if path == "load" { "end.load" } else { path };
+        let found = VARIABLES.iter().find_map(|of| of.parse(path));
+        found.ok_or_else(|| {
             Error::domain(format!(
                 "parameter = {path:?}: must be the path of a number of the scene, such as \"end.force.z\""
             ))
         })
-    }
-}
-
-/// Parses the path of a parameter of an assembly.
-fn of_assembly(path: &str) -> Option<Parameter> {
-    // Index 0..3 of a component written by number or letter.
-    let component = |field: &str, name: &str| -> Option<usize> {
-        let rest = field.strip_prefix(name)?;
-        let index = ["[0]", "[1]", "[2]"].iter().position(|i| *i == rest);
-        index.or_else(|| {
-            AXES.iter()
-                .position(|axis| rest.strip_prefix('.') == Some(axis))
-        })
-    };
-    let (list, rest) = path.split_once('[')?;
-    let (number, field) = rest.split_once("].")?;
-    let k: usize = number.parse().ok()?;
-    let of = |name: &str| component(field, name);
-    match list {
-        "body" => of("force")
-            .map(|i| BodyForce(k, i))
-            .or_else(|| of("couple").map(|i| BodyCouple(k, i))),
-        "rod" if field == "from.rotation.angle" => Some(FromAngle(k)),
-        "rod" if field == "to.rotation.angle" => Some(ToAngle(k)),
-        "rod" => of("from.position")
-            .map(|i| FromPosition(k, i))
-            .or_else(|| of("to.position").map(|i| ToPosition(k, i))),
-        _ => None,
     }
 }
 
@@ -241,19 +254,17 @@ impl Serialize for Parameter {
 impl Scene {
     /// Path of a parameter with the scene's names for its bodies and rods: `body.crown.force.z`.
     pub fn name_of(&self, parameter: &Parameter) -> String {
+        let [k, _] = parameter.at;
+        let name = self.assembly().and_then(|assembly| match parameter.table {
+            "body[]" => Some(&assembly.bodies.get(k)?.name),
+            "rod[]" => Some(&assembly.rods.get(k)?.name),
+            _ => None,
+        });
         let path = parameter.to_string();
-        let named = || {
-            let assembly = self.assembly()?;
-            let (list, rest) = path.split_once('[')?;
-            let (number, field) = rest.split_once("].")?;
-            let k: usize = number.parse().ok()?;
-            let name = match list {
-                "body" => &assembly.bodies.get(k)?.name,
-                _ => &assembly.rods.get(k)?.name,
-            };
-            Some(format!("{list}.{name}.{field}"))
-        };
-        named().unwrap_or(path)
+        match name {
+            Some(name) => path.replacen(&format!("[{k}]"), &format!(".{name}"), 1),
+            None => path,
+        }
     }
 
     /// Value of a parameter; NaN if the scene has no such number ([`Scene::has`]).
@@ -281,152 +292,13 @@ impl Scene {
     /// Every parameter of this scene.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut scene = self.clone();
-        let mut all = Parameter::ALL.to_vec();
-        if let Some(assembly) = self.assembly() {
-            let three = || 0..3;
-            all = three().map(Gravity).collect();
-            for k in 0..assembly.bodies.len() {
-                all.extend(three().map(|i| BodyForce(k, i)));
-                all.extend(three().map(|i| BodyCouple(k, i)));
-            }
-            for k in 0..assembly.rods.len() {
-                all.extend(three().map(|i| FromPosition(k, i)));
-                all.extend(three().map(|i| ToPosition(k, i)));
-                all.extend([FromAngle(k), ToAngle(k)]);
-            }
-        }
-        let has = |parameter: &Parameter| scene.number_mut(parameter).is_some();
-        all.into_iter().filter(has).collect()
+        let paths = scene.numbers().into_iter().map(|number| number.path);
+        paths.filter(|path| path.variable().is_some()).collect()
     }
 
     /// Reference to the number in the scene; `None` if the scene has no such number.
     fn number_mut(&mut self, parameter: &Parameter) -> Option<&mut f64> {
-        if let SceneKind::Assembly(assembly) = &mut self.kind {
-            return match *parameter {
-                Gravity(i) => self.loads.gravity.get_mut(i),
-                _ => assembly.number_mut(parameter),
-            };
-        }
-        let has_mass = self.rod.mass().is_some();
-        let loads = &mut self.loads;
-        let (end, clamp, rod) = (self.end.as_mut(), &mut self.clamp, &mut self.rod);
-        let linear = match &mut rod.section {
-            Section::Diagonal(linear) => Some(linear),
-            Section::Barrier(law) => Some(&mut law.linear),
-            _ => None,
-        };
-        match *parameter {
-            EndForce(i) => {
-                let end = end?;
-                let free = *end.position.get(i)? == Component::Free;
-                free.then(|| end.force.get_mut(i)).flatten()
-            }
-            EndCouple(i) => {
-                let end = end.filter(|end| end.orientation.is_none())?;
-                end.couple.get_mut(i)
-            }
-            // A load factor without loads is no parameter.
-            EndLoad => {
-                let end = end?;
-                let mut loads = end.force.iter().chain(&end.couple);
-                let any = loads.any(|x| *x != 0.0);
-                any.then_some(&mut end.load)
-            }
-            Gravity(i) => {
-                end.filter(|_| has_mass)?;
-                loads.gravity.get_mut(i)
-            }
-            Distributed(i) => {
-                end?;
-                loads.distributed.component_mut(i)
-            }
-            LoadsLoad => {
-                end?;
-                let any = loads.gravity != [0.0; 3] || !loads.distributed.is_zero();
-                any.then_some(&mut loads.load)
-            }
-            EndPosition(i) => match end?.position.get_mut(i)? {
-                Component::Held(x) => Some(x),
-                Component::Free => None,
-            },
-            EndAngle => end?.orientation.as_mut()?.angle_mut(),
-            ClampPosition(i) => clamp.position.get_mut(i),
-            ClampAngle => clamp.orientation.angle_mut(),
-            Length => {
-                // Tables hold arclengths up to the length, so the length cannot vary alone.
-                let stiffness = linear.iter().flat_map(|linear| linear.named());
-                let mut all = stiffness.map(|(_, along)| along).chain(rod.rest.all());
-                let tables = all.any(|along| !along.nodes().is_empty())
-                    || matches!(loads.distributed, LoadAlong::Table { .. });
-                (!tables).then_some(&mut rod.length)
-            }
-            Bending(i) => linear?.bending.get_mut(i)?.constant_mut(),
-            Torsion => linear?.torsion.constant_mut(),
-            Shear(i) => match &mut linear?.shear {
-                Stiffness::Elastic(shear) => shear.get_mut(i)?.constant_mut(),
-                Stiffness::Rigid => None,
-            },
-            Axial => match &mut linear?.axial {
-                Stiffness::Elastic(axial) => axial.constant_mut(),
-                Stiffness::Rigid => None,
-            },
-            Curvature(i) => rod.rest.curvature.get_mut(i)?.constant_mut(),
-            Twist => rod.rest.twist.constant_mut(),
-            _ => None,
-        }
-    }
-}
-
-impl AssemblyScene {
-    fn number_mut(&mut self, parameter: &Parameter) -> Option<&mut f64> {
-        match *parameter {
-            BodyForce(k, i) => self.bodies.get_mut(k)?.force.component_mut(i),
-            BodyCouple(k, i) => {
-                let body = self.bodies.get_mut(k)?;
-                body.extent.as_ref()?;
-                body.couple.component_mut(i)
-            }
-            FromPosition(k, i) => self.rods.get_mut(k)?.from.on_ground()?.position.get_mut(i),
-            ToPosition(k, i) => self.rods.get_mut(k)?.to.on_ground()?.position.get_mut(i),
-            FromAngle(k) => self
-                .rods
-                .get_mut(k)?
-                .from
-                .on_ground()?
-                .orientation
-                .angle_mut(),
-            ToAngle(k) => self
-                .rods
-                .get_mut(k)?
-                .to
-                .on_ground()?
-                .orientation
-                .angle_mut(),
-            _ => None,
-        }
-    }
-}
-
-impl Load {
-    fn component_mut(&mut self, i: usize) -> Option<&mut f64> {
-        match self {
-            Self::Constant(vector) => vector.get_mut(i),
-            Self::InTime(_) => None,
-        }
-    }
-}
-
-impl Site {
-    fn on_ground(&mut self) -> Option<&mut Self> {
-        self.body.is_none().then_some(self)
-    }
-}
-
-impl Orientation {
-    fn angle_mut(&mut self) -> Option<&mut f64> {
-        match self {
-            Self::Rotation(rotation) => Some(&mut rotation.angle),
-            _ => None,
-        }
+        let mut numbers = self.numbers().into_iter();
+        Some(numbers.find(|number| number.path == *parameter)?.slot)
     }
 }

@@ -1,5 +1,7 @@
 //! Lists of bounded length, thinned during a run.
 
+use crate::error::Result;
+
 /// A list of every `stride`-th item; the stride doubles at the bound of the length.
 pub(super) struct Thinned<T> {
     pub list: Vec<T>,
@@ -19,10 +21,16 @@ impl<T> Thinned<T> {
     }
 
     pub fn show(&mut self, item: impl FnOnce() -> T) {
+        // An item that cannot fail is always shown.
+        let _ = self.try_show(|| Ok(item()));
+    }
+
+    pub fn try_show(&mut self, item: impl FnOnce() -> Result<T>) -> Result<()> {
         if self.seen.is_multiple_of(self.stride) {
-            self.keep(item());
+            self.keep(item()?);
         }
         self.seen += 1;
+        Ok(())
     }
 
     pub fn keep(&mut self, item: T) {

@@ -1,101 +1,100 @@
-//! Studies for a scene of any kind: one rod, an assembly or a bar.
+//! Studies for a scene of any kind: rods or a bar.
 
 use super::neglected_mass::MassEffect;
-use super::run::{Fields, Prepared, RunRecord, Shapes};
+use super::run::{Fields, Prepared, RunRecord, RunStart, Shapes};
 use super::{Hooks, Sink, Table, assembly, bar, equilibrium, run};
 use crate::error::{Error, Result};
 use crate::scene::{Scene, SceneKind};
-use assembly::{AssemblyMotion, AssemblyPrepared, AssemblyRunRecord};
 use bar::{BarPrepared, BarRecord};
 use serde_json::Value;
 
 /// A scene of motion of any kind, ready to run.
 pub enum PreparedScene {
-    /// One rod.
-    Rod(Box<Prepared>),
-    /// Several rods and bodies, and their motion from the start.
-    Assembly(Box<AssemblyPrepared>, AssemblyMotion),
+    /// Rods, one or an assembly.
+    Rods(Box<Prepared>),
     /// A bar.
     Bar(Box<BarPrepared>),
 }
 
+/// A scene of any kind at its start.
+pub enum SceneStart<'p> {
+    /// Rods, and their motion from the start.
+    Rods(&'p Prepared, RunStart<'p>),
+    /// A bar.
+    Bar(&'p BarPrepared),
+}
+
 /// A completed run of a scene of any kind.
-pub enum SceneRun {
-    /// One rod.
-    Rod(Box<Prepared>, Box<RunRecord>),
-    /// Several rods and bodies.
-    Assembly(Box<AssemblyPrepared>, Box<AssemblyRunRecord>),
+pub enum SceneRun<'p> {
+    /// Rods, one or an assembly.
+    Rods(&'p Prepared, Box<RunRecord>),
     /// A bar.
     Bar(Box<BarRecord>),
 }
 
 impl PreparedScene {
-    /// Scales a scene of motion, and finds the start of an assembly.
+    /// Scales a scene of motion.
     ///
     /// # Errors
-    /// A scene of statics; errors that [`Scene::parse`] cannot detect from the numbers alone; a start of an assembly
-    /// from which no motion is possible.
+    /// A scene of statics; errors that [`Scene::parse`] cannot detect from the numbers alone.
     pub fn new(scene: &Scene) -> Result<Self> {
         require_motion(scene)?;
-        Ok(match scene.kind {
-            SceneKind::Bar(_) => Self::Bar(Box::new(BarPrepared::new(scene)?)),
-            SceneKind::Assembly(_) => {
-                let prepared = AssemblyPrepared::new(scene)?;
-                let start = prepared.motion()?;
-                Self::Assembly(Box::new(prepared), start)
-            }
-            SceneKind::Rod => Self::Rod(Box::new(Prepared::new(scene)?)),
+        Ok(if scene.is_bar() {
+            Self::Bar(Box::new(BarPrepared::new(scene)?))
+        } else {
+            Self::Rods(Box::new(Prepared::new(scene)?))
         })
     }
 
-    /// Finds the start of one rod, which [`PreparedScene::new`] leaves to the run.
+    /// Finds the start.
     ///
     /// # Errors
     /// A start from which no motion is possible.
-    pub fn check_start(&self) -> Result<()> {
-        match self {
-            Self::Rod(prepared) => prepared.motion().map(drop),
-            Self::Assembly(..) | Self::Bar(_) => Ok(()),
-        }
+    pub fn start(&self) -> Result<SceneStart<'_>> {
+        Ok(match self {
+            Self::Rods(prepared) => SceneStart::Rods(prepared, prepared.start()?),
+            Self::Bar(prepared) => SceneStart::Bar(prepared),
+        })
     }
+}
 
+impl<'p> SceneStart<'p> {
     /// Runs the scene; its tables go to `sink`. `fields` is the density of the strain field of one rod.
     ///
     /// # Errors
-    /// Those of [`run::run`], [`assembly::run`] and [`bar::run`].
+    /// Those of [`run::run_from`] and [`bar::run`].
     pub fn run(
         self,
         fields: Fields,
         sink: &mut dyn Sink,
         hooks: &mut dyn Hooks,
-    ) -> Result<SceneRun> {
+    ) -> Result<SceneRun<'p>> {
         Ok(match self {
-            Self::Rod(prepared) => {
-                let record = run::run(&prepared, fields, sink, hooks)?;
-                SceneRun::Rod(prepared, Box::new(record))
+            Self::Rods(prepared, start) => {
+                let record = run::run_from(prepared, start, fields, sink, hooks)?;
+                SceneRun::Rods(prepared, Box::new(record))
             }
-            Self::Assembly(prepared, start) => {
-                let record = assembly::run(&prepared, start, sink, hooks)?;
-                SceneRun::Assembly(prepared, Box::new(record))
-            }
-            Self::Bar(prepared) => SceneRun::Bar(Box::new(bar::run(&prepared, sink, hooks)?)),
+            Self::Bar(prepared) => SceneRun::Bar(Box::new(bar::run(prepared, sink, hooks)?)),
         })
     }
 }
 
-impl SceneRun {
+impl SceneRun<'_> {
     /// The run in JSON and words.
     pub fn result(&self) -> SceneResult {
-        let (summary, events, reason, warning) = match self {
-            Self::Rod(_, r) => (r.summary(), r.events(), r.reason(), r.warning()),
-            Self::Assembly(_, r) => (r.summary(), r.events(), r.reason(), r.warning()),
-            Self::Bar(r) => (r.summary(), r.events(), r.reason(), None),
-        };
-        SceneResult {
-            summary,
-            events,
-            reason,
-            warning,
+        match self {
+            Self::Rods(_, record) => SceneResult {
+                summary: record.summary(),
+                events: record.events(),
+                reason: record.reason(),
+                warning: record.warning(),
+            },
+            Self::Bar(record) => SceneResult {
+                summary: record.summary(),
+                events: record.events(),
+                reason: record.reason(),
+                warning: None,
+            },
         }
     }
 }
@@ -124,7 +123,7 @@ pub struct SceneResult {
 /// Runs a scene of motion of any kind; its tables go to `sink`.
 ///
 /// # Errors
-/// Those of [`PreparedScene::new`] and [`PreparedScene::run`].
+/// Those of [`PreparedScene::new`], [`PreparedScene::start`] and [`SceneStart::run`].
 pub fn motion(
     scene: &Scene,
     fields: Fields,
@@ -132,7 +131,8 @@ pub fn motion(
     hooks: &mut dyn Hooks,
 ) -> Result<SceneResult> {
     let prepared = PreparedScene::new(scene)?;
-    Ok(prepared.run(fields, sink, hooks)?.result())
+    let run = prepared.start()?.run(fields, sink, hooks)?;
+    Ok(run.result())
 }
 
 /// Trajectory of a scene of motion before its run: names, units and meanings of the columns.
@@ -141,10 +141,10 @@ pub fn motion(
 /// Errors of the setup; a scene of statics.
 pub fn columns(scene: &Scene) -> Result<Table> {
     require_motion(scene)?;
-    match scene.kind {
-        SceneKind::Bar(_) => Ok(bar::columns(scene)),
-        SceneKind::Assembly(_) => Ok(AssemblyPrepared::new(scene)?.columns()),
-        SceneKind::Rod => run::columns(scene),
+    if scene.is_bar() {
+        Ok(bar::columns(scene))
+    } else {
+        run::columns(scene)
     }
 }
 
@@ -173,20 +173,15 @@ pub fn shapes(
     hooks: &mut dyn Hooks,
 ) -> Result<(Vec<String>, Vec<Shapes>)> {
     require_motion(scene)?;
-    match scene.kind {
-        SceneKind::Bar(_) => Err(Error::domain(
+    if scene.is_bar() {
+        return Err(Error::domain(
             "a bar stays straight: its places over time are in the table waves",
-        )),
-        SceneKind::Assembly(_) => {
-            let prepared = AssemblyPrepared::new(scene)?;
-            let found = assembly::shapes(&prepared, times, points, hooks)?;
-            Ok((prepared.names(), found))
-        }
-        SceneKind::Rod => {
-            let found = run::shapes(&Prepared::new(scene)?, times, points, hooks)?;
-            Ok((vec![String::new()], found))
-        }
+        ));
     }
+    let prepared = Prepared::new(scene)?;
+    let found = run::shapes(&prepared, times, points, hooks)?;
+    let rods = prepared.header.rods.into_iter();
+    Ok((rods.map(|rod| rod.name).collect(), found))
 }
 
 /// Trajectory of a scene of motion at `times` only.
@@ -195,13 +190,12 @@ pub fn shapes(
 /// Those of [`run::samples`]; a bar.
 pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
     require_motion(scene)?;
-    match scene.kind {
-        SceneKind::Bar(_) => Err(Error::domain(
+    if scene.is_bar() {
+        return Err(Error::domain(
             "a bar is sampled at even times: run.samples has how many",
-        )),
-        SceneKind::Assembly(_) => assembly::samples(&AssemblyPrepared::new(scene)?, times, hooks),
-        SceneKind::Rod => run::samples(&Prepared::new(scene)?, times, hooks),
+        ));
     }
+    run::samples(&Prepared::new(scene)?, times, hooks)
 }
 
 /// Sets a scene up, which finds errors invisible to the parser. The result is the effect of the mass of light rods,
@@ -212,18 +206,15 @@ pub fn samples(scene: &Scene, times: &[f64], hooks: &mut dyn Hooks) -> Result<Ta
 pub fn check(scene: &Scene) -> Result<Option<MassEffect>> {
     match scene.kind {
         SceneKind::Bar(_) => BarPrepared::new(scene).map(|_| None),
-        SceneKind::Assembly(_) => {
-            if scene.is_motion() {
-                AssemblyPrepared::new(scene)?.motion().map(drop)?;
-            } else {
-                assembly::equilibrium(scene).map(drop)?;
-            }
+        SceneKind::Assembly(_) if !scene.is_motion() => {
+            assembly::equilibrium(scene)?;
             assembly::small_mass(scene)
         }
         SceneKind::Rod if !scene.is_motion() => scene.problem().map(|_| None),
-        SceneKind::Rod => {
+        SceneKind::Assembly(_) | SceneKind::Rod => {
             let prepared = Prepared::new(scene)?;
-            prepared.motion().map(|_| prepared.small_mass())
+            prepared.start()?;
+            Ok(prepared.small_mass())
         }
     }
 }

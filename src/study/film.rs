@@ -1,11 +1,11 @@
 //! A motion as a film: pictures at adapted times, dense where much moves and around snaps.
 
 use super::Hooks;
-use super::assembly::AssemblyPrepared;
-use super::run::{Prepared, Shapes, shapes::poses};
-use crate::error::{Error, Result};
-use crate::motion::{Event, Labels, Ledger, Motion, Outcome, Snap, State};
+use super::run::{BodyMoment, Moment, Prepared, shapes::poses};
+use crate::error::{Error, Quantity, Result};
+use crate::motion::{Event, Ledger, Outcome, Snap, State};
 use crate::rod::Fallen;
+use crate::scene::Scales;
 use nalgebra::{Isometry3, Vector3};
 
 /// Sections of a light rod.
@@ -30,31 +30,18 @@ pub struct Film {
     /// The pictures, in the order of time.
     pub stills: Vec<Still>,
     /// Bodies and energies, at more times than the pictures.
-    pub trace: Vec<TracePoint>,
+    pub trace: Vec<Moment>,
     /// Steps of the run.
     pub steps: usize,
-}
-
-/// A point of the trace, in the world and the scene's units.
-#[derive(Debug, Clone)]
-pub struct TracePoint {
-    /// Time.
-    pub t: f64,
-    /// Pose and velocity of each body; for a single rod, of its end.
-    pub bodies: Vec<(Isometry3<f64>, Vector3<f64>)>,
-    /// Energies.
-    pub ledger: Ledger,
 }
 
 /// One picture, in the world and the scene's units.
 #[derive(Debug, Clone)]
 pub struct Still {
-    /// Time, bodies and energies.
-    pub now: TracePoint,
+    /// The state, with the labels of the equilibrium of the elastica that a planar rod is in, or near.
+    pub now: Moment,
     /// Sections of each rod, from base to end.
     pub rods: Vec<Vec<Isometry3<f64>>>,
-    /// Labels of the equilibrium of the elastica that a planar rod is in, or near; `None` without one.
-    pub labels: Option<Labels>,
     /// Role of the picture in the motion.
     pub place: PictureRole,
 }
@@ -72,69 +59,13 @@ pub enum PictureRole {
     Landing,
 }
 
-/// A source of a film: a scene of motion ready to run.
-pub trait Filmed {
-    /// Bodies and energies of a state.
-    fn traced(&self, state: &dyn State) -> TracePoint;
-
-    /// Shapes of the rods, with `sections` sections for light ones.
-    ///
-    /// # Errors
-    /// Rods without a shape.
-    fn rods(&self, state: &dyn State, sections: usize) -> Result<Shapes>;
-
-    /// Units of length, time and energy in units of the scene.
-    fn scales(&self) -> [f64; 3];
-}
-
-impl Filmed for Prepared {
-    fn traced(&self, state: &dyn State) -> TracePoint {
-        let now = self.moment_without_index(state);
-        TracePoint {
-            t: now.t,
-            bodies: vec![(now.pose, now.velocity)],
-            ledger: now.ledger,
-        }
-    }
-
-    fn rods(&self, state: &dyn State, sections: usize) -> Result<Shapes> {
-        Ok(vec![self.curve(state, sections)])
-    }
-
-    fn scales(&self) -> [f64; 3] {
-        let k = &self.scales;
-        [k.length, k.time, k.energy]
-    }
-}
-
-impl Filmed for AssemblyPrepared {
-    fn traced(&self, state: &dyn State) -> TracePoint {
-        let now = self.passing(state);
-        let bodies = now.bodies.iter();
-        TracePoint {
-            t: now.t,
-            bodies: bodies.map(|body| (body.pose, body.velocity)).collect(),
-            ledger: now.ledger,
-        }
-    }
-
-    fn rods(&self, state: &dyn State, sections: usize) -> Result<Shapes> {
-        self.shapes(state, sections - 1)
-    }
-
-    fn scales(&self) -> [f64; 3] {
-        let k = &self.setup.scales;
-        [k.length, k.time, k.energy]
-    }
-}
-
 /// Films a motion from its start: at most `pictures` pictures, apart from those of the first snaps, and a trace of at
 /// most `points`.
 ///
-/// The motion was run before and is computed again along `line`, the snaps that lead from the trunk through the
-/// branches. Pictures are evenly spaced in motion and time, and denser around the times `moments`. At a snap there
-/// are the shapes before and after it. Where a planar elastica falls along the viscous layer, its shapes and energies
-/// in the layer are inserted.
+/// The motion was run before and is computed again along `line`, which names the branch to follow at each fork
+/// ([`RunBranch::fork`](super::run::RunBranch::fork)). Pictures are evenly spaced in motion and time, and denser around
+/// the times `moments`. At a snap there are the shapes before and after it. Where a planar elastica falls along the
+/// viscous layer, its shapes and energies in the layer are inserted.
 ///
 /// ```
 /// use snaprod::{scene::Scene, study::{Silent, film, run}};
@@ -155,23 +86,25 @@ impl Filmed for AssemblyPrepared {
 ///     "#,
 /// )?;
 /// let prepared = run::Prepared::new(&scene)?;
-/// let film = film::film(&prepared, prepared.motion()?, &[], &[0.0256], [100, 300], &mut Silent)?;
+/// let film = film::film(&prepared, &[], &[0.0256], [100, 300], &mut Silent)?;
 /// let layer = film.stills.iter().filter(|at| at.place == film::PictureRole::Layer);
 /// assert!(layer.count() > 8 && film.stills.len() < 125);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
 /// # Errors
-/// Rods without a shape; a branch of `line` missing in the motion; an interrupt.
-pub fn film<'m>(
-    of: &dyn Filmed,
-    mut motion: Box<dyn Motion<'m> + 'm>,
-    line: &[Snap],
+/// A start from which no motion is possible; rods without a shape; a branch of `line` missing in the motion; an
+/// interrupt.
+pub fn film(
+    of: &Prepared,
+    line: &[usize],
     moments: &[f64],
     [pictures, points]: [usize; 2],
     hooks: &mut dyn Hooks,
 ) -> Result<Film> {
-    let [_, time, _] = of.scales();
+    let k = &of.header.scales;
+    let time = k.unit(Quantity::Time);
+    let mut motion = of.motion()?;
     let duration = motion.duration();
     let mut camera = Camera {
         of,
@@ -179,7 +112,7 @@ pub fn film<'m>(
         pictures: ThinnedList::new(pictures),
         trace: ThinnedList::new(points),
         measure: StateDistance {
-            length: of.scales()[0],
+            length: k.unit(Quantity::Length),
             duration: duration * time,
             moments,
         },
@@ -230,8 +163,7 @@ pub fn film<'m>(
             }
             Event::Stop(Outcome::Branched(snaps)) => {
                 let Some(next) = branches.next() else { break };
-                let found = snaps.iter().find(|snap| snap.to.q == next.to.q);
-                let found = found.ok_or_else(|| {
+                let found = snaps.get(*next).ok_or_else(|| {
                     Error::domain("the motion does not branch as it did when it was run")
                 })?;
                 camera.keep(&*motion.now(), PictureRole::Fold)?;
@@ -248,7 +180,7 @@ pub fn film<'m>(
         camera.keep(&*motion.now(), PictureRole::Way)?;
     }
     if camera.trace.lacks(last.t) {
-        let traced = of.traced(&*motion.now());
+        let traced = of.moment_without_index(&*motion.now());
         camera.trace.keep(&camera.measure, (last, traced, false));
     }
     let shaped = |still: &Still| still.rods.iter().all(|rod| rod.len() > 1);
@@ -270,42 +202,44 @@ struct StateFingerprint {
 
 /// Takes pictures and traces.
 struct Camera<'f> {
-    of: &'f dyn Filmed,
+    of: &'f Prepared,
     /// True if rods move while their ends are fixed.
     whole: bool,
     pictures: ThinnedList<Still>,
-    trace: ThinnedList<TracePoint>,
+    trace: ThinnedList<Moment>,
     measure: StateDistance<'f>,
 }
 
 impl Camera<'_> {
-    fn look(&self, state: &dyn State) -> Result<(StateFingerprint, TracePoint)> {
-        let now = self.of.traced(state);
+    fn look(&self, state: &dyn State) -> Result<(StateFingerprint, Moment)> {
+        let now = self.of.moment_without_index(state);
         let arm = ARM * self.measure.length;
-        let seen = |(pose, _): &(Isometry3<f64>, Vector3<f64>)| {
-            let at = pose.translation.vector;
-            [at, at + pose.rotation * Vector3::z() * arm]
+        let seen = |body: &BodyMoment| {
+            let at = body.pose.translation.vector;
+            [at, at + body.pose.rotation * Vector3::z() * arm]
         };
         let mut places: Vec<Vector3<f64>> = now.bodies.iter().flat_map(seen).collect();
         if self.whole {
-            let rods = self.of.rods(state, 9)?;
+            let rods = self.of.curves(state, 9)?;
             places.extend(rods.iter().flatten().map(|(_, at)| at.translation.vector));
         }
         Ok((StateFingerprint { t: now.t, places }, now))
     }
 
-    fn still(&self, state: &dyn State, now: TracePoint, place: PictureRole) -> Result<Still> {
-        let rods = self.of.rods(state, SECTIONS)?;
+    fn still(&self, state: &dyn State, now: Moment, place: PictureRole) -> Result<Still> {
+        let rods = self.of.curves(state, SECTIONS)?;
         Ok(Still {
-            now,
+            now: Moment {
+                labels: state.equilibrium(),
+                ..now
+            },
             rods: rods.into_iter().map(poses).collect(),
-            labels: state.equilibrium(),
             place,
         })
     }
 
     /// Traces a state if it is far enough from the last traced one; true if it is far enough from the last picture.
-    fn follow(&mut self, (seen, traced): &(StateFingerprint, TracePoint)) -> bool {
+    fn follow(&mut self, (seen, traced): &(StateFingerprint, Moment)) -> bool {
         if self.trace.wants(&self.measure, seen) {
             self.trace
                 .keep(&self.measure, (seen.clone(), traced.clone(), false));
@@ -317,7 +251,7 @@ impl Camera<'_> {
     fn picture(
         &mut self,
         state: &dyn State,
-        (seen, traced): &(StateFingerprint, TracePoint),
+        (seen, traced): &(StateFingerprint, Moment),
     ) -> Result<()> {
         let still = self.still(state, traced.clone(), PictureRole::Way)?;
         self.pictures
@@ -342,7 +276,7 @@ impl Camera<'_> {
             return;
         };
         let seen = seen.clone();
-        for still in falling(snap, &shapes, fold, self.of.scales()) {
+        for still in falling(snap, &shapes, fold, &self.of.header.scales) {
             self.pictures
                 .keep(&self.measure, (seen.clone(), still, true));
         }
@@ -355,12 +289,7 @@ impl Camera<'_> {
 }
 
 /// Shapes between fold and landing of a snap, evenly chosen by displacement.
-fn falling(
-    snap: &Snap,
-    shapes: &[Fallen],
-    fold: &Still,
-    [length, _, energy]: [f64; 3],
-) -> Vec<Still> {
+fn falling(snap: &Snap, shapes: &[Fallen], fold: &Still, k: &Scales) -> Vec<Still> {
     let Some(base) = fold.rods.get(snap.rod).and_then(|rod| rod.first()) else {
         return Vec::new();
     };
@@ -380,21 +309,22 @@ fn falling(
         .filter(|k| *k < shapes.len())
         .collect();
     chosen.dedup();
-    let still = |k: usize| {
-        let (elastic, sections) = &shapes[k];
+    let still = |i: usize| {
+        let (elastic, sections) = &shapes[i];
         // The first section is the base section.
         let clamp = base.rotation * sections[0].rotation.inverse();
         let placed = |at: &Isometry3<f64>| {
-            let place = base.translation.vector + clamp * at.translation.vector * length;
+            let place = base.translation.vector + clamp * at.translation.vector * k.length;
             Isometry3::from_parts(place.into(), clamp * at.rotation)
         };
         let ledger = &fold.now.ledger;
-        let lost = (snap.from.elastic - elastic).max(0.0) * energy;
+        let lost = k.outward(Quantity::Couple, (snap.from.elastic - elastic).max(0.0));
         let mut rods = fold.rods.clone();
         rods[snap.rod] = sections.iter().map(placed).collect();
         Still {
             rods,
-            now: TracePoint {
+            now: Moment {
+                labels: None,
                 ledger: Ledger {
                     elastic: ledger.elastic - lost,
                     dissipated: ledger.dissipated + lost,
@@ -402,7 +332,6 @@ fn falling(
                 },
                 ..fold.now.clone()
             },
-            labels: None,
             place: PictureRole::Layer,
         }
     };

@@ -1,8 +1,8 @@
 //! Light rods that accompany rods with friction or mass in a run.
 
 use super::exact;
+use super::run::RunHeader;
 use crate::motion::{LightReference, LightSnap, Motion, State, UnknownInterval};
-use crate::scene::{Scales, Units};
 use serde_json::{Value, json};
 
 /// Light rods of a run, with the folds they have passed.
@@ -49,23 +49,19 @@ impl LightRods {
     }
 }
 
-/// Sentence on times and reasons of missing folds; `names` of the rods of an assembly.
-pub(super) fn note(
-    lost: &[&UnknownInterval],
-    names: &[String],
-    (scales, units): (&Scales, Units),
-) -> Option<String> {
+/// Sentence on times and reasons of missing folds.
+pub(super) fn note(lost: &[&UnknownInterval], header: &RunHeader) -> Option<String> {
     let [first, more @ ..] = lost else {
         return None;
     };
-    let unit = match units.time() {
+    let unit = match header.units.time() {
         "" => String::new(),
         symbol => format!(" {symbol}"),
     };
     // Six digits suffice.
     let short = |t: f64| format!("{t:.5e}").parse().map_or_else(|_| exact(t), exact);
-    let at = |t: f64| format!("t = {}{unit}", short(t * scales.time));
-    let rod = match names.get(first.rod) {
+    let at = |t: f64| format!("t = {}{unit}", short(t));
+    let rod = match header.rod_name(first.rod) {
         Some(name) => format!("rod {name:?}"),
         None => "the rod".to_owned(),
     };
@@ -86,15 +82,15 @@ pub(super) fn note(
 }
 
 /// Event of a lost light rod.
-pub(super) fn event(lost: &UnknownInterval, names: &[String], scales: &Scales) -> Value {
+pub(super) fn event(lost: &UnknownInterval, header: &RunHeader) -> Value {
     let mut event = json!({
         "kind": "light_rod_lost",
-        "t": lost.from * scales.time,
-        "until": lost.until.map(|t| t * scales.time),
+        "t": lost.from,
+        "until": lost.until,
         "reason": lost.why.to_string(),
     });
-    if let Some(name) = names.get(lost.rod) {
-        event["rod"] = name.as_str().into();
+    if let Some(name) = header.rod_name(lost.rod) {
+        event["rod"] = name.into();
     }
     event
 }

@@ -88,7 +88,7 @@ impl Solid {
         let every = poses.len().div_ceil(POINTS).max(1);
         let way = poses.map(|pose| pose.translation.vector).step_by(every);
         let way: Vec<Vector3<f64>> = way.collect();
-        let points = groove.beside(&way, beyond(&way));
+        let points = groove.points_along(&way, beyond(&way));
         points.into_iter().map(Into::into).collect()
     }
 

@@ -5,9 +5,9 @@ use crate::support::{json, list, number, quaternion, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use serde_json::Value;
 use snaprod::assembly::{
-    Assembly, AttachedTo, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
+    Assembly, AttachedTo, Attachment, Body, BodyMotion, Configuration, Joint, Link,
 };
-use snaprod::body::{Body, History, RigidBody, Support};
+use snaprod::body::{History, PointMass, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
@@ -78,16 +78,16 @@ fn rigid(row: &Value, gravity: Vector3<f64>) -> RigidBody {
         .expect("a body")
 }
 
-fn point(mass: f64, gravity: Vector3<f64>) -> HeavyBody {
-    HeavyBody::point(
-        Body::new(mass)
+fn point(mass: f64, gravity: Vector3<f64>) -> Body {
+    Body::point(
+        PointMass::new(mass)
             .and_then(|body| body.with_gravity(gravity))
             .expect("a mass"),
     )
 }
 
 /// One rod from a clamp at the origin to one body.
-fn single(rod: Rod, body: HeavyBody, base: Attachment) -> (Assembly, Vector6<f64>) {
+fn single(rod: Rod, body: Body, base: Attachment) -> (Assembly, Vector6<f64>) {
     let joint = if body.freedoms() == 3 {
         Joint::Ball
     } else {
@@ -196,7 +196,7 @@ fn welded_bodies_move_as_another_program_has_it() {
     for case in rows(&data, "cases", 2) {
         let name = case["name"].as_str().expect("a name");
         let body = rigid(&case["body"], vector3(case, "gravity"));
-        let (assembly, units) = single(rod(case), HeavyBody::rigid(body), clamp());
+        let (assembly, units) = single(rod(case), Body::rigid(body), clamp());
         let start = &case["start"];
         let pose = pose(start);
         let omega = pose.rotation * vector3(start, "angular_velocity");
@@ -283,7 +283,7 @@ fn a_rod_in_space_snaps_where_and_whither_another_program_says() {
             )
         } else {
             (
-                HeavyBody::rigid(rigid(row, gravity)),
+                Body::rigid(rigid(row, gravity)),
                 pose(start),
                 vector3(start, "angular_velocity"),
             )
@@ -336,7 +336,7 @@ fn chains_and_loops_move_as_another_program_has_it() {
         let gravity = vector3(network, "gravity");
         let bodies = rows(network, "bodies", 1)
             .iter()
-            .map(|row| HeavyBody::rigid(rigid(row, gravity)))
+            .map(|row| Body::rigid(rigid(row, gravity)))
             .collect();
         let site = |row: &Value| match row["on"].as_str().expect("on").strip_prefix("body ") {
             Some(number) => Attachment::body(number.parse().expect("a number"), pose(row)),
@@ -439,7 +439,7 @@ fn supports_move_rods_as_another_program_has_it() {
                 pose,
                 twist: twist(omega, vector3(start, "velocity_of_end_world")),
             };
-            (HeavyBody::rigid(rigid(row, gravity)), place)
+            (Body::rigid(rigid(row, gravity)), place)
         };
         let (assembly, units) = single(rod(case), body, base);
         let chart = match &start["base_wrench"] {
@@ -478,7 +478,7 @@ fn a_planar_start_in_space_moves_as_the_elastica() {
     let at = Elastica
         .point(&[start.p, start.w].into())
         .expect("in the chart");
-    let mass = Body::<2>::new(1.0).expect("a mass");
+    let mass = PointMass::<2>::new(1.0).expect("a mass");
     let velocity = Vector2::new(0.0, -0.5);
     let end = 0.6;
     let options = Options::new(end)

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
 use snaprod::body::RigidBody;
 use snaprod::rod::Rod;
 use snaprod::section::Linear;
@@ -278,7 +278,7 @@ fn indices_of_assemblies_agree_with_discretised_second_variations() {
             let body = RigidBody::new(1.0, Matrix3::identity() * 0.1)
                 .and_then(|b| b.with_centre(offset)?.with_dead_force(*force))
                 .expect("a body");
-            HeavyBody::rigid(body)
+            Body::rigid(body)
         });
         let assembly = Assembly::new(carriers.collect(), links).expect("an assembly");
         let now = Configuration {

@@ -5,9 +5,9 @@ use nalgebra::{
 };
 use serde_json::Value;
 use snaprod::assembly::{
-    Assembly, AssemblyFamily, AssemblyRoute, Attachment, Configuration, HeavyBody, Joint, Link,
+    Assembly, AssemblyFamily, AssemblyRoute, Attachment, Body, Configuration, Joint, Link,
 };
-use snaprod::body::{Body, RigidBody};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::rod::{EndConditions, Problem, Rod, RodFamily};
 use snaprod::section::{Along, Linear, Varying};
 use snaprod::solve::arclength::{Continuation, Options, Point, Trace};
@@ -88,7 +88,7 @@ fn loaded(case: &Value, reversed: &[usize], load: Vector3<f64>) -> Assembly {
     let n = &case["network"];
     let bodies = list(&n["bodies"])
         .iter()
-        .map(|b| HeavyBody::rigid(rigid(b, &n["gravity"]).with_dead_force(load).unwrap()));
+        .map(|b| Body::rigid(rigid(b, &n["gravity"]).with_dead_force(load).unwrap()));
     let links = list(&n["rods"]).iter().enumerate().map(|(k, v)| {
         let (from, to) = (site(&v["base"]), site(&v["end"]));
         let joint = if v["end"]["joint"] == "ball" {
@@ -132,7 +132,7 @@ fn ball(inertia: [f64; 3]) -> RigidBody {
 }
 
 /// A body of unit mass on a rod from the origin; `mass` is a point on a ball joint.
-fn cantilever(rod: Rod, carrier: HeavyBody, joint: Joint) -> Assembly {
+fn cantilever(rod: Rod, carrier: Body, joint: Joint) -> Assembly {
     let link = Link::new(
         rod,
         Attachment::ground(at(0.0)),
@@ -286,13 +286,13 @@ fn a_rod_begun_at_its_other_end_is_the_same_rod() {
 #[test]
 fn frequencies_of_a_mass_on_a_loaded_straight_rod() {
     let loaded = |force: f64| {
-        let mass = Body::new(1.0)
+        let mass = PointMass::new(1.0)
             .unwrap()
             .with_dead_force(Vector3::new(0.0, 0.0, force))
             .unwrap();
         cantilever(
             straight(1.0, [1.0, 1.0], 0.7, None),
-            HeavyBody::point(mass),
+            Body::point(mass),
             Joint::Ball,
         )
     };
@@ -333,13 +333,13 @@ fn a_column_above_its_load_is_found_bent() {
         (2.54225837, -0.1069232376, 0.7503883661),
     ] {
         let load = factor * PI * PI / 4.0;
-        let mass = Body::new(1.0)
+        let mass = PointMass::new(1.0)
             .unwrap()
             .with_dead_force(Vector3::new(0.0, 0.0, -load))
             .unwrap();
         let assembly = cantilever(
             straight(1.0, [1.0, 1.0], 0.7, None),
-            HeavyBody::point(mass),
+            Body::point(mass),
             Joint::Ball,
         );
         let found = assembly.equilibrium(None, 1e-11).unwrap();
@@ -378,7 +378,7 @@ fn buckle(pieces: usize) {
         let body = |k: usize| {
             let load = if k + 1 == pieces { load } else { 0.0 };
             let body = ball([0.1; 3]).with_dead_force(Vector3::new(0.0, 0.0, -load))?;
-            Ok(HeavyBody::rigid(body))
+            Ok(Body::rigid(body))
         };
         let links = (0..pieces).map(|k| {
             let from = match k.checked_sub(1) {
@@ -442,7 +442,7 @@ fn frequencies_of_a_tight_wire() {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), PI);
         let upper = Isometry3::from_parts(Translation3::new(0.0, 0.0, 0.5 * v3), turn);
         let here = Isometry3::from_parts(Translation3::identity(), turn);
-        let wire = |carrier: HeavyBody, joint: Joint| {
+        let wire = |carrier: Body, joint: Joint| {
             let links = vec![
                 Link::new(
                     half(),
@@ -459,7 +459,7 @@ fn frequencies_of_a_tight_wire() {
             ];
             Assembly::new(vec![carrier], links).unwrap()
         };
-        let welded = wire(HeavyBody::rigid(ball(inertia)), Joint::Weld);
+        let welded = wire(Body::rigid(ball(inertia)), Joint::Weld);
         let across = (2.0 * kvv).sqrt();
         let turning = (2.0 * ktt / inertia[0]).sqrt();
         let twist = (4.0 * torsion / inertia[2]).sqrt();
@@ -477,7 +477,7 @@ fn frequencies_of_a_tight_wire() {
         for (got, want) in modes.frequencies.iter().zip(want) {
             close(*got, want, rounded(want));
         }
-        let point = wire(HeavyBody::point(Body::new(1.0).unwrap()), Joint::Ball);
+        let point = wire(Body::point(PointMass::new(1.0).unwrap()), Joint::Ball);
         let found = point.equilibrium(None, 1e-11).unwrap();
         let modes = point.modes(&found.now, 1e-13).unwrap();
         let across = (2.0 * (kvv - kvt * kvt / ktt)).sqrt();
@@ -502,7 +502,7 @@ fn a_body_hung_by_a_ball_joint() {
         let body = body.with_gravity(Vector3::new(0.0, 0.0, gravity)).unwrap();
         let assembly = cantilever(
             straight(1.0, [1.0, 1.0], 0.7, axial),
-            HeavyBody::rigid(body),
+            Body::rigid(body),
             Joint::Ball,
         );
         let found = assembly.equilibrium(None, 1e-11).unwrap();
@@ -545,7 +545,7 @@ fn a_table_on_two_inextensible_legs() {
                 Joint::Weld,
             )
         });
-        Assembly::new(vec![HeavyBody::rigid(body)], links.to_vec()).unwrap()
+        Assembly::new(vec![Body::rigid(body)], links.to_vec()).unwrap()
     };
     let idle = table(0.0).equilibrium(None, 1e-11).unwrap();
     let modes = table(0.0).modes(&idle.now, 1e-13).unwrap();
@@ -576,7 +576,7 @@ fn a_cantilever_of_many_pieces_bends_as_one() {
             }
         };
         let bodies =
-            (0..pieces).map(|k| HeavyBody::rigid(ball([0.1; 3]).with_dead_force(load(k)).unwrap()));
+            (0..pieces).map(|k| Body::rigid(ball([0.1; 3]).with_dead_force(load(k)).unwrap()));
         let links = (0..pieces).map(|k| {
             let from = match k.checked_sub(1) {
                 Some(below) => Attachment::body(below, at(0.0)),
@@ -608,11 +608,11 @@ fn refusals() {
         let rod = straight(1.0, [1.0, 1.0], 0.7, Some(1e3));
         Link::new(rod, from, Attachment::body(to, at(0.0)), Joint::Weld)
     };
-    let bodies = |n: usize| vec![HeavyBody::rigid(ball([0.1; 3])); n];
+    let bodies = |n: usize| vec![Body::rigid(ball([0.1; 3])); n];
     // No support, and a force on one of the bodies.
     let floating = vec![link(Attachment::body(0, at(0.0)), 1)];
     let pushed = ball([0.1; 3]).with_dead_force(Vector3::x() * 1e-3);
-    let pair = vec![bodies(1)[0].clone(), HeavyBody::rigid(pushed.unwrap())];
+    let pair = vec![bodies(1)[0].clone(), Body::rigid(pushed.unwrap())];
     said(
         &Assembly::new(pair, floating).unwrap(),
         "no equilibrium was found",
@@ -629,7 +629,7 @@ fn refusals() {
             Joint::Ball,
         )
     });
-    let mass = vec![HeavyBody::point(Body::new(1.0).unwrap())];
+    let mass = vec![Body::point(PointMass::new(1.0).unwrap())];
     said(
         &Assembly::new(mass, links.to_vec()).unwrap(),
         "let the rods stretch",
@@ -641,8 +641,8 @@ fn refusals() {
 #[test]
 fn eigenvalues_with_drag_and_with_a_rotor() {
     let soft = || straight(1.0, [1.0, 1.0], 0.7, Some(1e3));
-    let mass = Body::new(1.0).unwrap().with_drag(0.4).unwrap();
-    let assembly = cantilever(soft(), HeavyBody::point(mass), Joint::Ball);
+    let mass = PointMass::new(1.0).unwrap().with_drag(0.4).unwrap();
+    let assembly = cantilever(soft(), Body::point(mass), Joint::Ball);
     let now = assembly.equilibrium(None, 1e-11).unwrap().now;
     let values = assembly.eigenvalues(&now, 1e-13).unwrap();
     assert_eq!(values.len(), 6);
@@ -655,7 +655,7 @@ fn eigenvalues_with_drag_and_with_a_rotor() {
     let body = ball([j, j, 0.08])
         .with_rotor(Vector3::new(0.0, 0.0, h))
         .unwrap();
-    let assembly = cantilever(soft(), HeavyBody::rigid(body), Joint::Weld);
+    let assembly = cantilever(soft(), Body::rigid(body), Joint::Weld);
     let now = assembly.equilibrium(None, 1e-11).unwrap().now;
     let values = assembly.eigenvalues(&now, 1e-13).unwrap();
     let mut whirls = 0;
@@ -701,7 +701,7 @@ fn a_deep_arch_has_the_limit_points_of_its_half() {
                 Joint::Weld,
             ),
         ];
-        Assembly::new(vec![HeavyBody::rigid(body)], links)
+        Assembly::new(vec![Body::rigid(body)], links)
     };
     let (low, high) = (-20.0, 60.0);
     let top = arch(low).unwrap().equilibrium(None, 1e-11).unwrap();
@@ -848,7 +848,7 @@ fn rods_too_short_are_refused_at_once() {
                 Attachment::ground(at(span)),
             ),
         ];
-        let bodies = (0..2).map(|_| HeavyBody::rigid(ball([0.1; 3])));
+        let bodies = (0..2).map(|_| Body::rigid(ball([0.1; 3])));
         Assembly::new(bodies.collect(), links).unwrap()
     };
     for (span, fits) in [(3.2 - 1e-7, true), (3.2 + 1e-7, false), (2.0, true)] {

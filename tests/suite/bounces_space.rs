@@ -1,11 +1,11 @@
 //! Bounces of taut rods in space and in assemblies: comparison with the planar rod and closed forms of the bent ends.
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
-use snaprod::math::se3::joined;
+use snaprod::math::se3::join;
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Bounce, Event, Motion, Options, Outcome, Run};
 use snaprod::rod::{Rod, Tip};
@@ -57,7 +57,7 @@ fn a_planar_bounce_is_the_same_in_space() {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
     let q = Vector2::new(start.p, start.w);
     let velocity = Vector2::new(1.0, 2.0);
-    let body = Body::<2>::new(1.0).unwrap();
+    let body = PointMass::<2>::new(1.0).unwrap();
     let mut run = Run::new(&Elastica, &body, q, velocity, options(2.0)).unwrap();
     let plane = run.find_map(|event| match event {
         Event::Bounce(bounce) => Some(bounce),
@@ -77,12 +77,12 @@ fn a_planar_bounce_is_the_same_in_space() {
     let now = Configuration {
         bodies: vec![BodyMotion {
             pose: Isometry3::from_parts(lifted(at.pose).into(), UnitQuaternion::identity()),
-            twist: joined(&Vector3::zeros(), &lifted(velocity)),
+            twist: join(&Vector3::zeros(), &lifted(velocity)),
         }],
-        charts: vec![joined(&couple, &lifted(-at.force)).component_div(&link.units())],
+        charts: vec![join(&couple, &lifted(-at.force)).component_div(&link.units())],
         spins: Vec::new(),
     };
-    let mass = HeavyBody::point(Body::new(1.0).unwrap());
+    let mass = Body::point(PointMass::new(1.0).unwrap());
     let assembly = Assembly::new(vec![mass], vec![link]).unwrap();
     let all = bounces(assembly, &now, plane.t + 0.005);
     assert_eq!(all.len(), 1);
@@ -111,7 +111,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
     let middle = Rotation3::from_axis_angle(&Vector3::x_axis(), -1.2);
     let tip = middle * Rotation3::from_axis_angle(&Vector3::y_axis(), 0.8);
     let rod = Rod::new(1.0, law).unwrap();
-    let base = joined(&Vector3::zeros(), &n);
+    let base = join(&Vector3::zeros(), &n);
     let taut = rod.taut(&base, &Tip::Turned(*tip.matrix()), None, 1e-12);
     let taut = taut.unwrap();
     let arm = Vector3::new(0.1, 0.05, 0.02);
@@ -129,7 +129,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
     let now = Configuration {
         bodies: vec![BodyMotion {
             pose: Isometry3::from_parts((taut.end.position - turn * arm).into(), turn),
-            twist: joined(&Vector3::zeros(), &(n.normalize() * speed)),
+            twist: join(&Vector3::zeros(), &(n.normalize() * speed)),
         }],
         charts: vec![taut.base.component_div(&link.units())],
         spins: Vec::new(),
@@ -137,7 +137,7 @@ fn thrown(law: Linear, speed: f64, borne: f64) -> (Assembly, Configuration) {
     let body = RigidBody::new(1.0, inertia())
         .and_then(|body| body.with_dead_force(n * borne))
         .unwrap();
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).unwrap();
     (assembly, now)
 }
 
@@ -201,7 +201,7 @@ fn two_bodies_bounce_with_their_reduced_mass() {
         body.clone(),
         Joint::Weld,
     );
-    let carrier = |mass| HeavyBody::rigid(RigidBody::new(mass, inertia() * 1e6).unwrap());
+    let carrier = |mass| Body::rigid(RigidBody::new(mass, inertia() * 1e6).unwrap());
     now.bodies.push(BodyMotion {
         pose: Isometry3::identity(),
         twist: Vector6::zeros() - now.bodies[0].twist,
@@ -217,7 +217,7 @@ fn two_bodies_bounce_with_their_reduced_mass() {
 #[test]
 fn an_assembly_tells_its_bounces() {
     use snaprod::scene::Scene;
-    use snaprod::study::assembly::{AssemblyPrepared, run};
+    use snaprod::study::run::{Fields, Prepared, run};
     use snaprod::study::{Silent, Table};
     let scene = Scene::parse(
         r#"
@@ -243,15 +243,9 @@ fn an_assembly_tells_its_bounces() {
         "#,
     )
     .unwrap_or_else(|faults| panic!("{faults}"));
-    let prepared = AssemblyPrepared::new(&scene).unwrap();
+    let prepared = Prepared::new(&scene).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    let record = run(
-        &prepared,
-        prepared.motion().unwrap(),
-        &mut tables,
-        &mut Silent,
-    )
-    .unwrap();
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
     let summary = record.summary();
     assert_eq!(summary["bounces"]["count"], 1);
     let told = &summary["bounces"]["hardest"];

@@ -1,7 +1,7 @@
 //! Delay of rods of known mass at the folds of branches: comparison with closed forms, small motions of rods with full
 //! mass, and nearby folds.
 
-use crate::support::near;
+use crate::support::{limit_at_fold, near};
 use nalgebra::Vector2;
 use serde_json::Value;
 use snaprod::elastica::folds::fold_at;
@@ -64,12 +64,6 @@ fn fold(record: &BranchRecord) -> (f64, FoldAtRest) {
     let mut all = record.branches.specials.iter();
     let found = all.find_map(|at| Some((at.parameter, at.fold.clone()?)));
     found.unwrap_or_else(|| panic!("no fold of {}", record.summary()))
-}
-
-/// Limit at the fold of values at the distances d, d/4, d/16, by extrapolation up to the third power of sqrt(d).
-fn at_the_fold(of: [f64; 3]) -> f64 {
-    let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
-    (4.0 * b - a) / 3.0
 }
 
 /// Catches a wrong drive, bend, mass, friction, null vector or unit. With a held end the planar rod has its normal
@@ -186,11 +180,11 @@ duration = 0.1
         ..
     } = fold.form;
     near(
-        at_the_fold(squares),
+        limit_at_fold(squares),
         2.0 * (drive * bend).sqrt() / mass,
         2e-5,
     );
-    near(at_the_fold(decays), TAU * friction / (2.0 * mass), 2e-5);
+    near(limit_at_fold(decays), TAU * friction / (2.0 * mass), 2e-5);
 }
 
 /// Catches a wrong work of the held pose, or of its turn. A rod is welded at both ends, bent and twisted in space
@@ -224,7 +218,7 @@ back = true
     });
     let form = &fold.form;
     let expected = 2.0 * (form.drive * form.bend).sqrt() / form.mass;
-    near(at_the_fold(squares), expected, 1e-4);
+    near(limit_at_fold(squares), expected, 1e-4);
 }
 
 /// Catches a work of a couple that is not that of the turn of the end, and chart-dependent numbers. Force and couple

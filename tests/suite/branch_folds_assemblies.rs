@@ -2,7 +2,7 @@
 //! motions, and another chart.
 
 use crate::assembly_branches::arch;
-use crate::support::near;
+use crate::support::{limit_at_fold, near};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use snaprod::rod::{BothEnds, Chart, EndConditions, Problem, Rod, RodFamily};
 use snaprod::scene::Scene;
@@ -39,12 +39,6 @@ fn heavy_arch(rods: f64, crown: f64) -> String {
                 0.1 * crown
             ),
         )
-}
-
-/// Limit at the fold of values at the distances d, d/4, d/16, by extrapolation up to the third power of sqrt(d).
-fn at_the_fold(of: [f64; 3]) -> f64 {
-    let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
-    (4.0 * b - a) / 3.0
 }
 
 /// Catches a wrong length of the critical direction of bodies and rods, and a wrong mass or friction of rods that move
@@ -176,7 +170,7 @@ fn loads_that_turn_with_bodies_have_their_own_fold() {
     });
     let form = &fold.form;
     let expected = 2.0 * (form.drive * form.bend).sqrt() / form.mass;
-    near(at_the_fold(squares), expected, 1e-4);
+    near(limit_at_fold(squares), expected, 1e-4);
 }
 
 /// Catches a fold in the chart of taut rods with other numbers than by the base wrench, which is accurate there: lam
@@ -229,6 +223,19 @@ fn taut_rods_fold_alike_in_both_charts() {
         near(found[0].abs(), expected.drive.abs(), 1e-6);
         near(found[1].abs(), expected.bend.abs(), 1e-6);
     }
+}
+
+/// Catches a comparison of 0 with 0 in a chart that knows no factor of an equation, as that of base wrenches.
+#[test]
+fn a_chart_that_knows_no_factor_is_refused_as_such() {
+    let rod = Rod::new(1.0, Linear::diagonal([1.0, 1.2], 0.75).unwrap()).unwrap();
+    let conditions = EndConditions::pose(Vector3::new(0.0, 0.0, 0.95), UnitQuaternion::identity());
+    let problem = |_: f64| Problem::new(rod.clone(), conditions, 1e-10);
+    let base = RodFamily::new(problem, false, 1.0);
+    let (x, z) = (DVector::from_element(6, 0.1), DVector::from_element(6, 1.0));
+    let refused = base.fold_in_chart((&x, &z), 0.0, &[Vector3::x(), Vector3::y()]);
+    let message = refused.unwrap_err().to_string();
+    assert!(message.contains("knows no factor"), "{message}");
 }
 
 /// Catches a refused load that turns with the end, and one treated as another load. A strip bears its weight in its

@@ -1,7 +1,6 @@
 //! Ends of runs, and breaks of loads and clamp motions, at critical moments.
 
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table};
 
@@ -95,10 +94,9 @@ fn a_clamp_breaks_where_time_is_slowed() {
         place.replace('\n', ", ")
     );
     let alone = recorded(&alone).last().last.position();
-    let prepared = AssemblyPrepared::new(&parsed(&chain)).expect("an assembly");
-    let start = prepared.motion().expect("a start");
+    let prepared = Prepared::new(&parsed(&chain)).expect("an assembly");
     let mut tables: Vec<Table> = Vec::new();
-    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).expect("a record");
     assert_eq!(record.reason(), None);
     let apart = record.last().last.bodies[0].pose.translation.vector - alone;
     assert!(apart.norm() < 1e-6, "{apart}");

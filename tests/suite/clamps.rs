@@ -3,7 +3,7 @@
 use crate::support::{assert_close, worst};
 use crate::viscous_identities::sampled;
 use nalgebra::{Matrix2, UnitQuaternion, Vector1, Vector2, Vector3, vector};
-use snaprod::body::{Body, History, Pulse, Ramp, Support, TimeLoad};
+use snaprod::body::{History, PointMass, Pulse, Ramp, Support, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::EquilibriumManifold;
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
@@ -21,8 +21,8 @@ use std::sync::Arc;
 type Pair = Vector2<f64>;
 
 /// A body that feels everything: weight, a load in time, drag.
-fn loaded() -> Body<2> {
-    Body::new(1.3)
+fn loaded() -> PointMass<2> {
+    PointMass::new(1.3)
         .and_then(|b| b.with_gravity(vector![0.4, -1.0])?.with_drag(0.3))
         .unwrap()
         .with_force(TimeLoad::sine(vector![0.5, 0.2], 3.0, 0.1).unwrap())
@@ -41,7 +41,7 @@ fn table() -> History {
 
 /// The end of an elastic run, its snaps, and the energy error relative to the largest term of the ledger.
 fn elastic(
-    body: &Body<2>,
+    body: &PointMass<2>,
     q: Pair,
     v: Pair,
     duration: f64,
@@ -78,7 +78,12 @@ fn curvature(s: f64) -> f64 {
 }
 
 /// Position and velocity of a viscoelastic run at `times`, relative to the clamp, and the energy error.
-fn viscous(body: &Body<2>, v: Pair, times: &[f64], method: Method) -> (Vec<(Pair, Pair)>, f64) {
+fn viscous(
+    body: &PointMass<2>,
+    v: Pair,
+    times: &[f64],
+    method: Method,
+) -> (Vec<(Pair, Pair)>, f64) {
     let start = ViscousStart {
         strain: &|s| Vector1::new(curvature(s)),
         relaxed: None,
@@ -150,7 +155,7 @@ fn a_clamp_that_turns_and_swings_agrees_with_the_motion_in_the_world() {
     let (turn, place, ..) = frame(duration);
     let pose = place + turn * Elastica.point(&q).unwrap().pose;
     assert!((world.place(&end.pose) - pose).norm() < 1e-9);
-    let velocity = world.absolute(&end.pose, &end.phase.v);
+    let velocity = world.absolute_velocity(&end.pose, &end.phase.v);
     assert!(
         (velocity - v).norm() < 1e-9,
         "off by {:e}",
@@ -171,7 +176,7 @@ fn a_shaken_clamp_is_a_load_in_time() {
     ];
     let mass = 1.3;
     let heavy = || {
-        Body::new(mass)
+        PointMass::new(mass)
             .and_then(|b| b.with_gravity(vector![0.4, -1.0]))
             .unwrap()
     };
@@ -207,7 +212,7 @@ fn a_tilted_clamp_is_a_clamp_under_turned_loads() {
     let tilt = 2.1f64;
     let (sin, cos) = tilt.sin_cos();
     let back = Matrix2::new(cos, sin, -sin, cos);
-    let heavy = |g: Pair| Body::new(1.0).and_then(|b| b.with_gravity(g)).unwrap();
+    let heavy = |g: Pair| PointMass::new(1.0).and_then(|b| b.with_gravity(g)).unwrap();
     let g = vector![0.3, -2.0];
     let tilted = heavy(g).with_support(Support::<2>::new(vector![3.0, 1.0], tilt).unwrap());
     let v = vector![0.1, -0.2];
@@ -230,7 +235,7 @@ fn the_plane_on_a_turning_clamp_lies_inside_space() {
         .and_then(|s| s.with_turning(turning()))
         .and_then(|s| s.with_translation(vector![0.3, 0.5], table()))
         .unwrap();
-    let flat = Body::new(1.0)
+    let flat = PointMass::new(1.0)
         .and_then(|b| b.with_gravity(vector![-1.0, 0.7])?.with_drag(0.2))
         .unwrap()
         .with_support(clamp);
@@ -243,7 +248,7 @@ fn the_plane_on_a_turning_clamp_lies_inside_space() {
         .and_then(|s| s.with_turning(&Vector3::y(), turning()))
         .and_then(|s| s.with_translation(lifted(vector![0.3, 0.5]), table()))
         .unwrap();
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_gravity(lifted(vector![-1.0, 0.7]))?.with_drag(0.2))
         .unwrap()
         .with_support(clamp);
@@ -275,7 +280,7 @@ fn the_ledger_closes_over_snaps_on_a_rocking_clamp() {
     let clamp = Support::<2>::new(Pair::zeros(), FRAC_PI_2)
         .and_then(|s| s.with_turning(History::sine(1.2, 0.9, 0.0)))
         .unwrap();
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_gravity(vector![0.0, -4.0])?.with_drag(0.4))
         .unwrap()
         .with_support(clamp);
@@ -315,7 +320,7 @@ fn late(rate: f64, drag: f64) -> f64 {
             })
         })
         .unwrap();
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_dead_force(vector![0.0, -load])?.with_drag(drag))
         .unwrap()
         .with_support(clamp.clone());
@@ -377,10 +382,10 @@ fn a_short_pulse_is_not_passed_over() {
         width,
         amplitude: 2.0 / width,
     });
-    let plain = || Body::new(mass).unwrap();
+    let plain = || PointMass::new(mass).unwrap();
     let struck = plain().with_force(TimeLoad::new(impulse, pulse).unwrap());
     let (v, before, after) = (vector![0.1, 0.1], at, at + width);
-    let elastic_end = |body: &Body<2>, t| elastic(body, bent(), v, t, 1e-11).0.phase.v;
+    let elastic_end = |body: &PointMass<2>, t| elastic(body, bent(), v, t, 1e-11).0.phase.v;
     let kick = elastic_end(&struck, after) - elastic_end(&plain(), before);
     assert!((kick - impulse / mass).norm() < 1e-5, "{kick}");
     let much_later = elastic_end(&struck, 0.9) - elastic_end(&plain(), 0.9);
@@ -394,7 +399,7 @@ fn a_short_pulse_is_not_passed_over() {
         assert!(off.norm() < 1e-7, "{tolerance:e}: {off}");
     }
     for method in [Method::Explicit, Method::Implicit, Method::Auto] {
-        let end = |body: &Body<2>, t| viscous(body, v, &[t], method).0[0].1;
+        let end = |body: &PointMass<2>, t| viscous(body, v, &[t], method).0[0].1;
         let kick = end(&struck, after) - end(&plain(), before);
         assert!((kick - impulse / mass).norm() < 1e-5, "{kick}");
         let much_later = end(&struck, 0.9) - end(&plain(), 0.9);

@@ -4,7 +4,7 @@ use crate::support::assert_close;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, dmatrix, dvector, matrix, vector};
 use snaprod::solve::arclength::{Continuation, Direction, Options, Predictor, Role, Stop, Trace};
 use snaprod::solve::branch_switching::{SwitchMethod, switch};
-use snaprod::solve::deflation::{self, further};
+use snaprod::solve::deflation::{self, find_further};
 use snaprod::solve::fold_curve::{Family2, FoldCurve, Linearised2};
 use snaprod::solve::newton;
 use snaprod::solve::parametrised_problem::{Family, Linearised};
@@ -521,6 +521,28 @@ fn a_family_may_end() {
         }
         ref stop => panic!("{stop}"),
     }
+    // A wave far shorter than the range: the branch creeps, and says so.
+    let family = given(|x: &SVector<f64, 1>, p: f64| {
+        let phase = 1e7 * p;
+        Some((
+            vector![x[0] - 1e-7 * phase.sin()],
+            matrix![1.0],
+            vector![-phase.cos()],
+        ))
+    });
+    let fine = Options {
+        min_step: 1e-12,
+        ..Options::between(0.0, 1.0)
+    };
+    let trace = Continuation::new(&family, dvector![0.0], 0.0, fine)
+        .unwrap()
+        .trace();
+    match trace.stop {
+        Stop::StepTooSmall { p, ref reason, .. } => {
+            assert!(p < 1e-4 && reason.contains("creeps"), "{p}, {reason}");
+        }
+        ref stop => panic!("{stop}"),
+    }
     let few = Options {
         max_points: 3,
         ..Options::between(-2.0, 2.0)
@@ -623,7 +645,7 @@ fn bad_requests_name_what_is_wrong() {
             .unwrap();
         assert!(refused.to_string().contains("unknowns"), "{refused}");
         let guesses = [wrong];
-        let refused = further(&given(circle), 0.0, &[], &guesses, &Default::default());
+        let refused = find_further(&given(circle), 0.0, &[], &guesses, &Default::default());
         let refused = refused.unwrap_err().to_string();
         assert!(refused.contains("a guess has"), "{refused}");
     }
@@ -826,7 +848,7 @@ fn deflation_finds_the_disconnected_branch() {
         .trace();
     assert_eq!((trace.stop, trace.specials.len()), (Stop::Reached, 0));
     let known = &trace.points.last().unwrap().x;
-    let found = further(
+    let found = find_further(
         &family,
         1.0,
         std::slice::from_ref(known),

@@ -46,6 +46,7 @@ fn citations_lead_to_headings() {
     for directory in [
         "src",
         "core/src",
+        "core/tests",
         "systems/src",
         "waves/src",
         "motion/src",

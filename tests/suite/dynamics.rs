@@ -1,7 +1,7 @@
 //! Motions with snaps: reference runs, ledger, starts on folds, walls, symmetries.
 
 use nalgebra::{Vector2, vector};
-use snaprod::body::{Body, TimeLoad};
+use snaprod::body::{PointMass, TimeLoad};
 use snaprod::elastica::chart::amplitude;
 use snaprod::elastica::{Elastica, FoldPoint, equilibria_at, fold_at, fold_curve, folds};
 use snaprod::manifold::{EquilibriumManifold, Multivalued};
@@ -24,8 +24,8 @@ struct Track {
     regained: f64,
 }
 
-fn free() -> Body<2> {
-    Body::new(1.0).unwrap()
+fn free() -> PointMass<2> {
+    PointMass::new(1.0).unwrap()
 }
 
 fn chart(p: f64, lam: f64) -> Pair {
@@ -34,7 +34,7 @@ fn chart(p: f64, lam: f64) -> Pair {
 
 /// Runs to `duration`, sampling at `times` (ascending); every run must reach its end.
 fn track(
-    body: &Body<2>,
+    body: &PointMass<2>,
     q: Pair,
     v: Pair,
     duration: f64,
@@ -103,7 +103,7 @@ fn reference(name: &str) -> Vec<[f64; 5]> {
 
 /// Worst distance, in position and velocity, from a reference motion that starts at rest on the
 /// equilibrium of lowest energy.
-fn distance_from_reference(name: &str, body: &Body<2>, tolerance: f64) -> f64 {
+fn distance_from_reference(name: &str, body: &PointMass<2>, tolerance: f64) -> f64 {
     let rows = reference(name);
     let [_, x, y, ..] = rows[0];
     let pose = vector![x, y];
@@ -448,7 +448,7 @@ fn snap_run_in_quadruple_precision() {
     use crate::support::{json, number, rows};
     let data = json("snap_run.json");
     let start = snaprod::elastica::Equilibrium::from_lambda_kappa(6.3, 0.6).unwrap();
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let options = Options::new(3.0).unwrap().with_tolerance(1e-13).unwrap();
     let q = Vector2::new(start.p, start.w);
     let mut run = Run::new(&Elastica, &body, q, Vector2::new(0.0, -0.5), options).unwrap();

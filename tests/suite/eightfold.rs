@@ -4,7 +4,7 @@
 use crate::support::worst;
 use nalgebra::{Vector2, vector};
 use snaprod::Result;
-use snaprod::body::{Body, History, Support, TimeLoad};
+use snaprod::body::{History, PointMass, Support, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{
     AxialConstraint, EquilibriumManifold, ManifoldPoint, Multivalued, Patch, Sheet,
@@ -85,7 +85,7 @@ struct Came {
 
 fn came(
     manifold: &impl Multivalued<2>,
-    body: &Body<2>,
+    body: &PointMass<2>,
     (q, v): (Pair, Pair),
     duration: f64,
     samples: u32,
@@ -136,7 +136,7 @@ fn eight_at_once_are_one_by_one() {
         .and_then(|s| s.with_turning(History::sine(0.4, 2.0, 0.0)))
         .and_then(|s| s.with_translation(vector![1.0, 0.5], History::sine(0.1, 3.0, 0.2)))
         .unwrap();
-    let plain = || Body::new(1.3).unwrap();
+    let plain = || PointMass::new(1.3).unwrap();
     let loaded = || {
         plain()
             .with_gravity(vector![0.4, -1.0])

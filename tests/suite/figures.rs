@@ -136,7 +136,7 @@ fn motions_are_drawn_closer_than_their_samples() {
         let branch = &record.branches[0];
         assert_eq!(branch.track.len(), 3);
         assert!(rises(&branch.way) && near(&branch.way, most) && branch.way.len() > 50);
-        let names = ["x", if prepared.kind().in_space() { "z" } else { "y" }];
+        let names = ["x", if prepared.header.in_space() { "z" } else { "y" }];
         true_to(&prepared, &branch.way, names, 1e-7);
         // Steps end at these times. The next double after each of them lies in the step that follows.
         let (_, before) = branch.way.split_last().expect("a way");

@@ -2,12 +2,10 @@
 
 use crate::support::laid;
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3, Vector6};
-use snaprod::assembly::{
-    self, Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
-};
-use snaprod::body::{Body, Frame, History, RigidBody, Support};
+use snaprod::assembly::{self, Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{Frame, History, PointMass, RigidBody, Support};
 use snaprod::elastica::{Elastica, Equilibrium, LightRod};
-use snaprod::math::se3::joined;
+use snaprod::math::se3::join;
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Ledger, Motion, Options, Run, State};
 use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod, SectionMass};
@@ -46,7 +44,7 @@ fn followed(
         mass: EPS,
         gravity: weight,
     };
-    let body = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+    let body = PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap();
     let body = body.with_support(support.clone()).with_rod(Arc::new(rod));
     let q = Vector2::new(at.p, at.w);
     let mut run = Run::new(&Elastica, &body, q, v, options(duration)).unwrap();
@@ -61,7 +59,7 @@ fn followed(
     let frame = support.at(last.phase.t);
     let end = [
         frame.place(&last.pose),
-        frame.absolute(&last.pose, &last.phase.v),
+        frame.absolute_velocity(&last.pose, &last.phase.v),
     ];
     ([first, last.ledger], end)
 }
@@ -137,7 +135,10 @@ fn agrees_with_space(at: &Equilibrium, v: Vector2<f64>, duration: f64) -> f64 {
     from.place = Isometry3::from_parts(Vector3::zeros().into(), laid());
     let to = Attachment::body(0, Isometry3::identity());
     let link = Link::new(rod, from, to, Joint::Ball);
-    let body = Body::new(1.0).unwrap().with_gravity(lifted(&g)).unwrap();
+    let body = PointMass::new(1.0)
+        .unwrap()
+        .with_gravity(lifted(&g))
+        .unwrap();
     let light = assembly::LightRod {
         sections: SectionMass {
             mass: EPS,
@@ -145,20 +146,23 @@ fn agrees_with_space(at: &Equilibrium, v: Vector2<f64>, duration: f64) -> f64 {
         },
         followed: false,
     };
-    let assembly = Assembly::new(vec![HeavyBody::point(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::point(body)], vec![link]).unwrap();
     let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
     let end = lifted(&Vector2::new(at.x, at.y));
     let mut place_now = BodyMotion::at_rest(Isometry3::from_parts(
         frame.place(&end).into(),
         UnitQuaternion::identity(),
     ));
-    place_now.twist = joined(&Vector3::zeros(), &frame.absolute(&end, &lifted(&v)));
+    place_now.twist = join(
+        &Vector3::zeros(),
+        &frame.absolute_velocity(&end, &lifted(&v)),
+    );
     // The base wrench, along the directors.
     let force = lifted(&Vector2::new(at.alpha.cos(), at.alpha.sin())) * -at.lambda.powi(2);
     let back = laid().inverse();
     let now = Configuration {
         bodies: vec![place_now],
-        charts: vec![joined(&(back * end.cross(&force)), &(back * force))],
+        charts: vec![join(&(back * end.cross(&force)), &(back * force))],
         spins: Vec::new(),
     };
     let mut run = AssemblyRun::new(assembly, &now, options(duration)).unwrap();
@@ -208,7 +212,7 @@ fn in_space(link: Link, body: RigidBody, now: &Configuration) -> [AssemblySample
         },
         followed: false,
     };
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).unwrap();
     let assembly = assembly.with_light_rods(vec![Some(light)]).unwrap();
     let options = options(0.4).with_tolerance(1e-10).unwrap();
     let mut run = AssemblyRun::new(assembly, now, options).unwrap();
@@ -250,7 +254,7 @@ fn a_clamp_in_space_is_a_support() {
             charts: vec![q],
             spins: Vec::new(),
         };
-        let lever = |pose: &Isometry3<f64>| joined(&Vector3::zeros(), &pose.translation.vector);
+        let lever = |pose: &Isometry3<f64>| join(&Vector3::zeros(), &pose.translation.vector);
 
         let carried = body.clone().with_support(support.clone());
         let inward = load.map(|load| turn.inverse() * load);
@@ -261,14 +265,17 @@ fn a_clamp_in_space_is_a_support() {
         );
 
         let frame = support.at(0.0).of_poses();
-        let start = begun(support.pose(0.0) * end, frame.absolute(&lever(&end), &seen));
+        let start = begun(
+            support.pose(0.0) * end,
+            frame.absolute_velocity(&lever(&end), &seen),
+        );
         let from = Attachment::support(support.clone());
         let world = in_space(link(from, load), body, &start);
 
         for ((a, b), t) in clamped.iter().zip(&world).zip([0.0, 0.4]) {
             let (frame, pose) = (support.at(t).of_poses(), support.pose(t));
             let [own, other] = [a, b].map(|sample| sample.bodies()[0]);
-            let twist = frame.absolute(&lever(&own.pose), &own.twist);
+            let twist = frame.absolute_velocity(&lever(&own.pose), &own.twist);
             let own = pose * own.pose;
             let apart = own.translation.vector - other.pose.translation.vector;
             assert!(apart.norm() < 1e-9, "{apart:e}");

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, LightRod, Link,
+    Assembly, Attachment, Body, BodyMotion, Configuration, Joint, LightRod, Link,
 };
 use snaprod::body::{Groove, History, RigidBody, Support};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
@@ -22,7 +22,7 @@ fn held(
     rod: &Rod,
     from: (Attachment, Isometry3<f64>),
     twist: [f64; 6],
-) -> (HeavyBody, Link, Configuration) {
+) -> (Body, Link, Configuration) {
     let (from, base) = from;
     let load = DistributedLoad::constant(Vector3::new(0.3, -0.2, 0.5)).unwrap();
     let q = Vector6::new(0.4, -0.3, 0.2, 0.5, 0.6, -0.7);
@@ -53,14 +53,14 @@ fn held(
         charts: vec![q],
         spins: Vec::new(),
     };
-    (HeavyBody::rigid(body), link, now)
+    (Body::rigid(body), link, now)
 }
 
 const TWIST: [f64; 6] = [-0.6, -0.2, 0.4, -0.2, 0.1, 0.3];
 
 /// The first state and the last, with a rod of a fifth of the body's mass.
 fn followed(
-    (carrier, link, now): (HeavyBody, Link, Configuration),
+    (carrier, link, now): (Body, Link, Configuration),
     duration: f64,
 ) -> [AssemblySample; 2] {
     let light = LightRod {

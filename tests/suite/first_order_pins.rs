@@ -4,11 +4,11 @@ use crate::first_order_space::{block, light, momentum, options};
 use crate::pins::{CHORD, bent_against_its_rest_shape};
 use nalgebra::{DVector, Isometry3, Quaternion, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Integrals, Link, Spin,
+    Assembly, Attachment, Body, BodyMotion, Configuration, Integrals, Link, Spin,
 };
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::math::gauss::Rule;
-use snaprod::math::se3::joined;
+use snaprod::math::se3::join;
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion};
 use snaprod::rod::{Rod, SectionMass};
@@ -41,13 +41,13 @@ fn a_straight_bar_adds_a_third_and_a_sixth_of_its_mass() {
         bodies: (places.iter().zip(v))
             .map(|(place, v)| BodyMotion {
                 pose: Isometry3::translation(place.x, place.y, place.z),
-                twist: joined(&Vector3::zeros(), &v),
+                twist: join(&Vector3::zeros(), &v),
             })
             .collect(),
         charts: vec![n],
         spins: Vec::new(),
     };
-    let points = masses.map(|m| HeavyBody::point(Body::new(m).unwrap()));
+    let points = masses.map(|m| Body::point(PointMass::new(m).unwrap()));
     let assembly = Assembly::new(points.into(), vec![link]).unwrap();
     let mut assembly = assembly.with_light_rods(light(mass, [0.0; 3])).unwrap();
     assembly.set_inertia(0, true);
@@ -82,7 +82,7 @@ fn buckled() -> (Assembly, Configuration) {
         );
     let held = Isometry3::translation(0.0, 0.0, chord);
     let q = link
-        .polished(&joined(&Vector3::zeros(), &n), &held, 1e-13)
+        .polished(&join(&Vector3::zeros(), &n), &held, 1e-13)
         .unwrap();
     let carriers = [(1.0, [0.1, -0.05, 0.07]), (2.0, [-0.1, 0.0, 0.2])];
     let carriers = carriers.map(|(mass, offset)| block(mass, offset));
@@ -144,14 +144,14 @@ fn a_round_rod_that_has_buckled_spins_between_free_bodies() {
 #[test]
 fn the_mass_is_given_up_before_a_snap_and_taken_up_after_it() {
     let (link, chart) = bent_against_its_rest_shape();
-    let mass = HeavyBody::point(Body::new(1.0).unwrap());
+    let mass = Body::point(PointMass::new(1.0).unwrap());
     let assembly = Assembly::new(vec![mass], vec![link]).unwrap();
     let light = light(1e-4, [1e-8, 2e-8, 3e-8]);
     let assembly = assembly.with_light_rods(light).unwrap();
     let velocity = Vector3::new(0.3, 0.2, 1.0);
     let place = BodyMotion {
         pose: Isometry3::translation(0.0, 0.0, CHORD),
-        twist: joined(&Vector3::zeros(), &velocity),
+        twist: join(&Vector3::zeros(), &velocity),
     };
     let now = Configuration {
         bodies: vec![place],
@@ -223,7 +223,7 @@ fn small_motions_leave_the_spin_to_itself() {
         about += weight * r.xy().norm_squared();
     }
     let expected = -0.5 * mass / body * (energy - moment * moment / about);
-    let point = HeavyBody::point(Body::new(body).unwrap());
+    let point = Body::point(PointMass::new(body).unwrap());
     let assembly = Assembly::new(vec![point], vec![link]).unwrap();
     let place = Isometry3::translation(unloaded.x, unloaded.y, unloaded.z);
     let now = Configuration {
@@ -236,7 +236,7 @@ fn small_motions_leave_the_spin_to_itself() {
         mass,
         rotary: Vector3::zeros(),
     };
-    let shift = assembly.shift_by_rods(&now, &modes, &[Some(sections)], 1e-12);
+    let shift = modes.shift_by_rods(&assembly, &now, &[Some(sections)], 1e-12);
     assert!(
         moment * moment / about > 1e-3 * energy,
         "{moment} {about} {energy}"

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use snaprod::scene::{Inertia, Scene};
-use snaprod::study::assembly::{self, AssemblyPrepared};
+use snaprod::study::run;
 use snaprod::study::{self, Silent, Table};
 
 fn parsed(text: &str) -> Scene {
@@ -11,10 +11,9 @@ fn parsed(text: &str) -> Scene {
 
 /// Final position of the second body.
 fn end(text: &str) -> Vector3<f64> {
-    let prepared = AssemblyPrepared::new(&parsed(text)).expect(text);
+    let prepared = run::Prepared::new(&parsed(text)).expect(text);
     let mut tables: Vec<Table> = Vec::new();
-    let motion = prepared.motion().expect(text);
-    let record = assembly::run(&prepared, motion, &mut tables, &mut Silent).expect(text);
+    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect(text);
     assert_eq!(record.reason(), None);
     let last = |name: &str| *tables[0].reals(name).last().expect("rows");
     Vector3::new(last("b.x"), last("b.y"), last("b.z"))

@@ -4,7 +4,6 @@ use crate::support::{number_at, worst};
 use nalgebra::Vector3;
 use serde_json::Value;
 use snaprod::scene::{Inertia, Scene};
-use snaprod::study::assembly::{self, AssemblyPrepared};
 use snaprod::study::{Silent, Table, Values, run};
 
 /// A point mass that swings out of the plane on a bent rod of two stiffnesses.
@@ -64,12 +63,6 @@ tolerance = 1e-9
 fn summary(text: &str, set: &[&str]) -> Value {
     let scene = Scene::parse_with(text, set).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    if scene.is_assembly() {
-        let prepared = AssemblyPrepared::new(&scene).unwrap();
-        let start = prepared.motion().unwrap();
-        let record = assembly::run(&prepared, start, &mut tables, &mut Silent).unwrap();
-        return record.summary();
-    }
     let prepared = run::Prepared::new(&scene).unwrap();
     let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).unwrap();
     record.summary()

@@ -3,13 +3,13 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Vector2, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Integrals, Joint, LightRod, Link,
-    Mass, RodMomentum,
+    Assembly, Attachment, Body, BodyMotion, Configuration, Integrals, Joint, LightRod, Link,
+    RodMomentum,
 };
-use snaprod::body::{Body, RigidBody};
+use snaprod::body::{Mass, PointMass, RigidBody};
 use snaprod::elastica::{self, Equilibrium, RodInertia};
 use snaprod::math::gauss::Rule;
-use snaprod::math::se3::{halves, joined};
+use snaprod::math::se3::{halves, join};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options, on_elastica};
 use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod, SectionMass};
@@ -49,10 +49,10 @@ fn form(assembly: &Assembly, now: &Configuration, a: &[Vector6<f64>], b: &[Vecto
 }
 
 /// A cube; `offset` leads from the reference point to the centre of mass.
-pub fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
+pub fn block(mass: f64, offset: [f64; 3]) -> Body {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
-    HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
+    Body::rigid(body.with_centre(offset.into()).unwrap())
 }
 
 /// Catches a wrong field, length or unit: the mass matrix of a straight beam between two clamps is that of cubic
@@ -115,16 +115,16 @@ fn in_space(at: &Equilibrium, eps: f64, gravity: [f64; 2]) -> (Assembly, Configu
     let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
     let link = Link::new(rod, from, to, Joint::Ball);
     let gravity = [gravity[1], 0.0, gravity[0]];
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .unwrap()
         .with_gravity(gravity.into())
         .unwrap();
-    let assembly = Assembly::new(vec![HeavyBody::point(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::point(body)], vec![link]).unwrap();
     let now = Configuration {
         bodies: vec![BodyMotion::at_rest(Isometry3::translation(
             end.x, end.y, end.z,
         ))],
-        charts: vec![joined(&end.cross(&force), &force)],
+        charts: vec![join(&end.cross(&force), &force)],
         spins: Vec::new(),
     };
     let light = light(eps, [0.0; 3]);
@@ -162,7 +162,7 @@ fn planar(at: &Equilibrium, eps: f64, gravity: [f64; 2], v: [f64; 2], t: f64) ->
         mass: eps,
         gravity: Vector2::zeros(),
     };
-    let body = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+    let body = PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap();
     let body = body.with_rod(Arc::new(rod));
     let start = Some(Vector2::new(at.p, at.w));
     let mut run = on_elastica(&body, start, v.into(), options(t)).unwrap();
@@ -227,8 +227,8 @@ pub fn pair(load: Vector3<f64>, joint: Joint) -> (Assembly, Configuration) {
     let end = hanging.sections(&Vector6::zeros(), &[1.0]).unwrap()[0].pose();
     let (from, to) = (Attachment::body(0, a), Attachment::body(1, b));
     let link = match joint {
-        Joint::Pins => Link::pinned(rod, from, to),
-        _ => {
+        Joint::Ball => Link::pinned(rod, from, to),
+        Joint::Weld => {
             let link = Link::new(rod, from, to, joint);
             link.with_distributed(load).unwrap()
         }
@@ -252,7 +252,7 @@ pub fn pair(load: Vector3<f64>, joint: Joint) -> (Assembly, Configuration) {
 pub fn momentum(assembly: &Assembly, now: &Configuration) -> Vector6<f64> {
     let state = assembly.state(now, &Integrals::default());
     let base = assembly.evaluated(&state, 1e-13).unwrap().points[0].base;
-    let about = |x: Vector3<f64>, l: Vector3<f64>, p: Vector3<f64>| joined(&(l + x.cross(&p)), &p);
+    let about = |x: Vector3<f64>, l: Vector3<f64>, p: Vector3<f64>| join(&(l + x.cross(&p)), &p);
     let (l, p) = halves(&weighed(assembly, now).momentum);
     let rod = about(base.pose.translation.vector, l, p);
     let bodies = assembly.carriers().iter().zip(&now.bodies);
@@ -278,7 +278,7 @@ fn a_free_pair_keeps_energy_and_momenta() {
     for (load, joint) in [
         (Vector3::zeros(), Joint::Weld),
         (load, Joint::Weld),
-        (Vector3::zeros(), Joint::Pins),
+        (Vector3::zeros(), Joint::Ball),
     ] {
         let (assembly, now) = pair(load, joint);
         let mut run = AssemblyRun::new(assembly.clone(), &now, options(1.0)).unwrap();
@@ -309,7 +309,7 @@ fn kinetic_energy_is_that_of_the_sections_in_time() {
     const H: f64 = 2e-3;
     for (load, joint) in [
         (Vector3::new(0.3, -0.2, 0.5), Joint::Weld),
-        (Vector3::zeros(), Joint::Pins),
+        (Vector3::zeros(), Joint::Ball),
     ] {
         let (assembly, now) = pair(load, joint);
         let mut run = AssemblyRun::new(assembly.clone(), &now, options(0.3)).unwrap();

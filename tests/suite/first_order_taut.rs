@@ -3,11 +3,11 @@
 
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals, Joint,
-    LightRod, Link, Mass,
+    Assembly, Attachment, Body, BodyMotion, Configuration, Integrals, Joint, LightRod, Link,
+    RodChart,
 };
-use snaprod::body::{Body, RigidBody};
-use snaprod::math::se3::{halves, joined};
+use snaprod::body::{Mass, PointMass, RigidBody};
+use snaprod::math::se3::{halves, join};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, Motion, Options};
 use snaprod::rod::{Rod, SectionMass, Tip};
@@ -38,10 +38,10 @@ pub(crate) fn random() -> impl FnMut() -> f64 {
     }
 }
 
-fn block(mass: f64, offset: [f64; 3]) -> HeavyBody {
+fn block(mass: f64, offset: [f64; 3]) -> Body {
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.1, 0.2, 0.15));
     let body = RigidBody::new(mass, inertia).unwrap();
-    HeavyBody::rigid(body.with_centre(offset.into()).unwrap())
+    Body::rigid(body.with_centre(offset.into()).unwrap())
 }
 
 /// The base wrench of a rod near the pendulum's separatrix, so that its end is bent, too; without end couple at a ball
@@ -52,7 +52,7 @@ fn pulled(link: &Link, lam: f64, random: &mut impl FnMut() -> f64) -> Vector6<f6
     let angle = pull.angle(&Vector3::z());
     let aside = Vector3::new(random(), random(), random()) * (30.0 * lam * (-lam).exp());
     let m = axis.normalize() * (2.0 * lam * (0.5 * angle).sin()) + aside;
-    let q = joined(&m, &(pull * lam * lam));
+    let q = join(&m, &(pull * lam * lam));
     if link.joint() == Joint::Weld {
         return q;
     }
@@ -98,26 +98,27 @@ fn taut_rods_weigh_what_their_base_wrench_says() {
         let q = pulled(&link, lam, &mut random);
         let end = link.end(&q, 1e-14).unwrap().pose;
         let bodies = vec![block(1.0, [0.1, -0.05, 0.07]), block(2.0, [-0.1, 0.0, 0.2])];
-        let [from_base, taut] = [ChartKind::FromBase, ChartKind::Taut].map(|seen| {
-            let mut link = link.clone();
-            link.set_chart_kind(seen);
-            let assembly = Assembly::new(bodies.clone(), vec![link]).unwrap();
-            let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
-            let mut assembly = assembly.with_light_rods(rods).unwrap();
-            let mut now = Configuration {
-                bodies: assembly.at_rest(&[Isometry3::identity(), a * end * b.inverse()]),
-                charts: vec![q],
-                spins: Vec::new(),
-            };
-            now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
-            now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
-            let state = assembly.state(&now, &Integrals::default());
-            let at = assembly.evaluated(&state, 1e-13).unwrap();
-            let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
-            let with = rates(&assembly, &state);
-            assembly.set_inertia(0, false);
-            (weighed, with, rates(&assembly, &state))
-        });
+        let [from_base, taut] =
+            [RodChart::BaseWrench, RodChart::Taut { spring: 0.0 }].map(|chart| {
+                let mut link = link.clone();
+                link.set_chart(chart);
+                let assembly = Assembly::new(bodies.clone(), vec![link]).unwrap();
+                let rods = light(0.7, [1e-3, 2e-3, 3e-3], true);
+                let mut assembly = assembly.with_light_rods(rods).unwrap();
+                let mut now = Configuration {
+                    bodies: assembly.at_rest(&[Isometry3::identity(), a * end * b.inverse()]),
+                    charts: vec![q],
+                    spins: Vec::new(),
+                };
+                now.bodies[0].twist = Vector6::new(0.3, -0.5, 0.8, 0.2, 0.3, -0.1);
+                now.bodies[1].twist = Vector6::new(-0.6, -0.2, 0.4, -0.2, 0.1, 0.3);
+                let state = assembly.state(&now, &Integrals::default());
+                let at = assembly.evaluated(&state, 1e-13).unwrap();
+                let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
+                let with = rates(&assembly, &state);
+                assembly.set_inertia(0, false);
+                (weighed, with, rates(&assembly, &state))
+            });
         let bound = match joint {
             Joint::Weld => 1e-9,
             _ => 1e-10 + 1e-15 * (2.0 * lam).exp(),
@@ -174,7 +175,7 @@ fn a_tight_wire_weighs_a_third() {
         let here = Isometry3::identity();
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
         let link = Link::new(rod, from, to, Joint::Ball);
-        let body = HeavyBody::point(Body::new(1.0).unwrap());
+        let body = Body::point(PointMass::new(1.0).unwrap());
         let assembly = Assembly::new(vec![body], vec![link]).unwrap();
         let assembly = assembly.with_light_rods(light(1.0, [0.0; 3], true));
         let assembly = assembly.unwrap();
@@ -209,7 +210,7 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
     let middle = Rotation3::from_axis_angle(&Vector3::x_axis(), -1.2);
     let tip = middle * Rotation3::from_axis_angle(&Vector3::y_axis(), 0.8);
     let rod = Rod::new(1.0, law).unwrap();
-    let base = joined(&Vector3::zeros(), &n);
+    let base = join(&Vector3::zeros(), &n);
     let taut = rod
         .taut(&base, &Tip::Turned(*tip.matrix()), None, 1e-13)
         .unwrap();
@@ -229,14 +230,14 @@ fn thrown(law: Linear, lam: f64, speed: f64, mass: f64) -> (Assembly, Configurat
     let now = Configuration {
         bodies: vec![BodyMotion {
             pose: Isometry3::from_parts((taut.end.position - turn * arm).into(), turn),
-            twist: joined(&Vector3::new(0.2, -0.3, 0.1), &velocity),
+            twist: join(&Vector3::new(0.2, -0.3, 0.1), &velocity),
         }],
         charts: vec![taut.base.component_div(&link.units())],
         spins: Vec::new(),
     };
     let inertia = Matrix3::from_diagonal(&Vector3::new(0.5, 0.4, 0.6));
     let body = RigidBody::new(1.0, inertia).unwrap();
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).unwrap();
     (
         assembly
             .with_light_rods(light(mass, [1e-5, 1e-5, 2e-5], false))
@@ -292,7 +293,7 @@ fn pair() -> (Assembly, Configuration) {
 fn momentum(assembly: &Assembly, now: &Configuration) -> Vector6<f64> {
     let state = assembly.state(now, &Integrals::default());
     let at = assembly.evaluated(&state, 1e-13).unwrap();
-    let about = |x: Vector3<f64>, l: Vector3<f64>, p: Vector3<f64>| joined(&(l + x.cross(&p)), &p);
+    let about = |x: Vector3<f64>, l: Vector3<f64>, p: Vector3<f64>| join(&(l + x.cross(&p)), &p);
     let (l, p) = halves(&assembly.weighed(0, &at, 1e-13).unwrap().momentum);
     let rod = about(at.points[0].base.pose.translation.vector, l, p);
     let bodies = assembly.carriers().iter().zip(&now.bodies);

@@ -4,12 +4,12 @@
 use crate::support::number_at;
 use nalgebra::{Isometry3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
-use snaprod::math::se3::joined;
+use snaprod::math::se3::join;
 use snaprod::rod::Rod;
 use snaprod::scene::{AssemblySetup, Scene};
 use snaprod::section::Linear;
-use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, run, samples};
 use snaprod::study::run as single;
+use snaprod::study::run::{Fields, Prepared, RunRecord, run, samples};
 use snaprod::study::{Silent, Table};
 
 fn vector(value: &Value) -> Vector3<f64> {
@@ -25,11 +25,10 @@ fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"))
 }
 
-fn ran(scene: &Scene) -> AssemblyRunRecord {
-    let prepared = AssemblyPrepared::new(scene).unwrap();
-    let start = prepared.motion().unwrap();
+fn ran(scene: &Scene) -> RunRecord {
+    let prepared = Prepared::new(scene).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    run(&prepared, start, &mut tables, &mut Silent).unwrap()
+    run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap()
 }
 
 /// The only event of this kind.
@@ -152,7 +151,7 @@ fn a_rod_between_bodies_passes_the_fold_that_its_ends_hold() {
 /// for the landing.
 fn held_by(scene: &Scene, fold: &Value) {
     let t = number_at(fold, "/t");
-    let prepared = AssemblyPrepared::new(scene).unwrap();
+    let prepared = Prepared::new(scene).unwrap();
     let table = samples(&prepared, &[t], &mut Silent).unwrap();
     let csv = table.csv();
     let mut rows = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
@@ -172,7 +171,7 @@ fn held_by(scene: &Scene, fold: &Value) {
     for which in ["from", "to"] {
         // Components along the directors of the base, the frame of the test.
         let [couple, force] = [&fold[which]["couple"], &fold[which]["force"]].map(vector);
-        let end = rod.end(&joined(&couple, &force), 1e-12).unwrap();
+        let end = rod.end(&join(&couple, &force), 1e-12).unwrap();
         let apart = (end.section.position - held.translation.vector).norm();
         let aside = end.section.pose().rotation.angle_to(&held.rotation);
         assert!(apart < 1e-6 && aside < 1e-6, "{which}: {apart:e} {aside:e}");

@@ -2,7 +2,6 @@
 //! plane.
 
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table};
 
@@ -10,17 +9,8 @@ use snaprod::study::{Silent, Table};
 fn ended<const N: usize>(text: &str, names: [&str; N]) -> [f64; N] {
     let scene = Scene::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
     let mut tables: Vec<Table> = Vec::new();
-    match scene.assembly() {
-        Some(_) => {
-            let prepared = AssemblyPrepared::new(&scene).unwrap();
-            let begun = prepared.motion().unwrap();
-            run_assembly(&prepared, begun, &mut tables, &mut Silent).unwrap();
-        }
-        None => {
-            let prepared = Prepared::new(&scene).unwrap();
-            run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
-        }
-    }
+    let prepared = Prepared::new(&scene).unwrap();
+    run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
     names.map(|name| *tables[0].reals(name).last().unwrap())
 }
 

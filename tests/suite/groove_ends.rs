@@ -1,8 +1,9 @@
 //! Ends of grooves: no equilibrium beyond, branches end there, bodies leave at once or come back.
 
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, AssemblyRunRecord, equilibrium};
-use snaprod::study::{Silent, Table, assembly, branch};
+use snaprod::study::assembly::equilibrium;
+use snaprod::study::run;
+use snaprod::study::{Silent, Table, branch};
 
 /// A body on a straight rod along z, starting at x = `foot`, in a groove along x that ends at x = 0.05; `rod` and
 /// `body` follow in their tables, `rest` at the end.
@@ -42,15 +43,14 @@ fn statics_ends_where_the_groove_does() {
 #[test]
 #[ignore = "second tier: 3 s"]
 fn bodies_leave_the_end_at_once_or_come_back() {
-    let ran = |rod: &str, velocity: f64, push: f64| -> AssemblyRunRecord {
+    let ran = |rod: &str, velocity: f64, push: f64| -> run::RunRecord {
         let body = format!("velocity = [{velocity:?}, 0.0, 0.0]\nforce = [{push:?}, 0.0, 0.0]");
         let rest =
             "[start]\nrest = \"straight\"\n[run]\nduration = 0.3\ntolerance = 1e-8\nsamples = 3";
         // The straight rod holds the body on the end.
-        let prepared = AssemblyPrepared::new(&scene(0.05, rod, &body, rest)).expect("a scene");
-        let start = prepared.motion().expect("a start");
+        let prepared = run::Prepared::new(&scene(0.05, rod, &body, rest)).expect("a scene");
         let mut tables: Vec<Table> = Vec::new();
-        assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record")
+        run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record")
     };
     let heavy = "mass = 0.2\ninertia = \"full\"";
     for (rod, least) in [("", 0.0), (heavy, 1e-9)] {
@@ -80,11 +80,11 @@ fn bodies_leave_the_end_at_once_or_come_back() {
 }
 
 /// Record and tables of a motion.
-fn moved(scene: &Scene) -> (AssemblyRunRecord, Vec<Table>) {
-    let prepared = AssemblyPrepared::new(scene).expect("a scene");
-    let start = prepared.motion().expect("a start");
+fn moved(scene: &Scene) -> (run::RunRecord, Vec<Table>) {
+    let prepared = run::Prepared::new(scene).expect("a scene");
     let mut tables: Vec<Table> = Vec::new();
-    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+    let record =
+        run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
     (record, tables)
 }
 

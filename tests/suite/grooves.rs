@@ -3,8 +3,8 @@
 use crate::support::{json, number, rows, vector3, worst};
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, Groove, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{Groove, PointMass, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
 use snaprod::rod::Rod;
@@ -45,7 +45,7 @@ fn course(
 #[test]
 fn a_groove_is_drawn_beside_the_way() {
     let line = Groove::line(Vector3::y(), Vector3::x() * 3.0).expect("a line");
-    let drawn = line.beside(&[Vector3::x(), -Vector3::x()], 0.5);
+    let drawn = line.points_along(&[Vector3::x(), -Vector3::x()], 0.5);
     let ends = [drawn[0], drawn[drawn.len() - 1]];
     assert!((ends[0] - Vector3::new(-1.5, 1.0, 0.0)).norm() < 1e-12);
     assert!((ends[1] - Vector3::new(1.5, 1.0, 0.0)).norm() < 1e-12);
@@ -59,10 +59,10 @@ fn a_groove_is_drawn_beside_the_way() {
             .sum()
     };
     // Across the angle pi, where the nearest parameter jumps.
-    let arc = circle.beside(&[at(3.0), at(3.3)], 0.2);
+    let arc = circle.points_along(&[at(3.0), at(3.3)], 0.2);
     assert!((long(&arc) - 1.0).abs() < 1e-4, "{}", long(&arc));
     let round: Vec<Vector3<f64>> = (0..40).map(|k| at(0.4 * f64::from(k))).collect();
-    let length = long(&circle.beside(&round, 1.0));
+    let length = long(&circle.points_along(&round, 1.0));
     assert!(
         (length - 2.0 * std::f64::consts::TAU).abs() < 1e-2,
         "{length}"
@@ -70,10 +70,10 @@ fn a_groove_is_drawn_beside_the_way() {
 
     let points = [[0.0, 0.0], [1.0, 0.5], [2.0, 0.0]].map(|[x, y]| Vector3::new(x, y, 0.0));
     let spline = Groove::spline(&points, false).expect("a spline");
-    let drawn = spline.beside(&[points[1]], 9.0);
+    let drawn = spline.points_along(&[points[1]], 9.0);
     assert!((drawn[0] - points[0]).norm() < 1e-9);
     assert!((drawn[drawn.len() - 1] - points[2]).norm() < 1e-9);
-    assert!(spline.beside(&[], 1.0).is_empty());
+    assert!(spline.points_along(&[], 1.0).is_empty());
 }
 
 /// Would catch a wrong curve, sign or mass in the equation along the groove, or a groove force that differs from the
@@ -99,9 +99,9 @@ fn a_mass_in_a_circular_groove_moves_as_another_program_has_it() {
         let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
         let link = Link::new(rod, from, to, Joint::Ball);
         let units = link.units();
-        let body = Body::new(number(&case["body"], "mass"))
+        let body = PointMass::new(number(&case["body"], "mass"))
             .and_then(|body| body.with_gravity(vector3(case, "gravity")));
-        let carrier = HeavyBody::point(body.expect("a mass")).in_groove(groove.clone());
+        let carrier = Body::point(body.expect("a mass")).in_groove(groove.clone());
         let [x, along, _] = groove.at(number(start, "phi"));
         let wrench = |row: &Value| six(vector3(row, "couple"), vector3(row, "force"));
         let now = Configuration {
@@ -190,7 +190,7 @@ fn slider(groove: Groove) -> (Assembly, Configuration) {
             Joint::Ball,
         ),
     ];
-    let carrier = HeavyBody::rigid(body.expect("a body")).in_groove(groove);
+    let carrier = Body::rigid(body.expect("a body")).in_groove(groove);
     let assembly = Assembly::new(vec![carrier], links).expect("an assembly");
     let found = assembly.equilibrium(None, 1e-11).expect("an equilibrium");
     assert_eq!(found.index, 0);
@@ -235,7 +235,7 @@ fn a_rigid_body_in_a_groove_obeys_the_balance_of_momenta() {
         assert_eq!(outcome, Outcome::EndOfTime);
         assert!(opened < 1e-10, "the ledger opens by {opened:e}");
         let mass = assembly.carriers()[0].mass();
-        let snaprod::assembly::Mass::Rigid(body) = mass else {
+        let snaprod::body::Mass::Rigid(body) = mass else {
             panic!("a rigid body")
         };
         let momenta = |sample: &AssemblySample| {
@@ -410,7 +410,7 @@ fn splines_are_smooth_and_go_through_their_points() {
 #[test]
 fn scenes_have_grooves_and_report_their_force() {
     use snaprod::scene::Scene;
-    use snaprod::study::{Silent, Table, assembly, run};
+    use snaprod::study::{Silent, Table, run};
     let data = json("space/support_groove_given.json");
     let mut cases = rows(&data, "cases", 4).iter();
     let case = cases.find(|case| case["body"]["groove"].is_object());
@@ -515,10 +515,9 @@ fn scenes_have_grooves_and_report_their_force() {
          [run]\nduration = 1.0\nsamples = 3\n",
         rod.replace("axial = \"rigid\"", "axial = 20.0")
     );
-    let prepared = assembly::AssemblyPrepared::new(&parsed(&text)).expect("a scene that runs");
-    let start = prepared.motion().expect("a start");
+    let prepared = run::Prepared::new(&parsed(&text)).expect("a scene that runs");
     let mut tables: Vec<Table> = Vec::new();
-    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a run");
+    let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a run");
     let [first, last] = [&record.branches[0].first, &record.last().last];
     let moved = first.bodies[0].pose.translation.vector - last.bodies[0].pose.translation.vector;
     assert!(moved.norm() < 1e-8, "it moves by {moved}");

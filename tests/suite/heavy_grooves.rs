@@ -4,7 +4,6 @@
 use crate::support::replaced;
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table, modes};
 
@@ -122,15 +121,14 @@ fn a_single_rod_is_an_assembly_of_one() {
          [loads]\ngravity = [0.3, -0.7, 0.2]\n[run]\nduration = 0.2\ntolerance = 1e-8\nsamples = 5\n"
     );
     let leaving = replaced(&several, &[(&velocity, "[0.1, 0.1, 0.1]")]);
-    let refused = AssemblyPrepared::new(&Scene::parse(&leaving).unwrap());
+    let refused = Prepared::new(&Scene::parse(&leaving).unwrap());
     let told = refused.and_then(|prepared| prepared.motion().map(drop));
     let told = told.unwrap_err().to_string();
     assert!(told.starts_with("body \"b\" starts"), "{told}");
     let scene = Scene::parse(&several).unwrap();
-    let prepared = AssemblyPrepared::new(&scene).unwrap();
+    let prepared = Prepared::new(&scene).unwrap();
     let mut others: Vec<Table> = Vec::new();
-    let begun = prepared.motion().unwrap();
-    run_assembly(&prepared, begun, &mut others, &mut Silent).unwrap();
+    run(&prepared, Fields::None, &mut others, &mut Silent).unwrap();
     let names = [
         "x",
         "y",

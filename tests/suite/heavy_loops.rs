@@ -1,20 +1,18 @@
 //! Rods with mass in closed loops and without ground: comparison with the same on the ground, light rods, conservation
 //! laws; and rods cut in two.
 
-use crate::heavy_assemblies::{energy, given, link, momenta, solid, stepped, weld};
+use crate::heavy_assemblies::{alone, energy, given, link, momenta, moving, solid, stepped, weld};
 use nalgebra::{DVector, Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
-use snaprod::assembly::{Attachment, BodyMotion, HeavyBody, Joint};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Attachment, Body, BodyMotion, Joint};
+use snaprod::body::{Mass, PointMass, RigidBody};
 use snaprod::error::Quantity;
 use snaprod::full_mass::assembly::{HeavyAssembly, Tie};
 use snaprod::full_mass::frames::Curve;
 use snaprod::full_mass::law::Law;
-use snaprod::full_mass::mass::Mass;
 use snaprod::full_mass::rod::{HeavyRod, RodDescription};
 use snaprod::scene::{AssemblySetup, Scene};
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, RateLaw};
-use snaprod::viscoelastic::grid::Grid;
 use std::sync::Arc;
 
 /// Nodes of every rod.
@@ -241,7 +239,7 @@ fn bead(mass: f64) -> RigidBody {
 }
 
 /// Two halves of a rod from the ground, welded to a bead between them, and the body at the end.
-fn cut(half: &RodDescription, mass: f64, tip: HeavyBody, joint: Joint) -> HeavyAssembly {
+fn cut(half: &RodDescription, mass: f64, tip: Body, joint: Joint) -> HeavyAssembly {
     let on = |body: usize| Attachment::body(body, Isometry3::identity());
     let end = Tie { on: on(1), joint };
     let links = vec![
@@ -253,7 +251,7 @@ fn cut(half: &RodDescription, mass: f64, tip: HeavyBody, joint: Joint) -> HeavyA
         ),
         link(half.clone(), 8, weld(on(0)), Some(end)),
     ];
-    HeavyAssembly::new(vec![HeavyBody::rigid(bead(mass)), tip], links).unwrap()
+    HeavyAssembly::new(vec![Body::rigid(bead(mass)), tip], links).unwrap()
 }
 
 /// State of the cut rod in the motion of the whole rod with the given strains and rates.
@@ -266,10 +264,7 @@ fn cut_state(assembly: &HeavyAssembly, fields: [&dyn Fn(usize, f64) -> f64; 2]) 
             .rod
             .moving_from(&base.pose, &base.twist, &q, &w)
             .unwrap();
-        base = BodyMotion {
-            pose: at.shape.end(),
-            twist: at.flow.end(),
-        };
+        base = at.end();
         let point = !assembly.carriers[k].turns();
         places.push(if point { untilted(&base) } else { base });
         strains[0].push(q);
@@ -324,20 +319,16 @@ fn a_rod_cut_in_two_moves_as_one() {
         body: Some(Mass::Rigid(solid(gravity))),
         ..given(0.2, 0.02, 1.0, gravity, &strains)
     };
-    let whole = HeavyRod::new(whole, Grid::uniform(16)).unwrap();
-    let [q, w] = fields.map(|field| piece(&whole, field, 0.0, 1.0));
-    let y = stepped(&whole, whole.state(&q, &w), whole.time(), t);
-    let at = whole.at(&y).unwrap();
+    let whole = alone(whole, 16);
+    let [q, w] = fields.map(|field| piece(&whole.links[0].rod, field, 0.0, 1.0));
+    let y = stepped(&whole, moving(&whole, &q, &w), whole.time(), t);
+    let whole = whole.at(&y).unwrap().rods[0].end();
     let half = given(0.1, 0.02, 0.5, gravity, &strains);
     let ends = beads.map(|mass| {
-        let halves = cut(&half, mass, HeavyBody::rigid(solid(gravity)), Joint::Weld);
+        let halves = cut(&half, mass, Body::rigid(solid(gravity)), Joint::Weld);
         let y = stepped(&halves, cut_state(&halves, fields), halves.time(), t);
         halves.at(&y).unwrap().places()[1]
     });
-    let whole = BodyMotion {
-        pose: at.shape.end(),
-        twist: at.flow.end(),
-    };
     let shifts = |place: &BodyMotion| place.pose.translation.vector;
     tends(ends.each_ref().map(shifts), shifts(&whole), "place");
     for (rows, what) in [(0, "spin"), (3, "velocity")] {
@@ -354,7 +345,7 @@ fn a_rod_cut_in_two_moves_as_one() {
             .unwrap()
             .along(length)
     };
-    let point = |gravity: Vector3<f64>| Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+    let point = |gravity: Vector3<f64>| PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap();
     let down = Vector3::new(0.4, -0.8, 0.0);
     let plane = RodDescription {
         law: law([1.3, 1.0], 0, 1.0),
@@ -364,14 +355,14 @@ fn a_rod_cut_in_two_moves_as_one() {
         body: Some(Mass::Point(point(down))),
         ..given(0.2, 0.02, 1.0, down, &strains)
     };
-    let plane = HeavyRod::new(plane, Grid::uniform(16)).unwrap();
+    let plane = alone(plane, 16);
     // The field of a strain, under the numbering of the planar rod.
     let own = |field: usize| move |_: usize, s: f64| fields[field](1, s);
     let (bent, rate) = (own(0), own(1));
     let fields: [&dyn Fn(usize, f64) -> f64; 2] = [&bent, &rate];
-    let [q, w] = fields.map(|field| piece(&plane, field, 0.0, 1.0));
-    let y = stepped(&plane, plane.state(&q, &w), plane.time(), t);
-    let end = plane.at(&y).unwrap().shape.end().translation.vector;
+    let [q, w] = fields.map(|field| piece(&plane.links[0].rod, field, 0.0, 1.0));
+    let y = stepped(&plane, moving(&plane, &q, &w), plane.time(), t);
+    let end = plane.at(&y).unwrap().rods[0].end().pose.translation.vector;
     let down = Vector3::new(down.y, 0.0, down.x);
     let half = RodDescription {
         law: law([1.0, 1.3], 1, 0.5),
@@ -379,7 +370,7 @@ fn a_rod_cut_in_two_moves_as_one() {
         ..given(0.1, 0.02, 0.5, down, &strains)
     };
     let ends = beads.map(|mass| {
-        let halves = cut(&half, mass, HeavyBody::point(point(down)), Joint::Ball);
+        let halves = cut(&half, mass, Body::point(point(down)), Joint::Ball);
         let y = stepped(&halves, cut_state(&halves, fields), halves.time(), t);
         halves.at(&y).unwrap().places()[1].pose.translation.vector
     });
@@ -404,7 +395,7 @@ fn a_rod_cut_in_two_rings_as_one() {
         ends.0,
         Some(ends.1),
     )];
-    let whole = HeavyAssembly::new(vec![HeavyBody::rigid(solid(gravity))], links).unwrap();
+    let whole = HeavyAssembly::new(vec![Body::rigid(solid(gravity))], links).unwrap();
     let settled = |assembly: &HeavyAssembly, place: &[BodyMotion]| {
         let unloaded = |k: usize, _: f64| if k == 5 { 1.0 } else { 0.0 };
         let strains: Vec<Vec<f64>> = assembly
@@ -421,7 +412,7 @@ fn a_rod_cut_in_two_rings_as_one() {
     let modes = whole.vibrations(&y, 8).unwrap();
     let half = given(0.1, 0.0, 0.5, gravity, &strains);
     let shifted = [2e-4, 1e-4].map(|mass| {
-        let halves = cut(&half, mass, HeavyBody::rigid(solid(gravity)), Joint::Weld);
+        let halves = cut(&half, mass, Body::rigid(solid(gravity)), Joint::Weld);
         let y = settled(&halves, &[along(0.5), along(1.0)]);
         let bead = halves.at(&y).unwrap().places()[0].pose.translation.vector;
         assert!(

@@ -3,7 +3,6 @@
 
 use crate::support::replaced;
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{Silent, Table, modes};
 
@@ -223,10 +222,9 @@ fn the_rod_of_an_assembly_remembers_alike() {
     );
     let (_, single) = ran(&kicked);
     let scene = Scene::parse(&several).unwrap_or_else(|why| panic!("{why}\n{several}"));
-    let prepared = AssemblyPrepared::new(&scene).unwrap();
+    let prepared = Prepared::new(&scene).unwrap();
     let mut tables: Vec<Table> = Vec::new();
-    let begun = prepared.motion().unwrap();
-    run_assembly(&prepared, begun, &mut tables, &mut Silent).unwrap();
+    run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
     for (name, other) in [
         ("x", "b.x"),
         ("y", "b.y"),

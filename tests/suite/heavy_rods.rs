@@ -179,7 +179,7 @@ fn the_index_of_upright_columns_counts_greenhills_loads() {
 #[test]
 fn a_branch_finds_greenhills_load() {
     let start = column(0.0, Path::Planar, 3.0);
-    let Ok((ProblemChart::Planar(plane), _)) = start.charted(None) else {
+    let Ok((ProblemChart::Planar(plane), _)) = start.choose_chart(None) else {
         panic!("not planar");
     };
     let planar = RodFamily::in_chart(|q| Ok(column(q, Path::Planar, 3.0)), true, 20.0, plane);
@@ -280,7 +280,7 @@ fn tangents_are_derivatives() {
         EndConditions::follower(Vector3::new(0.0, 0.1, -0.5), Vector3::x() * 0.2),
     ] {
         let problem = problem(laid(3.0), end, &flat);
-        let Ok((ProblemChart::Planar(plane), _)) = problem.charted(None) else {
+        let Ok((ProblemChart::Planar(plane), _)) = problem.choose_chart(None) else {
             panic!("not planar");
         };
         differentiate(&problem, &plane, &x);

@@ -3,7 +3,7 @@
 use crate::support::falls;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Joint, LightRod, Link,
+    Assembly, Attachment, Body, BodyMotion, Configuration, Joint, LightRod, Link, RodChart,
 };
 use snaprod::body::RigidBody;
 use snaprod::full_mass::held_vibrations::{Massive, fold_form};
@@ -40,7 +40,7 @@ fn hockle(gravity: f64) -> (Assembly, Configuration) {
         .and_then(|body| body.with_gravity(Vector3::new(0.0, 0.0, gravity)))
         .unwrap();
     let link = Link::new(rod(), from, to, Joint::Weld);
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).unwrap();
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).unwrap();
     let mut now = assembly.equilibrium(None, 1e-11).unwrap().now;
     now.bodies[0].twist[2] = SPIN;
     (assembly, now)
@@ -179,8 +179,8 @@ fn taut_rods_fall_as_slack_ones_do() {
     let (snaps, folds) = followed(2.0, 2.3);
     for (snap, (link, q, held)) in snaps.iter().zip(&folds) {
         let mut other = link.clone();
-        other.set_chart_kind(ChartKind::Taut);
-        other.set_end_spring(1.0);
+        let sprung = RodChart::Taut { spring: 1.0 };
+        other.set_chart(sprung);
         let rest = other.settle(q, held, 1e-11).unwrap();
         let off = rest - Vector6::from_column_slice(snap.to.q.as_slice());
         assert!(off.norm() < 1e-6 * rest.norm(), "{:.1e}", off.norm());
@@ -192,11 +192,11 @@ fn taut_rods_fall_as_slack_ones_do() {
         let mut body = BodyMotion::at_rest(*held);
         body.twist = Vector6::new(0.3, -0.2, 0.1, 0.4, 0.5, -0.7);
         let [by_base, taut] =
-            [(link, ChartKind::FromBase), (&other, ChartKind::Taut)].map(|(link, seen)| {
+            [(link, RodChart::BaseWrench), (&other, sprung)].map(|(link, chart)| {
                 let mut link = link.clone();
-                link.set_chart_kind(seen);
+                link.set_chart(chart);
                 let point = link.point(0.0, &[body], q, 1e-13).unwrap();
-                assert_eq!(point.end.slack.is_some(), seen == ChartKind::Taut);
+                assert_eq!(point.end.is_taut(), chart.is_taut());
                 fold_form(&massive, (&link, q, &point)).unwrap().0
             });
         for (a, b) in [

@@ -1,14 +1,14 @@
 //! Rods with mass against independent solutions (tests/data/mass): frequencies and full motions.
 
+use crate::heavy_assemblies::{alone, energy, moving};
 use crate::support::{decimal, mass_data, worst};
 use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::body::{Body, RigidBody};
+use snaprod::body::{Mass, PointMass, RigidBody};
+use snaprod::full_mass::assembly::{HeavyAssembly, INTEGRALS};
 use snaprod::full_mass::frames::Curve;
 use snaprod::full_mass::law::Law;
-use snaprod::full_mass::mass::Mass;
 use snaprod::full_mass::rod::{HeavyRod, RodDescription};
-use snaprod::full_mass::system::INTEGRALS;
 use snaprod::rod::DistributedLoad;
 use snaprod::section::Linear;
 use snaprod::section::rate::{KelvinVoigt, Maxwell, RateLaw, Viscosity};
@@ -34,7 +34,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> RodDescript
         curve: Curve::Plane,
         mass,
         rotary: None,
-        grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
+        grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(body),
         diameter: None,
@@ -45,7 +45,7 @@ fn planar(mass: f64, eta: f64, gravity: Vector3<f64>, body: Mass) -> RodDescript
 fn body(case: &Value, gravity: Vector3<f64>, force: Vector3<f64>) -> Mass {
     let [offset, inertia] = ["offset", "rotary_inertia"].map(|name| decimal(&case[name]));
     if offset == 0.0 && inertia == 0.0 {
-        let point = Body::new(1.0).unwrap().with_gravity(gravity).unwrap();
+        let point = PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap();
         return Mass::Point(point.with_dead_force(force).unwrap());
     }
     let rigid = RigidBody::new(1.0, Matrix3::from_diagonal_element(inertia)).unwrap();
@@ -54,8 +54,8 @@ fn body(case: &Value, gravity: Vector3<f64>, force: Vector3<f64>) -> Mass {
     Mass::Rigid(rigid.with_dead_force(force).unwrap())
 }
 
-fn frequencies(rod: &HeavyRod, q: &[f64]) -> Vec<f64> {
-    let found = rod.vibrations(0.0, q, 4).unwrap();
+fn frequencies(rod: &HeavyAssembly, y: &DVector<f64>) -> Vec<f64> {
+    let found = rod.vibrations(y, 4).unwrap();
     found.iter().map(|mode| mode.square.sqrt()).collect()
 }
 
@@ -70,8 +70,8 @@ fn straight_frequencies() {
             none,
             body(case, none, none),
         );
-        let rod = HeavyRod::new(given, Grid::uniform(20)).unwrap();
-        let found = frequencies(&rod, &vec![0.0; rod.size()]);
+        let rod = alone(given, 20);
+        let found = frequencies(&rod, &still(&rod, |_| 0.0));
         for (found, wanted) in found.iter().zip(numbers(&case["omega"])) {
             assert!((found / wanted - 1.0).abs() < 1e-9, "{found} {wanted}");
         }
@@ -89,17 +89,17 @@ fn bent_frequencies() {
         let (gravity, force) = (vector("gravity"), vector("dead_force_at_centroid"));
         let mass = decimal(&case["rod_mass"]);
         let given = planar(mass, 0.0, gravity, body(case, gravity, force));
-        let rod = HeavyRod::new(given, Grid::uniform(28)).unwrap();
+        let rod = alone(given, 28);
         // Start on the side to which the load bends the rod.
-        let start = vec![-0.5; rod.size()];
-        let q = rod.settled(0.0, &start).unwrap();
-        let weights = rod.sections.grid.weights();
-        let turned: f64 = q.iter().zip(weights).map(|(u, w)| u * w).sum();
+        let y = rod.settled(&still(&rod, |_| -0.5)).unwrap();
+        let weights = rod.links[0].rod.sections.grid.weights();
+        let pairs = rod.strains(&y, 0).iter().zip(weights);
+        let turned: f64 = pairs.map(|(u, w)| u * w).sum();
         assert!(
             (turned - decimal(&case["theta_tip"])).abs() < 1e-10,
             "{turned}"
         );
-        for (found, wanted) in frequencies(&rod, &q).iter().zip(numbers(&case["omega"])) {
+        for (found, wanted) in frequencies(&rod, &y).iter().zip(numbers(&case["omega"])) {
             assert!((found / wanted - 1.0).abs() < 1e-8, "{found} {wanted}");
         }
     }
@@ -110,7 +110,7 @@ fn bent_frequencies() {
 #[test]
 fn derivatives_are_those_of_the_balance() {
     let gravity = Vector3::new(0.3, -0.7, 0.2);
-    let point = || Mass::Point(Body::new(1.0).unwrap().with_gravity(gravity).unwrap());
+    let point = || Mass::Point(PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap());
     let mut rods = vec![planar(0.1, 0.05, gravity, point())];
     let elastic = Linear::diagonal([1.0, 1.3], 0.8).unwrap();
     let elastic = elastic
@@ -141,7 +141,7 @@ fn derivatives_are_those_of_the_balance() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
-        grain: Body::new(1.0)
+        grain: PointMass::new(1.0)
             .unwrap()
             .with_gravity(gravity)
             .unwrap()
@@ -159,6 +159,7 @@ fn derivatives_are_those_of_the_balance() {
         .flat_map(|given| [(given.clone(), 12), (given, 5)]);
     for (given, nodes) in rods {
         let rod = HeavyRod::new(given, Grid::uniform(nodes)).unwrap();
+        let rod = rod.clamped();
         let s = rod.sections.grid.nodes();
         let count = rod.given.law.active().len();
         // Fields that few nodes do not resolve at all.
@@ -236,16 +237,14 @@ fn implicit_steps_eliminate_the_branches() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
-        grain: Body::new(1.0).unwrap(),
+        grain: PointMass::new(1.0).unwrap(),
         distributed: None,
-        body: Some(Mass::Point(Body::new(1.0).unwrap())),
+        body: Some(Mass::Point(PointMass::new(1.0).unwrap())),
         diameter: None,
     };
-    let rod = HeavyRod::new(given, Grid::uniform(5)).unwrap();
+    let rod = alone(given, 5);
     let time = rod.time();
-    let straight = |i: usize| f64::from(u8::from(i % 6 == 5));
-    let straight: Vec<f64> = (0..rod.size()).map(straight).collect();
-    let mut y = rod.state(&straight, &vec![0.0; rod.size()]);
+    let mut y = still(&rod, |i| f64::from(u8::from(i % 6 == 5)));
     rod.settle(&mut y).unwrap();
     let integral = |i: usize| (time..time + INTEGRALS).contains(&i);
     let along = DVector::from_fn(y.len(), |i, _| {
@@ -299,7 +298,7 @@ fn delays_are_those_of_waves_and_of_friction() {
         curve: Curve::Space,
         mass,
         rotary: Some(Matrix3::from_diagonal(&rotary.into())),
-        grain: Body::new(1.0).unwrap(),
+        grain: PointMass::new(1.0).unwrap(),
         distributed: None,
         body: None,
         diameter: None,
@@ -326,27 +325,20 @@ fn delays_are_those_of_waves_and_of_friction() {
     }
 }
 
+/// State at rest of a single rod with these coordinates.
+fn still(rod: &HeavyAssembly, q: impl Fn(usize) -> f64) -> DVector<f64> {
+    let size = rod.links[0].rod.size();
+    moving(rod, &(0..size).map(q).collect::<Vec<_>>(), &vec![0.0; size])
+}
+
 /// Steps a rod with fixed nodes from a state to the time `t`.
-fn stepped(rod: &HeavyRod, y: DVector<f64>, t: f64, tolerance: f64) -> DVector<f64> {
+fn stepped(rod: &HeavyAssembly, y: DVector<f64>, t: f64, tolerance: f64) -> DVector<f64> {
     let mut steps = Integrator::new(rod, y, tolerance, Method::Auto, None).unwrap();
     while t - steps.state()[rod.time()] > 1e-13 {
         let left = t - steps.state()[rod.time()];
         steps.step(rod, left).unwrap();
     }
     steps.state().clone()
-}
-
-/// Total energy of a state, which is constant under friction and loads in time.
-fn energy(rod: &HeavyRod, y: &DVector<f64>) -> f64 {
-    let at = rod.at(y).unwrap();
-    let [body, own] = rod.kinetic(0.0, &at);
-    let integrals = rod.time();
-    body + own
-        + rod.stored(&at).unwrap().0
-        + rod.potential(0.0, &at)
-        + y[integrals + 1]
-        + y[integrals + 3]
-        - y[integrals + 2]
 }
 
 /// Catches a wrong kinematic term in space that planar motions hide: the same motion in the plane, whose rotations are
@@ -371,23 +363,25 @@ fn a_planar_motion_in_space() {
     let spatial = RodDescription {
         law: Law::new(elastic, Some(friction), &[0, 1, 2]).unwrap(),
         curve: Curve::Space,
-        grain: Body::new(1.0).unwrap().with_gravity(turn(gravity)).unwrap(),
+        grain: PointMass::new(1.0)
+            .unwrap()
+            .with_gravity(turn(gravity))
+            .unwrap(),
         body: Some(weld(turn(gravity))),
         ..flat.clone()
     };
     let ends = [flat, spatial].map(|given| {
-        let rod = HeavyRod::new(given, Grid::uniform(16)).unwrap();
-        let count = rod.given.law.active().len();
-        let nodes = rod.sections.grid.nodes();
-        let mut q = vec![0.0; rod.size()];
-        for (i, s) in nodes.iter().enumerate() {
-            q[i * count] = 1.2 - 0.9 * s;
-        }
-        let y = rod.state(&q, &vec![0.0; rod.size()]);
+        let rod = alone(given, 16);
+        let count = rod.links[0].rod.given.law.active().len();
+        let nodes = rod.links[0].rod.sections.grid.nodes();
+        let y = still(&rod, |i| match i % count {
+            0 => 1.2 - 0.9 * nodes[i / count],
+            _ => 0.0,
+        });
         let before = energy(&rod, &y);
         let y = stepped(&rod, y, 0.4, 1e-10);
         assert!((energy(&rod, &y) - before).abs() < 1e-9);
-        rod.at(&y).unwrap().shape.end().translation.vector
+        rod.at(&y).unwrap().rods[0].end().pose.translation.vector
     });
     let error = (turn(ends[0]) - ends[1]).amax();
     assert!(error < 1e-9, "{error:e}");
@@ -408,22 +402,22 @@ fn energy_is_kept_whatever_the_nodes_resolve() {
         curve: Curve::Space,
         mass: 0.2,
         rotary: Some(Matrix3::from_diagonal(&Vector3::new(1e-3, 2e-3, 3e-3))),
-        grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
+        grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(Mass::Rigid(weld.with_gravity(gravity).unwrap())),
         diameter: None,
     };
-    let rod = HeavyRod::new(given, Grid::uniform(5)).unwrap();
+    let rod = alone(given, 5);
     let field = |size: f64, rest: f64| -> Vec<f64> {
         let each = |i: usize| match i % 6 {
             5 => rest + 0.1 * size * (1.3 * i as f64).sin(),
             _ => size * (0.7 * i as f64).cos(),
         };
-        (0..rod.size()).map(each).collect()
+        (0..rod.links[0].rod.size()).map(each).collect()
     };
-    let begun = rod.state(&field(0.5, 1.0), &field(0.8, 0.0));
-    let had = energy(&rod, &begun);
-    let y = stepped(&rod, begun, 0.2, 1e-11);
+    let y = moving(&rod, &field(0.5, 1.0), &field(0.8, 0.0));
+    let had = energy(&rod, &y);
+    let y = stepped(&rod, y, 0.2, 1e-11);
     let lost = energy(&rod, &y) - had;
     assert!(lost.abs() < 1e-9 * (1.0 + had.abs()), "{lost:e} of {had}");
 }
@@ -457,29 +451,24 @@ fn a_round_rod_keeps_its_momentum() {
         curve: Curve::Space,
         mass: MASS,
         rotary: Some(Matrix3::from_diagonal(&section)),
-        grain: Body::new(1.0).unwrap().with_gravity(gravity).unwrap(),
+        grain: PointMass::new(1.0).unwrap().with_gravity(gravity).unwrap(),
         distributed: None,
         body: Some(weld(Vector3::new(0.0, -1.5, 0.0))),
         diameter: None,
     };
     // Starts from an equilibrium whose load is released, with admissible rates.
     let nodes = 10;
-    let loaded = HeavyRod::new(given.clone(), Grid::uniform(nodes)).unwrap();
-    let q = loaded.settled(0.0, &vec![0.0; loaded.size()]).unwrap();
-    let still = loaded.moving(&q, &vec![0.0; q.len()]).unwrap();
+    let loaded = alone(given.clone(), nodes);
+    let y = loaded.settled(&still(&loaded, |_| 0.0)).unwrap();
     let twist = Vector6::new(0.1, 0.05, 0.6, 0.8, 0.0, 0.0);
-    let w = loaded.following(0.0, &still, &twist).unwrap();
-    let free = weld(Vector3::zeros());
-    let rod = HeavyRod::new(
-        RodDescription {
-            body: Some(free),
-            ..given
-        },
-        Grid::uniform(nodes),
-    )
-    .unwrap();
+    let y = loaded.following(&y, &[twist]).unwrap();
+    let released = RodDescription {
+        body: Some(weld(Vector3::zeros())),
+        ..given
+    };
+    let rod = alone(released, nodes);
     let momentum = |y: &DVector<f64>| {
-        let at = rod.at(y).unwrap();
+        let at = &rod.at(y).unwrap().rods[0];
         let of = |i: usize, mass: f64, inertia: &Vector3<f64>, offset: f64| {
             let r = at.shape.directors[i];
             let omega = at.flow.spins[i];
@@ -491,14 +480,13 @@ fn a_round_rod_keeps_its_momentum() {
             let own = r * inertia.component_mul(&r.tr_mul(&omega));
             mass * place.cross(&v).z + own.z - inertia.z * r.column(2).dot(&omega)
         };
-        let weights = rod.sections.grid.weights();
+        let weights = rod.links[0].rod.sections.grid.weights();
         let pieces = weights.iter().enumerate();
         let pieces: f64 = pieces
             .map(|(i, w)| of(i, MASS * w, &(section * *w), 0.0))
             .sum();
         pieces + of(weights.len(), 1.0, &body, 0.1)
     };
-    let y = rod.state(&q, &w);
     let before = (momentum(&y), energy(&rod, &y));
     let y = stepped(&rod, y, 0.05, 1e-9);
     assert!(before.0.abs() > 0.1);

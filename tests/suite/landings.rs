@@ -70,7 +70,7 @@ fn no_landing_from_a_fold_gains_energy() {
 #[cfg(feature = "scene")]
 mod scenes {
     use snaprod::scene::Scene;
-    use snaprod::study::{Silent, Table, assembly, run};
+    use snaprod::study::{Silent, Table, run};
 
     const PLANE: &str =
         "[rod]\nmodel = \"elastica\"\nlength = 1.0\nbending_stiffness = 1.0\n[body]\nmass = 1.0\n";
@@ -83,19 +83,10 @@ mod scenes {
     fn landings(text: &str) -> Vec<(f64, Option<bool>)> {
         let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}"));
         let mut tables: Vec<Table> = Vec::new();
-        if text.contains("[[rod]]") {
-            let prepared = assembly::AssemblyPrepared::new(&scene).expect("a scene that runs");
-            let start = prepared.motion().expect("a start");
-            let record = assembly::run(&prepared, start, &mut tables, &mut Silent);
-            let record = record.expect("a record");
-            let snaps = record.branches.iter().flat_map(|branch| branch.all_snaps());
-            return snaps.map(|snap| (snap.released, snap.reached)).collect();
-        }
         let prepared = run::Prepared::new(&scene).expect("a scene that runs");
         let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent);
         let record = record.expect("a record");
-        let branches = record.branches.iter();
-        let snaps = branches.flat_map(|branch| branch.entered.iter().chain(&branch.snaps));
+        let snaps = record.branches.iter().flat_map(|branch| branch.all_snaps());
         snaps.map(|snap| (snap.released, snap.reached)).collect()
     }
 

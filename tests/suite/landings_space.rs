@@ -2,8 +2,8 @@
 
 use crate::support::{falls, worst};
 use nalgebra::{Isometry3, Vector2, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, History, Pulse, TimeLoad};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{History, PointMass, Pulse, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::{EquilibriumManifold, Sheet, Sign};
 use snaprod::motion::assembly::AssemblyRun;
@@ -34,16 +34,21 @@ fn finished(motion: &mut dyn Motion<'_>) -> (Outcome, Option<Snap>, Vector3<f64>
 /// A strip stiff in out-of-plane bending and twist: stability in the plane implies stability in space. x of the plane
 /// is z here, y is x.
 fn strip(start: &Equilibrium, velocity: f64, landing: LandingRule) -> AssemblyRun {
-    let mass = Body::new(1.0).expect("a mass");
+    let mass = PointMass::new(1.0).expect("a mass");
     carried(mass, start, velocity, options(landing))
 }
 
-fn carried(mass: Body<3>, start: &Equilibrium, velocity: f64, options: Options) -> AssemblyRun {
+fn carried(
+    mass: PointMass<3>,
+    start: &Equilibrium,
+    velocity: f64,
+    options: Options,
+) -> AssemblyRun {
     beside(&[(mass, velocity)], start, options)
 }
 
 /// Masses thrown with these velocities, each on its own strip, a length apart from each other.
-fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> AssemblyRun {
+fn beside(thrown: &[(PointMass<3>, f64)], start: &Equilibrium, options: Options) -> AssemblyRun {
     let lifted = |v: Vector2<f64>| Vector3::new(v.y, 0.0, v.x);
     let at = Elastica.point(&[start.p, start.w].into());
     let at = at.expect("in the chart");
@@ -63,7 +68,7 @@ fn beside(thrown: &[(Body<3>, f64)], start: &Equilibrium, options: Options) -> A
             pose: clamp * Isometry3::from_parts(lifted(at.pose).into(), Default::default()),
             twist: Vector6::new(0.0, 0.0, 0.0, *velocity, 0.0, 0.0),
         });
-        carriers.push(HeavyBody::point(mass.clone()));
+        carriers.push(Body::point(mass.clone()));
     }
     let assembly = Assembly::new(carriers, links).expect("an assembly");
     AssemblyRun::new(
@@ -87,7 +92,7 @@ fn rods_that_fold_together_snap_as_each_alone() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
     let alone = |velocity: f64| {
         let q = [start.p, start.w].into();
-        let mass = Body::<2>::new(1.0).expect("a mass");
+        let mass = PointMass::<2>::new(1.0).expect("a mass");
         let v = Vector2::new(0.0, velocity);
         let mut run = Run::new(&Elastica, &mass, q, v, options(LandingRule::Viscous));
         let (outcome, snap, place) = finished(run.as_mut().expect("a run"));
@@ -96,7 +101,7 @@ fn rods_that_fold_together_snap_as_each_alone() {
     };
     for apart in [0.0, 1e-11, 1e-7, 1e-3] {
         let velocities = [-0.5, -0.5 * (1.0 + apart), -0.5];
-        let mass = || Body::<3>::new(1.0).expect("a mass");
+        let mass = || PointMass::<3>::new(1.0).expect("a mass");
         let thrown: Vec<_> = velocities.iter().map(|v| (mass(), *v)).collect();
         let mut run = beside(&thrown, &start, options(LandingRule::Viscous));
         let total = run.now().ledger().total();
@@ -144,7 +149,7 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     let table = History::Table(points.collect());
     let loaded = |direction: Vector3<f64>| {
         let load = TimeLoad::new(direction, table.clone()).expect("a load");
-        Body::new(1.0).expect("a mass").with_force(load)
+        PointMass::new(1.0).expect("a mass").with_force(load)
     };
     let options = Options::new(0.08).and_then(|o| o.with_tolerance(1e-12));
     let options = options.expect("options");
@@ -162,7 +167,7 @@ fn kinks_of_a_load_near_a_fold_keep_the_ledger() {
     assert!(opened < 1e-10, "the ledger opens by {opened:e}");
     // The planar case.
     let load = TimeLoad::new(Vector2::y(), table).expect("a load");
-    let mass = Body::<2>::new(1.0).expect("a mass").with_force(load);
+    let mass = PointMass::<2>::new(1.0).expect("a mass").with_force(load);
     let q = [start.p, start.w].into();
     let mut plane = Run::new(&Elastica, &mass, q, Vector2::new(0.0, -0.5), options).expect("a run");
     let (_, flat, place) = finished(&mut plane);
@@ -189,7 +194,7 @@ fn short_pulses_are_felt_in_space_as_in_the_plane() {
             amplitude: 2.0 * impulse / width,
         });
         let load = TimeLoad::new(Vector2::y(), pulse.clone()).expect("a load");
-        let mass = Body::<2>::new(1.0).expect("a mass").with_force(load);
+        let mass = PointMass::<2>::new(1.0).expect("a mass").with_force(load);
         let options = |tolerance: f64| {
             let options = Options::new(end).and_then(|o| o.with_tolerance(tolerance));
             options.expect("options")
@@ -200,7 +205,7 @@ fn short_pulses_are_felt_in_space_as_in_the_plane() {
         for k in 0..30 {
             let tolerance = 10f64.powf(-7.0 - f64::from(k) / 6.0);
             let load = TimeLoad::new(Vector3::x(), pulse.clone()).expect("a load");
-            let mass = Body::new(1.0).expect("a mass").with_force(load);
+            let mass = PointMass::new(1.0).expect("a mass").with_force(load);
             let mut run = carried(mass, &start, -0.5, options(tolerance));
             let (outcome, snap, place) = finished(&mut run);
             let what = format!("a pulse at {at}, {tolerance:e}");
@@ -225,7 +230,7 @@ fn steps_go_on_to_the_very_kink() {
             amplitude: 1.0 / width,
         });
         let nothing = History::Table(vec![[kink, 0.0], [1.0, 1e-9]]);
-        let mut mass = Body::new(1.0).expect("a mass");
+        let mut mass = PointMass::new(1.0).expect("a mass");
         for history in [pulse, nothing] {
             mass = mass.with_force(TimeLoad::new(Vector3::x(), history).expect("a load"));
         }
@@ -256,7 +261,7 @@ fn steps_go_on_to_the_very_kink() {
 #[test]
 fn a_strip_lands_in_space_where_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(7.2, 0.8).expect("an equilibrium");
-    let mass = Body::<2>::new(1.0).expect("a mass");
+    let mass = PointMass::<2>::new(1.0).expect("a mass");
     let q = [start.p, start.w].into();
     let all = options(LandingRule::All);
     let mut plane = Run::new(&Elastica, &mass, q, Vector2::new(0.0, -0.5), all).expect("a run");
@@ -314,7 +319,7 @@ fn a_strip_lands_in_space_where_the_elastica_does() {
 #[test]
 fn a_strip_falls_as_the_elastica_does() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
-    let mass = Body::<2>::new(1.0).expect("a mass");
+    let mass = PointMass::<2>::new(1.0).expect("a mass");
     let q = [start.p, start.w].into();
     let viscous = options(LandingRule::Viscous);
     let plane = Run::new(&Elastica, &mass, q, Vector2::new(0.0, -0.5), viscous);
@@ -360,7 +365,7 @@ fn a_strip_falls_as_the_elastica_does() {
 #[ignore = "second tier: 3 s"]
 fn scenes_in_space_branch_alone_and_in_an_assembly() {
     use snaprod::scene::Scene;
-    use snaprod::study::{Silent, Table, assembly, run};
+    use snaprod::study::{Silent, Table, run};
     let rod = "model = \"cosserat\"\nlength = 1.0\nsection = { bending = [1.2, 1.0], torsion = 0.7, shear = [150.0, 180.0], axial = 350.0 }\n\
                rest = { curvature = [0.3, -0.2], twist = 0.2 }\n";
     let body = "mass = 60.0\ninertia = [10.0, 10.0, 0.6]\n";
@@ -404,16 +409,16 @@ fn scenes_in_space_branch_alone_and_in_an_assembly() {
          [start]\nrest = \"straight\"\n{}",
         last("\"all\"")
     );
-    let prepared = assembly::AssemblyPrepared::new(&parsed(&text)).expect("a scene that runs");
-    let start = prepared.motion().expect("a start");
+    let prepared = run::Prepared::new(&parsed(&text)).expect("a scene that runs");
     let mut tables: Vec<Table> = Vec::new();
-    let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+    let record =
+        run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
     assert_eq!(
         (record.branches.len(), tables.len()),
         (count + 1, count + 1)
     );
     for (a, b) in record.branches.iter().zip(&tree.branches) {
-        assert_eq!(a.stem.parent, b.parent);
+        assert_eq!(a.parent, b.parent);
         let off = a.last.bodies[0].pose.translation.vector - b.last.position();
         assert!(off.norm() < 1e-7, "branch {}: {off}", b.id);
         assert!(a.closing.error < 1e-6, "{:e}", a.closing.error);
@@ -488,15 +493,15 @@ fn ends_spin_as_they_are_held_at_snaps() {
 #[test]
 fn taut_rods_move_alike_whoever_looks() {
     use snaprod::scene::Scene;
-    use snaprod::study::{Silent, Table, assembly};
+    use snaprod::study::{Silent, Table, run};
     let ends = [2, 40].map(|samples| {
         let set = ["run.duration=0.05", &format!("run.samples={samples}")];
         let text = crate::support::text_of("wire");
         let scene = Scene::parse_with(&text, &set).unwrap_or_else(|faults| panic!("{faults}"));
-        let prepared = assembly::AssemblyPrepared::new(&scene).expect("a scene that runs");
-        let start = prepared.motion().expect("a start");
+        let prepared = run::Prepared::new(&scene).expect("a scene that runs");
         let mut tables: Vec<Table> = Vec::new();
-        let record = assembly::run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+        let record =
+            run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
         assert_eq!(record.outcome(), "end_of_time");
         let last = |name: &str| tables[0].reals(name).last().copied().map(f64::to_bits);
         [

@@ -4,10 +4,9 @@
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, AssemblyFamily, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link,
-    LinkPoint,
+    Assembly, AssemblyFamily, Attachment, Body, BodyMotion, Configuration, Joint, Link, LinkPoint,
 };
-use snaprod::body::{Body, RigidBody};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
 use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
@@ -62,7 +61,7 @@ fn one_body(begun_at_body: bool, joint: Joint) -> Assembly {
         _ => unreachable!(),
     };
     let link = link.expect("a link");
-    Assembly::new(vec![HeavyBody::rigid(solid())], vec![link]).expect("an assembly")
+    Assembly::new(vec![Body::rigid(solid())], vec![link]).expect("an assembly")
 }
 
 /// Configuration with the bodies at the given poses and the rods in equilibrium.
@@ -188,7 +187,7 @@ fn a_loaded_rod_between_two_bodies_is_its_reverse() {
             Link::reversed(&rod(), ends.0, ends.1, Joint::Weld)
                 .and_then(|link| link.with_distributed(load().reversed()))
         };
-        let bodies = [solid(), solid()].map(HeavyBody::rigid);
+        let bodies = [solid(), solid()].map(Body::rigid);
         Assembly::new(bodies.into(), vec![held, middle.expect("a link")]).expect("an assembly")
     };
     let both = [false, true].map(chain);
@@ -249,7 +248,7 @@ fn rest_and_small_motions_are_those_of_statics() {
         Joint::Weld,
     );
     let link = link.with_distributed(load()).expect("a link");
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).expect("an assembly");
     let rest = assembly.equilibrium(None, 1e-12).expect("an equilibrium");
     let want = solved(Vector6::zeros());
     let at = rest.now.bodies[0].pose;
@@ -299,7 +298,7 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
         Joint::Weld,
     );
     let link = link.with_distributed(load()).expect("a link");
-    let carriers = bodies.iter().cloned().map(HeavyBody::rigid).collect();
+    let carriers = bodies.iter().cloned().map(Body::rigid).collect();
     let first = place([0.0; 3], [0.3, -0.5, 0.2]);
     let end = link
         .with_base_rotation(&(first * site).rotation)
@@ -384,9 +383,9 @@ fn the_load_on_a_rod_between_free_bodies_moves_their_momenta() {
 fn a_ball_joint_bears_no_couple_under_a_load() {
     let ground = place([0.0; 3], [0.4, -0.7, 0.2]);
     let bodies = vec![
-        HeavyBody::rigid(solid()),
-        HeavyBody::point(
-            Body::new(0.7)
+        Body::rigid(solid()),
+        Body::point(
+            PointMass::new(0.7)
                 .and_then(|b| b.with_gravity(Vector3::new(0.0, 0.2, -0.5)))
                 .expect("a body"),
         ),

@@ -4,30 +4,19 @@
 use crate::support::{assert_close, worst};
 use nalgebra::{Complex, Quaternion, UnitQuaternion, Vector3};
 use snaprod::scene::{FaultKind, Scene};
-use snaprod::study::assembly::{AssemblyPrepared, equilibrium};
-use snaprod::study::run::{Fields, Prepared};
-use snaprod::study::{self, Silent, Table};
+use snaprod::study::assembly::equilibrium;
+use snaprod::study::{self, Silent, Table, run};
 
 fn parsed(text: &str) -> Scene {
     Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"))
 }
 
-/// The trajectory of a scene of several rods.
-fn several(text: &str) -> Table {
-    let prepared = AssemblyPrepared::new(&parsed(text)).expect(text);
+/// The trajectory of a scene.
+fn ran(text: &str) -> Table {
+    let prepared = run::Prepared::new(&parsed(text)).expect(text);
     let mut tables: Vec<Table> = Vec::new();
-    let motion = prepared.motion().expect(text);
-    let record = study::assembly::run(&prepared, motion, &mut tables, &mut Silent).expect(text);
-    assert_eq!(record.reason(), None);
-    tables.remove(0)
-}
-
-/// The trajectory of a scene of one rod.
-fn one(text: &str) -> Table {
-    let prepared = Prepared::new(&parsed(text)).expect(text);
-    let mut tables: Vec<Table> = Vec::new();
-    let fields = Fields::default();
-    let record = study::run::run(&prepared, fields, &mut tables, &mut Silent).expect(text);
+    let fields = run::Fields::default();
+    let record = run::run(&prepared, fields, &mut tables, &mut Silent).expect(text);
     assert_eq!(record.reason(), None);
     tables.remove(0)
 }
@@ -111,7 +100,7 @@ fn a_rod_moves_alike_in_both_kinds_of_scenes() {
         ),
     ] {
         let [single, listed] = both_ways(start, mass, along);
-        let (single, listed) = (one(&single), several(&listed));
+        let (single, listed) = (ran(&single), ran(&listed));
         for group in [
             &[("b.x", "x"), ("b.y", "y"), ("b.z", "z")][..],
             &[
@@ -162,8 +151,8 @@ fn planar_rods_bear_their_loads_on_clamps_that_turn() {
         )
     };
     for inertia in ["none", "first-order"] {
-        let single = one(&plane(inertia, &moved("", ""), "settled = true"));
-        let listed = several(&format!(
+        let single = ran(&plane(inertia, &moved("", ""), "settled = true"));
+        let listed = ran(&format!(
             "[[rod]]\nname = \"r\"\nmodel = \"cosserat\"\nsection = {{ bending = [0.5, 5e3], torsion = 5e3 }}\n{}distributed = [0.3, -0.5, 0.0]\n\
              from = {{ position = [0.1, 0.2, 0.0], rotation = {{ axis = [1.0, 0.0, 1.0], angle_degrees = 180.0 }}, {} }}\n\
              to = {{ body = \"b\", joint = \"ball\" }}\n[[body]]\nname = \"b\"\nmass = 0.3\nvelocity = [-0.1, 0.1, 0.0]\n\
@@ -184,8 +173,8 @@ fn planar_rods_bear_their_loads_on_clamps_that_turn() {
         assert!(opened <= 1e-10, "{inertia}: the ledger opens by {opened:e}");
     }
     let bent = "lambda = 1.5\nkappa = 0.5";
-    let moving = one(&plane("none", &moved("", ""), bent));
-    let standing = one(&plane("none", &format!("angle = {shift}"), bent));
+    let moving = ran(&plane("none", &moved("", ""), bent));
+    let standing = ran(&plane("none", &format!("angle = {shift}"), bent));
     for name in ["x", "y"] {
         let off = moving.reals(name)[0] - standing.reals(name)[0];
         assert!(off.abs() < 1e-10, "{name}: {off:e}");
@@ -242,7 +231,7 @@ fn shaken_feet_are_an_inertial_force() {
             body("b", masses[1])
         )
     };
-    let (shaken, still) = (several(&scene(true)), several(&scene(false)));
+    let (shaken, still) = (ran(&scene(true)), ran(&scene(false)));
     let direction = Vector3::new(2.0, 0.0, 1.0).normalize();
     let t = shaken.reals("t");
     for name in ["a", "b"] {
@@ -281,7 +270,7 @@ fn a_small_sine_drives_an_oscillator() {
          force = {{ direction = [3.0, 0.0, 0.0], amplitude = {amplitude}, frequency = {frequency}, phase = 0.6 }}\n\
          [start]\nrest = \"straight\"\n[run]\nduration = 2.0\ntolerance = 1e-12\nsamples = 21\n"
     );
-    let table = several(&text);
+    let table = ran(&text);
     let own = (3.0 * 0.5 / (0.8_f64.powi(3) * mass)).sqrt();
     let (w, phase) = (std::f64::consts::TAU * frequency, 0.6_f64);
     let response = amplitude / (mass * (own * own - w * w));

@@ -85,6 +85,7 @@ mod heavy_grooves;
 mod heavy_loops;
 #[cfg(feature = "scene")]
 mod heavy_memory;
+mod heavy_rest;
 mod heavy_rods;
 #[cfg(feature = "scene")]
 mod heavy_scenes;

@@ -4,7 +4,7 @@ use crate::support::{decimal, mass_data, worst};
 use serde_json::Value;
 use snaprod::scene::Scene;
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
-use snaprod::study::{Silent, Table, assembly};
+use snaprod::study::{Silent, Table};
 
 fn ran(text: &str) -> (RunRecord, Vec<Table>) {
     let scene = Scene::parse(text).unwrap();
@@ -211,7 +211,7 @@ fn resolutions_and_tolerances() {
             apart(end, fine)
         );
         assert_eq!(record.warning(), None);
-        let again = record.scene.to_string();
+        let again = record.header.scene.to_string();
         assert!(again.contains("curvature_rate"), "{again}");
     }
     let (record, _) = at("nodes = 5", 1e-8);
@@ -271,7 +271,7 @@ fn a_moment_at_the_free_end_is_let_go_under_little_friction() {
         assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
         let last = &record.branches[0].last;
         let closing = record.branches[0].closing.relative();
-        let (r, v) = (last.position(), last.velocity);
+        let (r, v) = (last.position(), last.end().velocity);
         ([r.x, r.y, v.x, v.y], closing)
     };
     let known = [0.785_502_74, -0.141_516_45, -0.173_482_71, -1.005_354_96];
@@ -303,7 +303,7 @@ fn a_bent_rod_held_straight_is_let_go_under_little_friction_in_space() {
         );
         let (record, _) = ran(&text);
         let end = &record.branches[0].last;
-        (end.position(), end.velocity)
+        (end.position(), end.end().velocity)
     };
     let several = |nodes: &str, tolerance: f64| {
         let text = format!(
@@ -311,10 +311,9 @@ fn a_bent_rod_held_straight_is_let_go_under_little_friction_in_space() {
              [[body]]\nname = \"m\"\nmass = 0.5\n{last}tolerance = {tolerance:e}\n"
         );
         let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}"));
-        let prepared = assembly::AssemblyPrepared::new(&scene).unwrap();
-        let start = prepared.motion().unwrap();
+        let prepared = Prepared::new(&scene).unwrap();
         let mut tables: Vec<Table> = Vec::new();
-        let record = assembly::run(&prepared, start, &mut tables, &mut Silent).unwrap();
+        let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
         assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
         let body = &record.branches[0].last.bodies[0];
         (body.pose.translation.vector, body.velocity)

@@ -13,7 +13,7 @@ type Matrices = fn(f64) -> [Matrix6<f64>; 2];
 /// Viscosity A(s) and stiffness B(s), nothing rigid.
 fn section(matrices: Matrices) -> Viscoelastic {
     let viscosity = Varying::by(move |s| Linear::full(matrices(s)[0]));
-    let rate = KelvinVoigt::new(Viscosity::along(viscosity).unwrap());
+    let rate = KelvinVoigt::new(Viscosity::from_varying(viscosity).unwrap());
     let elastic = Varying::by(move |s| Linear::full(matrices(s)[1]));
     Viscoelastic::new(Arc::new(elastic), Arc::new(rate)).unwrap()
 }
@@ -233,7 +233,7 @@ fn compliance(p: f64, length: f64, matrices: impl Fn(f64) -> [Matrix6<f64>; 2]) 
 fn rates_over_four_decades_are_resolved() {
     let elastic = Arc::new(Linear::diagonal([1.0, 1.0], 1.0).unwrap());
     let viscosity = Varying::by(|s| Linear::diagonal([10.0_f64.powf(-1.0 - 4.0 * s), 1.0], 1.0));
-    let rate = KelvinVoigt::new(Viscosity::along(viscosity).unwrap());
+    let rate = KelvinVoigt::new(Viscosity::from_varying(viscosity).unwrap());
     let rod = Viscoelastic::new(elastic, Arc::new(rate)).unwrap();
     let kernel = MemoryKernel::new(&rod, 1.0).unwrap();
     for (t, want) in [
@@ -393,7 +393,7 @@ fn memory_is_what_6_15_says() {
     }
     let unshearable = |viscosity: Varying| {
         let elastic = Arc::new(Linear::diagonal([1.0, 2.0], 3.0).unwrap());
-        let rate = KelvinVoigt::new(Viscosity::along(viscosity).unwrap());
+        let rate = KelvinVoigt::new(Viscosity::from_varying(viscosity).unwrap());
         let rod = Viscoelastic::new(elastic, Arc::new(rate)).unwrap();
         let kernel = MemoryKernel::new(&rod, 1.0).unwrap();
         assert_eq!(kernel.moves(), [true, true, true, true, true, false]);

@@ -2,7 +2,7 @@
 
 use crate::support::{assert_close, exponential, worst};
 use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, Vector1, Vector2, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody};
+use snaprod::body::{EndBody, PointMass, RigidBody};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options};
 use snaprod::section::Linear;
@@ -141,7 +141,7 @@ fn a_small_planar_motion_remembers_by_the_kernel() {
     // Held at a = 1: the wrench is R(inf) a, and the branch is relaxed.
     let linear = |modes| with_memory(&kernel, modes, &[4], &[mass], &[1.0], &[0.0], duration);
     let want = linear(kernel.modes());
-    let body = Body::new(mass).unwrap();
+    let body = PointMass::new(mass).unwrap();
     let of = |a: f64| {
         let start = ViscousStart {
             strain: &|s| Vector1::new(3.0 * a * (1.0 - s)),

@@ -3,7 +3,7 @@
 use crate::program::Place;
 use crate::support::{frequencies, modes_of};
 use nalgebra::{Complex, Vector2};
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::elastica::{Elastica, EndStiffness, equilibrium_under_load, fold_at};
 use snaprod::motion::{Event, Options, Run};
 use snaprod::study::ModesRecord;
@@ -223,7 +223,7 @@ fn small_oscillations_of_a_run() {
     let record = modes_of(text);
     let load = Vector2::new(-1.0, -2.0);
     let at = equilibrium_under_load(&load).unwrap().unwrap();
-    let body = Body::new(1.0).unwrap().with_gravity(load).unwrap();
+    let body = PointMass::new(1.0).unwrap().with_gravity(load).unwrap();
     for mode in &record.motions.modes {
         let shape = Vector2::from_column_slice(&mode.shape);
         let rest = Vector2::new(at.x, at.y);

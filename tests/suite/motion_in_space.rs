@@ -4,8 +4,8 @@
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::{RngAlgorithm, TestRng, TestRunner};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome, State};
 use snaprod::rod::{EndConditions, Problem, Rod};
@@ -92,7 +92,7 @@ fn bodies_that_hold_only_each_other_keep_their_momenta() {
         Joint::Weld,
     );
     let end = link.end(&Vector6::zeros(), 1e-14).expect("an end").pose;
-    let carriers = bodies.iter().cloned().map(HeavyBody::rigid).collect();
+    let carriers = bodies.iter().cloned().map(Body::rigid).collect();
     let start = Configuration {
         bodies: vec![
             BodyMotion {
@@ -158,8 +158,7 @@ fn a_body_of_revolution_on_a_round_rod_keeps_a_momentum() {
         charts: vec![Vector6::zeros()],
         spins: Vec::new(),
     };
-    let assembly =
-        Assembly::new(vec![HeavyBody::rigid(body.clone())], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::rigid(body.clone())], vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 3.0, 1e-11);
     let kept = |sample: &AssemblySample| {
         let place = &sample.bodies()[0];
@@ -222,7 +221,7 @@ fn a_body_on_a_ball_joint_at_its_centre_turns_freely() {
     let m = (i2 - i1) * (twice_energy * i3 - square) / ((i3 - i2) * (square - twice_energy * i1));
     let rate = ((i3 - i2) * (square - twice_energy * i1) / (i1 * i2 * i3)).sqrt();
     let period = 4.0 * ellip::ellipk(m).expect("a modulus in range") / rate;
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::rigid(body)], vec![link]).expect("an assembly");
     for (part, signs) in [(0.5, [-1.0, -1.0, 1.0]), (1.0, [1.0; 3])] {
         let (states, _) = states(assembly.clone(), &start, part * period, 1e-12);
         let place = &states.last().expect("states").bodies()[0];
@@ -243,7 +242,7 @@ fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
         .and_then(|law| law.rigid([true; 3]))
         .expect("a law");
     let rod = Rod::new(1.0, law).expect("a rod");
-    let mass = Body::<3>::new(1.0)
+    let mass = PointMass::<3>::new(1.0)
         .and_then(|m| m.with_gravity(Vector3::new(0.0, 0.0, 3.2)))
         .expect("a mass");
     let link = Link::new(
@@ -269,7 +268,7 @@ fn the_ledger_of_a_wide_swing_closes_inside_the_steps() {
         charts: vec![held.base.component_div(&link.units())],
         spins: Vec::new(),
     };
-    let assembly = Assembly::new(vec![HeavyBody::point(mass)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::point(mass)], vec![link]).expect("an assembly");
     let (states, _) = states(assembly, &start, 12.0, 1e-9);
     let total = states[0].ledger().total();
     for state in &states {
@@ -299,7 +298,7 @@ fn kicked() -> (Assembly, Configuration) {
         spins: Vec::new(),
     };
     (
-        Assembly::new(vec![HeavyBody::rigid(body)], vec![link]).expect("an assembly"),
+        Assembly::new(vec![Body::rigid(body)], vec![link]).expect("an assembly"),
         start,
     )
 }
@@ -415,8 +414,7 @@ fn the_ledger_of_assemblies_drawn_at_random_closes() {
             charts: vec![Vector6::zeros(); 2],
             spins: Vec::new(),
         };
-        let assembly =
-            Assembly::new(vec![HeavyBody::rigid(body)], vec![one, two]).expect("an assembly");
+        let assembly = Assembly::new(vec![Body::rigid(body)], vec![one, two]).expect("an assembly");
         let (states, _) = states(assembly, &start, 0.6, 1e-10);
         let total = states[0].ledger().total();
         for state in &states {

@@ -148,8 +148,7 @@ fn a_film_is_the_motion() {
     for name in ["snap", "viscous", "flywheel"] {
         let text = std::fs::read_to_string(format!("{SCENES}/{name}.toml")).unwrap();
         let prepared = run::Prepared::new(&Scene::parse(&text).unwrap()).unwrap();
-        let motion = prepared.motion().unwrap();
-        let found = film::film(&prepared, motion, &[], &[], [60, 200], &mut Silent).unwrap();
+        let found = film::film(&prepared, &[], &[], [60, 200], &mut Silent).unwrap();
         assert!(
             (45..85).contains(&found.stills.len()),
             "{}",
@@ -182,7 +181,7 @@ fn a_film_is_the_motion() {
                 assert!(off < 1e-8, "{name} at t = {}: {off:e}", still.now.t);
             }
             let end = rod[rod.len() - 1].translation.vector;
-            let off = (end - still.now.bodies[0].0.translation.vector).norm();
+            let off = (end - still.now.bodies[0].pose.translation.vector).norm();
             assert!(off < 1e-8, "{name}: the end is {off:e} from the body");
         }
     }

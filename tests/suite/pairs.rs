@@ -94,17 +94,24 @@ pub fn pairs() -> Vec<Pair> {
     let bent = motion("curvature = [0.8]", planar, 1.0);
     let strained = motion("strain = { u1 = [0.8] }", spatial, 1.0);
     let brief = space.replace("duration = 2", "duration = 0.2");
-    let assembly = |rod: &str, duration: f64| {
+    let moved = |rod: &str, motion: &str, duration: f64| {
         let section = SPACE.trim_start_matches("[rod]\n");
         format!(
-            "[[rod]]\nname = \"r\"\n{section}{rod}from = {{ position = [0.0, 0.0, 0.0], {TURNED} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n\
+            "[[rod]]\nname = \"r\"\n{section}{rod}from = {{ position = [0.0, 0.0, 0.0], {TURNED}{motion} }}\nto = {{ body = \"m\", joint = \"ball\" }}\n\
              [[body]]\nname = \"m\"\nmass = 1.0\nforce = [-0.5, -1.5, 0.0]\nvelocity = [0.3, 0.4, 0.0]\n\
              [run]\nduration = {duration}\ntolerance = 1e-9\nsamples = 2\n"
         )
     };
+    let assembly = |rod: &str, duration: f64| moved(rod, "", duration);
     let laid = format!("[clamp]\n{TURNED}\n[body]\nmass = 1.0\njoint = \"ball\"\n");
     let light = "mass = 0.02\ninertia = \"first-order\"\n";
     let heavy = "mass = 0.1\ninertia = \"full\"\nsection_inertia = [1e-5, 1e-5, 2e-5]\nnodes = 10\ndamping = { proportional = 0.02 }\n";
+    let flat = "mass = 0.1\ninertia = \"full\"\nnodes = 16\ndamping = { proportional = 0.02 }\n";
+    // Sections of this inertia do not resist a turn; no motion in the plane twists the rod.
+    let thin = "section_inertia = [1e-12, 1e-12, 2e-12]\n";
+    let settled = motion("settled = true\nvelocity = [0.3, 0.4, 0.0]", spatial, 0.2);
+    let driven = "motion = { translate = [[0.0, 0.0, 0.0, 0.0], [0.1, 0.01, -0.02, 0.03], [0.2, 0.03, 0.0, 0.05]], \
+                  turn = { axis = [0.6, 0.0, 0.8], amplitude = 0.3, frequency = 4.0 } }";
     let still = "[clamp]\nmotion = { translate = { direction = [0.0, 1.0], amplitude = 1e-40, frequency = 1.0 } }\n";
     let pair = |leaves_out, cheap: [&str; 4], general: [&str; 4]| Pair {
         leaves_out,
@@ -156,6 +163,26 @@ pub fn pairs() -> Vec<Pair> {
             "other rods and bodies, with all of the rod's mass",
             [SPACE, heavy, &laid, &brief],
             [&assembly(heavy, 0.2), "", "", ""],
+        ),
+        pair(
+            "the motion of the clamp in the world, with all of the rod's mass",
+            [
+                SPACE,
+                heavy,
+                &laid.replace("[body]", &format!("{driven}\n[body]")),
+                &settled,
+            ],
+            [&moved(heavy, &format!(", {driven}"), 0.2), "", "", ""],
+        ),
+        pair(
+            "motion out of the plane, with all of the rod's mass",
+            [
+                PLANE,
+                flat,
+                POINT,
+                &plane.replace("duration = 2", "duration = 0.2"),
+            ],
+            [&assembly(&format!("{flat}{thin}"), 0.2), "", "", ""],
         ),
         pair(
             "fast decays, by implicit steps",

@@ -2,8 +2,8 @@
 //! differences, and a ledger; folds by shooting along n = lambda r(1) with another program.
 
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::full_mass::held_vibrations::{Massive, fold_form, held_modes};
 use snaprod::motion::assembly::AssemblyRun;
 use snaprod::motion::{Event, LandingRule, Motion, Options, Outcome, Snap};
@@ -91,7 +91,7 @@ fn tripod() -> Assembly {
             .and_then(|law| law.with_rest([0.8, -0.3], 0.4))
             .expect("a law")
     };
-    let mass = Body::new(1.0)
+    let mass = PointMass::new(1.0)
         .and_then(|body| body.with_dead_force(Vector3::new(0.1, -0.2, -0.6)))
         .expect("a mass");
     let links = (0..3).map(|k| {
@@ -105,7 +105,7 @@ fn tripod() -> Assembly {
             Attachment::body(0, Isometry3::identity()),
         )
     });
-    Assembly::new(vec![HeavyBody::point(mass)], links.collect()).expect("an assembly")
+    Assembly::new(vec![Body::point(mass)], links.collect()).expect("an assembly")
 }
 
 /// Catches a wrong derivative of a force that turns with its chord, a couple at a joint, and energy that is lost in
@@ -266,7 +266,7 @@ fn followed(
     landing: LandingRule,
     end: f64,
 ) -> (Vec<Snap>, Outcome) {
-    let mass = HeavyBody::point(Body::new(1.0).expect("a mass"));
+    let mass = Body::point(PointMass::new(1.0).expect("a mass"));
     let assembly = Assembly::new(vec![mass], links).expect("an assembly");
     let mut place = BodyMotion::at_rest(Isometry3::translation(start[0].x, start[0].y, start[0].z));
     place.twist.fixed_rows_mut::<3>(3).copy_from(&start[1]);
@@ -307,7 +307,7 @@ fn cut(rod: &Against, whole: &Link, q: &Vector6<f64>, chord: f64) -> (f64, usize
     ];
     let inertia = nalgebra::Matrix3::identity();
     let body = RigidBody::new(1.0, inertia).expect("a body");
-    let assembly = Assembly::new(vec![HeavyBody::rigid(body)], links).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::rigid(body)], links).expect("an assembly");
     let held = Isometry3::translation(0.0, 0.0, chord);
     let sections = whole.shape(q, &held, &[0.5, 1.0], 1e-12).expect("a shape");
     let turn =

@@ -3,8 +3,8 @@
 use crate::support::{assert_close, exponential};
 use nalgebra::{Complex, Isometry3, Matrix3, Matrix4, Matrix6, SVector, Vector3, Vector4, Vector6};
 use snaprod::Result;
-use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
-use snaprod::motion::reduction::{ReducedStart, Reduction, ReductionKind, TipBody};
+use snaprod::body::{EndBody, Mass, PointMass, RigidBody, TimeLoad};
+use snaprod::motion::reduction::{ReducedStart, Reduction, ReductionKind};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Event, Options, Outcome};
 use snaprod::section::rate::{FrictionBarrier, Maxwell, Rate, RateLaw, Viscoelastic, Viscosity};
@@ -88,7 +88,7 @@ fn straight(twist: f64, stretch: f64) -> Strain {
 
 pub fn recognise(
     section: &Viscoelastic,
-    carried: &TipBody,
+    carried: &Mass,
     strain: Strain,
     velocity: Vector6<f64>,
 ) -> Result<Reduction, String> {
@@ -198,7 +198,7 @@ where
 /// rod.
 pub fn run(
     section: &Viscoelastic,
-    carried: &TipBody,
+    carried: &Mass,
     strain: Strain,
     velocity: Vector6<f64>,
     times: &[f64],
@@ -206,12 +206,8 @@ pub fn run(
     let strains = (strain, strain);
     let v = velocity.fixed_rows::<3>(3);
     let found = match carried {
-        TipBody::Welded(body) => {
-            whole::<_, 6, 6>(section, &**body, strains, velocity, times, 1e-13)
-        }
-        TipBody::BallJoint(body) => {
-            whole::<_, 6, 3>(section, body, strains, v.into_owned(), times, 1e-13)
-        }
+        Mass::Rigid(body) => whole::<_, 6, 6>(section, body, strains, velocity, times, 1e-13),
+        Mass::Point(body) => whole::<_, 6, 3>(section, body, strains, v.into_owned(), times, 1e-13),
     };
     assert!(found.iter().all(|at| at.spread < 1e-10));
     found
@@ -223,7 +219,7 @@ pub fn run(
 fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
     let gravity = Vector3::new(0.0, 0.0, -0.5);
-    let ball = Body::<3>::new(mass).and_then(|b| b.with_gravity(gravity));
+    let ball = PointMass::<3>::new(mass).and_then(|b| b.with_gravity(gravity));
     let weld = welded(mass)
         .with_centre(Vector3::new(0.0, 0.0, 0.4))
         .and_then(|b| b.with_gravity(gravity));
@@ -232,8 +228,8 @@ fn a_mass_on_a_stretching_rod_is_a_damped_oscillator() {
     let (frequency, decay) = ((k / mass).sqrt(), 0.5 * c / mass);
     let damped = (frequency * frequency - decay * decay).sqrt();
     for carried in [
-        TipBody::BallJoint(ball.expect("a body")),
-        TipBody::welded(weld.expect("a body")),
+        Mass::Point(ball.expect("a body")),
+        Mass::Rigid(weld.expect("a body")),
     ] {
         let section = plain();
         let (strain, start) = (
@@ -275,7 +271,7 @@ fn a_strong_dashpot_costs_few_steps() {
     let mut viscosity = diagonal(VISCOSITY);
     viscosity[(5, 5)] = c;
     let section = section(diagonal(STIFFNESS), viscosity);
-    let body = Body::new(mass).expect("a body");
+    let body = PointMass::new(mass).expect("a body");
     let (x0, v0) = (0.4, -0.3);
     let slow = 2.0 * k / (c + (c * c - 4.0 * mass * k).sqrt());
     let fast = k / (mass * slow);
@@ -310,7 +306,7 @@ fn a_barrier_keeps_the_energy_balance() {
         .expect("a drag")
         .with_force(TimeLoad::sine(Vector3::new(0.0, 0.0, 0.8), 2.0, 0.4).unwrap());
     let start = moving(still(), Vector3::new(0.0, 0.0, -2.0));
-    let carried = TipBody::welded(body);
+    let carried = Mass::Rigid(body);
     let reduction = recognise(&section, &carried, straight(0.0, 0.5), start).expect("it is");
     assert!(reduction.is_identical());
     let found = run(&section, &carried, straight(0.0, 0.5), start, &[5.0]);
@@ -338,7 +334,7 @@ fn twist_and_stretch_couple_as_the_matrices_say() {
         .and_then(|b| b.with_rotational_drag(spin_drag))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.9), Vector3::new(0.0, 0.0, -0.2));
-    let carried = TipBody::welded(body);
+    let carried = Mass::Rigid(body);
     let reduction = recognise(&section, &carried, straight(0.3, 1.1), start).expect("it is");
     assert_eq!(reduction.kind(), ReductionKind::Twisting);
     assert_eq!(reduction.moving(), [2, 5]);
@@ -413,8 +409,8 @@ fn a_maxwell_branch_adds_a_root() {
         time,
     }];
     let (mass, [.., k], [.., c]) = (0.7, STIFFNESS, VISCOSITY);
-    let body = Body::new(mass).expect("a body");
-    let carried = TipBody::BallJoint(body.clone());
+    let body = PointMass::new(mass).expect("a body");
+    let carried = Mass::Point(body.clone());
     let (x0, v0, z0) = (0.25, -0.1, -0.15);
     let field = vec![straight(0.0, 1.0 + z0); 2];
     let start = ReducedStart {
@@ -469,7 +465,7 @@ fn an_inextensible_rod_twists() {
         .with_gravity(Vector3::new(0.0, 0.0, -2.0))
         .expect("a body");
     let start = moving(Vector3::new(0.0, 0.0, 0.5), still());
-    let carried = TipBody::welded(body.clone());
+    let carried = Mass::Rigid(body.clone());
     let twisted = straight(0.4, 1.0);
     let reduction = recognise(&section, &carried, twisted, start).expect("it is");
     assert_eq!(
@@ -491,10 +487,10 @@ fn an_inextensible_rod_twists() {
 #[test]
 fn what_is_not_exact_is_refused_with_its_reason() {
     let section = plain();
-    let free = || TipBody::welded(welded(0.7));
+    let free = || Mass::Rigid(welded(0.7));
     let axial = moving(still(), Vector3::new(0.0, 0.0, 0.3));
     let rest = straight(0.0, 1.0);
-    let expect = |section: &Viscoelastic, carried: &TipBody, strain, velocity, word: &str| {
+    let expect = |section: &Viscoelastic, carried: &Mass, strain, velocity, word: &str| {
         let why = recognise(section, carried, strain, velocity).expect_err(word);
         assert!(why.contains(word), "{word}: {why}");
     };
@@ -521,7 +517,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &TipBody::welded(oblique),
+        &Mass::Rigid(oblique),
         rest,
         axial,
         "not longitudinal: a force across the motion would move the end",
@@ -531,14 +527,14 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         .expect("a body");
     expect(
         &section,
-        &TipBody::welded(offset),
+        &Mass::Rigid(offset),
         rest,
         axial,
         "the centre of mass is off the axis",
     );
     let mut skew = inertia();
     (skew[(0, 2)], skew[(2, 0)]) = (0.05, 0.05);
-    let skew = TipBody::welded(RigidBody::new(0.7, skew).expect("a body"));
+    let skew = Mass::Rigid(RigidBody::new(0.7, skew).expect("a body"));
     let spin = moving(Vector3::new(0.0, 0.0, 0.3), still());
     expect(&section, &skew, rest, spin, "not a principal axis");
     expect(
@@ -548,7 +544,7 @@ fn what_is_not_exact_is_refused_with_its_reason() {
         moving(Vector3::new(0.2, 0.0, 0.0), still()),
         "the end starts with omega1",
     );
-    let ball = TipBody::BallJoint(Body::new(0.7).expect("a body"));
+    let ball = Mass::Point(PointMass::new(0.7).expect("a body"));
     expect(
         &section,
         &ball,

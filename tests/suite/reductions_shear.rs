@@ -6,8 +6,8 @@ use crate::reductions::{
 };
 use crate::support::assert_close;
 use nalgebra::Vector3;
-use snaprod::body::{History, TimeLoad};
-use snaprod::motion::reduction::{ReductionKind, TipBody};
+use snaprod::body::{History, Mass, TimeLoad};
+use snaprod::motion::reduction::ReductionKind;
 use snaprod::section::Strain;
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ fn with_rigid_flexure_any_shear_is_exact() {
     let (x0, v0) = ([0.1, -0.2, 0.05], [0.3, 0.2, -0.1]);
     let strain = Strain::new(0.0, 0.0, 0.0, x0[0], x0[1], 1.0 + x0[2]);
     let start = moving(still(), Vector3::new(v0[0], v0[1], v0[2]));
-    let carried = TipBody::welded(body);
+    let carried = Mass::Rigid(body);
     let reduction = recognise(&section, &carried, strain, start).expect("it is");
     assert_eq!(reduction.kind(), ReductionKind::Shearing);
     assert!(reduction.is_identical());
@@ -55,7 +55,7 @@ fn shear_that_dies_out_may_be_exact() {
     let body = welded(mass)
         .with_dead_force(Vector3::new(0.0, 0.0, lambda * stretch))
         .expect("a body");
-    let carried = TipBody::welded(body);
+    let carried = Mass::Rigid(body);
     let strain = Strain::new(0.0, 0.0, 0.0, 0.3, 0.0, stretch);
     let start = |speed: f64| moving(still(), Vector3::new(-0.3 * speed, 0.0, 0.0));
     let reduction = recognise(&section, &carried, strain, start(sigma)).expect("it is");
@@ -110,7 +110,7 @@ fn a_load_can_be_made_for_shear() {
         let load = |direction, history: History| TimeLoad::new(direction, history).unwrap();
         let across = History::custom(across, Vec::new());
         let along = History::custom(along, Vec::new());
-        TipBody::welded(
+        Mass::Rigid(
             welded(mass)
                 .with_force(load(Vector3::new(1.0, 0.0, 0.0), across))
                 .with_force(load(Vector3::new(0.0, 0.0, 1.0), along)),
@@ -133,9 +133,9 @@ fn a_load_can_be_made_for_shear() {
     assert!(why.contains("is lost at the rate"), "{why}");
     let later = recognise(&section, &driven(|t| 1.0 + t * t), strain, start).expect("at first");
     assert!(!later.is_identical());
-    let TipBody::Welded(body) = driven(|t| 1.0 + t * t) else {
+    let Mass::Rigid(body) = driven(|t| 1.0 + t * t) else {
         unreachable!()
     };
-    let left = whole::<_, 6, 6>(&section, &*body, (strain, strain), start, &[2.0], 1e-10);
+    let left = whole::<_, 6, 6>(&section, &body, (strain, strain), start, &[2.0], 1e-10);
     assert!(left[0].spread > 1e-3, "{}", left[0].spread);
 }

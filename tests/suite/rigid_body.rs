@@ -2,7 +2,7 @@
 
 use crate::support::assert_close;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, History, RigidBody, Support, TimeLoad};
+use snaprod::body::{EndBody, History, PointMass, RigidBody, Support, TimeLoad};
 
 fn inertia() -> Matrix3<f64> {
     Matrix3::new(0.7, 0.1, -0.05, 0.1, 0.9, 0.2, -0.05, 0.2, 1.1)
@@ -233,7 +233,7 @@ fn derivatives_of(body: &RigidBody) {
 /// Catches a ball joint that feels couples, or takes the pose for the position.
 #[test]
 fn a_point_mass_on_a_ball_joint_is_a_body() {
-    let body = Body::<3>::new(2.0)
+    let body = PointMass::<3>::new(2.0)
         .and_then(|b| b.with_gravity(Vector3::new(0.0, 0.0, -3.0)))
         .and_then(|b| b.with_drag(0.5))
         .expect("a body");

@@ -2,7 +2,7 @@
 
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::elastica::{
     Elastica, Equilibrium, FoldNormalForm, LightRod, RodInertia, fold_at, held_modes,
 };
@@ -126,7 +126,7 @@ fn folds_have_the_numbers_of_their_normal_form() {
             [0.2581, 2.2579],
         ),
     ];
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     for ((lam, p, v), numbers, escapes) in cases {
         let start = Equilibrium::from_lambda_p(lam, p).unwrap();
         let mut run = Run::new(
@@ -191,7 +191,7 @@ fn ledger_closes_with_the_mass_of_the_rod() {
             mass: 0.01,
             gravity,
         };
-        let body = Body::new(1.0)
+        let body = PointMass::new(1.0)
             .unwrap()
             .with_gravity(gravity)
             .unwrap()

@@ -226,11 +226,11 @@ fn charts_have_exact_derivatives() {
         let make = |rod: Rod| move |_: f64| Problem::new(rod.clone(), end, 1e-13);
         let problem = Problem::new(kirchhoff([1.5, 1.0]), end, 1e-13).unwrap();
         let found = problem.solve(None).unwrap();
-        let (closed, _) = problem.charted(None).unwrap();
+        let (closed, _) = problem.choose_chart(None).unwrap();
         let (plane, _) = problem
             .clone()
             .with_path(Path::Planar)
-            .charted(None)
+            .choose_chart(None)
             .unwrap();
         let make = make(problem.rod().clone());
         if let ProblemChart::ClosedForm(chart) = closed {
@@ -490,8 +490,8 @@ fn charts_agree_where_the_rod_leaves_the_plane() {
     let start = held_at(0.3).unwrap().solve(None).unwrap();
     let planar = held_at(0.3).unwrap().with_path(Path::Planar);
     let (ProblemChart::ClosedForm(closed), ProblemChart::Planar(plane)) = (
-        held_at(0.3).unwrap().charted(None).unwrap().0,
-        planar.charted(None).unwrap().0,
+        held_at(0.3).unwrap().choose_chart(None).unwrap().0,
+        planar.choose_chart(None).unwrap().0,
     ) else {
         panic!("other charts")
     };

@@ -624,6 +624,10 @@ fn scales_that_overflow_are_a_fault() {
         let fields: Vec<&str> = found.iter().map(|fault| fault.field.as_str()).collect();
         assert_eq!(fields, [field]);
         assert_eq!(found[0].kind, FaultKind::Value);
+        let named = found[0]
+            .to_string()
+            .contains("loads.dead.x over- or underflows");
+        assert_eq!(named, field == "rod");
     }
 }
 

@@ -5,8 +5,8 @@ use crate::support::{json, list, number, quaternion, rows, vector3};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 use snaprod::scene::{FaultKind, Scene};
-use snaprod::study::assembly::{AssemblyPrepared, equilibrium, run};
-use snaprod::study::{Silent, Table};
+use snaprod::study::assembly::equilibrium;
+use snaprod::study::{Silent, Table, run};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -261,10 +261,9 @@ fn chains_and_loops_move_as_another_program_has_it() {
             text(&case["network"], Some(&case["start"]), u),
             1.5 * u.time()
         );
-        let prepared = AssemblyPrepared::new(&parsed(&text)).expect(name);
+        let prepared = run::Prepared::new(&parsed(&text)).expect(name);
         let mut tables: Vec<Table> = Vec::new();
-        let motion = prepared.motion().expect(name);
-        let record = run(&prepared, motion, &mut tables, &mut Silent).expect(name);
+        let record = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect(name);
         assert_eq!(record.reason(), None, "{name}");
         let table = &tables[0];
         for state in rows(case, "states", 5) {
@@ -437,14 +436,13 @@ fn a_snap_tells_the_wrenches_of_its_rod() {
         place.replace('\n', ", ")
     );
     let mut tables: Vec<Table> = Vec::new();
-    let prepared = snaprod::study::run::Prepared::new(&parsed(&single)).expect("one rod");
-    let fields = snaprod::study::run::Fields::default();
-    let want = snaprod::study::run::run(&prepared, fields, &mut tables, &mut Silent)
+    let prepared = run::Prepared::new(&parsed(&single)).expect("one rod");
+    let fields = run::Fields::default();
+    let want = run::run(&prepared, fields, &mut tables, &mut Silent)
         .expect("one rod")
         .events();
-    let prepared = AssemblyPrepared::new(&parsed(&listed)).expect("an assembly");
-    let motion = prepared.motion().expect("an assembly");
-    let found = run(&prepared, motion, &mut tables, &mut Silent)
+    let prepared = run::Prepared::new(&parsed(&listed)).expect("an assembly");
+    let found = run::run(&prepared, run::Fields::None, &mut tables, &mut Silent)
         .expect("an assembly")
         .events();
     assert!(!want.is_empty(), "no snap");
@@ -477,7 +475,7 @@ fn a_start_that_fails_is_told_by_names() {
                from = {}\nto = { body = \"a\" }\n";
     let run = "[run]\nduration = 1.0\n";
     let refused = |text: &str| {
-        let prepared = AssemblyPrepared::new(&parsed(text)).expect(text);
+        let prepared = run::Prepared::new(&parsed(text)).expect(text);
         prepared.motion().err().expect("a refusal").to_string()
     };
     let text = format!("{rod}{straight}{bodies}[start]\nrest = \"straight\"\n{run}");
@@ -606,10 +604,10 @@ fn a_hard_blow_keeps_the_ledger_at_every_sample() {
             &format!("velocity = {velocity}"),
         );
         let scene = parsed(&blow.replace("samples = 301", "samples = 1201"));
-        let prepared = AssemblyPrepared::new(&scene).expect("a scene that runs");
-        let start = prepared.motion().expect("a start");
+        let prepared = run::Prepared::new(&scene).expect("a scene that runs");
         let mut tables: Vec<Table> = Vec::new();
-        let record = run(&prepared, start, &mut tables, &mut Silent).expect("a record");
+        let record =
+            run::run(&prepared, run::Fields::None, &mut tables, &mut Silent).expect("a record");
         assert_eq!(record.outcome(), "end_of_time", "{:?}", record.reason());
         let opened = record.branches[0].closing.relative();
         assert!(opened < 1e-9, "{velocity}: the ledger opens by {opened:e}");
@@ -635,7 +633,7 @@ fn a_guess_that_leads_nowhere_is_told() {
         let off = (far.bodies[0].1.translation.vector - near.bodies[0].1.translation.vector).norm();
         assert!(off <= 1e-8, "{guess}: {off:e} off");
         let moving = scene(guess, "[run]\nduration = 1.0\n");
-        let prepared = AssemblyPrepared::new(&moving).expect("a scene that can be made");
+        let prepared = run::Prepared::new(&moving).expect("a scene that can be made");
         let Err(refused) = prepared.motion() else {
             panic!("{guess}: a motion starts");
         };

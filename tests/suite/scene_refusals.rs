@@ -210,11 +210,11 @@ fn branches_have_strains_of_their_own() {
 /// Catches a wrong reason, a rod called by its number, and a suggested example that is invalid for the scene.
 #[test]
 fn refusals_name_what_is_wrong() {
-    use snaprod::study::assembly::AssemblyPrepared;
+    use snaprod::study::run::Prepared;
     let start = "[start]\nrest = \"straight\"\n[run]\nduration = 0.1\n";
     let told = |text: &str| {
         let scene = Scene::parse(text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-        let began = AssemblyPrepared::new(&scene).and_then(|scene| scene.motion().map(drop));
+        let began = Prepared::new(&scene).and_then(|scene| scene.motion().map(drop));
         began.expect_err(text).to_string()
     };
     let weighs = told(&format!(

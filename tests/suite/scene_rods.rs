@@ -137,7 +137,7 @@ fn every_field_and_default() {
     ));
     let branch = scene.continuation.unwrap();
     let expected = Continue {
-        parameter: Parameter::EndLoad,
+        parameter: "end.load".parse().unwrap(),
         name: "end.load".to_owned(),
         from: 1.0,
         to: 3.0,
@@ -176,13 +176,13 @@ fn every_field_and_default() {
     let branch = scene.continuation.as_ref().unwrap();
     assert_eq!(
         (branch.parameter, branch.from, branch.to),
-        (Parameter::EndPosition(0), 0.5, -0.5)
+        ("end.position.x".parse().unwrap(), 0.5, -0.5)
     );
     assert_eq!(branch.range(), (-0.5, 1.5));
     let second = branch.second.as_ref().unwrap();
     assert_eq!(
         (second.parameter, second.from, second.to),
-        (Parameter::Twist, -1.5, 2.0)
+        ("rod.rest.twist".parse().unwrap(), -1.5, 2.0)
     );
     assert_eq!(
         (second.step, second.min_step, second.max_step, second.points),
@@ -651,7 +651,7 @@ fn parameters_are_the_numbers_they_name() {
         }
     }
     assert!(
-        Parameter::ALL
+        Parameter::all()
             .iter()
             .all(|parameter| seen.contains(parameter))
     );
@@ -667,8 +667,9 @@ fn parameters_are_the_numbers_they_name() {
         assert!(bad.parse::<Parameter>().is_err(), "{bad}");
     }
     let scene = parse(SAMPLE);
-    assert!(scene.value(&Parameter::EndForce(7)).is_nan());
-    assert_eq!(scene.with(&Parameter::Curvature(usize::MAX), 1.0), scene);
+    let of_no_body: Parameter = "body[7].force.x".parse().unwrap();
+    assert!(scene.value(&of_no_body).is_nan());
+    assert_eq!(scene.with(&of_no_body, 1.0), scene);
 }
 
 /// Catches an accepted polynomial stiffness that is not positive, against sampling.

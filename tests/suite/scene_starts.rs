@@ -59,7 +59,7 @@ fn recorded(text: &str) -> RunRecord {
 /// Final position and velocity of the end.
 fn ended(text: &str) -> [Vector3<f64>; 2] {
     let last = &recorded(text).branches[0].last;
-    [last.pose.translation.vector, last.velocity]
+    [last.position(), last.end().velocity]
 }
 
 #[track_caller]
@@ -182,7 +182,7 @@ fn a_turning_clamp_is_a_frame_with_centrifugal_and_coriolis_forces() {
 
     let scene = Scene::parse(&text(ball, "with_clamp = true")).unwrap();
     let law = scene.viscoelastic().unwrap();
-    let law = law.measured(scene.scales().unwrap().measures());
+    let law = law.law_in_units(scene.scales().unwrap().measures());
     let body = Whirled((axis * rate).cross_matrix());
     let start = ViscousStart {
         strain: &|_| Local::<3>::new(0.0, kappa, 0.0),
@@ -358,16 +358,17 @@ fn a_body_beside_the_end_settles_under_its_weight() {
         let force = Vector3::from(scene.loads.gravity) * body.mass
             + Vector3::from(scene.loads.dead)
             + Vector3::y() * if loads.contains("ramp") { 0.4 } else { 0.0 };
-        let arm = first.pose.rotation * Vector3::from(offset);
+        let arm = first.end().pose.rotation * Vector3::from(offset);
         let couple = arm.cross(&force) + Vector3::from(scene.loads.couple.constant());
-        assert!((first.force + force).norm() < 1e-10, "{text}");
-        let off = (first.couple + couple).norm();
+        let action = first.end().action.expect("one rod");
+        assert!((action.force + force).norm() < 1e-10, "{text}");
+        let off = (action.couple + couple).norm();
         assert!(off < 1e-10, "{off:e} {text}");
-        let moved = (last.pose.translation.vector - first.pose.translation.vector).norm();
+        let moved = (last.position() - first.position()).norm();
         assert!(moved < 1e-9, "{moved:e} {text}");
     }
     let record = recorded(&text(cases[0].0, cases[0].1));
-    let pose = &record.branches[0].first.pose;
+    let pose = &record.branches[0].first.end().pose;
     let (x, z, turned) = carried([-1.0, 0.6], [0.3, 0.2], -0.4);
     let r = pose.translation.vector;
     assert_close(r.x, x, 1e-10, 1.0, "x");

@@ -2,9 +2,11 @@
 
 use crate::support::{one_fault, text_of, worst};
 use snaprod::scene::{
-    Damping, Dimensionless, FaultKind, FrictionLaw, InitialShape, LandingRule, Maxwell, Method,
-    PowerLaw, RelaxedAt, Scene, Setup, StrainMatrix,
+    Damping, FaultKind, FrictionLaw, InitialShape, LandingRule, Maxwell, Method, PowerLaw,
+    RelaxedAt, Scene, Setup, StrainMatrix,
 };
+use snaprod::section::Strain;
+use snaprod::section::rate::Viscoelastic;
 
 const PLANAR: &str = r#"[rod]
 model = "elastica"
@@ -97,7 +99,6 @@ fn planar_fields_and_defaults() {
     assert_eq!((&elastic.rod.damping, elastic.rod.nodes), (&None, None));
     assert_eq!(elastic.start.relaxed, RelaxedAt::Start);
     assert_eq!(elastic.run().unwrap().method, Method::Auto);
-    assert_eq!(elastic.dimensionless().unwrap().damping, None);
     let damped = planar(&text_of("viscous"));
     assert_eq!(
         (damped.run().unwrap().method, &damped.run().unwrap().landing),
@@ -272,25 +273,29 @@ fn planar_si_scales() {
     close(scales.stiffness(), 0.02);
     close(scales.viscosity(), 0.02 * time);
     let free = scene.dimensionless().unwrap();
-    let viscosity = |free: &Dimensionless| free.damping.as_ref().unwrap().viscosity(1.0);
-    close(viscosity(&free), 0.15 / time);
-    let FrictionLaw::Power(rate) = free.damping.as_ref().unwrap().law else {
-        panic!()
+    let law = |scene: &Scene| {
+        let measures = scene.scales().unwrap().measures();
+        scene.viscoelastic().unwrap().law_in_units(measures)
     };
-    close(rate.rate, 2.0 * time);
-    assert_eq!(rate.exponent, 0.5);
-    let StrainMatrix::Bending(stiffness) = free.relaxation[0].modulus else {
-        panic!()
+    let couple = |law: &Viscoelastic, rate: f64| {
+        let rate = Strain::ith(0, rate);
+        law.rate
+            .overstress(0.0, &law.elastic.unloaded(0.0).unwrap(), &rate)
+            .unwrap()[0]
     };
-    close(stiffness, 0.5);
-    close(free.relaxation[0].time, 2.0 / time);
-    assert_eq!(free.relaxation[1].modulus, StrainMatrix::Bending(0.0));
+    // A rate of 4/(m s) is 2 time; there the friction is 2^((0.5 - 1)/2) of that of small rates.
+    let power = law(&scene);
+    close(couple(&power, 1e-9) / 1e-9, 0.15 / time);
+    close(couple(&power, 2.0 * time), 0.3 * 0.5_f64.powf(0.25));
+    close(power.branches[0].modulus[(0, 0)], 0.5);
+    close(power.branches[0].time, 2.0 / time);
+    assert_eq!(power.branches[1].modulus[(0, 0)], 0.0);
     let curvature = vec![0.75, -0.75];
     assert_eq!(free.start.place, InitialShape::Curvature { curvature });
     assert_eq!(free.start.relaxed, RelaxedAt::Curvature(vec![0.125]));
     // Proportional form: eta = 0.15 s * EI is the viscosity above.
     let other = planar(&edit(PLANAR, "0.003", "{ proportional = 0.15 }"));
-    close(viscosity(&other.dimensionless().unwrap()), viscosity(&free));
+    close(couple(&law(&other), 1.0), 0.15 / time);
     close(other.rod.damping.unwrap().viscosity(0.02), 0.003);
     let lambda = planar(&edit(
         PLANAR,

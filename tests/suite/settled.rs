@@ -4,7 +4,6 @@
 use crate::support::worst;
 use nalgebra::Vector3;
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, RunRecord, run};
 use snaprod::study::{ModesRecord, Silent, Table, modes};
 
@@ -80,10 +79,9 @@ fn a_rod_settles_alike_from_both_ends() {
              damping = {{ proportional = 0.02 }}\nsection = {{ bending = [1.0, 1.0], torsion = 0.8 }}\n{ends}\n[[body]]\nname = \"m\"\nmass = 1.0\n\
              inertia = [0.02, 0.02, 0.02]\n[loads]\ngravity = [0.5, 0.0, 0.0]\n[run]\nduration = 0.2\nsamples = 5\ntolerance = 1e-9\n"
         );
-        let prepared = AssemblyPrepared::new(&Scene::parse(&text).unwrap()).unwrap();
+        let prepared = Prepared::new(&Scene::parse(&text).unwrap()).unwrap();
         let mut tables: Vec<Table> = Vec::new();
-        let begun = prepared.motion().unwrap();
-        run_assembly(&prepared, begun, &mut tables, &mut Silent).unwrap();
+        run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
         tables.swap_remove(0)
     };
     let forth = written(format!("from = {{ {turning} }}\nto = {{ body = \"m\" }}"));

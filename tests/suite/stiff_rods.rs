@@ -2,8 +2,8 @@
 
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome};
 use snaprod::rod::Rod;
@@ -19,7 +19,7 @@ fn hanging(stiffness: f64, pull: f64) -> (Assembly, Configuration) {
                 .with_axial(stiffness)
         })
         .expect("a law");
-    let mass = Body::new(1.0)
+    let mass = PointMass::new(1.0)
         .and_then(|body| body.with_gravity(Vector3::z() * pull))
         .expect("a mass");
     let here = Isometry3::identity();
@@ -37,7 +37,7 @@ fn hanging(stiffness: f64, pull: f64) -> (Assembly, Configuration) {
         charts: vec![q],
         spins: Vec::new(),
     };
-    let assembly = Assembly::new(vec![HeavyBody::point(mass)], vec![link]).expect("an assembly");
+    let assembly = Assembly::new(vec![Body::point(mass)], vec![link]).expect("an assembly");
     (assembly, now)
 }
 
@@ -161,7 +161,7 @@ fn implicit_steps_agree_with_explicit_ones() {
         charts: vec![Vector6::zeros(); 2],
         spins: Vec::new(),
     };
-    let carriers = vec![HeavyBody::rigid(body); 2];
+    let carriers = vec![Body::rigid(body); 2];
     let two = Assembly::new(carriers, links.to_vec()).expect("an assembly");
     let (wire, mut swung) = hanging(1e6, 2000.0);
     swung.bodies[0].twist[3] = 5.0;

@@ -2,7 +2,6 @@
 
 use nalgebra::{Matrix2, SymmetricEigen, Vector2};
 use snaprod::scene::Scene;
-use snaprod::study::assembly::{AssemblyPrepared, run as run_assembly};
 use snaprod::study::run::{Fields, Prepared, run};
 use snaprod::study::{Silent, Table};
 
@@ -64,18 +63,12 @@ fn stubs_swing_as_cantilevers_do() {
         for (k, text) in stubs(b, v, tolerance).iter().enumerate() {
             let mut tables: Vec<Table> = Vec::new();
             let scene = Scene::parse(text).unwrap_or_else(|why| panic!("{why}\n{text}"));
-            let (steps, names) = match k {
-                0 => {
-                    let prepared = Prepared::new(&scene).unwrap();
-                    let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
-                    (record.branches[0].cost.steps, ["x", "z"])
-                }
-                _ => {
-                    let prepared = AssemblyPrepared::new(&scene).unwrap();
-                    let start = prepared.motion().unwrap();
-                    let record = run_assembly(&prepared, start, &mut tables, &mut Silent).unwrap();
-                    (record.branches[0].cost.steps, ["m.x", "m.z"])
-                }
+            let prepared = Prepared::new(&scene).unwrap();
+            let record = run(&prepared, Fields::None, &mut tables, &mut Silent).unwrap();
+            let steps = record.branches[0].cost.steps;
+            let names = match k {
+                0 => ["x", "z"],
+                _ => ["m.x", "m.z"],
             };
             let case = format!("{b:e}, {v}, {tolerance:e}, {k}");
             assert!(
@@ -169,7 +162,7 @@ fn stubs_in_line_bear_no_load_across() {
          [loads]\ngravity = [-{GRAVITY}, 0.0, 0.0]\n[run]\nduration = 0.01\n"
     );
     let scene = Scene::parse(&text).unwrap_or_else(|faults| panic!("{faults}\n{text}"));
-    let prepared = AssemblyPrepared::new(&scene).expect("a scene that is understood");
+    let prepared = Prepared::new(&scene).expect("a scene that is understood");
     let refused = prepared.motion().map(drop).expect_err("no equilibrium");
     let said = refused.to_string();
     assert!(

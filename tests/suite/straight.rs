@@ -1,7 +1,7 @@
 //! Elastic runs that start from a straight or nearly straight rod.
 
 use nalgebra::{Vector2, vector};
-use snaprod::body::{Body, History, TimeLoad};
+use snaprod::body::{History, PointMass, TimeLoad};
 use snaprod::elastica::Elastica;
 use snaprod::elastica::chart::amplitude;
 use snaprod::manifold::EquilibriumManifold;
@@ -13,13 +13,18 @@ fn options(duration: f64, tolerance: f64) -> Options {
         .unwrap()
 }
 
-fn loaded(force: [f64; 2]) -> Body<2> {
-    let body = Body::new(1.0).unwrap();
+fn loaded(force: [f64; 2]) -> PointMass<2> {
+    let body = PointMass::new(1.0).unwrap();
     body.with_dead_force(force.into()).unwrap()
 }
 
 /// A run of the straight rod: its states at `times` (the last is its end), and the worst error of its ledger.
-fn let_go(body: &Body<2>, across: f64, tolerance: f64, times: &[f64]) -> (Vec<Sample<2>>, f64) {
+fn let_go(
+    body: &PointMass<2>,
+    across: f64,
+    tolerance: f64,
+    times: &[f64],
+) -> (Vec<Sample<2>>, f64) {
     let options = options(times[times.len() - 1], tolerance);
     let mut run = Run::straight(body, vector![0.0, across], options).unwrap();
     let given = run.given();
@@ -111,7 +116,7 @@ fn the_length_of_the_opening_does_not_matter() {
     let nothing = History::Table(vec![[0.0, 0.0], [0.11, 0.0], [0.2, 0.0]]);
     let nothing = TimeLoad::new(vector![1.0, 0.0], nothing).unwrap();
     for across in [0.0, 0.7] {
-        let body = Body::new(0.5)
+        let body = PointMass::new(0.5)
             .unwrap()
             .with_drag(0.4)
             .unwrap()
@@ -179,7 +184,7 @@ fn chart(p: f64, lam: f64) -> Vector2<f64> {
 /// energy by t = 5e-4 and the run ended normally.
 #[test]
 fn a_loop_beyond_double_precision_is_refused_with_the_reason() {
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let run = |p: f64| {
         Run::new(
             &Elastica,
@@ -365,7 +370,7 @@ fn strides_over_turns_are_the_motion_itself() {
     let breaks = (0..=50).map(|k| [duration * k as f64 / 50.0, 0.0]);
     let nothing = TimeLoad::new(vector![1.0, 0.0], History::Table(breaks.collect())).unwrap();
     let broken = body.clone().with_force(nothing);
-    let sampled = |body: &Body<2>| {
+    let sampled = |body: &PointMass<2>| {
         let mut run = Run::new(
             &Elastica,
             body,
@@ -426,7 +431,7 @@ fn the_undamped_strip_runs_for_a_second() {
 /// with kappa = 1e-3, or 1e-2, snapped ten thousand times at one instant, each time slightly uphill.
 #[test]
 fn a_rod_next_to_the_straight_one_snaps_once() {
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     for (kappa, lambda) in [(1e-3, 2.0), (1e-2, 1.0)] {
         let start = chart(f64::atanh(kappa), lambda);
         let mut asked = options(1.0, 1e-10);

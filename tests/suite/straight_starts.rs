@@ -2,7 +2,7 @@
 
 use crate::viscous_identities::sampled;
 use nalgebra::{Isometry3, Vector1, Vector2, Vector3};
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Options, Outcome};
 use snaprod::section::Linear;
@@ -29,7 +29,7 @@ type End = (Vector2<f64>, Vector2<f64>, f64);
 /// may fail than succeed.
 fn thrown(p: f64, bend: f64, tolerance: f64) -> End {
     let material = Material::new(section(p), [0]).unwrap();
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let start = ViscousStart {
         strain: &|s| Vector1::new(bend * (1.0 - s)),
         relaxed: None,
@@ -76,7 +76,7 @@ fn power_laws_leave_the_straight_rod() {
             );
         }
         let material = Material::new(section(p), [0, 1, 2]).unwrap();
-        let body = Body::<3>::new(1.0).unwrap();
+        let body = PointMass::<3>::new(1.0).unwrap();
         let start = ViscousStart {
             strain: &|_| Local::<3>::zeros(),
             relaxed: None,
@@ -108,7 +108,9 @@ fn strip_let_go() {
     let section = Viscoelastic::new(elastic, rate).unwrap();
     let material = Material::new(section, [0]).unwrap();
     let weight = Vector2::new(0.0, -9.81 * time * time / length);
-    let body = Body::new(1.0).and_then(|b| b.with_gravity(weight)).unwrap();
+    let body = PointMass::new(1.0)
+        .and_then(|b| b.with_gravity(weight))
+        .unwrap();
     let start = ViscousStart {
         strain: &|_| Vector1::zeros(),
         relaxed: None,

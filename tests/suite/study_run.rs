@@ -1,7 +1,7 @@
 //! Runs as a study: bounces and their friction losses, small tables, closed ledgers.
 
 use nalgebra::{Vector1, Vector2};
-use snaprod::body::Body;
+use snaprod::body::PointMass;
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousStart};
 use snaprod::motion::{Bounce, Event, Ledger, LedgerClosure, Options, Run};
@@ -23,7 +23,7 @@ fn options(duration: f64) -> Options {
 
 /// The first bounce of a free mass thrown from an equilibrium, with the times of reaching and leaving the wall.
 fn first_bounce(start: &Equilibrium, velocity: Vector2<f64>) -> Bounce {
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let q = Vector2::new(start.p, start.w);
     let run = Run::new(&Elastica, &body, q, velocity, options(2.0)).unwrap();
     let mut events = run.filter_map(|event| match event {
@@ -53,7 +53,7 @@ fn friction_takes_from_a_bounce_what_is_printed() {
     );
     assert!(bounce.velocity.dot(&bounce.pose).abs() < 0.1 * bounce.velocity.norm());
 
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     let losses: Vec<f64> = [1e-3, 5e-4]
         .iter()
         .map(|small| {
@@ -130,7 +130,7 @@ fn the_strain_field_stays_small_unless_asked_for() {
 fn a_section_is_written_at_whole_periods() {
     let text = VISCOUS.replace("samples = 2001", "strobe = 0.05");
     let (record, tables) = recorded(&text, Fields::None);
-    assert_eq!(record.strobe, Some(0.05));
+    assert_eq!(record.header.run.strobe, Some(0.05));
     let times = tables[0].reals("t");
     assert_eq!(times.len(), 5);
     for (k, t) in times.iter().enumerate() {

@@ -203,6 +203,13 @@ pub fn near(found: f64, expected: f64, tolerance: f64) {
     assert!(error < tolerance, "{found}, not {expected}: {error:.1e}");
 }
 
+/// Limit at the fold of values at the distances d, d/4, d/16, by extrapolation up to the third power of sqrt(d).
+#[cfg(feature = "scene")]
+pub fn limit_at_fold(of: [f64; 3]) -> f64 {
+    let [a, b] = [2.0 * of[1] - of[0], 2.0 * of[2] - of[1]];
+    (4.0 * b - a) / 3.0
+}
+
 /// Reference data of rods with mass by tools/ref_mass*.py.
 pub fn mass_data(name: &str) -> Value {
     json(&format!("mass/{name}_given.json"))

@@ -3,8 +3,8 @@
 use crate::eightfold::OneByOne;
 use crate::support::worst;
 use nalgebra::{Isometry3, Matrix3, SVector, Vector2, Vector3, Vector4, Vector6, vector};
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::manifold::Multivalued;
 use snaprod::motion::assembly::AssemblyRun;
@@ -141,13 +141,18 @@ fn errors<'a>(motion: &mut dyn Motion<'a>, first: f64) -> [f64; 2] {
 }
 
 /// A mass on an elastica that swings widely under a dead load.
-fn swing(body: &Body<2>, duration: f64, tolerance: f64, method: Method) -> Run<'_, Elastica, 2> {
+fn swing(
+    body: &PointMass<2>,
+    duration: f64,
+    tolerance: f64,
+    method: Method,
+) -> Run<'_, Elastica, 2> {
     swing_on(&Elastica, body, options(duration, tolerance, method))
 }
 
 fn swing_on<'a, M: Multivalued<2>>(
     manifold: &'a M,
-    body: &'a Body<2>,
+    body: &'a PointMass<2>,
     options: Options,
 ) -> Run<'a, M, 2> {
     let rest = Equilibrium::from_lambda_kappa(1.9, 0.35).expect("an equilibrium");
@@ -166,7 +171,7 @@ fn swing_on<'a, M: Multivalued<2>>(
 /// error allows, lose more than symmetric ones, too.
 #[test]
 fn the_energy_in_the_plane_does_not_drift() {
-    let body = Body::<2>::new(1.0)
+    let body = PointMass::<2>::new(1.0)
         .and_then(|b| b.with_dead_force(vector![-8.0, -2.0]))
         .expect("a body");
     let [first, all] = errors(&mut swing(&body, 1200.0, 1e-8, Method::Symmetric), 130.0);
@@ -186,7 +191,7 @@ fn the_energy_in_the_plane_does_not_drift() {
 }
 
 /// Reference motion computed with 30 digits, from rest on the equilibrium of lowest energy.
-fn reference(name: &str, body: &Body<2>, tolerance: f64) -> f64 {
+fn reference(name: &str, body: &PointMass<2>, tolerance: f64) -> f64 {
     let path = format!(
         "{}/tests/data/motion_{name}.json",
         env!("CARGO_MANIFEST_DIR")
@@ -219,7 +224,7 @@ fn reference(name: &str, body: &Body<2>, tolerance: f64) -> f64 {
 /// Would catch samples that are only as good as a polynomial inside long steps, an end or a bounce that is missed.
 #[test]
 fn reference_motions_in_the_plane_are_met_inside_the_steps() {
-    let free = || Body::<2>::new(1.0).expect("a body");
+    let free = || PointMass::<2>::new(1.0).expect("a body");
     let loaded = free().with_dead_force(vector![-8.0, -2.0]).expect("a load");
     let error = reference("W", &loaded, 1e-12);
     assert!(error < 1e-9, "W: {error:e}");
@@ -231,7 +236,7 @@ fn reference_motions_in_the_plane_are_met_inside_the_steps() {
 #[test]
 fn a_snap_in_the_plane_is_the_reference() {
     let start = Equilibrium::from_lambda_kappa(6.3, 0.6).expect("an equilibrium");
-    let body = Body::<2>::new(1.0).expect("a body");
+    let body = PointMass::<2>::new(1.0).expect("a body");
     let options = options(3.0, 1e-12, Method::Symmetric);
     let q = [start.p, start.w].into();
     let mut run = Run::new(&Elastica, &body, q, vector![0.0, -0.5], options).expect("a run");
@@ -279,7 +284,7 @@ fn start(second: bool) -> (Assembly, Configuration) {
         bodies,
         spins: Vec::new(),
     };
-    let carriers = vec![HeavyBody::rigid(body); links.len()];
+    let carriers = vec![Body::rigid(body); links.len()];
     (Assembly::new(carriers, links).expect("an assembly"), now)
 }
 
@@ -303,7 +308,7 @@ fn ended<'a>(motion: &mut dyn Motion<'a>) {
 /// independently and end by a shortened one, so that they agree to the tolerance, not to rounding.)
 #[test]
 fn whole_runs_turned_round_lead_back() {
-    let body = Body::<2>::new(1.0)
+    let body = PointMass::<2>::new(1.0)
         .and_then(|b| b.with_dead_force(vector![-8.0, -2.0]))
         .expect("a body");
     let mut there = swing(&body, 10.0, 1e-10, Method::Symmetric);
@@ -413,7 +418,7 @@ fn a_snap_in_space_is_that_of_the_plane() {
         charts: vec![chart],
         spins: Vec::new(),
     };
-    let mass = HeavyBody::point(Body::new(1.0).expect("a mass"));
+    let mass = Body::point(PointMass::new(1.0).expect("a mass"));
     let assembly = Assembly::new(vec![mass], vec![link]).expect("an assembly");
     for method in [Method::Symmetric, Method::Implicit] {
         let options = options(0.2, 1e-10, method);

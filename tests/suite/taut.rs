@@ -2,9 +2,9 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Quaternion, UnitQuaternion, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::assembly::{Assembly, Attachment, BodyMotion, Configuration, HeavyBody, Joint, Link};
-use snaprod::body::{Body, RigidBody};
-use snaprod::math::se3::{halves, joined};
+use snaprod::assembly::{Assembly, Attachment, Body, BodyMotion, Configuration, Joint, Link};
+use snaprod::body::{PointMass, RigidBody};
+use snaprod::math::se3::{halves, join};
 use snaprod::motion::assembly::{AssemblyRun, AssemblySample};
 use snaprod::motion::{Event, Motion, Options, Outcome};
 use snaprod::rod::{EndConditions, Problem, Rod, Taut, Tip};
@@ -283,9 +283,9 @@ fn wire(lam: f64, axial: f64, joint: Joint) -> Assembly {
     let carrier = match joint {
         Joint::Weld => {
             let inertia = Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.02));
-            HeavyBody::rigid(RigidBody::new(1.0, inertia).unwrap())
+            Body::rigid(RigidBody::new(1.0, inertia).unwrap())
         }
-        Joint::Ball | Joint::Pins => HeavyBody::point(Body::new(1.0).unwrap()),
+        Joint::Ball => Body::point(PointMass::new(1.0).unwrap()),
     };
     Assembly::new(vec![carrier], links).unwrap()
 }
@@ -343,11 +343,10 @@ fn a_wire_moves_as_another_program_has_it() {
     let motion = &given["motion"];
     let vector = |v: &Value| Vector3::from_fn(|i, _| v[i].as_f64().expect("a number"));
     let assembly = wire(24.0, 20000.0, Joint::Ball);
-    let gravity = Body::new(1.0)
+    let gravity = PointMass::new(1.0)
         .and_then(|body| body.with_gravity(vector(&motion["gravity"])))
         .unwrap();
-    let assembly =
-        Assembly::new(vec![HeavyBody::point(gravity)], assembly.links().to_vec()).unwrap();
+    let assembly = Assembly::new(vec![Body::point(gravity)], assembly.links().to_vec()).unwrap();
     let mut now = assembly.unloaded(1e-12).unwrap();
     now.bodies[0] = BodyMotion::at_rest(Isometry3::identity());
     let velocity = vector(&motion["start"]["velocity"]);
@@ -526,7 +525,7 @@ fn the_equilibrium_that_is_meant_is_led_to() {
     for (lam, angle) in turning.chain(pulling) {
         let last = on_the_way.last();
         let m = last.map_or(Vector3::zeros(), |last| halves(&last.base).0);
-        let found = rod.taut(&joined(&m, &pull(lam, angle)), &FREE, last, 1e-12);
+        let found = rod.taut(&join(&m, &pull(lam, angle)), &FREE, last, 1e-12);
         on_the_way.push(found.unwrap());
     }
     let (far, meant) = (&on_the_way[30], &on_the_way[73]);

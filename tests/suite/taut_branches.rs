@@ -267,7 +267,7 @@ fn branches_in_a_plane_stay_in_it() {
     };
     let first: Problem = problem(1.0).unwrap();
     let start = first.solve(None).unwrap();
-    let snaprod::rod::ProblemChart::Planar(plane) = first.charted(None).unwrap().0 else {
+    let snaprod::rod::ProblemChart::Planar(plane) = first.choose_chart(None).unwrap().0 else {
         panic!("not planar");
     };
     let chart = BothEnds::new(&first, Some(plane));

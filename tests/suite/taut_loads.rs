@@ -4,11 +4,11 @@
 use crate::first_order_taut::{FREE, light, random, rates};
 use nalgebra::{DMatrix, Isometry3, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector6};
 use snaprod::assembly::{
-    Assembly, AttachedTo, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals,
-    Joint, Link,
+    Assembly, AttachedTo, Attachment, Body, BodyMotion, Configuration, Integrals, Joint, Link,
+    RodChart,
 };
 use snaprod::body::RigidBody;
-use snaprod::math::se3::{halves, joined};
+use snaprod::math::se3::{halves, join};
 use snaprod::rod::{DistributedLoad, Rod, Spring, Tip};
 use snaprod::section::Linear;
 
@@ -52,7 +52,7 @@ impl Case {
         let place = base * a;
         let seen = link.with_base_rotation(&place.rotation).into_owned();
         let pull = Vector3::new(0.6 * random(), 0.6 * random(), 1.0).normalize();
-        let wrench = joined(&Vector3::zeros(), &(pull * (lam * lam)));
+        let wrench = join(&Vector3::zeros(), &(pull * (lam * lam)));
         let borne = seen.distributed().unwrap();
         let back = place.rotation.inverse();
         let borne = borne.mapped(|f| back * f);
@@ -76,13 +76,12 @@ impl Case {
         }
     }
 
-    fn seen_as(&self, seen: ChartKind, spring: f64) -> Assembly {
+    fn charted(&self, chart: RodChart) -> Assembly {
         let mut link = self.link.clone();
-        link.set_chart_kind(seen);
-        link.set_end_spring(spring);
+        link.set_chart(chart);
         // With spherical inertia the mass matrix is independent of orientation: the stiffness is that of the wrenches
         // alone, at rest or not.
-        let ball = |mass: f64| HeavyBody::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
+        let ball = |mass: f64| Body::rigid(RigidBody::new(mass, Matrix3::identity()).unwrap());
         let bodies = vec![ball(1.0), ball(2.0)];
         Assembly::new(bodies, vec![link]).unwrap()
     }
@@ -100,12 +99,12 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
         let case = Case::new(trial, lam, &mut random);
         let joint = case.link.joint();
         let told = [
-            (ChartKind::FromBase, 0.0),
-            (ChartKind::Taut, 0.0),
-            (ChartKind::Taut, 9.0),
+            RodChart::BaseWrench,
+            RodChart::Taut { spring: 0.0 },
+            RodChart::Taut { spring: 9.0 },
         ]
-        .map(|(seen, spring)| {
-            let mut assembly = case.seen_as(seen, spring);
+        .map(|chart| {
+            let mut assembly = case.charted(chart);
             let mut now = Configuration {
                 bodies: assembly.at_rest(&case.bodies),
                 charts: vec![case.q],
@@ -143,7 +142,7 @@ fn loaded_rods_are_taut_as_their_base_wrench_says() {
             assembly = assembly.with_light_rods(rods).unwrap();
             let at = assembly.evaluated(&state, 1e-13).unwrap();
             let weighed = assembly.weighed(0, &at, 1e-13).unwrap();
-            let apart = point.gap(joint).norm();
+            let apart = point.gap().norm();
             let mut slope = state.clone();
             let moved = assembly.write_slope(&state, None, 1e-13, &mut slope, |_, _| ());
             moved.unwrap();
@@ -235,7 +234,7 @@ fn loaded_taut_rods_give_back_their_work() {
     for trial in 0..8 {
         let lam = [20.0, 60.0][trial / 4];
         let case = Case::new(trial, lam, &mut random);
-        let assembly = case.seen_as(ChartKind::ByPull, 0.0);
+        let assembly = case.charted(RodChart::default());
         let moved = |twist: &[f64]| -> Told {
             let places: Vec<_> = (0..2)
                 .map(|k| {
@@ -260,7 +259,7 @@ fn loaded_taut_rods_give_back_their_work() {
                 .polished(&case.q, &ends[0].inv_mul(&ends[1]), 1e-13)
                 .unwrap();
             let points = assembly.points(0.0, &bodies, &[q], 1e-13).unwrap();
-            assert!(points[0].end.slack.is_some());
+            assert!(points[0].end.is_taut());
             let energy = points[0].end.energy + points[0].potential();
             let wrenches = assembly.wrenches(&bodies, &points);
             (

@@ -3,7 +3,7 @@
 use crate::eightfold::OneByOne;
 use crate::support::worst;
 use nalgebra::{Matrix2, Vector2};
-use snaprod::body::{Body, Frame, History, Support};
+use snaprod::body::{Frame, History, PointMass, Support};
 use snaprod::elastica::first_order_mass::AddedInertia;
 use snaprod::elastica::{Elastica, Equilibrium, LightRod, RodInertia, TautInertia};
 use snaprod::manifold::{EndInertia, EquilibriumManifold, FirstOrderInertia, Multivalued};
@@ -148,7 +148,7 @@ fn what_is_felt_goes_on_smoothly_where_the_rod_becomes_taut() {
 /// acts all the time.
 fn thrown(manifold: &impl Multivalued<2>, speed: f64, eps: Option<f64>) -> (usize, f64) {
     let start = Equilibrium::from_lambda_kappa(2.0, 0.3).unwrap();
-    let mut body = Body::new(1.0).unwrap();
+    let mut body = PointMass::new(1.0).unwrap();
     if let Some(mass) = eps {
         let gravity = Vector2::zeros();
         body = body.with_rod(Arc::new(LightRod { mass, gravity }));

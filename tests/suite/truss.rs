@@ -3,7 +3,7 @@
 use crate::support::worst;
 use gauss_quad::GaussLegendre;
 use nalgebra::Vector1;
-use snaprod::body::{Body, TimeLoad};
+use snaprod::body::{PointMass, TimeLoad};
 use snaprod::manifold::truss::Truss;
 use snaprod::manifold::{EquilibriumManifold, Multivalued, Sheet, Sign};
 use snaprod::motion::{Event, LandingRule, Options, Outcome, Run, Sample, Snap};
@@ -320,7 +320,7 @@ fn fold_time_against_quadrature() {
         (2.0, 0.6, -5.0),
         (1.0, 2.0, 0.0),
     ] {
-        let body = Body::new(mass).unwrap();
+        let body = PointMass::new(mass).unwrap();
         let want = SOFT.time(mass, v0, a0, f);
         let v_fold = -(v0 * v0 + 2.0 * (SOFT.u(a0) - SOFT.u(f)) / mass).sqrt();
         for side in [1.0, -1.0] {
@@ -370,7 +370,7 @@ fn fold_time_against_quadrature() {
 #[test]
 fn ledger_closes() {
     let truss = SOFT.truss();
-    let free = || Body::new(1.0).unwrap();
+    let free = || PointMass::new(1.0).unwrap();
     let drive = TimeLoad::sine(one(0.9), 0.31, 0.4).unwrap();
     let cases = [
         ("free", free(), 8.0, 60.0, 4),
@@ -440,7 +440,7 @@ fn ledger_closes() {
 /// order 8 with local control gives an error in proportion to the tolerance.
 #[test]
 fn fold_time_follows_tolerance() {
-    let (truss, body) = (SOFT.truss(), Body::new(1.0).unwrap());
+    let (truss, body) = (SOFT.truss(), PointMass::new(1.0).unwrap());
     // A third of a swing above and then down: a few time units.
     let (a0, v0) = (1.0, 2.5);
     let top = {
@@ -492,7 +492,7 @@ fn fold_time_follows_tolerance() {
 fn starts_on_a_fold() {
     let (truss, f) = (SOFT.truss(), SOFT.fold());
     let fold = truss.fold().unwrap();
-    let body = Body::new(1.0).unwrap();
+    let body = PointMass::new(1.0).unwrap();
     for side in [1.0, -1.0] {
         for wobble in [0.0, 1.0, -1.0] {
             // Onto the sheet, with velocity or from rest: the truss itself pushes in this direction.
@@ -529,7 +529,7 @@ fn starts_on_a_fold() {
                 assert_eq!(snap.velocity, one(side * v));
                 close("landing", snap.to.q[0], side * SOFT.landing(), 1e-13);
             }
-            let pressed = Body::new(1.0)
+            let pressed = PointMass::new(1.0)
                 .unwrap()
                 .with_dead_force(one(side * -2.0))
                 .unwrap();
@@ -572,7 +572,10 @@ fn rest_stays_at_rest() {
     let truss = SOFT.truss();
     for a in [1.0, -1.0, 0.7, 1.6] {
         let weight = one(SOFT.force(a));
-        let body = Body::new(2.0).unwrap().with_dead_force(weight).unwrap();
+        let body = PointMass::new(2.0)
+            .unwrap()
+            .with_dead_force(weight)
+            .unwrap();
         let mut run = Run::new(&truss, &body, one(a), one(0.0), options(200.0, 1e-10)).unwrap();
         let (snaps, outcome) = finish(&mut run, |_| {});
         assert!(snaps.is_empty());
@@ -591,7 +594,7 @@ fn rest_stays_at_rest() {
 /// Catches a landing rule that ignores its sheet, and a branch that differs from the corresponding run.
 #[test]
 fn landing_rules() {
-    let (truss, body) = (SOFT.truss(), Body::new(1.0).unwrap());
+    let (truss, body) = (SOFT.truss(), PointMass::new(1.0).unwrap());
     let run = |landing| {
         let options = options(8.0, 1e-12).with_landing(landing);
         Run::new(&truss, &body, one(1.0), one(-4.0), options).unwrap()
@@ -656,7 +659,7 @@ fn landing_rules() {
 #[test]
 fn every_tolerance_works() {
     let truss = SOFT.truss();
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .unwrap()
         .with_force(TimeLoad::sine(one(1.1), 1.3, FRAC_PI_3).unwrap());
     for digits in 2..=14 {

@@ -3,7 +3,7 @@
 use crate::support::worst;
 use nalgebra::{Complex, DVector, Matrix6, Vector1, Vector2};
 use serde_json::Value;
-use snaprod::body::{Body, TimeLoad};
+use snaprod::body::{PointMass, TimeLoad};
 use snaprod::elastica::{Elastica, Equilibrium};
 use snaprod::motion::viscoelastic::{
     Hold, Layer, ViscousRun, ViscousSample, ViscousStart, ViscousSystem, near_equilibrium,
@@ -20,7 +20,7 @@ use snaprod::viscoelastic::plane::Plane;
 use snaprod::viscoelastic::reduced::Reduced;
 use std::sync::Arc;
 
-type Planar<'a> = ViscousRun<'a, Plane, Body<2>, 1, 2>;
+type Planar<'a> = ViscousRun<'a, Plane, PointMass<2>, 1, 2>;
 type Sample = ViscousSample<Plane, 1, 2>;
 
 fn data(name: &str) -> Value {
@@ -120,7 +120,7 @@ fn planar_runs_agree_with_independent_ones() {
     for reference in data("viscous_planar")["runs"].as_array().expect("runs") {
         let c = numbers(&reference["curvature"]);
         let strain = |s: f64| Vector1::new(c.iter().rev().fold(0.0, |sum, c| sum * s + c));
-        let mut body = Body::new(1.0)
+        let mut body = PointMass::new(1.0)
             .and_then(|b| b.with_dead_force(pair(&reference["dead"])))
             .and_then(|b| b.with_drag(number(&reference["drag"])))
             .unwrap();
@@ -183,7 +183,7 @@ fn jacobian_is_that_of_the_slope_and_of_the_balance() {
 }
 
 fn jacobian_in_the_form(hold: Hold) {
-    let body = Body::new(1.3).unwrap().with_drag(0.4).unwrap();
+    let body = PointMass::new(1.3).unwrap().with_drag(0.4).unwrap();
     let system = ViscousSystem::new(
         Reduced {
             kinematics: Plane,
@@ -276,7 +276,7 @@ fn snaps_are_delayed_by_relaxation() {
     let branches: Vec<(f64, f64)> = e.into_iter().zip(tau).collect();
     let eta = number(&reference["eta"]);
     let loaded = |f: f64| {
-        Body::new(1.0)
+        PointMass::new(1.0)
             .and_then(|b| b.with_dead_force(Vector2::new(-4.0, f)))
             .unwrap()
     };
@@ -334,8 +334,8 @@ fn snaps_are_delayed_by_relaxation() {
 }
 
 /// The scene three_snaps.toml.
-fn three_snaps() -> (Body<2>, Equilibrium) {
-    let body = Body::new(1.0)
+fn three_snaps() -> (PointMass<2>, Equilibrium) {
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_dead_force(Vector2::new(-3.7, 0.0)))
         .and_then(|b| b.with_drag(8.0))
         .unwrap()

@@ -2,7 +2,7 @@
 
 use crate::memory::allocations;
 use nalgebra::{Complex, DVector, Isometry3, Matrix3, Matrix6, SVector, Vector2, Vector3, Vector6};
-use snaprod::body::{Body, EndBody, RigidBody, TimeLoad};
+use snaprod::body::{EndBody, PointMass, RigidBody, TimeLoad};
 use snaprod::math::registers::Registers;
 use snaprod::motion::viscoelastic::{Hold, ViscousRun, ViscousSample, ViscousStart, ViscousSystem};
 use snaprod::motion::{Event, Options, Outcome};
@@ -92,7 +92,7 @@ fn laws(rigid: [bool; 3]) -> Vec<(&'static str, Viscoelastic)> {
     let linear: Arc<dyn SectionLaw> = Arc::new(base);
     let h = || {
         Viscosity::full(full([0.3, 0.2, 0.25, 2.0, 3.0, 2.5], 77))
-            .and_then(|h| h.held(rigid))
+            .and_then(|h| h.with_rigid(rigid))
             .expect("a viscosity")
     };
     let proportional = KelvinVoigt::proportional(linear.clone(), 0.2).expect("a law");
@@ -142,8 +142,8 @@ fn force() -> TimeLoad<3> {
     TimeLoad::sine(Vector3::new(0.3, 0.2, -0.4), 2.0, 0.1).unwrap()
 }
 
-fn point() -> Body<3> {
-    Body::new(0.8)
+fn point() -> PointMass<3> {
+    PointMass::new(0.8)
         .and_then(|body| {
             body.with_drag(0.4)?
                 .with_gravity(Vector3::new(0.1, 0.2, -1.0))
@@ -371,7 +371,7 @@ fn stages_are_states<K, B, const M: usize, const D: usize>(
 #[test]
 fn jacobians() {
     let (welded, point) = (welded(), point());
-    let flat = Body::<2>::new(0.8)
+    let flat = PointMass::<2>::new(0.8)
         .and_then(|body| body.with_drag(0.4)?.with_gravity(Vector2::new(0.1, -1.0)))
         .expect("a body");
     for (name, law) in laws([true; 3]) {
@@ -400,7 +400,7 @@ fn viscosity_along_the_rod_cuts_the_grid() {
     let law = Viscoelastic::new(
         Arc::new(Linear::diagonal([1.0, 1.0], 1.0).expect("a law")),
         Arc::new(KelvinVoigt::new(
-            Viscosity::along(varying).expect("a viscosity"),
+            Viscosity::from_varying(varying).expect("a viscosity"),
         )),
     );
     let material = Material::new(law.expect("a section"), [0]).expect("a material");

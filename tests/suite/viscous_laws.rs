@@ -81,7 +81,7 @@ impl DissipationPotential for Joined {
 }
 
 fn laws() -> Vec<(&'static str, Arc<dyn RateLaw>)> {
-    let held = || full().held([true, true, false]).unwrap();
+    let held = || full().with_rigid([true, true, false]).unwrap();
     let carreau = |p| Carreau::new(full(), ONSET, p).unwrap();
     let thin = Arc::new(Carreau::new(held(), ONSET, 0.3).unwrap());
     vec![
@@ -297,7 +297,7 @@ fn carreau_leaves_its_plateau_at_the_flexure_that_is_given() {
         matrix.fixed_view_mut::<2, 2>(0, 0).copy_from(&bending);
         Linear::full(matrix)
     });
-    let viscosity = Viscosity::along(along).unwrap();
+    let viscosity = Viscosity::from_varying(along).unwrap();
     let law = Carreau::from_flexure(viscosity.clone(), flexure, p).unwrap();
     let e = Strain::from(STRAIGHT);
     for s in [0.0_f64, 0.4, 1.0] {
@@ -375,7 +375,7 @@ fn total_compression_takes_for_ever() {
 fn viscosities_follow_the_rod() {
     let table = |a, b| Along::table(&[(0.0, a), (0.5, b), (1.0, b)]).unwrap();
     let tapered = Varying::diagonal([table(2.0, 1.0), 1.0.into()], 0.7.into()).unwrap();
-    let along = Viscosity::along(tapered.clone()).unwrap();
+    let along = Viscosity::from_varying(tapered.clone()).unwrap();
     assert_close(along.at(0.25).unwrap().matrix[(0, 0)], 1.5, 1e-15, 0.0, "H");
     assert_eq!(along.breaks(), [0.5]);
 

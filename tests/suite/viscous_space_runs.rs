@@ -4,7 +4,7 @@ use crate::support::{self, assert_close, close, json, list, number, rows, worst}
 use crate::viscous_identities::sampled;
 use nalgebra::{Matrix3, Matrix6, Vector1, Vector2, Vector3, Vector6};
 use serde_json::Value;
-use snaprod::body::{Body, RigidBody, TimeLoad};
+use snaprod::body::{PointMass, RigidBody, TimeLoad};
 use snaprod::motion::viscoelastic::{ViscousRun, ViscousSample, ViscousStart};
 use snaprod::motion::{Event, Nodes, Options, Outcome};
 use snaprod::section::rate::{
@@ -81,7 +81,7 @@ fn planar_references() {
         let curvature = list(&run["curvature"]);
         let vector = |key: &str| Vector2::from_row_slice(&list(&run[key]));
         let amplitude = vector("amplitude");
-        let mut body = Body::<2>::new(1.0)
+        let mut body = PointMass::<2>::new(1.0)
             .and_then(|b| {
                 b.with_drag(number(run, "drag"))?
                     .with_dead_force(vector("dead"))
@@ -127,7 +127,7 @@ fn planar_references() {
 fn nodes_and_methods_agree() {
     let data = json("viscous_planar.json");
     let last = &rows(&data["runs"][0], "rows", 20).last().expect("a row");
-    let body = Body::new(1.0).expect("a body");
+    let body = PointMass::new(1.0).expect("a body");
     let start = ViscousStart {
         strain: &|s| Vector1::new(1.5 * (1.0 - s)),
         relaxed: None,
@@ -182,7 +182,7 @@ fn prony_reference() {
         law = law.with_branch(branch).expect("a section");
     }
     let dead = Vector2::new(number(&data, "dead_x"), number(&data, "f_of_rows"));
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_dead_force(dead))
         .expect("a body");
     let start = ViscousStart {
@@ -228,7 +228,7 @@ fn spatial_references() {
     let table = rows(free, "rows", 20);
     let (b, h) = (list(&free["bending"]), list(&free["viscosity"]));
     let law = flexible([b[0], b[1]], number(free, "torsion"), [h[0], h[1], h[2]]);
-    let body = Body::<3>::new(1.0)
+    let body = PointMass::<3>::new(1.0)
         .and_then(|b| b.with_dead_force(support::vector3(free, "dead")))
         .expect("a body");
     let c: Vec<Vec<f64>> = rows(free, "strain_polynomials", 3)
@@ -331,10 +331,10 @@ fn the_plane_inside_space() {
     let last = 1.5;
     let curvature = |s: f64| 1.5 * (1.0 - s) + 0.4 * s * s;
     let dead = Vector2::new(-1.0, 0.7);
-    let flat = Body::new(1.0)
+    let flat = PointMass::new(1.0)
         .and_then(|b| b.with_drag(0.2)?.with_dead_force(dead))
         .expect("a body");
-    let body = Body::new(1.0)
+    let body = PointMass::new(1.0)
         .and_then(|b| b.with_drag(0.2)?.with_dead_force(lifted(&dead)))
         .expect("a body");
     let v = Vector2::new(0.0, -1.0);
@@ -581,7 +581,7 @@ fn impacts_onto_the_barrier() {
 /// State, energy drift and steps of a planar run, or the reason of its refusal.
 fn whole(
     eta: f64,
-    body: &Body<2>,
+    body: &PointMass<2>,
     strain: &dyn Fn(f64) -> f64,
     velocity: [f64; 2],
     options: Options,
@@ -615,9 +615,9 @@ impl Capped for Options {
 /// infinitesimal bend, and cannot be stretched.
 #[test]
 fn straight_starts() {
-    let body = Body::new(1.0).expect("a body");
+    let body = PointMass::new(1.0).expect("a body");
     for load in [1.0, -1.0, -10.0, 1e6] {
-        let loaded = Body::new(1.0)
+        let loaded = PointMass::new(1.0)
             .and_then(|b| b.with_gravity(Vector2::new(load, 0.0)))
             .expect("a body");
         let (at, _, steps) =
@@ -648,7 +648,7 @@ fn straight_starts() {
         assert!(why.contains("straight and inextensible"), "{why}");
     }
     // A load from the side, from rest to rest: the steps grow.
-    let side = Body::new(1.0)
+    let side = PointMass::new(1.0)
         .and_then(|b| b.with_gravity(Vector2::new(0.0, -1.0)))
         .expect("a body");
     let long =
@@ -661,7 +661,7 @@ fn straight_starts() {
     // In space the same.
     let law = flexible([1.3, 1.0], 0.7, [0.1; 3]);
     let material = Material::new(law, [0, 1, 2]).expect("a material");
-    let body = Body::<3>::new(1.0).expect("a body");
+    let body = PointMass::<3>::new(1.0).expect("a body");
     let start = ViscousStart {
         strain: &|_| Vector3::zeros(),
         relaxed: None,
@@ -686,13 +686,13 @@ fn odd_numbers() {
         (0.1, 1e-6, 1.0),
         (1e-6, 1.0, 0.0),
     ] {
-        let body = Body::new(mass).expect("a body");
+        let body = PointMass::new(mass).expect("a body");
         let end = whole(eta, &body, &bent, [0.0, speed], options(3.0, 1e-8));
         let (_, drift, steps) = end.expect("a run");
         assert!(drift <= 1e-8, "eta {eta:e}, mass {mass:e}: drift {drift:e}");
         assert!(steps < 2500, "eta {eta:e}, mass {mass:e}: {steps} steps");
     }
-    let body = Body::new(1.0).expect("a body");
+    let body = PointMass::new(1.0).expect("a body");
     let thin = whole(1e-8, &body, &bent, [0.0, -1.0], options(0.05, 1e-8));
     assert!(thin.expect("a run").1 <= 1e-7);
     let rough: [(&dyn Fn(f64) -> f64, &str); 4] = [

@@ -1,7 +1,7 @@
 //! Interface of the body at the end of a massless rod.
 
-use super::Body;
-use nalgebra::{Isometry3, SMatrix, SVector, Vector2};
+use super::PointMass;
+use nalgebra::{Isometry3, SMatrix, SVector, Vector2, Vector3};
 
 /// A body at the rod's end, which shares its `D` velocities V.
 ///
@@ -65,8 +65,56 @@ pub struct EndLinear<const D: usize> {
     pub by_wrench: SMatrix<f64, D, D>,
 }
 
-impl<const D: usize> Body<D> {
-    fn end_linear(&self, t: f64) -> EndLinear<D> {
+/// Poses of a rod's end that is free to turn: a point mass feels the place alone.
+pub trait FreeEnd<const D: usize> {
+    /// Pose of the rod's end.
+    type Pose;
+
+    /// Place of the rod's end.
+    fn place(pose: &Self::Pose) -> &SVector<f64, D>;
+}
+
+/// The plane: the place is the pose.
+impl FreeEnd<2> for PointMass<2> {
+    type Pose = Vector2<f64>;
+
+    fn place(pose: &Vector2<f64>) -> &Vector2<f64> {
+        pose
+    }
+}
+
+/// Space: the end is on a ball joint, m(1) = 0.
+impl FreeEnd<3> for PointMass<3> {
+    type Pose = Isometry3<f64>;
+
+    fn place(pose: &Isometry3<f64>) -> &Vector3<f64> {
+        &pose.translation.vector
+    }
+}
+
+impl<const D: usize> EndBody<D> for PointMass<D>
+where
+    Self: FreeEnd<D>,
+{
+    type Pose = <Self as FreeEnd<D>>::Pose;
+
+    fn motion(
+        &self,
+        t: f64,
+        pose: &Self::Pose,
+        v: &SVector<f64, D>,
+        rod: &SVector<f64, D>,
+    ) -> EndMotion<D> {
+        self.action(t, Self::place(pose), v, rod)
+    }
+
+    fn linearised(
+        &self,
+        t: f64,
+        _: &Self::Pose,
+        _: &SVector<f64, D>,
+        _: &SVector<f64, D>,
+    ) -> EndLinear<D> {
         let world = EndLinear {
             by_pose: SMatrix::zeros(),
             by_velocity: SMatrix::from_diagonal_element(-self.drag / self.mass),
@@ -77,75 +125,13 @@ impl<const D: usize> Body<D> {
             Some(support) => support.at(t).linear(&world),
         }
     }
-}
 
-/// A point mass on the end of a rod in the plane; the end is free to turn.
-impl EndBody<2> for Body<2> {
-    type Pose = Vector2<f64>;
-
-    fn motion(
-        &self,
-        t: f64,
-        pose: &Vector2<f64>,
-        v: &Vector2<f64>,
-        rod: &Vector2<f64>,
-    ) -> EndMotion<2> {
-        self.action(t, pose, v, rod)
+    fn kinetic(&self, t: f64, pose: &Self::Pose, v: &SVector<f64, D>) -> f64 {
+        self.kinetic(t, Self::place(pose), v)
     }
 
-    fn linearised(
-        &self,
-        t: f64,
-        _: &Vector2<f64>,
-        _: &Vector2<f64>,
-        _: &Vector2<f64>,
-    ) -> EndLinear<2> {
-        self.end_linear(t)
-    }
-
-    fn kinetic(&self, t: f64, pose: &Vector2<f64>, v: &Vector2<f64>) -> f64 {
-        self.kinetic(t, pose, v)
-    }
-
-    fn potential(&self, t: f64, pose: &Vector2<f64>) -> f64 {
-        self.potential(t, pose)
-    }
-
-    fn next_break(&self, t: f64) -> f64 {
-        self.next_break(t)
-    }
-}
-
-/// A point mass on a ball joint at the end of a rod in space: m(1) = 0 and only the position of the end matters.
-impl EndBody<3> for Body<3> {
-    type Pose = Isometry3<f64>;
-
-    fn motion(
-        &self,
-        t: f64,
-        pose: &Isometry3<f64>,
-        v: &SVector<f64, 3>,
-        rod: &SVector<f64, 3>,
-    ) -> EndMotion<3> {
-        self.action(t, &pose.translation.vector, v, rod)
-    }
-
-    fn linearised(
-        &self,
-        t: f64,
-        _: &Isometry3<f64>,
-        _: &SVector<f64, 3>,
-        _: &SVector<f64, 3>,
-    ) -> EndLinear<3> {
-        self.end_linear(t)
-    }
-
-    fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &SVector<f64, 3>) -> f64 {
-        self.kinetic(t, &pose.translation.vector, v)
-    }
-
-    fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
-        self.potential(t, &pose.translation.vector)
+    fn potential(&self, t: f64, pose: &Self::Pose) -> f64 {
+        self.potential(t, Self::place(pose))
     }
 
     fn next_break(&self, t: f64) -> f64 {

@@ -54,7 +54,7 @@ impl Groove {
     /// # Errors
     /// A number that is not finite; no direction.
     pub fn line(point: Vector3<f64>, direction: Vector3<f64>) -> Result<Self> {
-        finite("point", &point)?;
+        check_components("point", &point)?;
         let direction = unit("direction", &direction)?;
         Ok(Self {
             curve: Curve::Line { point, direction },
@@ -72,7 +72,7 @@ impl Groove {
         radius: f64,
         start: Option<Vector3<f64>>,
     ) -> Result<Self> {
-        finite("centre", &centre)?;
+        check_components("centre", &centre)?;
         let axis = unit("axis", &axis)?;
         if !(0.0 < radius && radius < f64::INFINITY) {
             return Err(Error::domain(format!(
@@ -111,7 +111,9 @@ impl Groove {
                 points.len()
             )));
         }
-        points.iter().try_for_each(|p| finite("points", p))?;
+        points
+            .iter()
+            .try_for_each(|p| check_components("points", p))?;
         let mut points = points.to_vec();
         if closed {
             points.push(points[0]);
@@ -211,7 +213,7 @@ impl Groove {
     /// Points for a smooth drawing of the groove along the path `way` of a point, extended by the length `beyond` on
     /// both sides. The drawing ends with the groove, and goes at most once round a closed one. Empty if the path has
     /// no points.
-    pub fn beside(&self, way: &[Vector3<f64>], beyond: f64) -> Vec<Vector3<f64>> {
+    pub fn points_along(&self, way: &[Vector3<f64>], beyond: f64) -> Vec<Vector3<f64>> {
         let Some(first) = way.first() else {
             return Vec::new();
         };
@@ -219,7 +221,7 @@ impl Groove {
         let speed = self.at(phi)[1].norm();
         let (mut low, mut high) = (phi, phi);
         for point in way {
-            phi += self.between(phi, self.nearest(point));
+            phi += self.shorter_way(phi, self.nearest(point));
             (low, high) = (low.min(phi), high.max(phi));
         }
         (low, high) = (low - beyond / speed, high + beyond / speed);
@@ -235,7 +237,7 @@ impl Groove {
     }
 
     /// `to` less `from`, the shorter way round a closed curve.
-    pub fn between(&self, from: f64, to: f64) -> f64 {
+    pub fn shorter_way(&self, from: f64, to: f64) -> f64 {
         let way = to - from;
         match self.period() {
             Some(period) => way - period * (way / period).round(),
@@ -440,7 +442,7 @@ fn pieces(points: &[Vector3<f64>], knots: &[f64], closed: bool) -> Option<Vec<[V
     sound.then_some(pieces)
 }
 
-fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
+fn check_components(what: &str, v: &Vector3<f64>) -> Result<()> {
     if v.iter().all(|x| x.is_finite()) {
         return Ok(());
     }
@@ -451,7 +453,7 @@ fn finite(what: &str, v: &Vector3<f64>) -> Result<()> {
 }
 
 fn unit(what: &str, v: &Vector3<f64>) -> Result<Vector3<f64>> {
-    finite(what, v)?;
+    check_components(what, v)?;
     let length = v.norm();
     if !(length > 0.0 && length < f64::INFINITY) {
         return Err(Error::domain(format!(

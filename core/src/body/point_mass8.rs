@@ -1,6 +1,6 @@
 //! Motion of a point mass on a manifold, at eight nodes at once.
 
-use super::Body;
+use super::PointMass;
 use crate::manifold::{EightPoints, Eightfold};
 use crate::math::Row;
 use crate::math::lanes8::Eight;
@@ -13,7 +13,7 @@ use pulp::Simd;
 /// v, t, work of non-potential loads, loss to drag.
 pub struct EightMotion<'a, const N: usize> {
     chart: Box<dyn Eightfold<N> + Send>,
-    body: &'a Body<N>,
+    body: &'a PointMass<N>,
     orientation: f64,
     points: EightPoints<N>,
     /// Factor of adj(d pose/d q) v.
@@ -24,7 +24,11 @@ pub struct EightMotion<'a, const N: usize> {
 
 impl<'a, const N: usize> EightMotion<'a, N> {
     /// The motion of `body` in a chart on a sheet of this orientation, +1 or -1.
-    pub fn new(chart: Box<dyn Eightfold<N> + Send>, body: &'a Body<N>, orientation: f64) -> Self {
+    pub fn new(
+        chart: Box<dyn Eightfold<N> + Send>,
+        body: &'a PointMass<N>,
+        orientation: f64,
+    ) -> Self {
         Self {
             chart,
             body,

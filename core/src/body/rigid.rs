@@ -1,11 +1,11 @@
 //! A rigid body welded to the rod's end: AMV (2.15)-(2.17).
 
 use super::{
-    Body, EndBody, EndLinear, EndMotion, Frame, Support, TimeLoad, finite, first_break, resisting,
-    sum_at,
+    EndBody, EndLinear, EndMotion, Frame, PointMass, Support, TimeLoad, check_drag, check_vector,
+    first_break, sum_at,
 };
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 /// A rigid body welded to the end of a rod in space, with the loads on it besides the rod.
@@ -20,7 +20,7 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 #[derive(Debug, Clone)]
 pub struct RigidBody {
     /// The centre of mass as a point mass.
-    centre: Body<3>,
+    centre: PointMass<3>,
     offset: Vector3<f64>,
     inertia: Matrix3<f64>,
     inverse_inertia: Matrix3<f64>,
@@ -41,7 +41,7 @@ impl RigidBody {
     /// # Errors
     /// A mass that is not positive and finite; an inertia that is not finite, symmetric and positive definite.
     pub fn new(mass: f64, inertia: Matrix3<f64>) -> Result<Self> {
-        let centre = Body::new(mass)?;
+        let centre = PointMass::new(mass)?;
         let scale = inertia.amax();
         let skew = (inertia - inertia.transpose()).amax();
         let symmetric = (inertia + inertia.transpose()) * 0.5;
@@ -76,7 +76,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_centre(mut self, offset: Vector3<f64>) -> Result<Self> {
-        self.offset = finite("centre", offset)?;
+        self.offset = check_vector("centre", offset)?;
         Ok(self)
     }
 
@@ -86,7 +86,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_rotor(mut self, momentum: Vector3<f64>) -> Result<Self> {
-        self.rotor = finite("rotor", momentum)?;
+        self.rotor = check_vector("rotor", momentum)?;
         Ok(self)
     }
 
@@ -113,7 +113,7 @@ impl RigidBody {
     /// # Errors
     /// A component that is not finite.
     pub fn with_dead_couple(mut self, couple: Vector3<f64>) -> Result<Self> {
-        self.couple += finite("couple", couple)?;
+        self.couple += check_vector("couple", couple)?;
         Ok(self)
     }
 
@@ -131,7 +131,7 @@ impl RigidBody {
     /// # Errors
     /// A drag that is negative or not finite.
     pub fn with_rotational_drag(mut self, drag: f64) -> Result<Self> {
-        self.rotational_drag = resisting("rotational drag", drag)?;
+        self.rotational_drag = check_drag("rotational drag", drag)?;
         Ok(self)
     }
 
@@ -163,7 +163,7 @@ impl RigidBody {
         self
     }
 
-    /// Clamps the rod in `support`, as [`Body::with_support`].
+    /// Clamps the rod in `support`, as [`PointMass::with_support`].
     #[must_use]
     pub fn with_support(mut self, support: Support<3>) -> Self {
         self.support = Some(Box::new(support));
@@ -216,7 +216,7 @@ impl RigidBody {
     }
 
     /// The centre of mass with its loads, as a point mass.
-    pub fn centre(&self) -> &Body<3> {
+    pub fn centre(&self) -> &PointMass<3> {
         &self.centre
     }
 
@@ -269,7 +269,7 @@ impl RigidBody {
         let force = self.centre.load(t) + turn * sum_at(&self.follower_forces, t);
         let lever = turn * self.offset;
         let couple = self.couple_at(t, &turn.to_rotation_matrix());
-        joined(&(lever.cross(&force) + couple), &force)
+        join(&(lever.cross(&force) + couple), &force)
     }
 
     /// Derivatives of the load's couple and force by a turn of the body about the end.
@@ -284,7 +284,7 @@ impl RigidBody {
     }
 
     /// The body at a pose and velocity of the end.
-    fn placed(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> Placed {
+    fn place_at(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> Placed {
         let r = pose.rotation.to_rotation_matrix();
         let turned = |a: &Matrix3<f64>| r.matrix() * a * r.matrix().transpose();
         let (omega, v) = halves(v);
@@ -341,12 +341,12 @@ impl RigidBody {
     }
 
     /// The body seen from its clamp; None if the clamp's frame is the world's.
-    fn seen(&self, t: f64, pose: &Isometry3<f64>) -> Option<BodyFromClamp> {
+    fn seen_from_clamp(&self, t: f64, pose: &Isometry3<f64>) -> Option<BodyFromClamp> {
         let frame = self.support.as_ref()?.at(t);
         Some(BodyFromClamp {
             frame: frame.of_poses(),
             pose: frame.pose() * pose,
-            place: joined(&Vector3::zeros(), &pose.translation.vector),
+            place: join(&Vector3::zeros(), &pose.translation.vector),
         })
     }
 
@@ -357,14 +357,14 @@ impl RigidBody {
         v: &Vector6<f64>,
         rod: &Vector6<f64>,
     ) -> EndMotion<6> {
-        let at = self.placed(pose, v);
+        let at = self.place_at(pose, v);
         let (m, n) = halves(rod);
         let spin = self.spin(t, &at, &m, &n);
         let following = at.turn * sum_at(&self.follower_forces, t);
         let action = self.centre.free_action(t, &at.centre, &(n + following));
         let end = action.acceleration - spin.cross(&at.c) - at.omega.cross(&at.omega.cross(&at.c));
         EndMotion {
-            acceleration: joined(&spin, &end),
+            acceleration: join(&spin, &end),
             power: action.power
                 + following.dot(&at.centre)
                 + self.couple_at(t, &at.turn).dot(&at.omega),
@@ -379,7 +379,7 @@ impl RigidBody {
         v: &Vector6<f64>,
         rod: &Vector6<f64>,
     ) -> EndLinear<6> {
-        let at = self.placed(pose, v);
+        let at = self.place_at(pose, v);
         let (m, n) = halves(rod);
         let spin = self.spin(t, &at, &m, &n);
         let (c, omega, inertia) = (at.c.cross_matrix(), at.omega.cross_matrix(), &at.inertia);
@@ -418,7 +418,7 @@ impl RigidBody {
     }
 
     fn free_kinetic(&self, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
-        let at = self.placed(pose, v);
+        let at = self.place_at(pose, v);
         self.centre.kinetic(0.0, &at.c, &at.centre) + 0.5 * at.omega.dot(&(at.inertia * at.omega))
     }
 
@@ -438,7 +438,7 @@ impl EndBody<6> for RigidBody {
         v: &Vector6<f64>,
         rod: &Vector6<f64>,
     ) -> EndMotion<6> {
-        match self.seen(t, pose) {
+        match self.seen_from_clamp(t, pose) {
             None => self.free_motion(t, pose, v, rod),
             Some(at) => {
                 let world = |v: &_, rod: &_| self.free_motion(t, &at.pose, v, rod);
@@ -454,24 +454,27 @@ impl EndBody<6> for RigidBody {
         v: &Vector6<f64>,
         rod: &Vector6<f64>,
     ) -> EndLinear<6> {
-        match self.seen(t, pose) {
+        match self.seen_from_clamp(t, pose) {
             None => self.free_linear(t, pose, v, rod),
             Some(at) => {
-                let (v, rod) = (at.frame.absolute(&at.place, v), at.frame.outward(rod));
+                let (v, rod) = (
+                    at.frame.absolute_velocity(&at.place, v),
+                    at.frame.outward(rod),
+                );
                 at.frame.linear(&self.free_linear(t, &at.pose, &v, &rod))
             }
         }
     }
 
     fn kinetic(&self, t: f64, pose: &Isometry3<f64>, v: &Vector6<f64>) -> f64 {
-        match self.seen(t, pose) {
+        match self.seen_from_clamp(t, pose) {
             None => self.free_kinetic(pose, v),
-            Some(at) => self.free_kinetic(&at.pose, &at.frame.absolute(&at.place, v)),
+            Some(at) => self.free_kinetic(&at.pose, &at.frame.absolute_velocity(&at.place, v)),
         }
     }
 
     fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
-        match self.seen(t, pose) {
+        match self.seen_from_clamp(t, pose) {
             None => self.free_potential(pose),
             Some(at) => self.free_potential(&at.pose),
         }

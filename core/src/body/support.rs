@@ -57,18 +57,24 @@ impl<const N: usize> Support<N> {
                 direction.as_slice()
             )));
         }
-        self.moves.push((direction, smooth(history)?));
+        self.moves.push((direction, check_smooth(history)?));
         Ok(self)
     }
 
     fn turned(mut self, axis: SMatrix<f64, N, N>, angle: History) -> Result<Self> {
-        self.turning = Some((axis, smooth(angle)?));
+        self.turning = Some((axis, check_smooth(angle)?));
         Ok(self)
     }
 
     /// True if the clamp does not move.
     pub fn is_fixed(&self) -> bool {
         self.moves.is_empty() && self.turning.is_none()
+    }
+
+    /// True if two clamps keep their relative pose at all times.
+    pub fn moves_with(&self, other: &Self) -> bool {
+        let about_one_point = self.turning.is_none() || self.position == other.position;
+        self.moves == other.moves && self.turning == other.turning && about_one_point
     }
 
     /// True if the clamp turns.
@@ -179,7 +185,7 @@ impl Support<3> {
     }
 }
 
-fn smooth(history: History) -> Result<History> {
+fn check_smooth(history: History) -> Result<History> {
     if history.is_smooth() {
         return history.checked();
     }
@@ -202,10 +208,11 @@ impl<const D: usize> Frame<D> {
         rod: &SVector<f64, D>,
         motion: impl FnOnce(&SVector<f64, D>, &SVector<f64, D>) -> EndMotion<D>,
     ) -> EndMotion<D> {
-        let world = motion(&self.absolute(x, v), &self.outward(rod));
+        let world = motion(&self.absolute_velocity(x, v), &self.outward(rod));
         EndMotion {
-            acceleration: self.inward(&world.acceleration) - self.swept(x, v),
-            power: world.power + rod.dot(&self.carried(x)),
+            acceleration: self.inward(&world.acceleration)
+                - self.acceleration_at_constant_velocity(x, v),
+            power: world.power + rod.dot(&self.velocity_of_fixed_point(x)),
             loss: world.loss,
         }
     }

@@ -193,7 +193,7 @@ pub(super) fn spread(
             .sum();
         sum / a.len() as f64
     };
-    let line = refined(from, to, at, |a, b, step| {
+    let line = refine_samples(from, to, at, |a, b, step| {
         distance(a, b) > FINE && step > 1e-9
     })?;
     let mut length = vec![0.0];
@@ -219,7 +219,7 @@ pub(super) fn spread(
 }
 
 /// Samples a function from `from` to `to`, halving every interval that is `coarse(a, b, length)`.
-pub(super) fn refined<T: Clone>(
+pub(super) fn refine_samples<T: Clone>(
     from: f64,
     to: f64,
     at: impl Fn(f64) -> Result<T>,

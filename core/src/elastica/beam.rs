@@ -70,7 +70,7 @@ impl Beam {
 
 /// Straight rod under `pull`; `None` from [`MOST_HELD`] down, close to the push at which the rod buckles with its end
 /// on the axis and beyond: the end is not held along the rod there.
-pub(super) fn held(pull: f64) -> Option<AxialConstraint<2>> {
+pub(super) fn straight_rod_constraint(pull: f64) -> Option<AxialConstraint<2>> {
     (pull > MOST_HELD).then(|| {
         let beam = Beam::new(pull - BUCKLED);
         AxialConstraint {

@@ -1,7 +1,8 @@
 //! Bounds of the map from (p, lam) to the tip over a box, for the search for all equilibria.
 //!
 //! In a box with centre c and Jacobian J the tip is r_c + J dq + remainder. Second derivatives are exact at the centre.
-//! The third are bounded over the box by constants that are proven in interval arithmetic (box_bounds/proof.rs).
+//! The third are bounded over the box by constants that are proven in interval arithmetic
+//! (core/tests/box_bounds/proof.rs).
 
 use super::chart::{ChartPoint, Modulus};
 use super::curvature::{TipDerivatives, cross, dot};
@@ -213,7 +214,7 @@ impl Local {
             ],
         };
         Bending {
-            second: second.map(|v| mirrored(at, v)),
+            second: second.map(|v| mirror_derivative(at, v)),
             third,
         }
     }
@@ -241,7 +242,7 @@ impl Local {
 }
 
 /// Derivative of (1 - x, y) in the fixed axes, from one of the tip in the turned axes.
-pub(super) fn mirrored(at: &ChartPoint, v: [f64; 2]) -> [f64; 2] {
+pub(super) fn mirror_derivative(at: &ChartPoint, v: [f64; 2]) -> [f64; 2] {
     let [x, y] = at.to_fixed(v);
     [-x, y]
 }
@@ -278,20 +279,20 @@ impl TipRange {
     /// True if no point of the box reaches a target at the distance `gap` from the centre, since in some direction
     /// the target is farther than the tip.
     pub(super) fn misses(&self, gap: [f64; 2]) -> bool {
-        self.beyond(gap, gap)
-            || self.beyond([-self.along_lam[1], self.along_lam[0]], gap)
-            || self.beyond([-self.along_first[1], self.along_first[0]], gap)
-            || self.beyond([1.0, 0.0], gap)
-            || self.beyond([0.0, 1.0], gap)
+        self.is_beyond(gap, gap)
+            || self.is_beyond([-self.along_lam[1], self.along_lam[0]], gap)
+            || self.is_beyond([-self.along_first[1], self.along_first[0]], gap)
+            || self.is_beyond([1.0, 0.0], gap)
+            || self.is_beyond([0.0, 1.0], gap)
     }
 
     /// True if the target is farther than the tip along the direction `e`. A quadratic part that bends the other way
     /// reduces the reach.
-    fn beyond(&self, e: [f64; 2], gap: [f64; 2]) -> bool {
+    fn is_beyond(&self, e: [f64; 2], gap: [f64; 2]) -> bool {
         let away = dot(e, gap);
         let side = 1f64.copysign(away);
-        let reach = most(dot(e, self.along_first), side * dot(e, self.bend_first))
-            + most(dot(e, self.along_lam), side * dot(e, self.bend_lam))
+        let reach = largest_value(dot(e, self.along_first), side * dot(e, self.bend_first))
+            + largest_value(dot(e, self.along_lam), side * dot(e, self.bend_lam))
             + dot(e, self.mixed).abs()
             + dot(e.map(f64::abs), self.rest);
         away.abs() > reach
@@ -299,7 +300,7 @@ impl TipRange {
 }
 
 /// The largest value of slope t + bend t^2 for |t| <= 1.
-fn most(slope: f64, bend: f64) -> f64 {
+fn largest_value(slope: f64, bend: f64) -> f64 {
     let slope = slope.abs();
     if slope + 2.0 * bend >= 0.0 {
         slope + bend
@@ -323,6 +324,7 @@ pub(super) fn injective(local: &Local, bending: &Bending, (a, b): (f64, f64)) ->
 }
 
 #[cfg(test)]
+#[path = "../../tests/box_bounds/proof.rs"]
 mod proof;
 
 #[cfg(test)]

@@ -86,7 +86,7 @@ impl Integrals {
 
     /// Integrals of a point from its load and its energy U = 2 lam kap^2 B, without quadrature; kap != 0.
     #[inline(always)]
-    pub(super) fn known(p: f64, w: f64, lam: f64, energy: f64) -> Self {
+    pub(super) fn from_load_and_energy(p: f64, w: f64, lam: f64, energy: f64) -> Self {
         let Modulus { kap, kap_c } = Modulus::new(p);
         let (s, c) = w.sin_cos();
         let across = kap * s;
@@ -136,7 +136,7 @@ impl Integrals {
             let (rf, rd) = rf_rd(ca * ca, stretch2, 1.0);
             (tau * rf, kap_c * kap_c * tau * tau * tau * rd / 3.0)
         } else {
-            taut(p.abs(), sa, ca)
+            taut_limit(p.abs(), sa, ca)
         };
         let (lam, b) = if half_turns == 0.0 {
             (lam_r, b_r)
@@ -180,7 +180,7 @@ impl Integrals {
 
 /// (lam, B) of the taut limit: lam = p + ln(2 tan(w/2)), B = 1 - cos w (theory 2.3: the rod is an arc of
 /// a separatrix, exact up to exp(-2 lam)).
-pub(super) fn taut(p: f64, s: f64, c: f64) -> (f64, f64) {
+pub(super) fn taut_limit(p: f64, s: f64, c: f64) -> (f64, f64) {
     let half = s / (1.0 + c);
     (p + LN_2 + half.ln(), s * half)
 }

@@ -5,7 +5,7 @@
 
 mod integral_updates;
 
-use super::chart::{TAUT, taut};
+use super::chart::{TAUT, taut_limit};
 use super::model::Elastica;
 use super::small_load::SLIGHT;
 use crate::manifold::{EightPoints, Eightfold, EquilibriumManifold};
@@ -14,7 +14,7 @@ use crate::math::agm::integrals;
 use crate::math::lanes8::Eight;
 use crate::math::real::{Halves, Real};
 use crate::math::registers::Registers;
-use integral_updates::{Base, carried};
+use integral_updates::{Base, update_integrals};
 use nalgebra::Vector2;
 use pulp::{Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, LN_2};
@@ -114,12 +114,12 @@ impl WithSimd for Work<'_> {
             return false;
         }
         let carried = match &self.all.base {
-            Some(base) => carried(simd, base, self.all.error, [p, w]),
+            Some(base) => update_integrals(simd, base, self.all.error, [p, w]),
             None => None,
         };
         let (at, goes_on) = match carried {
             Some(carried) => carried,
-            None => (evaluated(simd, p, w, size), true),
+            None => (evaluate_integrals(simd, p, w, size), true),
         };
         if goes_on {
             if !(at.lam.least() > SLIGHT) {
@@ -134,7 +134,7 @@ impl WithSimd for Work<'_> {
 
 /// Integrals at (p, w), |p| = `size`, as [`super::chart::Integrals::new`].
 #[inline(always)]
-fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S> {
+fn evaluate_integrals<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S> {
     let one = p.all(1.0);
     let Halves {
         up,
@@ -165,7 +165,7 @@ fn evaluated<S: Simd>(simd: S, p: Eight<S>, w: Eight<S>, size: Eight<S>) -> At<S
         let turns = turns.numbers();
         for i in 0..8 {
             if far[i] >= TAUT {
-                let (lam, b) = taut(size[i], sin[i].abs(), cos[i]);
+                let (lam, b) = taut_limit(size[i], sin[i].abs(), cos[i]);
                 let (k, whole) = (size[i] + LN_2, 1.0);
                 lams[i] = 2.0 * turns[i] * k + lam.copysign(sin[i]);
                 bs[i] = 2.0 * turns[i] * whole + b.copysign(sin[i]);
@@ -227,10 +227,10 @@ impl<S: Simd> At<S> {
         let cos = (d - kap * c) * (d + kap * c);
         let sin = kap * c * d * -2.0;
         let pull = lam * lam;
-        let [xp, yp] = turned([cos, sin], [x_p - y * alpha_p, y_p + x * alpha_p]);
-        let [xw, yw] = turned([cos, sin], [x_w - y * alpha_w, y_w + x * alpha_w]);
+        let [xp, yp] = rotate_to_fixed([cos, sin], [x_p - y * alpha_p, y_p + x * alpha_p]);
+        let [xw, yw] = rotate_to_fixed([cos, sin], [x_w - y * alpha_w, y_w + x * alpha_w]);
         let minus = one * -1.0;
-        let [x, y] = turned([cos, sin], [x, y]);
+        let [x, y] = rotate_to_fixed([cos, sin], [x, y]);
         to.pose = [x.numbers(), y.numbers()];
         to.force = [(pull * cos).numbers(), (pull * sin).numbers()];
         to.adjugate = [
@@ -244,7 +244,7 @@ impl<S: Simd> At<S> {
 
 /// Rotates a vector from the turned axes to the fixed ones.
 #[inline(always)]
-fn turned<S: Simd>([cos, sin]: [Eight<S>; 2], v: [Eight<S>; 2]) -> [Eight<S>; 2] {
+fn rotate_to_fixed<S: Simd>([cos, sin]: [Eight<S>; 2], v: [Eight<S>; 2]) -> [Eight<S>; 2] {
     [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1]]
 }
 

@@ -65,17 +65,17 @@ impl<T: Real> Swing<T> {
         let m = n * kap;
         let f = c.times_plus(d, s * b * kap2);
         let gap = u - b;
-        let kap_b_p = T::mixed([kc2, -1.0], [gap, d * n]);
+        let kap_b_p = T::weighted_sum([kc2, -1.0], [gap, d * n]);
         let mf = m * f;
-        let turned = T::mixed([kap, -2.0 * kap], [m, m * c * c]);
+        let turned = T::weighted_sum([kap, -2.0 * kap], [m, m * c * c]);
         let m_p = d.times_plus(
             kap_b_p,
-            T::mixed([kc2, 1.0, -kap], [n, turned, half * b * f]),
+            T::weighted_sum([kc2, 1.0, -kap], [n, turned, half * b * f]),
         );
         let d2 = d * -2.0;
         let half2 = half * -2.0;
         let z = [
-            T::mixed([2.0 * kc2 - 1.0, 2.0 * kap2], [u, b]),
+            T::weighted_sum([2.0 * kc2 - 1.0, 2.0 * kap2], [u, b]),
             s * (2.0 * kap),
         ];
         Self {
@@ -86,20 +86,23 @@ impl<T: Real> Swing<T> {
             z_pp: [
                 d2.times_plus(
                     m_p,
-                    T::mixed(
+                    T::weighted_sum(
                         [2.0 * kc2 * (2.0 * kap2 - kc2), 2.0 * kc2, 2.0],
                         [gap, kap_b_p, half * mf],
                     ),
                 ),
                 d2.times_plus(
                     mf,
-                    half2.times_plus(m_p, T::mixed([-4.0 * kap * kc2, -2.0 * kc2], [s, c * m])),
+                    half2.times_plus(
+                        m_p,
+                        T::weighted_sum([-4.0 * kap * kc2, -2.0 * kc2], [s, c * m]),
+                    ),
                 ),
             ],
             // D^2 + kap^2 c^2 = 1.
             z_u: [(d - half) * (d + half), d * half * 2.0],
             psi_p: f * 2.0,
-            psi_pp: T::mixed(
+            psi_pp: T::weighted_sum(
                 [2.0 * kap * kc2, -2.0 * kap],
                 [s * (u + b), c * (c * f + m * b * kap)],
             ),
@@ -134,9 +137,9 @@ impl TipDerivatives {
         Self {
             p: combine([(1.0, r_p), (a_p, quarter(r))]),
             l: combine([(1.0, r_l), (a_l, quarter(r))]),
-            pp: turned(r, r_pp, a_p, r_p, a_p, r_p, -swing.psi_pp),
-            pl: turned(r, r_pl, a_p, r_p, a_l, r_l, swing.z_p[1]),
-            ll: turned(r, r_ll, a_l, r_l, a_l, r_l, swing.z_u[1]),
+            pp: rotate_second_derivative(r, r_pp, a_p, r_p, a_p, r_p, -swing.psi_pp),
+            pl: rotate_second_derivative(r, r_pl, a_p, r_p, a_l, r_l, swing.z_p[1]),
+            ll: rotate_second_derivative(r, r_ll, a_l, r_l, a_l, r_l, swing.z_u[1]),
         }
     }
 
@@ -154,7 +157,7 @@ impl TipDerivatives {
 
 /// Second derivative of Rot(alpha) r in the turned axes, from that of r and the first derivatives of alpha and r
 /// along two parameters.
-fn turned(
+fn rotate_second_derivative(
     r: [f64; 2],
     second: [f64; 2],
     a: f64,

@@ -127,10 +127,10 @@ impl DraggedRod {
             } else {
                 *target
             };
-            let at = Elastica.point(&self.q).ok_or_else(lost)?;
+            let at = Elastica.point(&self.q).ok_or_else(continuation_error)?;
             let (det, scaled) = adjugate_times(&at.jacobian, &(goal - at.pose));
             let foretold = scaled / det;
-            match self.beside(&goal, &foretold) {
+            match self.continue_to(&goal, &foretold) {
                 Some(next) => {
                     (direction, self.q, self.place) = (next - self.q, next, goal);
                     stride = (2.0 * stride).min(STRIDE);
@@ -144,7 +144,7 @@ impl DraggedRod {
     }
 
     /// Stable equilibrium at `goal` that continues the current one; `foretold` is the tangent's chart step.
-    fn beside(&self, goal: &Vector2<f64>, foretold: &Vector2<f64>) -> Option<Vector2<f64>> {
+    fn continue_to(&self, goal: &Vector2<f64>, foretold: &Vector2<f64>) -> Option<Vector2<f64>> {
         let guess = self.q + foretold;
         let next = invert_near(&Elastica, goal, &guess, 1e-15).ok()?.q;
         let rounding = 1e-12 * (1.0 + self.q.norm());
@@ -154,14 +154,14 @@ impl DraggedRod {
 
     /// Snaps from the fold approached in the chart direction `direction`.
     fn snap(&mut self, direction: &Vector2<f64>) -> Result<DraggedSnap> {
-        let fold = Elastica.point(&self.q).ok_or_else(lost)?;
+        let fold = Elastica.point(&self.q).ok_or_else(continuation_error)?;
         let kernel = fold_kernel(&fold.jacobian)?;
         let leaving = kernel * kernel.dot(direction).signum();
         let (shapes, to) = match Elastica.layer(&self.q, &leaving) {
             Ok(found) => found,
             Err(_) => (Vec::new(), Elastica.settle(&self.q, &leaving)?),
         };
-        let landing = Elastica.point(&to).ok_or_else(lost)?;
+        let landing = Elastica.point(&to).ok_or_else(continuation_error)?;
         let from = std::mem::replace(&mut self.q, to);
         Ok(DraggedSnap {
             from,
@@ -173,6 +173,6 @@ impl DraggedRod {
     }
 }
 
-fn lost() -> Error {
+fn continuation_error() -> Error {
     Error::domain("the rod has left its chart")
 }

@@ -23,7 +23,7 @@ pub use fold_ahead::{FoldNormalForm, INERTIAL_ESCAPE, VISCOUS_ESCAPE};
 pub use follow_mass::LightRod;
 pub use taut_inertia::TautInertia;
 
-use end_inertia::{EndMotion, aside, dot, inertia_integrand, inertia_integrand_with_weight};
+use end_inertia::{EndMotion, dot, inertia_integrand, inertia_integrand_with_weight, quarter_turn};
 use moving_clamp::MovingClampInertia;
 
 use super::chart::{ChartPoint, Integrals, Modulus};
@@ -73,19 +73,30 @@ pub struct AddedInertia {
     pub centre: Vector2<f64>,
 }
 
-/// Equilibrium rod, in coordinates that keep all digits along the rod.
+/// Equilibrium rod, in coordinates that keep all digits along the rod. Its end moves with `v`, seen from the clamp.
 trait OnEquilibria {
-    /// [`RodInertia::added`].
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia>;
+    /// Motion of the end, and the sums of [`inertia_integrand_with_weight`]; `None` at a fold.
+    fn sums_with_weight(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 12])>;
 
-    /// First-order inertia on a moving clamp: the end moves with `v` seen from the clamp, gravity is given in the
-    /// world; `None` at a fold.
-    fn carried(
+    /// Motion of the end, and the sums of [`moving_clamp::moving_clamp_integrand`]; `None` at a fold.
+    fn sums_on_moving_clamp(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 20])>;
+
+    /// [`RodInertia::added`].
+    fn added_inertia(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
+        let (motion, sums) = self.sums_with_weight(v)?;
+        motion.added_inertia(sums, gravity)
+    }
+
+    /// First-order inertia on a moving clamp; gravity is given in the world.
+    fn moving_clamp_inertia(
         &self,
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
         frame: &Frame<2>,
-    ) -> Option<MovingClampInertia>;
+    ) -> Option<MovingClampInertia> {
+        let (motion, sums) = self.sums_on_moving_clamp(v)?;
+        motion.moving_clamp_inertia(sums, v, gravity, frame)
+    }
 }
 
 impl RodInertia {
@@ -94,17 +105,17 @@ impl RodInertia {
     /// # Errors
     /// A point outside the chart; a pull above lam = 100.
     pub fn new(p: f64, w: f64) -> Result<Self> {
-        Self::known(p, Integrals::new(p, w))
+        Self::with_integrals(p, Integrals::new(p, w))
     }
 
     /// Inertia at a chart point whose integrals are known.
     #[inline(always)]
-    fn known(p: f64, integrals: Integrals) -> Result<Self> {
+    fn with_integrals(p: f64, integrals: Integrals) -> Result<Self> {
         let Integrals {
             kap, kap_c, lam, ..
         } = integrals;
         let modulus = Modulus { kap, kap_c };
-        let along = RodTheta::new(&modulus, pulled(lam)?);
+        let along = RodTheta::new(&modulus, check_pull(lam)?);
         Ok(Self::of(p, modulus, integrals, along))
     }
 
@@ -115,7 +126,7 @@ impl RodInertia {
     #[inline(always)]
     pub fn at_load(p: f64, lam: f64) -> Result<Self> {
         let modulus = Modulus::new(p);
-        let along = RodTheta::new(&modulus, pulled(lam)?);
+        let along = RodTheta::new(&modulus, check_pull(lam)?);
         Ok(Self::of(p, modulus, along.clamp(&modulus), along))
     }
 
@@ -139,7 +150,7 @@ impl RodInertia {
             end: [[0.0; 2]; 3],
             by: Matrix2::zeros(),
         };
-        rod.end = rod.drawn(1.0, &rod.clamp);
+        rod.end = rod.vector_to_end(1.0, &rod.clamp);
         let [_, by_p, by_l] = rod.end;
         rod.by = Matrix2::new(by_p[0], by_l[0], by_p[1], by_l[1]);
         rod
@@ -154,11 +165,14 @@ impl RodInertia {
     #[inline(always)]
     fn chart_rate(&self, v: &Vector2<f64>) -> Option<(Matrix2<f64>, Vector2<f64>)> {
         let inverse = self.by.try_inverse()?;
-        Some((inverse, inverse * self.turned(v) * self.integrals.lam))
+        Some((
+            inverse,
+            inverse * self.in_turned_axes(v) * self.integrals.lam,
+        ))
     }
 
     /// A vector in the axes of [`ChartPoint::turned`].
-    fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
+    fn in_turned_axes(&self, v: &Vector2<f64>) -> Vector2<f64> {
         self.turn().tr_mul(v)
     }
 
@@ -179,27 +193,31 @@ impl RodInertia {
     /// section; `here`: the pendulum at the section.
     #[inline(always)]
     fn field<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
-        let drawn = self.drawn(part, here);
+        let drawn = self.vector_to_end(part, here);
         let [w, p, l] = self.end;
-        [less(w, drawn[0]), less(p, drawn[1]), less(l, drawn[2])]
+        [
+            subtract(w, drawn[0]),
+            subtract(p, drawn[1]),
+            subtract(l, drawn[2]),
+        ]
     }
 
     /// Vector from a section to the end and its derivatives, all times lam: Rot(alpha) Z/lam in the turned axes,
     /// alpha = -psi at the clamp.
     #[inline(always)]
-    fn drawn<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
+    fn vector_to_end<T: Real>(&self, part: T, here: &Swing<T>) -> [[T; 2]; 3] {
         let (a_p, a_l) = (-self.clamp.psi_p, -self.clamp.psi_u());
         let slower = -1.0 / self.integrals.lam;
         let ([x, y], z_p, z_u) = (here.z, here.z_p, here.z_u);
         [
             here.z,
             [
-                T::mixed([1.0, -a_p], [z_p[0], y]),
-                T::mixed([1.0, a_p], [z_p[1], x]),
+                T::weighted_sum([1.0, -a_p], [z_p[0], y]),
+                T::weighted_sum([1.0, a_p], [z_p[1], x]),
             ],
             [
-                part.times_plus(z_u[0], T::mixed([slower, -a_l], [x, y])),
-                part.times_plus(z_u[1], T::mixed([slower, a_l], [y, x])),
+                part.times_plus(z_u[0], T::weighted_sum([slower, -a_l], [x, y])),
+                part.times_plus(z_u[1], T::weighted_sum([slower, a_l], [y, x])),
             ],
         ]
     }
@@ -226,14 +244,13 @@ impl RodInertia {
 
     /// Added mass, force and centre per unit of mass, for the end velocity `v` and gravity; `None` at a fold.
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
-        let (moving, turning) = self.moving(v)?;
-        moving.added(self.integrals(&Heavy(&turning)), gravity)
+        self.added_inertia(v, gravity)
     }
 
     /// Motion of the end with the velocity `v`, and the rotation of the axes of [`ChartPoint::turned`] in it; `None`
     /// at a fold.
     #[inline(always)]
-    fn moving(&self, v: &Vector2<f64>) -> Option<(EndMotion, Turning)> {
+    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, Turning)> {
         let (inverse, rate) = self.chart_rate(v)?;
         let turning = self.turning(rate);
         let moving = EndMotion {
@@ -251,7 +268,7 @@ impl RodInertia {
     #[inline(always)]
     fn second_of_end(&self, turning: &Turning) -> Vector2<f64> {
         let rate = self.by * Vector2::from(turning.rate);
-        Vector2::from(turning.end) + aside(&rate) * (2.0 * turning.turn)
+        Vector2::from(turning.end) + quarter_turn(&rate) * (2.0 * turning.turn)
     }
 
     /// Metrics (N, R) = int (r_q^T r_q, theta'_q theta'_q^T) ds in q = (p, lam). N is twice the kinetic energy of the
@@ -274,7 +291,7 @@ impl RodInertia {
     }
 }
 
-fn pulled(lam: f64) -> Result<f64> {
+fn check_pull(lam: f64) -> Result<f64> {
     if !(lam > 0.0 && lam < TAUT) {
         return Err(Error::domain(format!(
             "the rod is pulled with lambda = {lam}; here 0 < lambda < {TAUT} is allowed: of a rod that is bent at its clamp alone take TautInertia"
@@ -332,7 +349,10 @@ struct Weightless<'a>(&'a Turning);
 impl AtSection<6> for Weightless<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 6] {
-        inertia_integrand(&rod.field(part, here), &self.0.left(part, here))
+        inertia_integrand(
+            &rod.field(part, here),
+            &self.0.difference_from_end(part, here),
+        )
     }
 }
 
@@ -351,20 +371,20 @@ impl WithSimd for Adding {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let rod = RodInertia::known(self.p, self.integrals).ok()?;
+        let rod = RodInertia::with_integrals(self.p, self.integrals).ok()?;
         let rod = rod.with_error(self.error);
-        let (moving, turning) = rod.moving(&self.v)?;
+        let (moving, turning) = rod.end_motion(&self.v)?;
         let ([places, weights], rod) = (rod.nodes(), &rod);
         if self.gravity == Vector2::zeros() {
             let each = &Weightless(&turning);
             let sums = simd_sums::sums_in(simd, &Sections { rod, each }, places, weights);
-            return moving.felt(sums, &Vector2::zeros());
+            return moving.mass_and_force(sums, &Vector2::zeros());
         }
         let each = &Heavy(&turning);
         let [n11, n12, n22, f1, f2, turned, along @ ..] =
             simd_sums::sums_in(simd, &Sections { rod, each }, places, weights);
-        let weight = moving.weighed(along, &self.gravity);
-        moving.felt([n11, n12, n22, f1, f2, turned], &weight)
+        let weight = moving.weight_integral(along, &self.gravity);
+        moving.mass_and_force([n11, n12, n22, f1, f2, turned], &weight)
     }
 }
 
@@ -375,7 +395,7 @@ impl AtSection<12> for Heavy<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 12] {
         let field = rod.field(part, here);
-        inertia_integrand_with_weight(&field, &self.0.left(part, here))
+        inertia_integrand_with_weight(&field, &self.0.difference_from_end(part, here))
     }
 }
 
@@ -433,29 +453,29 @@ impl Turning {
             aside: change + 2.0 * turn * l / lam,
             end: [0.0; 2],
         };
-        turning.end = turning.left(1.0, clamp).map(|f| -f);
+        turning.end = turning.difference_from_end(1.0, clamp).map(|f| -f);
         turning
     }
 
     /// Difference F(lam) - F(u) at the section with the fraction `part` of the rod beyond it, where the pendulum is
     /// at `here`.
     #[inline(always)]
-    fn left<T: Real>(&self, part: T, here: &Swing<T>) -> [T; 2] {
+    fn difference_from_end<T: Real>(&self, part: T, here: &Swing<T>) -> [T; 2] {
         let ([p, l], [x, y], [cos, sin]) = (self.rate, here.z, here.z_u);
         let (square, end) = (self.turn * self.turn, self.end.map(|f| x.all(f)));
         // psi_tt of the section, with dpsi/du = -y.
-        let along = part * T::mixed([2.0 * p * l, -l * l], [here.psi_p, part * y]);
+        let along = part * T::weighted_sum([2.0 * p * l, -l * l], [here.psi_p, part * y]);
         [
             along.times_plus(
                 sin,
-                T::mixed(
+                T::weighted_sum(
                     [1.0, -p * p, self.aside, -square],
                     [end[0], here.z_pp[0], y, x],
                 ),
             ),
             along.times_plus(
                 cos * -1.0,
-                T::mixed(
+                T::weighted_sum(
                     [1.0, -p * p, -self.aside, -square],
                     [end[1], here.z_pp[1], x, y],
                 ),
@@ -466,7 +486,7 @@ impl Turning {
 
 /// x - y.
 #[inline(always)]
-fn less<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
+fn subtract<T: Real>(x: [f64; 2], y: [T; 2]) -> [T; 2] {
     [y[0].all(x[0]) - y[0], y[1].all(x[1]) - y[1]]
 }
 

@@ -17,7 +17,7 @@ use std::f64::consts::LN_2;
 
 /// Lower bound of lambda at a fold, and of lambda in quarter periods K. The least lambda of the first fold curve is
 /// 5.7658925 (at kap = 0.9428598, by golden sections over tools/ref_folds.py). Both bounds are proven for |p| < 30
-/// (box_bounds/proof.rs; beyond see theory 2.4).
+/// (core/tests/box_bounds/proof.rs; beyond see theory 2.4).
 pub(super) const MIN_FOLD_LAM: f64 = 5.6;
 pub(super) const QUARTERS: f64 = 1.85;
 /// Step in lambda of the scan for folds. Neighbouring folds of a line p = const lie more than 3 apart.

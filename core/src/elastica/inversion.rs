@@ -8,13 +8,13 @@
 //! Newton's method lands inside, and halved otherwise. Boxes that never decide shrink onto folds through the target,
 //! where two equilibria are one.
 //!
-//! Completeness rests on those bounds, which are proven (box_bounds/proof.rs; theory 2.4), and on the rounding of
-//! double precision. An independent count guards both. The signs of det over all equilibria found must add up to the
+//! Completeness rests on the proven bounds (core/tests/box_bounds/proof.rs; theory 2.4) and on the rounding of double
+//! precision. An independent count guards both. The signs of det over all equilibria found must add up to the
 //! winding number of the curve lam = lam_max about the target. The rest of the strip's border maps to (1, 0) and does
 //! not count.
 
 use super::box_bounds::{
-    Bending, Column, Local, TipRange, chart_point, injective, mirrored, quick_tip,
+    Bending, Column, Local, TipRange, chart_point, injective, mirror_derivative, quick_tip,
 };
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross, dot};
@@ -111,7 +111,7 @@ fn pair_up(found: &mut Vec<FoundEquilibrium>) {
         let alike = near && !one.degenerate && !next.degenerate && one.index == next.index;
         if alike {
             one.degenerate = true;
-            one.index = folds::index(e.p, e.w - aside(e)).unwrap_or(one.index);
+            one.index = folds::index(e.p, e.w - amplitude_step(e)).unwrap_or(one.index);
         }
         alike
     });
@@ -372,7 +372,7 @@ impl Search {
             equilibrium,
             index: if degenerate {
                 // On the fold rounding decides: take the lower side.
-                folds::index(signed, equilibrium.w - aside(&equilibrium))?
+                folds::index(signed, equilibrium.w - amplitude_step(&equilibrium))?
             } else {
                 folds::index(signed, equilibrium.w)?
             },
@@ -392,7 +392,7 @@ impl Search {
             let t = TipDerivatives::new(&at);
             let (det, gradient) = t.det_with_gradient();
             let (one_minus_x, y) = tip(p, &at);
-            let (column_p, column_lam) = (mirrored(&at, t.p), mirrored(&at, t.l));
+            let (column_p, column_lam) = (mirror_derivative(&at, t.p), mirror_derivative(&at, t.l));
             let along = if dot(column_p, column_p) > dot(column_lam, column_lam) {
                 column_p
             } else {
@@ -416,7 +416,7 @@ impl Search {
 }
 
 /// Step in amplitude below a fold: 1e-6 of the load (dw = D dlam). The index grows with w.
-fn aside(e: &Equilibrium) -> f64 {
+fn amplitude_step(e: &Equilibrium) -> f64 {
     1e-6 * e.lambda * ChartPoint::new(e.p, e.w).integrals.d
 }
 

@@ -132,19 +132,19 @@ impl Multivalued<2> for Elastica {
     fn shaking_turn(&self, patch: Patch, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
         match patch {
             Patch::Global => None,
-            Patch::Near(side) => shaking_average::shaken(side, q, load),
+            Patch::Near(side) => shaking_average::shaking_turn(side, q, load),
         }
     }
 
     fn axial_constraint(&self, pull: f64) -> Option<AxialConstraint<2>> {
-        beam::held(pull)
+        beam::straight_rod_constraint(pull)
     }
 
     fn deflected_point(&self, pull: f64, across: f64) -> Option<(Patch, Vector2<f64>)> {
         let side = Sign::of(across);
         Some((
             Patch::Near(side),
-            straight_chart::deflected(side, pull, across),
+            straight_chart::point_of_deflection(side, pull, across),
         ))
     }
 

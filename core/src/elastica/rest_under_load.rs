@@ -139,7 +139,7 @@ pub fn equilibrium_under_load_and_weight(
     if slack < SLIGHT {
         slightly_bent(rod, frame, load)
     } else {
-        Err(unfound())
+        Err(not_found_error())
     }
 }
 
@@ -168,10 +168,10 @@ fn slightly_bent(
         }
         total.y = next;
     }
-    Err(unfound())
+    Err(not_found_error())
 }
 
-fn unfound() -> Error {
+fn not_found_error() -> Error {
     Error::no_convergence(
         "no shape at rest of the rod with its weight, felt to first order, was found: write inertia = \"full\" in [rod]",
     )

@@ -30,7 +30,7 @@ fn level(beam: &Beam, load: f64) -> f64 {
 
 /// Turn with the inner turning point q; `None` if the pull at q is not below `load`, or if the shaking is weak. Also
 /// `None` for a `load` of [`MOST_HELD`] or less.
-pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
+pub(super) fn shaking_turn(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingTurn> {
     let rod = straight_chart::point(side, q)?;
     let height = rod.pose[1] * side.value();
     let inward = straight_chart::inward(side, q)?;
@@ -46,7 +46,7 @@ pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingT
     }
     let beyond = |x: f64| level(&Beam::new(x.exp()), load) - energy;
     let middle = (load - BUCKLED).ln();
-    let [inner, outer] = [-1.0, 1.0].map(|way| turning(&beyond, middle, way));
+    let [inner, outer] = [-1.0, 1.0].map(|way| find_zero(&beyond, middle, way));
     let (inner, outer) = (inner?, outer?);
     let (half, centre) = (0.5 * (outer - inner), 0.5 * (outer + inner));
     let points = (POINTS[0] + POINTS[1] * (outer - inner)).ceil();
@@ -80,7 +80,7 @@ pub(super) fn shaken(side: Sign, q: &Vector2<f64>, load: f64) -> Option<ShakingT
 }
 
 /// Zero of a function of x, which is negative at `from`, in the direction `way`.
-fn turning(beyond: &impl Fn(f64) -> f64, from: f64, way: f64) -> Option<f64> {
+fn find_zero(beyond: &impl Fn(f64) -> f64, from: f64, way: f64) -> Option<f64> {
     let (mut near, mut at_near) = (from, beyond(from));
     for _ in 0..STEPS {
         let far = near + way;
@@ -100,7 +100,7 @@ mod tests {
     /// 1 - x, stored energy and cross force over the height, of the rod under a pull with its end at this height.
     /// From the chart, not from the beam.
     fn bent(pull: f64, height: f64) -> [f64; 3] {
-        let q = straight_chart::deflected(Sign::Plus, pull, height);
+        let q = straight_chart::point_of_deflection(Sign::Plus, pull, height);
         let at = straight_chart::point(Sign::Plus, &q).unwrap();
         let inward = straight_chart::inward(Sign::Plus, &q).unwrap();
         [inward, at.energy, -at.force[1] / height]
@@ -137,8 +137,8 @@ mod tests {
                 sums[1] += weight * inward / (height * height);
             }
             let period = SQRT_2 * time * PI / f64::from(points);
-            let q = straight_chart::deflected(Sign::Plus, inner, height);
-            let turn = shaken(Sign::Plus, &q, load).unwrap();
+            let q = straight_chart::point_of_deflection(Sign::Plus, inner, height);
+            let turn = shaking_turn(Sign::Plus, &q, load).unwrap();
             let found = [turn.period, turn.stiffness, turn.shortening];
             let wanted = [period, sums[0] / time, sums[1] / time];
             for (found, wanted) in found.iter().zip(wanted) {
@@ -153,8 +153,8 @@ mod tests {
     #[test]
     fn on_the_axis_the_body_bounces_like_a_ball() {
         for load in [0.0, 7.0, -4.0] {
-            let q = straight_chart::deflected(Sign::Plus, BUCKLED + 1e-6, 1e-15);
-            let turn = shaken(Sign::Plus, &q, load).unwrap();
+            let q = straight_chart::point_of_deflection(Sign::Plus, BUCKLED + 1e-6, 1e-15);
+            let turn = shaking_turn(Sign::Plus, &q, load).unwrap();
             let push = load - BUCKLED;
             let fall = straight_chart::inward(Sign::Plus, &q).unwrap();
             let off = turn.period / (8.0 * fall / push).sqrt() - 1.0;

@@ -167,20 +167,23 @@ impl RodTheta {
 
     /// v reduced by the nearest multiple of half turns; the number of half turns, and their sign in s and c.
     #[inline(always)]
-    fn unwound<T: Real>(&self, v: T) -> (T, Option<[T; 2]>) {
+    fn reduce_half_turns<T: Real>(&self, v: T) -> (T, Option<[T; 2]>) {
         let Some(half_turn) = self.half_turn else {
             return (v, None);
         };
         let turns = (v * (1.0 / half_turn)).nearest();
-        let odd = T::mixed([1.0, -2.0], [turns, (turns * 0.5).nearest()]);
+        let odd = T::weighted_sum([1.0, -2.0], [turns, (turns * 0.5).nearest()]);
         let sign = v.all(1.0) - odd * odd * 2.0;
-        (T::mixed([1.0, -half_turn], [v, turns]), Some([turns, sign]))
+        (
+            T::weighted_sum([1.0, -half_turn], [v, turns]),
+            Some([turns, sign]),
+        )
     }
 
     /// One section, at u = lam part.
     #[inline(always)]
     pub fn place_at(&self, part: f64) -> SectionIntegrals<f64> {
-        let (v, wound) = self.unwound(part * self.whole);
+        let (v, wound) = self.reduce_half_turns(part * self.whole);
         let turned = if self.real {
             v.sin_cos()
         } else {
@@ -192,7 +195,7 @@ impl RodTheta {
     /// Sections in lanes, at u = lam part.
     #[inline(always)]
     pub fn at<S: Simd>(&self, part: Lanes<S>) -> SectionIntegrals<Lanes<S>> {
-        let (v, wound) = self.unwound(part * self.whole);
+        let (v, wound) = self.reduce_half_turns(part * self.whole);
         let turned = if self.real {
             v.sin_cos()
         } else {
@@ -225,7 +228,7 @@ impl RodTheta {
             s: p1 * (over * self.by_s),
             c: c * (over * self.by_c),
             d: d * (over * self.by_d),
-            b: T::mixed([self.linear, self.by_b], [u, slope]),
+            b: T::weighted_sum([self.linear, self.by_b], [u, slope]),
         };
         if let Some([turns, sign]) = wound {
             place.s = place.s * sign;

@@ -6,7 +6,7 @@
 //! number of stable equilibria at a point is the degree of the map there. It is 2 less the winding number about the
 //! point of the fold curve's image, run along with p.
 
-use super::atlas::{GridPoint, P_TOP, SPACING, refined, spread};
+use super::atlas::{GridPoint, P_TOP, SPACING, refine_samples, spread};
 use super::chart::ChartPoint;
 use super::curvature::{TipDerivatives, cross};
 use super::folds::{fold_at, fold_curve};
@@ -41,7 +41,7 @@ impl FoldLine {
             let e = fold_at(number, p)?.equilibrium;
             GridPoint::new(p, e.lambda)
         };
-        let line = refined(0.0, P_TOP, at, |a, b, step| {
+        let line = refine_samples(0.0, P_TOP, at, |a, b, step| {
             (a.x - b.x).hypot(a.y - b.y) > SPACING && step > 1e-9
         })?;
         let mut points: Vec<GridPoint> = line.into_iter().map(|(_, q)| q).collect();
@@ -119,7 +119,7 @@ impl StableRegion {
         let mut out = vec![[f64::NAN; 2]; n * n];
         for (k, out) in out.iter_mut().enumerate() {
             let (i, j) = (k % n, k / n);
-            let [x, y] = [raster.along(i), raster.along(j)];
+            let [x, y] = [raster.coordinate(i), raster.coordinate(j)];
             if x.hypot(y) > RIM {
                 continue;
             }
@@ -173,7 +173,7 @@ impl Raster {
     }
 
     /// Coordinate of grid line `i`.
-    fn along(&self, i: usize) -> f64 {
+    fn coordinate(&self, i: usize) -> f64 {
         2.0 * i as f64 / (self.n - 1) as f64 - 1.0
     }
 
@@ -229,7 +229,7 @@ impl Raster {
         };
         for j in lines(1) {
             for i in lines(0) {
-                let r = [self.along(i), self.along(j)];
+                let r = [self.coordinate(i), self.coordinate(j)];
                 let share = [
                     cross(from(r, b), from(r, c)) / area,
                     cross(from(r, c), from(r, a)) / area,
@@ -248,7 +248,7 @@ impl Raster {
     /// Records the equilibrium near (p, lam) with its end at the grid point (i, j), once.
     fn meet(&mut self, i: usize, j: usize, start: [f64; 2]) {
         let place = j * self.n + i;
-        let Some(met) = polished(start, [self.along(i), self.along(j)]) else {
+        let Some(met) = polish(start, [self.coordinate(i), self.coordinate(j)]) else {
             return;
         };
         // Two triangles with a common side may both hold the point.
@@ -263,7 +263,7 @@ impl Raster {
 
 /// Newton's method in (p, lam) for the end at `r`, started close by; `None` if it leaves the neighbourhood of the
 /// start or the stable region.
-fn polished(start: [f64; 2], r: [f64; 2]) -> Option<StablePoint> {
+fn polish(start: [f64; 2], r: [f64; 2]) -> Option<StablePoint> {
     let mut q = start;
     for _ in 0..12 {
         if !(q[0] > 0.0 && q[1] > 0.0) {

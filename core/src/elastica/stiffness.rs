@@ -86,7 +86,7 @@ impl EndStiffness {
 
 /// Stiffness of the straight rod's end across the rod, under the pull N (a push: N < 0): N b/(b - tanh b), b^2 = N.
 /// Evaluated by the continued fraction of tanh, which keeps its digits through N = 0; it vanishes at Euler's load.
-pub fn across(pull: f64) -> f64 {
+pub fn transverse_stiffness(pull: f64) -> f64 {
     let terms = 20 + pull.abs().sqrt() as usize;
     let tail = (2..terms)
         .rev()

@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 /// Euler's load: the straight rod buckles under this push.
 pub const EULER: f64 = 0.25 * PI * PI;
 /// Error for a push along the straight rod beyond [`EULER`].
-pub fn unstable(push: f64) -> Error {
+pub fn unstable_push_error(push: f64) -> Error {
     Error::domain(
         Message::from("a push of ")
             .number(push, Quantity::Force)
@@ -78,12 +78,12 @@ impl AlmostStraight {
     /// Rod under the pull `pull` > -[`EULER`] with its end at the height `y`, by Newton's method from the straight
     /// rod; `None` if y is too large for convergence.
     pub fn at(&self, pull: f64, y: f64) -> Option<NearlyStraightShape> {
-        let (theta, across) = self.solved(pull, y)?;
+        let (theta, across) = self.solve_shape(pull, y)?;
         Some(self.bent(pull, across, &theta))
     }
 
     /// theta at the nodes, and the cross force F.
-    fn solved(&self, pull: f64, y: f64) -> Option<(Field, f64)> {
+    fn solve_shape(&self, pull: f64, y: f64) -> Option<(Field, f64)> {
         let (n, weights) = (self.weights.len(), &self.weights);
         let (mut theta, mut across) = (Field::zeros(n), 0.0);
         let mut matrix = DMatrix::zeros(n + 1, n + 1);

@@ -330,7 +330,7 @@ pub(super) fn inward(side: Sign, q: &Vector2<f64>) -> Option<f64> {
 
 /// Chart point of the rod under `pull` whose end is deflected by the small `across`. A rod on the axis gets Z =
 /// [`ON_AXIS_Z`].
-pub(super) fn deflected(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
+pub(super) fn point_of_deflection(side: Sign, pull: f64, across: f64) -> Vector2<f64> {
     let height = across.abs();
     let sigma = sigma_of(pull);
     let z = 0.5 * height / (1.0 - Moments::new(pull).m[1]);
@@ -458,7 +458,7 @@ pub(super) fn to_amplitude(side: Sign, q: &Vector2<f64>) -> Vector2<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elastica::beam::held;
+    use crate::elastica::beam::straight_rod_constraint;
     use crate::elastica::{Elastica, Equilibrium};
     use crate::manifold::{EquilibriumManifold, adjugate_times};
 
@@ -546,9 +546,9 @@ mod tests {
     #[test]
     fn the_beam_is_the_limit_of_the_chart() {
         for pull in [-18.0_f64, -4.0, -1.0, 1e-3, 2.9, 40.0, 1e4] {
-            let (beam, y) = (held(pull).unwrap(), 1e-7);
+            let (beam, y) = (straight_rod_constraint(pull).unwrap(), 1e-7);
             let at = |pull: f64| {
-                let q = deflected(Sign::Minus, pull, -y);
+                let q = point_of_deflection(Sign::Minus, pull, -y);
                 let rod = Rod::new(-q[0], q[1]).unwrap();
                 (rod.tip, rod.force)
             };
@@ -560,7 +560,7 @@ mod tests {
             let slope = (at(pull + h).0[0] - at(pull - h).0[0]) / (2.0 * h * y * y);
             assert!(close(beam.softening, slope, 1e-5) && slope < 0.0, "{pull}");
         }
-        assert!(held(-19.5).is_none());
+        assert!(straight_rod_constraint(-19.5).is_none());
     }
 
     /// Catches a landing on the fold's own twin: on every scale the rod lands on the other side at the same end, and

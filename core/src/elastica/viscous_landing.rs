@@ -220,12 +220,7 @@ fn flow(
         rejected = !(ratio <= 1.0);
         h *= if factor > 0.2 { factor.min(most) } else { 0.2 };
     }
-    let lower = |l: &Vector2<f64>| {
-        rods.point(l)
-            .is_some_and(|p| p.energy < start.energy * (1.0 - 1e-9))
-    };
-    let stable = rods.stable_at(&rod.held)?;
-    stable.into_iter().find(lower).ok_or_else(|| {
+    rods.landings(q)?.into_iter().next().ok_or_else(|| {
         Error::no_convergence(format!(
             "the viscous layer from (p, w) = ({}, {}) does not settle; \
              the rod may rest on an unstable equilibrium: start from a slightly different pose, or choose another landing rule",

@@ -140,11 +140,11 @@ impl Part {
     fn text_in_units(&self, units: InUnits<'_>) -> String {
         let number = |value: f64, of, digits| {
             let (size, symbol) = units(of);
-            (rounded(value * size, digits), symbol)
+            (format_rounded(value * size, digits), symbol)
         };
         match self {
             Self::Words(words) => words.clone(),
-            Self::Number(value, of, digits) => spaced(number(*value, *of, *digits)),
+            Self::Number(value, of, digits) => join_unit(number(*value, *of, *digits)),
             Self::List(list) => {
                 let numbers = list.iter().map(|(value, of)| number(*value, *of, DIGITS));
                 let numbers: Vec<(String, &str)> = numbers.collect();
@@ -154,19 +154,19 @@ impl Part {
                     if same {
                         text.clone()
                     } else {
-                        spaced((text.clone(), symbol))
+                        join_unit((text.clone(), symbol))
                     }
                 };
                 let texts: Vec<String> = numbers.iter().map(each).collect();
                 let list = format!("[{}]", texts.join(", "));
-                spaced((list, if same { common } else { "" }))
+                join_unit((list, if same { common } else { "" }))
             }
         }
     }
 }
 
 /// A number, or a list of numbers, with its unit.
-fn spaced((text, symbol): (String, &str)) -> String {
+fn join_unit((text, symbol): (String, &str)) -> String {
     match symbol {
         "" => text,
         _ => format!("{text} {symbol}"),
@@ -174,7 +174,7 @@ fn spaced((text, symbol): (String, &str)) -> String {
 }
 
 /// A rounded number, with an exponent if very small or large.
-fn rounded(x: f64, digits: usize) -> String {
+fn format_rounded(x: f64, digits: usize) -> String {
     let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
     if x == 0.0 || !x.is_finite() || (1e-3..1e6).contains(&x.abs()) {
         format!("{}", rounded + 0.0)

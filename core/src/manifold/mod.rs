@@ -20,7 +20,8 @@ use nalgebra::{SMatrix, SVector};
 /// turns round there bounces.
 pub const TAUT: f64 = 20.0;
 
-/// Rounding of an energy in closed form, relative to its size.
+/// Rounding of an energy in closed form, relative to its size: 4e-14 (1 + p) of the elastica (docs/accuracy.md), with
+/// p below 24 on rods whose landing double precision determines.
 pub const ENERGY_ROUNDING: f64 = 1e-12;
 
 /// True if a rod whose end is held can fall from an equilibrium of the energy `from` to one of the energy `to`:

@@ -12,7 +12,7 @@
 //! of z(a) = z to the next. For sigma < L - 1 there are two folds, where l^3 = L / (1 + sigma), at
 //! heights of the body on an astroid: (sigma |z|)^(2/3) = L^(2/3) - (1 + sigma)^(2/3).
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_positive};
 use crate::manifold::{EquilibriumManifold, ManifoldPoint, Multivalued, Sheet, Sign};
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix1, Vector1};
@@ -43,11 +43,7 @@ impl Truss {
     /// A parameter that is not positive and finite.
     pub fn new(height: f64, bars: f64, spring: f64) -> Result<Self> {
         for (name, value) in [("height", height), ("bars", bars), ("spring", spring)] {
-            if !(0.0 < value && value < f64::INFINITY) {
-                return Err(Error::domain(format!(
-                    "{name} = {value} must be finite and > 0"
-                )));
-            }
+            check_positive(name, value)?;
         }
         let length = height.hypot(1.0);
         let sigma = 0.5 * spring / bars;

@@ -56,7 +56,7 @@ const TAME: std::ops::RangeInclusive<f64> = 1e-90..=1e90;
 pub fn carlson_rf(x: f64, y: f64, z: f64) -> Result<f64, DomainError> {
     const NAME: &str = "carlson_rf";
     check_carlson(NAME, [x, y, z])?;
-    let [low, mid, high] = sorted(x, y, z);
+    let [low, mid, high] = sort(x, y, z);
     if mid == 0.0 {
         return Err(fault(NAME, "y", mid, "at most one argument zero"));
     }
@@ -121,7 +121,7 @@ pub fn carlson_rd(x: f64, y: f64, z: f64) -> Result<f64, DomainError> {
     let lambda = rx * (ry + rz) + ry * rz;
     let [xn, yn, zn] = [rx, ry, rz].map(|r| 0.25 * (r * r + lambda));
     let scaled = 3.0 / (rz * (rz * rz + lambda)) + 0.25 * rf_rd(xn, yn, zn).1;
-    finite(NAME, "z", z, scaled * scale * scale * scale)
+    check_overflow(NAME, "z", z, scaled * scale * scale * scale)
 }
 
 /// The complete integral of the first kind, K.
@@ -233,7 +233,7 @@ pub fn incomplete_f(phi: f64, kc: f64) -> Result<f64, DomainError> {
         return Err(fault(NAME, "phi", phi, "|phi| < pi/2 where kc = 0"));
     }
     let rest = at.sin * rf(at.cos2, at.delta2, 1.0);
-    finite(
+    check_overflow(
         NAME,
         "phi",
         phi,
@@ -267,7 +267,7 @@ pub fn incomplete_e(phi: f64, kc: f64) -> Result<f64, DomainError> {
     let (k2, kc2) = (at.k2, kc * kc);
     let sin2 = at.sin * at.sin;
     let rest = at.sin * (kc2 * (rf + k2 * sin2 * rd / 3.0) + k2 * at.cos_over_delta());
-    finite(
+    check_overflow(
         NAME,
         "phi",
         phi,
@@ -299,7 +299,7 @@ pub fn incomplete_b(phi: f64, kc: f64) -> Result<f64, DomainError> {
     let at = Amplitude::new(NAME, phi, kc, true)?;
     let (_, rd) = rf_rd(at.cos2, 1.0, at.delta2);
     let rest = at.sin * (kc * kc * (at.sin * at.sin) * rd / 3.0 + at.cos_over_delta());
-    finite(
+    check_overflow(
         NAME,
         "phi",
         phi,
@@ -343,7 +343,7 @@ pub fn complete(kc: f64) -> Result<Complete, DomainError> {
     const NAME: &str = "complete";
     check_modulus(NAME, kc, false)?;
     let (k, e, b) = complete_keb(kc);
-    let k_kc = finite(NAME, "kc", kc, -b / kc)?;
+    let k_kc = check_overflow(NAME, "kc", kc, -b / kc)?;
     let e_kc = kc * (k - b);
     Ok(Complete {
         k,
@@ -435,8 +435,8 @@ pub fn incomplete(phi: f64, kc: f64) -> Result<Incomplete, DomainError> {
         f_kc: with(-kc * g, -whole.2 / kc),
         e_kc: with(kc * d, kc * (whole.0 - whole.2)),
     };
-    finite(NAME, "phi", phi, out.f)?;
-    finite(NAME, "kc", kc, out.f_kc)?;
+    check_overflow(NAME, "phi", phi, out.f)?;
+    check_overflow(NAME, "kc", kc, out.f_kc)?;
     Ok(out)
 }
 
@@ -555,7 +555,7 @@ fn check_carlson(name: &'static str, arguments: [f64; 3]) -> Result<(), DomainEr
 
 /// `result`, or an error if the result is too large for an f64.
 #[inline]
-fn finite(
+fn check_overflow(
     name: &'static str,
     argument: &'static str,
     value: f64,
@@ -574,7 +574,7 @@ fn finite(
 }
 
 #[inline]
-fn sorted(x: f64, y: f64, z: f64) -> [f64; 3] {
+fn sort(x: f64, y: f64, z: f64) -> [f64; 3] {
     let (low, high) = (x.min(y), x.max(y));
     [low.min(z), low.max(high.min(z)), high.max(z)]
 }

@@ -1,6 +1,6 @@
 //! Moving frames: positions, velocities and accelerations in the frame and in the world.
 
-use super::se3::joined;
+use super::se3::join;
 use nalgebra::{
     Isometry3, Matrix2, Matrix3, Rotation3, SMatrix, SVector, Translation3, UnitQuaternion,
     Vector2, Vector3,
@@ -68,29 +68,33 @@ impl<const D: usize> Frame<D> {
     }
 
     /// Velocity of the frame itself at the position x, along its axes.
-    pub fn carried(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
+    pub fn velocity_of_fixed_point(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
         self.spin * x + self.velocity
     }
 
     /// Velocity in the world of a point that moves at `v` as seen from the frame.
-    pub fn absolute(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
-        self.turn * (v + self.carried(x))
+    pub fn absolute_velocity(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
+        self.turn * (v + self.velocity_of_fixed_point(x))
     }
 
     /// Acceleration in the world of a point fixed in the frame.
     pub fn acceleration_of_fixed_point(&self, x: &SVector<f64, D>) -> SVector<f64, D> {
-        self.turn * self.swept(x, &SVector::zeros())
+        self.turn * self.acceleration_at_constant_velocity(x, &SVector::zeros())
     }
 
     /// Acceleration in the world, along the axes of the frame, of a point that moves at constant `v` as seen from the
     /// frame.
-    pub fn swept(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
+    pub fn acceleration_at_constant_velocity(
+        &self,
+        x: &SVector<f64, D>,
+        v: &SVector<f64, D>,
+    ) -> SVector<f64, D> {
         self.centrifugal * x + self.coriolis * v + self.acceleration
     }
 
     /// Velocity seen from the frame of a point that moves at `v` in the world.
     pub fn relative(&self, x: &SVector<f64, D>, v: &SVector<f64, D>) -> SVector<f64, D> {
-        self.turn.tr_mul(v) - self.carried(x)
+        self.turn.tr_mul(v) - self.velocity_of_fixed_point(x)
     }
 }
 
@@ -160,12 +164,12 @@ impl Frame<3> {
         let spin_rate = self.centrifugal - self.spin * self.spin;
         Frame {
             turn: blocks(&self.turn, &self.turn),
-            origin: joined(&Vector3::zeros(), &self.origin),
+            origin: join(&Vector3::zeros(), &self.origin),
             spin: blocks(&none, &self.spin),
-            velocity: joined(&vector(&self.spin), &self.velocity),
+            velocity: join(&vector(&self.spin), &self.velocity),
             centrifugal: blocks(&none, &self.centrifugal),
             coriolis: blocks(&self.spin, &self.coriolis),
-            acceleration: joined(&vector(&spin_rate), &self.acceleration),
+            acceleration: join(&vector(&spin_rate), &self.acceleration),
         }
     }
 }

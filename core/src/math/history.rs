@@ -11,8 +11,7 @@ use std::sync::Arc;
 /// A break is a time at which some derivative jumps, or near which the function has a feature that a long step would
 /// miss. Runs end a step at every break, so that no kink lies inside a step and no pulse is skipped.
 ///
-/// The data are plain, as in scenes; [`TimeLoad`](crate::body::TimeLoad) and [`Support`](crate::body::Support)
-/// refuse numbers that do not define a function.
+/// The data are plain, as in scenes. Loads in time and supports refuse numbers that do not define a function.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -140,7 +139,7 @@ impl History {
     /// # Errors
     /// No point; times that do not grow; a number that is not finite.
     pub fn smooth(points: &[[f64; 2]]) -> Result<Self> {
-        listed(points)?;
+        check_table(points)?;
         let spline = RestSpline::new(points).ok_or_else(|| {
             Error::domain("a table's times lie too unevenly for a smooth curve: thin them out")
         })?;
@@ -159,21 +158,21 @@ impl History {
     /// Checks that numbers are finite and times grow.
     pub fn checked(self) -> Result<Self> {
         match &self {
-            Self::Constant(value) => finite(&[("constant", *value)]),
-            Self::Rate { rate } => finite(&[("rate", *rate)]),
-            Self::Sine(sine) => finite(&[
+            Self::Constant(value) => check_numbers(&[("constant", *value)]),
+            Self::Rate { rate } => check_numbers(&[("rate", *rate)]),
+            Self::Sine(sine) => check_numbers(&[
                 ("amplitude", sine.amplitude),
                 ("frequency", sine.frequency),
                 ("phase", sine.phase),
             ]),
-            Self::Ramp(ramp) => finite(&[("from", ramp.from), ("to", ramp.to)])
-                .and_then(|()| growing("a ramp", &[ramp.start, ramp.until])),
-            Self::Pulse(pulse) => finite(&[("amplitude", pulse.amplitude)])
-                .and_then(|()| growing("a pulse", &pulse.times())),
-            Self::Block(block) => finite(&[("size", block.size)])
-                .and_then(|()| growing("a block", &[block.start, block.until])),
-            Self::Table(rows) => listed(rows),
-            Self::Custom(custom) => growing("breaks", &custom.breaks),
+            Self::Ramp(ramp) => check_numbers(&[("from", ramp.from), ("to", ramp.to)])
+                .and_then(|()| check_growing("a ramp", &[ramp.start, ramp.until])),
+            Self::Pulse(pulse) => check_numbers(&[("amplitude", pulse.amplitude)])
+                .and_then(|()| check_growing("a pulse", &pulse.times())),
+            Self::Block(block) => check_numbers(&[("size", block.size)])
+                .and_then(|()| check_growing("a block", &[block.start, block.until])),
+            Self::Table(rows) => check_table(rows),
+            Self::Custom(custom) => check_growing("breaks", &custom.breaks),
         }?;
         Ok(self)
     }
@@ -262,7 +261,7 @@ fn line(t: f64, rows: &[[f64; 2]]) -> [f64; 3] {
     }
 }
 
-fn finite(numbers: &[(&str, f64)]) -> Result<()> {
+fn check_numbers(numbers: &[(&str, f64)]) -> Result<()> {
     match numbers.iter().find(|(_, x)| !x.is_finite()) {
         Some((name, x)) => Err(Error::domain(format!(
             "{name} = {x} of a history in time must be finite"
@@ -271,7 +270,7 @@ fn finite(numbers: &[(&str, f64)]) -> Result<()> {
     }
 }
 
-fn growing(what: &str, times: &[f64]) -> Result<()> {
+fn check_growing(what: &str, times: &[f64]) -> Result<()> {
     let sound = times.iter().all(|t| t.is_finite()) && times.is_sorted_by(|a, b| a < b);
     if sound {
         return Ok(());
@@ -281,15 +280,15 @@ fn growing(what: &str, times: &[f64]) -> Result<()> {
     )))
 }
 
-fn listed(points: &[[f64; 2]]) -> Result<()> {
+fn check_table(points: &[[f64; 2]]) -> Result<()> {
     if points.is_empty() {
         return Err(Error::domain("a table needs at least one point [t, f]"));
     }
     for pair in points.windows(2) {
-        growing("a table", &[pair[0][0], pair[1][0]])?;
+        check_growing("a table", &[pair[0][0], pair[1][0]])?;
     }
     for point in points {
-        finite(&[("time", point[0]), ("value", point[1])])?;
+        check_numbers(&[("time", point[0]), ("value", point[1])])?;
     }
     Ok(())
 }

@@ -2,12 +2,14 @@
 //!
 //! Only inlined code is compiled for the wide registers: functions carry `inline(always)`, and closures are avoided.
 
+use super::Row;
+use super::collocation_tables::{integral_table, mode_table};
 use super::real::Real;
 use pulp::Simd;
 use std::ops::{Add, Mul, Sub};
 
 /// Nodes and weights of the Gauss rule on [-1, 1].
-const NODES: [f64; 8] = [
+const NODES: Row = [
     -0.960_289_856_497_536_3,
     -0.796_666_477_413_626_7,
     -0.525_532_409_916_329,
@@ -17,7 +19,7 @@ const NODES: [f64; 8] = [
     0.796_666_477_413_626_7,
     0.960_289_856_497_536_3,
 ];
-const WEIGHTS: [f64; 8] = [
+const WEIGHTS: Row = [
     0.101_228_536_290_376_26,
     0.222_381_034_453_374_48,
     0.313_706_645_877_887_27,
@@ -28,53 +30,21 @@ const WEIGHTS: [f64; 8] = [
     0.101_228_536_290_376_26,
 ];
 
-/// Legendre polynomials P_0 .. P_8 at x.
-pub(crate) const fn legendre(x: f64) -> [f64; 9] {
-    let mut p = [1.0, x, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let mut k = 1;
-    while k < 8 {
-        let n = k as f64;
-        p[k + 1] = ((2.0 * n + 1.0) * x * p[k] - n * p[k - 1]) / (n + 1.0);
-        k += 1;
-    }
-    p
-}
+/// `MODES[j][k]`: contribution of the value at node j to the coefficient of P_k.
+const MODES: [[f64; 8]; 8] = mode_table(&NODES, &WEIGHTS);
 
-/// `MODES[k][j]`: contribution of a value at node j to the coefficient of P_k.
-const MODES: [[f64; 8]; 8] = {
-    let mut modes = [[0.0; 8]; 8];
-    let mut k = 0;
-    while k < 8 {
-        let mut j = 0;
-        while j < 8 {
-            modes[k][j] = (k as f64 + 0.5) * WEIGHTS[j] * legendre(NODES[j])[k];
-            j += 1;
-        }
-        k += 1;
-    }
-    modes
-};
+/// `INTEGRALS[j][i]` = a_ij.
+const INTEGRALS: [Row; 8] = integral_table(&MODES, &NODES);
 
-/// `INTEGRALS[j][i]` = a_ij, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on [0, 1].
-const INTEGRALS: [[f64; 8]; 8] = {
-    let mut integrals = [[0.0; 8]; 8];
+/// Contributions to the coefficient of P_7.
+const LAST_MODE: Row = {
+    let mut last = [0.0; 8];
     let mut j = 0;
     while j < 8 {
-        let mut i = 0;
-        while i < 8 {
-            let p = legendre(NODES[i]);
-            let mut sum = MODES[0][j] * (1.0 + NODES[i]);
-            let mut k = 1;
-            while k < 8 {
-                sum += MODES[k][j] * (p[k + 1] - p[k - 1]) / (2 * k + 1) as f64;
-                k += 1;
-            }
-            integrals[j][i] = 0.5 * sum;
-            i += 1;
-        }
+        last[j] = MODES[j][7];
         j += 1;
     }
-    integrals
+    last
 };
 
 /// The Gauss rule on a step.
@@ -97,7 +67,7 @@ impl<S: Simd> Rule<S> {
         Self {
             weights: Eight::of(simd, WEIGHTS) * (0.5 * h),
             integrals,
-            top: Eight::of(simd, MODES[7]),
+            top: Eight::of(simd, LAST_MODE),
         }
     }
 
@@ -154,9 +124,9 @@ impl<S: Simd> Extension<S> {
         }
         let mut by = p;
         for j in 0..8 {
-            by[j] = Eight::all(simd, MODES[0][j]);
+            by[j] = Eight::all(simd, MODES[j][0]);
             for k in 1..8 {
-                by[j] = p[k].times_plus(x.with(MODES[k][j]), by[j]);
+                by[j] = p[k].times_plus(x.with(MODES[j][k]), by[j]);
             }
         }
         Self { by }

@@ -2,13 +2,12 @@
 
 pub(crate) mod agm;
 pub(crate) mod carlson;
+pub(crate) mod collocation_tables;
 mod domain;
 pub mod elliptic;
 pub mod frame;
 pub mod gauss;
 pub mod history;
-#[cfg(test)]
-pub(crate) mod interval;
 pub mod jacobi;
 pub mod lanes8;
 pub mod product;

@@ -22,7 +22,7 @@ pub trait Real:
 
     /// Sum of k_i x_i.
     #[inline(always)]
-    fn mixed<const N: usize>(k: [f64; N], x: [Self; N]) -> Self {
+    fn weighted_sum<const N: usize>(k: [f64; N], x: [Self; N]) -> Self {
         let mut sum = x[0] * k[0];
         for i in 1..N {
             sum = x[i].times_plus(x[i].all(k[i]), sum);
@@ -53,7 +53,7 @@ pub trait Real:
     #[inline(always)]
     fn half_exp(self) -> Halves<Self> {
         let twos = (self * LOG2_E).nearest();
-        let r = Self::mixed([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
+        let r = Self::weighted_sum([1.0, -LOG_2[0], -LOG_2[1]], [self, twos, twos]);
         // Odd and even powers are independent sums; |r| < 0.35.
         let r2 = r * r;
         let even = r2.series(&const { reciprocal_factorials::<7>(0) });

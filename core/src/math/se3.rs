@@ -14,14 +14,14 @@ pub fn halves(pair: &Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
 }
 
 /// A twist or a wrench from its halves, the rotational one first.
-pub fn joined(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
+pub fn join(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
 }
 
 /// Twist or wrench with both halves rotated.
-pub fn turned(turn: &UnitQuaternion<f64>, pair: &Vector6<f64>) -> Vector6<f64> {
+pub fn rotate_halves(turn: &UnitQuaternion<f64>, pair: &Vector6<f64>) -> Vector6<f64> {
     let (a, b) = halves(pair);
-    joined(&(turn * a), &(turn * b))
+    join(&(turn * a), &(turn * b))
 }
 
 /// The rotation vector of a rotation, of length at most pi.

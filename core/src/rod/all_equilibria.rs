@@ -7,7 +7,7 @@ use super::problem::Problem;
 use super::solution_path::{ChosenPath, Path, ProblemChart};
 use super::starts::PathStart;
 use crate::error::Result;
-use crate::solve::deflation::{self, further};
+use crate::solve::deflation::{self, find_further};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
 
@@ -47,7 +47,7 @@ impl Problem {
     /// that none in its plane is missing.
     pub fn others(&self, known: &[Wrench]) -> Vec<Wrench> {
         let mut all: Vec<Wrench> = known.iter().map(|base| self.rod.inward(base)).collect();
-        match self.charted(None) {
+        match self.choose_chart(None) {
             Ok((ProblemChart::ClosedForm(chart), taken)) => {
                 self.gather(&chart, &mut self.closed_starts(&chart), &taken, &mut all);
             }
@@ -103,7 +103,7 @@ impl Problem {
             separation: SAME,
             ..deflation::Options::default()
         };
-        if let Ok(search) = further(&member, 0.0, &known, &guesses, &asked) {
+        if let Ok(search) = find_further(&member, 0.0, &known, &guesses, &asked) {
             let found = search.solutions.iter();
             let found = found.filter_map(|solution| Spatial.wrench(self, &solution.x).ok());
             all.extend(found.filter(|b| b.norm() <= bound));

@@ -109,7 +109,7 @@ pub(super) type Equations = (DVector<f64>, DMatrix<f64>);
 ///
 /// # Errors
 /// A different number of unknowns.
-pub(super) fn sized<const N: usize>(x: &DVector<f64>) -> Result<SVector<f64, N>> {
+pub(super) fn as_array<const N: usize>(x: &DVector<f64>) -> Result<SVector<f64, N>> {
     if x.len() == N {
         return Ok(SVector::from_column_slice(x.as_slice()));
     }
@@ -141,11 +141,11 @@ impl Chart for Spatial {
     }
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Trial> {
-        problem.trial(&sized(x)?)
+        problem.trial(&as_array(x)?)
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<Trial> {
-        problem.bare_trial(&sized(x)?)
+        problem.bare_trial(&as_array(x)?)
     }
 
     fn residual(&self, problem: &Problem, trial: &Trial) -> DVector<f64> {
@@ -158,7 +158,7 @@ impl Chart for Spatial {
     }
 
     fn wrench(&self, _: &Problem, x: &DVector<f64>) -> Result<Wrench> {
-        sized(x)
+        as_array(x)
     }
 
     fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<DVector<f64>> {

@@ -4,7 +4,7 @@
 //! The two unknowns are the chart (p, w) of [`crate::elastica`], in units of 0.1; nothing is integrated. The
 //! compliance c in the plane scales its unit stiffness: lam^2 = c |n|.
 
-use super::chart::{Chart, dynamic, dynamic_matrix, sized};
+use super::chart::{Chart, as_array, dynamic, dynamic_matrix};
 use super::ivp::Wrench;
 use super::planar::Plane;
 use super::problem::Problem;
@@ -127,7 +127,7 @@ impl Chart for ClosedForm {
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<ClosedTrial> {
         let c = self.compliance(problem);
-        let x = sized::<2>(x)?;
+        let x = as_array::<2>(x)?;
         let (p, w) = (UNIT * x[0], UNIT * x[1]);
         if !(p.abs() < P_LIMIT && 0.0 < w && w < W_LIMIT) {
             return Err(Error::domain(format!(
@@ -185,7 +185,7 @@ impl Chart for ClosedForm {
 
     /// Elastica with the force of the wrench, and the nearest couple in the chart.
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
-        let (flat, _) = self.plane.part(b);
+        let (flat, _) = self.plane.in_plane_part(b);
         let n = Vector2::new(flat[1], flat[2]);
         let c = self.compliance(problem);
         let lam = (c * n.norm()).sqrt();

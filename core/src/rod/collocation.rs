@@ -73,7 +73,7 @@ impl<'a> Collocated<'a> {
         let along = Integration::new(self, b, (first, K), tolerance)?;
         let ended = along.follow(None);
         let ended = ended.map_err(|s| integration_error(self.law, b, None, s))?;
-        Ok((along.ended(&ended), ended.cost))
+        Ok((along.end_along_clamp_axes(&ended), ended.cost))
     }
 }
 
@@ -409,16 +409,16 @@ impl<'a> Integration<'a> {
     }
 
     /// The end along the axes of the clamp.
-    fn ended<const K: usize>(&self, ended: &EndState) -> LineState<K> {
+    fn end_along_clamp_axes<const K: usize>(&self, ended: &EndState) -> LineState<K> {
         let q = product(&conjugate(&Turn::from(self.clamp())), &Turn::from(ended.q));
         let r = self.axes * Vector3::from(ended.r);
-        let tangent = self.turned(&ended.columns.tangent);
-        LineState::ended(q.into(), r.into(), ended.energy, &tangent)
+        let tangent = self.rotate_pairs(&ended.columns.tangent);
+        LineState::from_end_data(q.into(), r.into(), ended.energy, &tangent)
     }
 
     /// Pairs of vectors along the axes of the clamp. Columns are by couples and forces, in threes, and are turned as
     /// well.
-    fn turned<const K: usize>(&self, pairs: &[[f64; 6]; MAX_COLUMNS]) -> [[f64; 6]; K] {
+    fn rotate_pairs<const K: usize>(&self, pairs: &[[f64; 6]; MAX_COLUMNS]) -> [[f64; 6]; K] {
         let axes = &self.axes;
         std::array::from_fn(|k| {
             let block = k - k % 3;

@@ -52,21 +52,21 @@ fn conjugate<const K: usize, C: LoadState<K>>(
 }
 
 /// The first three columns, which keep n.
-fn own<const K: usize>(all: &SMatrix<f64, 3, K>) -> Matrix3<f64> {
+fn first_three_columns<const K: usize>(all: &SMatrix<f64, 3, K>) -> Matrix3<f64> {
     all.fixed_columns::<3>(0).into_owned()
 }
 
 /// P + i kappa J of columns 0..3.
-pub(super) fn whole<const K: usize>(
+pub(super) fn complex_columns<const K: usize>(
     (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
     weight: f64,
 ) -> Matrix3<Complex<f64>> {
-    own(p).zip_map(&own(j), |p, j| Complex::new(p, weight * j))
+    first_three_columns(p).zip_map(&first_three_columns(j), |p, j| Complex::new(p, weight * j))
 }
 
 /// det(P + i kappa J) and the rate of its angle along the rod: P' = n x rho' + (m' x phi + m x phi')/2, also under a
 /// load along the rod.
-fn turning<const K: usize, C: LoadState<K>>(
+fn angle_rate<const K: usize, C: LoadState<K>>(
     at: &LineState<K, C>,
     slope: &LineState<K, C>,
     rod: &Loaded<'_, K, C>,
@@ -78,8 +78,10 @@ fn turning<const K: usize, C: LoadState<K>>(
     let (m, n) = at.resultants(rod.b, rod.load);
     let dj = block(&slope.tangent[..3]);
     let dp = n.cross_matrix() * block(&slope.tangent[3..])
-        + 0.5 * (n.cross(&slope.position()).cross_matrix() * own(&found.0) + m.cross_matrix() * dj);
-    let whole = whole(&found, weight);
+        + 0.5
+            * (n.cross(&slope.position()).cross_matrix() * first_three_columns(&found.0)
+                + m.cross_matrix() * dj);
+    let whole = complex_columns(&found, weight);
     let rate = dp.zip_map(&dj, |p, j| Complex::new(p, weight * j));
     Some((
         whole.determinant(),
@@ -115,9 +117,9 @@ pub(super) fn variations<const K: usize, C: LoadState<K>>(
     Ok(Variations {
         growth: found.growth * size(end).max(1.0) / compliance.max(1.0),
         n: end.resultants(b, load).1,
-        end: end.bare(),
+        end: end.without_load(),
         dm,
-        conjugate: (own(&j), own(&p)),
+        conjugate: (first_three_columns(&j), first_three_columns(&p)),
         angle: found.angle,
         weight,
     })
@@ -130,7 +132,7 @@ fn size<const K: usize, C>(at: &LineState<K, C>) -> f64 {
 }
 
 /// Error: the variations could not be followed.
-pub(super) fn lost() -> Error {
+pub(super) fn variations_error() -> Error {
     Error::no_convergence("the variations along the rod could not be followed")
 }
 
@@ -146,8 +148,9 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
     let [dm, dn] = unit_columns();
     let mut flow = Flow::<K, C>::new(law, load, b, dm, dn);
     let state = LineState::clamp();
-    let slope = flow.slope(&state).ok_or_else(lost)?;
-    let mut turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+    let slope = flow.slope(&state).ok_or_else(variations_error)?;
+    let mut turn =
+        angle_rate(&state, &slope, rod, &flow.dm, weight).ok_or_else(variations_error)?;
     let mut solver = Dop853::new(state, slope, longest, tolerance);
     let mut step = solver.blank();
     let (mut angle, mut growth, mut h_max) = (0.0, 1.0, longest);
@@ -158,8 +161,9 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
             pieces.next();
             if let Some(&&(from, _)) = pieces.peek() {
                 let state = solver.state().at(from);
-                let slope = flow.slope(&state).ok_or_else(lost)?;
-                turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+                let slope = flow.slope(&state).ok_or_else(variations_error)?;
+                turn = angle_rate(&state, &slope, rod, &flow.dm, weight)
+                    .ok_or_else(variations_error)?;
                 solver.rewind(state, slope);
             }
             continue;
@@ -170,8 +174,9 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
                 h_max.min(left),
                 &mut step,
             )
-            .map_err(|_| flow.refusal.take().unwrap_or_else(lost))?;
-        let next = turning(&step.to, step.end_slope(), rod, &flow.dm, weight).ok_or_else(lost)?;
+            .map_err(|_| flow.refusal.take().unwrap_or_else(variations_error))?;
+        let next = angle_rate(&step.to, step.end_slope(), rod, &flow.dm, weight)
+            .ok_or_else(variations_error)?;
         // The angle is known modulo whole turns. The rates at both ends decide, if they agree with the angle and with
         // each other.
         let turned = (next.0 / turn.0).arg();
@@ -183,7 +188,7 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
             solver.rewind(step.from, step.stage_slopes()[0]);
             h_max = 0.5 * step.h;
             if solver.cost().steps > STEP_LIMIT {
-                return Err(lost());
+                return Err(variations_error());
             }
             continue;
         }
@@ -192,13 +197,15 @@ pub(super) fn follow_variations<const K: usize, C: LoadState<K>>(
         turn = next;
         if size(&step.to) > MIXING_SIZE {
             let (mut state, mut slope) = (step.to, *step.end_slope());
-            growth *= separate(&mut state, &mut slope, &mut flow, rod).ok_or_else(lost)?;
+            growth *= separate_columns(&mut state, &mut slope, &mut flow, rod)
+                .ok_or_else(variations_error)?;
             // The mixing matrix has a positive determinant: the angle is unchanged.
-            turn = turning(&state, &slope, rod, &flow.dm, weight).ok_or_else(lost)?;
+            turn =
+                angle_rate(&state, &slope, rod, &flow.dm, weight).ok_or_else(variations_error)?;
             solver.rewind(state, slope);
         }
         if solver.cost().steps > STEP_LIMIT {
-            return Err(lost());
+            return Err(variations_error());
         }
     }
     Ok(FollowedRod {
@@ -214,13 +221,13 @@ pub(super) const MIXING_SIZE: f64 = 30.0;
 
 /// Makes columns 0..3 of (J, P) orthonormal and removes their part from the others. The equations are linear, so
 /// state, slope and dm(0) mix alike. Returns the previous size of the three.
-fn separate<const K: usize, C: LoadState<K>>(
+fn separate_columns<const K: usize, C: LoadState<K>>(
     state: &mut LineState<K, C>,
     slope: &mut LineState<K, C>,
     flow: &mut Flow<'_, K, C>,
     rod: &Loaded<'_, K, C>,
 ) -> Option<f64> {
-    let (mixing, size) = separating(&conjugate(state, rod, &flow.dm))?;
+    let (mixing, size) = mixing_matrix(&conjugate(state, rod, &flow.dm))?;
     let rows = (state.tangent.iter_mut())
         .chain(slope.tangent.iter_mut())
         .chain(flow.dm.iter_mut())
@@ -234,11 +241,11 @@ fn separate<const K: usize, C: LoadState<K>>(
 
 /// Mixing matrix, of positive determinant, that makes columns 0..3 of (J, P) orthonormal and removes their part from
 /// the others; and the size of the three.
-pub(super) fn separating<const K: usize>(
+pub(super) fn mixing_matrix<const K: usize>(
     (j, p): &(SMatrix<f64, 3, K>, SMatrix<f64, 3, K>),
 ) -> Option<(SMatrix<f64, K, K>, f64)> {
-    let gram = own(j).transpose() * j + own(p).transpose() * p;
-    let square = own(&gram);
+    let gram = first_three_columns(j).transpose() * j + first_three_columns(p).transpose() * p;
+    let square = first_three_columns(&gram);
     let one = square.cholesky()?.l().transpose().try_inverse()?;
     let mut mixing = SMatrix::<f64, K, K>::identity();
     mixing.fixed_view_mut::<3, 3>(0, 0).copy_from(&one);

@@ -35,13 +35,13 @@ impl Piece {
         rest.fold(Vector3::zeros(), |sum, c| sum * (x - self.from) + c)
     }
 
-    fn gathered(&self, x: f64) -> Vector3<f64> {
+    fn integral_to(&self, x: f64) -> Vector3<f64> {
         let (rest, x) = (self.coefficients.iter().enumerate().rev(), x - self.from);
         self.before + x * rest.fold(Vector3::zeros(), |sum, (k, c)| sum * x + c / (k + 1) as f64)
     }
 
     /// The coefficients in powers of x - `from`.
-    fn about(&self, from: f64) -> Vec<Vector3<f64>> {
+    fn coefficients_about(&self, from: f64) -> Vec<Vector3<f64>> {
         let mut c = self.coefficients.clone();
         // Repeated Horner scheme (Taylor shift).
         for first in 0..c.len().saturating_sub(1) {
@@ -106,7 +106,7 @@ impl DistributedLoad {
         for (from, coefficients) in pieces {
             let before = made
                 .last()
-                .map_or(Vector3::zeros(), |last| last.gathered(from));
+                .map_or(Vector3::zeros(), |last| last.integral_to(from));
             made.push(Piece {
                 from,
                 before,
@@ -126,7 +126,10 @@ impl DistributedLoad {
         breaks.sort_by(f64::total_cmp);
         breaks.dedup();
         let pieces = breaks.into_iter().map(|from| {
-            let (mut sum, mut more) = (self.at(from).about(from), other.at(from).about(from));
+            let (mut sum, mut more) = (
+                self.at(from).coefficients_about(from),
+                other.at(from).coefficients_about(from),
+            );
             if sum.len() < more.len() {
                 std::mem::swap(&mut sum, &mut more);
             }
@@ -158,14 +161,14 @@ impl DistributedLoad {
         let ends = self.pieces.iter().skip(1).map(|piece| piece.from);
         let ends: Vec<f64> = ends.chain([1.0]).collect();
         for (piece, end) in self.pieces.iter().zip(ends).rev() {
-            let mut coefficients = piece.about(end);
+            let mut coefficients = piece.coefficients_about(end);
             for c in coefficients.iter_mut().skip(1).step_by(2) {
                 c.neg_mut();
             }
             let from = 1.0 - end;
             let before = pieces
                 .last()
-                .map_or(Vector3::zeros(), |last| last.gathered(from));
+                .map_or(Vector3::zeros(), |last| last.integral_to(from));
             pieces.push(Piece {
                 from,
                 before,
@@ -190,13 +193,13 @@ impl DistributedLoad {
 
     /// int f dx from the base to x = s/L: the force on that part of a rod of length 1.
     #[inline]
-    pub fn gathered(&self, x: f64) -> Vector3<f64> {
-        self.at(x).gathered(x)
+    pub fn integral_to(&self, x: f64) -> Vector3<f64> {
+        self.at(x).integral_to(x)
     }
 
     /// The whole force on a rod of this length.
     pub fn total(&self, length: f64) -> Vector3<f64> {
-        self.gathered(1.0) * length
+        self.integral_to(1.0) * length
     }
 
     /// Places x = s/L inside the rod at which the load is not smooth, in growing order.
@@ -274,8 +277,8 @@ impl ScaledLoad {
 
     /// Accumulated load int_0^s f.
     #[inline]
-    pub(super) fn gathered(&self, s: f64) -> Vector3<f64> {
-        self.load.gathered(s)
+    pub(super) fn integral_to(&self, s: f64) -> Vector3<f64> {
+        self.load.integral_to(s)
     }
 
     /// Load density f(s).
@@ -286,7 +289,7 @@ impl ScaledLoad {
 
     /// Total load int_0^1 f.
     pub(super) fn total(&self) -> Vector3<f64> {
-        self.gathered(1.0)
+        self.integral_to(1.0)
     }
 
     /// Places inside the rod at which the load is not smooth.
@@ -299,7 +302,7 @@ impl ScaledLoad {
         const PARTS: usize = 64;
         let at = |k: usize| {
             let s = (k as f64 + 0.5) / PARTS as f64;
-            of(&(base - self.gathered(s)))
+            of(&(base - self.integral_to(s)))
         };
         (0..PARTS).map(at).sum::<f64>() / PARTS as f64
     }
@@ -325,7 +328,7 @@ pub(super) trait LoadState<const K: usize>: Copy + std::fmt::Debug {
     /// Load density at s.
     fn density(load: &Self::Load, s: f64) -> Vector3<f64>;
     /// Subtracts w from m.
-    fn take_couple(&self, m: &mut [f64; 3]);
+    fn subtract_couple(&self, m: &mut [f64; 3]);
     /// Subtracts dw from dm, by columns.
     fn take_columns(&self, dm: &mut [[f64; K]; 3]);
     /// Derivative along the rod at s, r and rho.
@@ -357,7 +360,7 @@ impl<const K: usize> LoadState<K> for () {
     }
 
     #[inline(always)]
-    fn take_couple(&self, _: &mut [f64; 3]) {}
+    fn subtract_couple(&self, _: &mut [f64; 3]) {}
 
     #[inline(always)]
     fn take_columns(&self, _: &mut [[f64; K]; 3]) {}
@@ -418,7 +421,7 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
 
     #[inline]
     fn force(load: &ScaledLoad, base: &[f64; 3], s: f64) -> [f64; 3] {
-        let gone = load.gathered(s);
+        let gone = load.integral_to(s);
         [base[0] - gone.x, base[1] - gone.y, base[2] - gone.z]
     }
 
@@ -428,7 +431,7 @@ impl<const K: usize> LoadState<K> for LoadMoment<K> {
     }
 
     #[inline]
-    fn take_couple(&self, m: &mut [f64; 3]) {
+    fn subtract_couple(&self, m: &mut [f64; 3]) {
         for (m, w) in m.iter_mut().zip(&self.w) {
             *m -= w;
         }

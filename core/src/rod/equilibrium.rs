@@ -66,6 +66,44 @@ impl Problem {
     /// No convergence from the guess, or on any path; the message says how far the best one came. A requested path
     /// that is not valid.
     pub fn solve(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
+        if guess.is_some() || self.end.follower {
+            return self.solve_along_paths(guess);
+        }
+        let is_stable =
+            |found: &Result<Equilibrium>| matches!(found, Ok(found) if found.index == 0);
+        // A heavy rod defies continuation: it falls first.
+        let mut fallen = None;
+        if self.is_heavy() {
+            fallen = self.solve_by_descent();
+            if let Some(fallen) = &fallen
+                && is_stable(fallen)
+            {
+                return fallen.clone();
+            }
+        }
+        let found = self.solve_along_paths(None);
+        if is_stable(&found) {
+            return found;
+        }
+        match (found, fallen.or_else(|| self.solve_by_descent())) {
+            (Err(_), Some(Ok(fallen))) => Ok(fallen),
+            (Ok(found), Some(Ok(fallen))) if fallen.index < found.index => Ok(fallen),
+            (found, _) => found,
+        }
+    }
+
+    /// True if the load along the rod bends the rod so far that continuation from the unloaded rod may fail: lam, the
+    /// mean of sqrt(|n| L^2/B), is beyond [`TIGHT`].
+    fn is_heavy(&self) -> bool {
+        let Some(weight) = &self.weight else {
+            return false;
+        };
+        let [a, b] = self.rod.law.flexures();
+        (weight.total().norm() * a.max(b)).sqrt() > TIGHT
+    }
+
+    /// The equilibrium from a guess, or along paths from the unloaded rod.
+    fn solve_along_paths(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
         let taut = self.solve_taut(guess, TAUT);
         if let Some(Ok(found)) = &taut
             && (found.index == 0 || guess.is_some())
@@ -108,7 +146,7 @@ impl Problem {
     }
 
     fn solve_once(&self, guess: Option<&Wrench>) -> Result<Equilibrium> {
-        let (charted, taken) = self.charted(guess)?;
+        let (charted, taken) = self.choose_chart(guess)?;
         let search = Search::new();
         let flat = match charted {
             ProblemChart::Spatial(_) | ProblemChart::FreeEnd(_) => {
@@ -326,7 +364,7 @@ impl Problem {
             PathStart::Unloaded | PathStart::Bent(_) => DVector::zeros(chart.size()),
         };
         let b = chart.wrench(&first, &x)?;
-        let end = first.ended::<0>(&b)?;
+        let end = first.integrate_to_end::<0>(&b)?;
         let (r, rotation, n) = (end.at.position(), end.at.rotation(), end.n);
         let couple = match self.weight {
             None => b.fixed_rows::<3>(0) - (r + first.lever(&rotation)).cross(&n),
@@ -338,7 +376,7 @@ impl Problem {
             ))
             .scaled_axis()
         });
-        let mut solved = follow(chart, search, x, &mut route, start.whence(), &|part| {
+        let mut solved = follow(chart, search, x, &mut route, start.description(), &|part| {
             let mut way = first.clone();
             way.weight = self.share(begun + (1.0 - begun) * part);
             way.couple = couple + (self.couple - couple) * part;
@@ -363,7 +401,7 @@ impl Problem {
                 search,
                 solved.x,
                 &mut route,
-                start.whence(),
+                start.description(),
                 &|part| Problem {
                     rod: self.bent(bend * (1.0 - part)),
                     ..self.clone()
@@ -381,7 +419,7 @@ impl Problem {
         axis: &Vector3<f64>,
         route: &mut Route,
     ) -> Result<DVector<f64>> {
-        let whence = PathStart::Turned(*axis).whence();
+        let whence = PathStart::Turned(*axis).description();
         let force = self.whole_force();
         let size = self.pull();
         let angle = Vector3::z().angle(&force);

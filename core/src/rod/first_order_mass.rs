@@ -23,8 +23,8 @@ use super::ivp::{LineState, Wrench};
 use super::ivp_trace::Track;
 use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
-use crate::math::se3::joined;
-use crate::solve::dop853::over_stages;
+use crate::math::se3::join;
+use crate::solve::dop853::integrate_alongside;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3, Vector6};
 
 /// Mass and rotary inertia of the sections of a rod.
@@ -214,7 +214,7 @@ impl<const K: usize> InertiaIntegrals<K> {
         let row = |i: usize| &tangent.by[i];
         for i in 0..3 {
             let v = row(3 + i);
-            self.pair(v, weight, r_tt[i] * weight);
+            self.add_pair(v, weight, r_tt[i] * weight);
             for (sum, v) in self.mixed[i].iter_mut().zip(v) {
                 *sum += v * weight;
             }
@@ -231,13 +231,13 @@ impl<const K: usize> InertiaIntegrals<K> {
             let d = at.turn.column(i);
             let along: [f64; K] =
                 std::array::from_fn(|k| d[0] * row(0)[k] + d[1] * row(1)[k] + d[2] * row(2)[k]);
-            self.pair(&along, rotary[i] * weight, own[i] * weight);
+            self.add_pair(&along, rotary[i] * weight, own[i] * weight);
         }
     }
 
     /// own += weight row^T row, chart += force row.
     #[inline]
-    fn pair(&mut self, row: &[f64; K], weight: f64, force: f64) {
+    fn add_pair(&mut self, row: &[f64; K], weight: f64, force: f64) {
         for i in 0..K {
             let scaled = row[i] * weight;
             for (sum, x) in self.own[i].iter_mut().zip(row) {
@@ -282,12 +282,12 @@ impl<'a> SectionRates<'a> {
         let turning = |a: &Vector3<f64>, a_t: &Vector3<f64>| {
             omega.cross(&(omega.cross(a) - a_t * 2.0)) - omega_t.cross(a)
         };
-        let local = joined(&turn.tr_mul(m), &turn.tr_mul(n));
+        let local = join(&turn.tr_mul(m), &turn.tr_mul(n));
         let response = self.law.inverse(s, &local).ok()?;
         let compliance = &*response.compliance;
-        let w_t = joined(&once(m, m_t), &once(n, n_t));
+        let w_t = join(&once(m, m_t), &once(n, n_t));
         let e_t = compliance * &w_t;
-        let w_tt = joined(
+        let w_tt = join(
             &turn.tr_mul(&(m_tt + turning(m, m_t))),
             &turn.tr_mul(&turning(n, n_t)),
         );
@@ -343,8 +343,8 @@ impl<L> MovingRod<'_, L> {
             let [m, n] = [half(self.b, 0), half(self.b, 3)];
             for k in 0..3 {
                 let axis = Vector3::ith(k, 1.0);
-                let rigid = joined(&axis, &axis.cross(&r));
-                let back = joined(&axis.cross(&m), &axis.cross(&n));
+                let rigid = join(&axis, &axis.cross(&r));
+                let back = join(&axis.cross(&m), &axis.cross(&n));
                 for (i, row) in by.iter_mut().enumerate() {
                     let turned: f64 = row[..6].iter().zip(&back).map(|(t, b)| t * b).sum();
                     row[6 + k] = rigid[i] - turned;
@@ -354,7 +354,7 @@ impl<L> MovingRod<'_, L> {
         Tangent { by, taken }
     }
 
-    fn moving<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
+    fn section_motion<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
         &self,
         at: &LineState<J, C>,
         tangent: &Tangent<K>,
@@ -395,7 +395,7 @@ impl<L> MovingRod<'_, L> {
     }
 
     /// The inertia, in the rod's units, from the sections of `track`; None if the law refuses.
-    fn along<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
+    fn inertia_along_track<const J: usize, C: LoadState<J, Load = L>, const K: usize>(
         &self,
         track: &Track<J, C>,
         end: &LineState<J, C>,
@@ -403,17 +403,17 @@ impl<L> MovingRod<'_, L> {
         let mut sums = InertiaIntegrals::new();
         let mut second = Second::zeros();
         for (h, stages) in track.steps() {
-            second = over_stages(&second, h, |i, second, weight| {
+            second = integrate_alongside(&second, h, |i, second, weight| {
                 let stage = &stages[i];
                 let tangent = self.tangent::<J, K>(stage);
-                let at = self.moving(stage, &tangent);
+                let at = self.section_motion(stage, &tangent);
                 if weight != 0.0 {
                     sums.add(weight, (&tangent, &at), second, &self.rotary);
                 }
                 self.slope(stage.s(), &at, second, &C::density(self.load, stage.s()))
             })?;
         }
-        let at = self.moving(end, &self.tangent::<J, K>(end));
+        let at = self.section_motion(end, &self.tangent::<J, K>(end));
         let couple = at.couple(&three(&second, 3), &three(&second, 6));
         Some((sums, second, couple))
     }
@@ -435,31 +435,41 @@ impl Rod {
         trace: &Trace,
     ) -> Result<SpaceRodInertia> {
         let found = match &trace.0 {
-            TraceKind::Bare(way, true) => self.whole::<6, (), 9>(mass, (b, &()), motion, way),
-            TraceKind::Bare(way, false) => self.whole::<6, (), 6>(mass, (b, &()), motion, way),
-            TraceKind::Held(way) => {
-                self.whole::<6, LoadMoment<6>, 6>(mass, (b, &self.borne(load)), motion, way)
+            TraceKind::Bare(way, true) => {
+                self.inertia_with_load::<6, (), 9>(mass, (b, &()), motion, way)
             }
-            TraceKind::Turning(way) => {
-                self.whole::<9, LoadMoment<9>, 9>(mass, (b, &self.borne(load)), motion, way)
+            TraceKind::Bare(way, false) => {
+                self.inertia_with_load::<6, (), 6>(mass, (b, &()), motion, way)
             }
+            TraceKind::Held(way) => self.inertia_with_load::<6, LoadMoment<6>, 6>(
+                mass,
+                (b, &self.scaled_load(load)),
+                motion,
+                way,
+            ),
+            TraceKind::Turning(way) => self.inertia_with_load::<9, LoadMoment<9>, 9>(
+                mass,
+                (b, &self.scaled_load(load)),
+                motion,
+                way,
+            ),
         };
-        found.ok_or_else(|| self.refused(b))
+        found.ok_or_else(|| self.motion_refused_error(b))
     }
 
     /// Error: the section law refuses the motion.
-    pub(super) fn refused(&self, b: &Wrench) -> Error {
+    pub(super) fn motion_refused_error(&self, b: &Wrench) -> Error {
         Error::domain(format!(
             "the motion of the rod cannot be followed along it, its section law refuses: {}",
             self.law.wrench_text(b)
         ))
     }
 
-    fn borne(&self, load: Option<&DistributedLoad>) -> ScaledLoad {
+    fn scaled_load(&self, load: Option<&DistributedLoad>) -> ScaledLoad {
         load.map_or_else(ScaledLoad::nothing, |load| ScaledLoad::new(load, self))
     }
 
-    fn whole<const J: usize, C: LoadState<J>, const K: usize>(
+    fn inertia_with_load<const J: usize, C: LoadState<J>, const K: usize>(
         &self,
         mass: &SectionMass,
         (b, load): (&Wrench, &C::Load),
@@ -473,7 +483,7 @@ impl Rod {
             rates: motion.rates(),
             rotary: mass.per_mass(self.length),
         };
-        let (sums, second, couple) = field.along::<J, C, K>(track, end)?;
+        let (sums, second, couple) = field.inertia_along_track::<J, C, K>(track, end)?;
         Some(self.generalized(&sums, mass.mass, &second, couple))
     }
 
@@ -509,7 +519,7 @@ impl Rod {
             force,
             centre: sums.first * length,
             momentum: sums.momentum * unit,
-            second: joined(&three(end, 0), &(three(end, 3) * length)),
+            second: join(&three(end, 0), &(three(end, 3) * length)),
             couple: couple * self.units().0,
         }
     }

@@ -20,7 +20,7 @@ use super::chart::Chart;
 use super::ivp::Wrench;
 use super::problem::{Problem, Trial};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;
 use nalgebra::{DVector, Matrix6, Vector3, Vector6};
@@ -61,7 +61,7 @@ impl Problem {
     }
 
     /// The base wrench whose rate moves the free components of the end as psi says, and leaves the held ones at rest.
-    fn moved_by(&self, trial: &Trial, psi: &Vector6<f64>) -> Option<Wrench> {
+    fn base_rate_of(&self, trial: &Trial, psi: &Vector6<f64>) -> Option<Wrench> {
         let (first, second) = halves(psi);
         let (turn, place) = if self.end.follower {
             (trial.rotation * first, trial.rotation * second)
@@ -76,7 +76,7 @@ impl Problem {
             (turn, place.sum())
         };
         let tangent = Matrix6::from_fn(|i, j| trial.tangent[i][j]);
-        tangent.lu().solve(&joined(&turn, &place))
+        tangent.lu().solve(&join(&turn, &place))
     }
 }
 
@@ -99,7 +99,7 @@ impl<P: Fn(f64) -> Result<Problem>> RodFamily<P> {
             (conjugate, *z)
         } else {
             let [psi, _] = null_vectors(&jacobian)?;
-            let against = problem.moved_by(&trial, &Vector6::from_column_slice(psi.as_slice()));
+            let against = problem.base_rate_of(&trial, &Vector6::from_column_slice(psi.as_slice()));
             let against = against.filter(|y| y.norm() > 0.0).ok_or_else(|| {
                 Error::ill_conditioned("the end of the rod cannot move in every way")
             })?;
@@ -134,12 +134,17 @@ impl<P: Fn(f64) -> Result<Problem>, C: Chart> RodFamily<P, C> {
             let rows = known.iter().zip(psi.iter());
             rows.filter_map(|(known, psi)| Some(((*known)?, *psi)))
         };
+        let size: f64 = pairs().map(|(known, _)| known * known).sum();
+        if !(size > 0.0) {
+            return Err(Error::domain(
+                "the chart knows no factor, other than 0, of the equations of the end at this fold",
+            ));
+        }
         let scale = pairs().map(|(known, psi)| known * psi).sum::<f64>()
             / pairs().map(|(_, psi)| psi * psi).sum::<f64>();
         let off: f64 = pairs()
             .map(|(known, psi)| (known - scale * psi).powi(2))
             .sum();
-        let size: f64 = pairs().map(|(known, _)| known * known).sum();
         if !(off <= SINGULAR * SINGULAR * size) {
             return Err(Error::domain("the loads of the end have no potential"));
         }

@@ -5,7 +5,7 @@
 //! 3. From the end, the clamp stands at r~ with directors R~; seen from the clamp, the end stands at -R~^T r~ with
 //! R~^T.
 
-use super::chart::{Chart, dynamic, dynamic_matrix, sized};
+use super::chart::{Chart, as_array, dynamic, dynamic_matrix};
 use super::ivp::{self, LineState, Wrench};
 use super::problem::Problem;
 use super::scaled_law::ScaledLaw;
@@ -82,11 +82,19 @@ impl Chart for FreeEnd {
     }
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FreeEndTrial> {
-        FreeEndTrial::new::<3>(&problem.rod.law.reversed(), &sized(x)?, problem.tolerance)
+        FreeEndTrial::new::<3>(
+            &problem.rod.law.reversed(),
+            &as_array(x)?,
+            problem.tolerance,
+        )
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FreeEndTrial> {
-        FreeEndTrial::new::<0>(&problem.rod.law.reversed(), &sized(x)?, problem.tolerance)
+        FreeEndTrial::new::<0>(
+            &problem.rod.law.reversed(),
+            &as_array(x)?,
+            problem.tolerance,
+        )
     }
 
     fn residual(&self, problem: &Problem, trial: &FreeEndTrial) -> DVector<f64> {
@@ -117,7 +125,7 @@ impl Chart for FreeEnd {
     }
 
     fn winding(&self, problem: &Problem, x: &DVector<f64>) -> Result<f64> {
-        let n = sized::<3>(x)?;
+        let n = as_array::<3>(x)?;
         let b = Vector6::new(0.0, 0.0, 0.0, n.x, n.y, n.z);
         ivp::rate(&problem.rod.law.reversed(), &b)
     }

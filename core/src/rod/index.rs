@@ -90,7 +90,7 @@ impl Problem {
         let along = self.variations::<6>(b, tolerance)?;
         let none = Matrix3::zeros();
         let axes: Vec<Vector3<f64>> = held.iter().map(|i| self.axes[*i]).collect();
-        let held = held_back(&along, clamped, &axes, tolerance)?;
+        let held = held_position_effect(&along, clamped, &axes, tolerance)?;
         let loaded = Count::at_given_force(&along, clamped, &none, (0.0, held.neutral), tolerance)?;
         let index = loaded.index.checked_sub(held.taken).ok_or_else(|| {
             Error::no_convergence(
@@ -117,7 +117,7 @@ impl Problem {
         }
         let rod = (law, &());
         variations::<K, ()>(rod, b, |kappa| match Collocated::of(law) {
-            Some(rod) => rod.followed(b, kappa, tolerance),
+            Some(rod) => rod.follow_variations(b, kappa, tolerance),
             None => follow_variations(rod, b, kappa, tolerance),
         })
     }
@@ -237,7 +237,7 @@ struct HeldPlace {
 ///
 /// An eigenvalue within `zero` of 0 counts as removed if its mode bends the rod, which is then neutral, that is, not
 /// unstable. If the mode does not bend the rod, n moves nothing: a straight inextensible rod.
-fn held_back(
+fn held_position_effect(
     along: &Variations<6>,
     clamped: bool,
     axes: &[Vector3<f64>],
@@ -254,7 +254,7 @@ fn held_back(
         let lever = along.end.position().cross_matrix();
         (dm(0) + pull * r_m, dm(3) + pull * r_n - lever)
     };
-    let (left, sizes, modes) = decomposed(&matrix)?;
+    let (left, sizes, modes) = decompose(&matrix)?;
     // dm(0) by n at constant rotation, or couple, of the end.
     let mut couple = Matrix3::zeros();
     // Displacements of the end by neutral modes, along the axes: orthonormal.
@@ -315,7 +315,7 @@ fn held_back(
 }
 
 /// Singular value decomposition: left vectors by columns, singular values, right vectors by columns.
-fn decomposed(matrix: &Matrix3<f64>) -> Result<(Matrix3<f64>, Vector3<f64>, Matrix3<f64>)> {
+fn decompose(matrix: &Matrix3<f64>) -> Result<(Matrix3<f64>, Vector3<f64>, Matrix3<f64>)> {
     let svd = matrix.try_svd(true, true, f64::EPSILON, 1000);
     svd.and_then(|svd| Some((svd.u?, svd.singular_values, svd.v_t?.transpose())))
         .ok_or_else(|| {

@@ -56,7 +56,12 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
     }
 
     /// The end of the rod: frame and centreline, energy, and the tangent by columns.
-    pub(super) fn ended(q: [f64; 4], r: [f64; 3], energy: f64, columns: &[[f64; 6]; K]) -> Self {
+    pub(super) fn from_end_data(
+        q: [f64; 4],
+        r: [f64; 3],
+        energy: f64,
+        columns: &[[f64; 6]; K],
+    ) -> Self {
         Self {
             s: 1.0,
             q,
@@ -103,7 +108,7 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
     }
 
     /// This state without the part of the load.
-    pub(super) fn bare(&self) -> LineState<K> {
+    pub(super) fn without_load(&self) -> LineState<K> {
         LineState {
             s: self.s,
             q: self.q,
@@ -118,7 +123,7 @@ impl<const K: usize, C: LoadState<K>> LineState<K, C> {
     pub(super) fn resultants(&self, b: &Wrench, load: &C::Load) -> (Vector3<f64>, Vector3<f64>) {
         let n = Vector3::from(C::force(load, &[b[3], b[4], b[5]], self.s));
         let mut m = Vector3::new(b[0], b[1], b[2]) - self.position().cross(&n);
-        self.carried.take_couple(m.as_mut());
+        self.carried.subtract_couple(m.as_mut());
         (m, n)
     }
 }
@@ -309,7 +314,7 @@ impl<'a, const K: usize, C: LoadState<K>> Flow<'a, K, C> {
         let n = &C::force(self.load, &self.n, at.s);
         let rxn = cross(&at.r, n);
         let mut m: [f64; 3] = std::array::from_fn(|i| self.m[i] - rxn[i]);
-        at.carried.take_couple(&mut m);
+        at.carried.subtract_couple(&mut m);
         let local = Vector6::new(
             dot(&d[0], &m),
             dot(&d[1], &m),

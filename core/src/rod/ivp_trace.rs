@@ -9,7 +9,7 @@ use crate::solve::dop853::{COUNT, Step};
 use std::cell::RefCell;
 
 /// The sections at the stages of all steps of an integration, for later integrals
-/// ([`over_stages`](crate::solve::dop853::over_stages)).
+/// ([`integrate_alongside`](crate::solve::dop853::integrate_alongside)).
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Track<const K: usize, C = ()> {
     /// Lengths of the steps.

@@ -57,15 +57,15 @@ impl Problem {
     /// As [`super::Rod::end`].
     pub fn traced_loaded_end(&self, base: &Wrench, turns: bool) -> Result<(LoadedEnd, Trace)> {
         Ok(if !turns {
-            let (end, trace) = self.tracked::<6>(base)?;
+            let (end, trace) = self.track_end::<6>(base)?;
             (end, Trace::held(trace))
         } else {
-            let (end, trace) = self.tracked::<9>(base)?;
+            let (end, trace) = self.track_end::<9>(base)?;
             (end, Trace::turning(trace))
         })
     }
 
-    fn tracked<const K: usize>(
+    fn track_end<const K: usize>(
         &self,
         base: &Wrench,
     ) -> Result<(LoadedEnd, Tracked<K, LoadMoment<K>>)> {

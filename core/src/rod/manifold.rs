@@ -7,7 +7,7 @@ use super::scaled_law::ScaledLaw;
 use super::{Rod, ivp};
 use crate::error::Result;
 use crate::manifold::{EquilibriumManifold, ManifoldPoint};
-use crate::math::se3::{halves, joined, rotation_vector};
+use crate::math::se3::{halves, join, rotation_vector};
 use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
 
 /// A rod that holds a point: chart q = force on the rod's end along its directors, in units B/L^2; pose = position of
@@ -114,8 +114,8 @@ impl EquilibriumManifold<6> for Welded {
         );
         let (m, n) = (turn * m * -couple, turn * n * -force);
         Some(ManifoldPoint {
-            pose: joined(&turned, &place),
-            force: joined(&m, &n),
+            pose: join(&turned, &place),
+            force: join(&m, &n),
             energy: at.energy() * couple,
             jacobian,
             pace: length.powi(3) / (1.0 + q.norm()),
@@ -134,7 +134,7 @@ impl EquilibriumManifold<6> for Welded {
     fn gap(&self, at: &ManifoldPoint<6>, pose: &Vector6<f64>) -> Vector6<f64> {
         let rotation = |pose: &Vector6<f64>| Rotation3::new(halves(pose).0);
         let turn = rotation(pose) * rotation(&at.pose).inverse();
-        joined(
+        join(
             &rotation_vector(turn.matrix()),
             &(halves(pose).1 - halves(&at.pose).1),
         )

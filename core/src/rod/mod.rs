@@ -6,6 +6,7 @@ mod chart;
 mod closed_form;
 mod collocation;
 mod conjugate_points;
+mod descent;
 mod distributed_load;
 mod equilibrium;
 mod first_order_mass;
@@ -43,7 +44,7 @@ pub use taut::{Derivatives, Fallen, Rates, Spring, Taut, Tip};
 pub use two_ended_chart::BothEnds;
 
 use crate::error::{Error, Result};
-use crate::section::{Measures, Reversed, SectionLaw, Strain};
+use crate::section::{self, Measures, SectionLaw, Strain};
 use crate::solve::cost::Cost;
 use distributed_load::LoadState;
 use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
@@ -144,7 +145,7 @@ impl Rod {
             length: self.length / units.length,
             stiffness: self.stiffness / units.stiffness,
             law: self.law.clone(),
-            section: crate::section::measured(self.section.clone(), units),
+            section: section::law_in_units(self.section.clone(), units),
             clamp: Isometry3::identity(),
         }
     }
@@ -163,10 +164,7 @@ impl Rod {
     /// # Errors
     /// A law that cannot be inverted without load at its other end.
     pub fn reversed(&self) -> Result<Self> {
-        let law = Reversed {
-            law: self.section.clone(),
-            length: self.length,
-        };
+        let law = section::reverse_law(self.section.clone(), self.length);
         Self::new(self.length, law)
     }
 

@@ -10,7 +10,7 @@
 //! Under a load f along the rod n is the local n(s), and m is reduced by w, w' = x f_s - y f_t (see
 //! [`super::distributed_load`]).
 
-use super::chart::{Chart, dynamic, dynamic_matrix, sized};
+use super::chart::{Chart, as_array, dynamic, dynamic_matrix};
 use super::distributed_load::ScaledLoad;
 use super::ivp::{Wrench, first_step, over_pieces};
 use super::problem::Problem;
@@ -78,7 +78,7 @@ impl Plane {
     }
 
     /// The part of a base wrench in the plane; true if nothing is left out.
-    pub(super) fn part(&self, b: &Wrench) -> (Vector3<f64>, bool) {
+    pub(super) fn in_plane_part(&self, b: &Wrench) -> (Vector3<f64>, bool) {
         let (m, n) = halves(b);
         let f = self.flat(&n);
         let x = Vector3::new(self.normal.dot(&m), f.x, f.y);
@@ -164,7 +164,7 @@ impl Problem {
             return Ok(first);
         };
         let within = |plane: &Plane| {
-            let (x, _) = plane.part(guess);
+            let (x, _) = plane.in_plane_part(guess);
             (plane.wrench(&x) - guess).norm() <= OUTSIDE * (1.0 + guess.norm())
         };
         fitting
@@ -268,7 +268,7 @@ impl<'a> FlatLaw<'a> {
         if is_heavy(D)
             && let Some(weight) = self.weight
         {
-            let gone = self.plane.flat(&weight.gathered(at[0]));
+            let gone = self.plane.flat(&weight.integral_to(at[0]));
             (nt, ns) = (nt - gone.x, ns - gone.y);
             f = self.plane.flat(&weight.density(at[0]));
             m -= at[w];
@@ -410,15 +410,15 @@ impl Chart for Plane {
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
         match problem.weight {
-            None => self.at::<VARIED>(problem, &sized(x)?),
-            Some(_) => self.at::<HEAVY_VARIED>(problem, &sized(x)?),
+            None => self.at::<VARIED>(problem, &as_array(x)?),
+            Some(_) => self.at::<HEAVY_VARIED>(problem, &as_array(x)?),
         }
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<FlatTrial> {
         match problem.weight {
-            None => self.at::<BARE>(problem, &sized(x)?),
-            Some(_) => self.at::<HEAVY>(problem, &sized(x)?),
+            None => self.at::<BARE>(problem, &as_array(x)?),
+            Some(_) => self.at::<HEAVY>(problem, &as_array(x)?),
         }
     }
 
@@ -479,10 +479,10 @@ impl Chart for Plane {
     }
 
     fn wrench(&self, _: &Problem, x: &DVector<f64>) -> Result<Wrench> {
-        Ok(Plane::wrench(self, &sized(x)?))
+        Ok(Plane::wrench(self, &as_array(x)?))
     }
 
     fn unknowns(&self, _: &Problem, b: &Wrench) -> Result<DVector<f64>> {
-        Ok(dynamic(self.part(b).0))
+        Ok(dynamic(self.in_plane_part(b).0))
     }
 }

@@ -3,10 +3,11 @@
 use super::distributed_load::{DistributedLoad, LoadMoment, LoadState, ScaledLoad};
 use super::ivp::{self, LineState, Wrench};
 use super::solution_path::Path;
-use super::taut::Spring;
+use super::taut::{Solved, Spring};
 use super::{Rod, RodSection};
 use crate::error::{Error, Result};
 use crate::math::se3::{inverse_left_jacobian, rotation_vector};
+use crate::solve::warm_start::WarmStart;
 use nalgebra::{Matrix3, Matrix3x6, Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// End condition in the world frame. Each component of position is held or loaded; the orientation is held (a clamp)
@@ -97,6 +98,8 @@ pub struct Problem {
     pub(super) weight: Option<ScaledLoad>,
     pub(super) tolerance: f64,
     pub(super) path: Path,
+    /// The equilibrium last found from both ends.
+    pub(super) at_rest: WarmStart<Solved>,
 }
 
 /// The rod's end at a trial wrench: pose and resultants, and their derivatives by the six components of the wrench.
@@ -131,7 +134,7 @@ impl<const K: usize> EndUnderWrench<K> {
         let mut taken = [[0.0; K]; 3];
         at.carried.take_columns(&mut taken);
         Self {
-            at: at.bare(),
+            at: at.without_load(),
             m,
             n,
             taken,
@@ -214,6 +217,7 @@ impl Problem {
             end,
             tolerance,
             path: Path::Auto,
+            at_rest: WarmStart::default(),
         }
     }
 
@@ -277,7 +281,7 @@ impl Problem {
     }
 
     /// The rod's end, with `K` columns of the tangent.
-    pub(super) fn ended<const K: usize>(&self, b: &Wrench) -> Result<EndUnderWrench<K>> {
+    pub(super) fn integrate_to_end<const K: usize>(&self, b: &Wrench) -> Result<EndUnderWrench<K>> {
         let law = &self.rod.law;
         Ok(match &self.weight {
             None => EndUnderWrench::new::<()>(&ivp::end(law, b, self.tolerance)?.0, b, &()),
@@ -290,7 +294,7 @@ impl Problem {
 
     /// The end of the rod at the base wrench `b`, with its tangent.
     pub(super) fn trial(&self, b: &Wrench) -> Result<Trial> {
-        let end = self.ended::<6>(b)?;
+        let end = self.integrate_to_end::<6>(b)?;
         Ok(Trial {
             r: end.at.position(),
             rotation: end.at.rotation(),
@@ -303,7 +307,7 @@ impl Problem {
 
     /// The end without its tangent.
     pub(super) fn bare_trial(&self, b: &Wrench) -> Result<Trial> {
-        let end = self.ended::<0>(b)?;
+        let end = self.integrate_to_end::<0>(b)?;
         Ok(Trial {
             r: end.at.position(),
             rotation: end.at.rotation(),
@@ -407,7 +411,7 @@ impl Problem {
         let b = self.rod.inward(base);
         let work = match self.taut_at(&b) {
             Some(taut) => taut.work,
-            None => self.ended::<0>(&b)?.work,
+            None => self.integrate_to_end::<0>(&b)?.work,
         };
         Ok(weight.potential(work) * self.rod.units().0)
     }

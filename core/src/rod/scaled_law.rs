@@ -1,7 +1,7 @@
 //! Section law in the units of a rod, seen from either end, with the imperfection of a continuation.
 
 use crate::error::{Error, Message, Quantity, Result};
-use crate::section::{Compliance, Measures, SectionLaw, UniformLinear, measured};
+use crate::section::{Compliance, Free, Measures, SectionLaw, UniformLinear, law_in_units};
 use nalgebra::{Vector3, Vector6};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub(super) struct ScaledLaw {
 impl ScaledLaw {
     /// `law` in the units of the rod.
     pub(super) fn new(law: Arc<dyn SectionLaw>, units: Measures) -> Result<Self> {
-        let law = measured(law, units);
+        let law = law_in_units(law, units);
         let mut breaks = law.breaks();
         if breaks.windows(2).any(|pair| !(pair[0] < pair[1])) || breaks.iter().any(|s| s.is_nan()) {
             return Err(Error::domain(format!(
@@ -39,7 +39,7 @@ impl ScaledLaw {
         Ok(Self {
             hoisted: law.uniform_linear(),
             law,
-            pieces: between(&breaks),
+            pieces: pieces_between(&breaks),
             bend: Vector3::zeros(),
             sense: 1.0,
             units,
@@ -55,7 +55,7 @@ impl ScaledLaw {
         let mut all: Vec<f64> = own.chain(breaks.iter().copied()).collect();
         all.sort_by(f64::total_cmp);
         all.dedup_by(|a, b| *a - *b < 4.0 * BREAK_GAP);
-        self.pieces = between(&all);
+        self.pieces = pieces_between(&all);
         self
     }
 
@@ -150,6 +150,20 @@ impl ScaledLaw {
         self.law.energy(s, &strain)
     }
 
+    /// Marks of the rigid strains among v1, v2, v3.
+    pub(super) fn rigid(&self) -> [bool; 3] {
+        self.law.rigid()
+    }
+
+    /// Energy, resultants and tangent in the strains that are not rigid, of a rod that begins at its clamp.
+    pub(super) fn free(&self, s: f64, strain: &Vector6<f64>) -> Result<Free> {
+        let mut strain = *strain;
+        for i in 0..3 {
+            strain[i] -= self.bend[i];
+        }
+        self.law.free(s, &strain)
+    }
+
     /// Strains and energy under the local resultants `w`, and the compliance, lent if it is hoisted.
     #[inline]
     pub(super) fn inverse(&self, s: f64, w: &Vector6<f64>) -> Result<Response<'_>> {
@@ -176,7 +190,7 @@ impl ScaledLaw {
 }
 
 /// The pieces between breaks in growing order.
-fn between(breaks: &[f64]) -> Vec<(f64, f64)> {
+fn pieces_between(breaks: &[f64]) -> Vec<(f64, f64)> {
     let from = std::iter::once(0.0).chain(breaks.iter().map(|s| s + BREAK_GAP));
     let to = breaks.iter().map(|s| s - BREAK_GAP).chain([1.0]);
     from.zip(to).filter(|(from, to)| from < to).collect()

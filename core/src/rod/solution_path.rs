@@ -104,7 +104,7 @@ impl Problem {
     ///
     /// # Errors
     /// A path that is not valid for this problem; the message says why.
-    pub fn charted(&self, guess: Option<&Wrench>) -> Result<(ProblemChart, ChosenPath)> {
+    pub fn choose_chart(&self, guess: Option<&Wrench>) -> Result<(ProblemChart, ChosenPath)> {
         let asked = |path: Path| format!("solve.path = \"{}\" was asked for", path.as_str());
         let spatial = |why: String| (self.charted_in_space(), ChosenPath::new(Path::Spatial, why));
         let refused = |why: &str| {

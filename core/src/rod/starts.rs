@@ -39,7 +39,7 @@ pub(super) enum PathStart {
 
 impl PathStart {
     /// Description of the start, for messages.
-    pub(super) fn whence(self) -> &'static str {
+    pub(super) fn description(self) -> &'static str {
         match self {
             Self::Unloaded => "from the unloaded rod",
             Self::Bent(_) => "from a slightly bent rod",
@@ -70,7 +70,7 @@ impl Problem {
                 .map(PathStart::Loaded)
         });
         std::iter::once(PathStart::Unloaded)
-            .chain(self.pulled(normal))
+            .chain(self.start_by_pull(normal))
             .chain(self.ball_jointed())
             .chain(bows)
             .chain(bends)
@@ -78,7 +78,7 @@ impl Problem {
     }
 
     /// Start for a dead force: a pull along the rod, stable whatever its size, then turned about `axis`.
-    fn pulled(&self, axis: Vector3<f64>) -> Option<PathStart> {
+    fn start_by_pull(&self, axis: Vector3<f64>) -> Option<PathStart> {
         let free = self.orientation.is_none() && self.end.position.iter().all(Option::is_none);
         let force = self.whole_force();
         let across = Vector3::z().cross(&force);
@@ -91,11 +91,11 @@ impl Problem {
     }
 
     fn turned(&self) -> Option<PathStart> {
-        self.pulled(self.aside())
+        self.start_by_pull(self.axis_across())
     }
 
     /// A generic axis across d3.
-    fn aside(&self) -> Vector3<f64> {
+    fn axis_across(&self) -> Vector3<f64> {
         let [one, other] = self.hands();
         Vector3::new(0.6 * other, 0.8 * one, 0.0)
     }
@@ -176,11 +176,11 @@ impl Problem {
         std::iter::once(PathStart::Unloaded)
             .chain(self.turned())
             .chain(self.bends())
-            .chain(self.bowed())
+            .chain(self.bows_to_six_sides())
     }
 
     /// Bows of a held end to six sides.
-    fn bowed(&self) -> impl Iterator<Item = PathStart> {
+    fn bows_to_six_sides(&self) -> impl Iterator<Item = PathStart> {
         let held = self.end.position.iter().any(Option::is_some);
         let [one, other] = self.hands();
         (0..if held { 6 } else { 0 }).filter_map(move |k| {
@@ -199,7 +199,7 @@ impl Problem {
         let across = self.held_place().map(|place| Vector3::z().cross(&place));
         let axis = across
             .filter(|across| across.norm() > 1e-3)
-            .unwrap_or(self.aside());
+            .unwrap_or(self.axis_across());
         let [one, other] = self.hands();
         let side = Vector3::z().cross(&axis) * (one * other);
         let axes = [
@@ -220,7 +220,7 @@ impl Problem {
             .chain(arcs.map(PathStart::Loaded))
             .chain(
                 (self.weight.is_some())
-                    .then(|| self.bowed())
+                    .then(|| self.bows_to_six_sides())
                     .into_iter()
                     .flatten(),
             )

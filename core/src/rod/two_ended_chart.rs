@@ -20,7 +20,7 @@ use super::planar::Plane;
 use super::problem::{Problem, Trial};
 use super::taut::{Solved, Spring, Tip, solve_taut_rod};
 use crate::error::{Error, Result};
-use crate::math::se3::{frame, halves, joined, rotation_vector};
+use crate::math::se3::{frame, halves, join, rotation_vector};
 use crate::solve::warm_start::WarmStart;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use std::sync::Arc;
@@ -31,8 +31,8 @@ const TAUT: f64 = 100.0;
 const SLACK: f64 = 10.0;
 /// Tolerance of taut rods, over that of the problem: differences between meshes must not trouble Newton's method.
 const FINER: f64 = 0.01;
-/// Thresholds on [`GivenData::off`]: a rod farther off than `OTHER` may be another equilibrium, and one nearer than
-/// `CLOSE` is certainly the given one.
+/// Thresholds on [`GivenData::mismatch`]: a rod farther off than `OTHER` may be another equilibrium, and one nearer
+/// than `CLOSE` is certainly the given one.
 const OTHER: f64 = 0.05;
 const CLOSE: f64 = 3e-3;
 /// Number of unknowns of a rod in space with a movable end.
@@ -68,7 +68,7 @@ struct GivenData {
 impl GivenData {
     /// Distance of a rod from the given data: the larger of those of the base couple, over sqrt(F B), and of the end,
     /// over the width of a layer.
-    fn off(&self, SprungRod { found, .. }: &SprungRod) -> f64 {
+    fn mismatch(&self, SprungRod { found, .. }: &SprungRod) -> f64 {
         let kappa = self.n.norm().sqrt().max(1.0);
         let couple = (found.base_couple - self.m).norm() / kappa;
         couple.max((found.position - self.place).norm() * kappa)
@@ -182,7 +182,7 @@ impl BothEnds {
     }
 
     /// The unknowns of a given base wrench and place.
-    fn of(&self, problem: &Problem, given: &GivenData) -> DVector<f64> {
+    fn unknowns_of(&self, problem: &Problem, given: &GivenData) -> DVector<f64> {
         let vectors = [given.m, given.n, given.place];
         let mut x = Vec::with_capacity(self.size());
         for (k, directions) in self.directions(problem).iter().enumerate() {
@@ -206,13 +206,19 @@ impl BothEnds {
                 stiffness,
                 at: given.place,
             };
-            let b = joined(&given.m, &given.n);
+            let b = join(&given.m, &given.n);
             let start = start.map(|beside| &beside.found.shape);
             let tolerance = FINER * problem.tolerance;
-            let found = solve_taut_rod(problem.bearing(), &b, (&tip, &spring), start, tolerance)?;
+            let found = solve_taut_rod(
+                problem.law_and_load(),
+                &b,
+                (&tip, &spring),
+                start,
+                tolerance,
+            )?;
             Ok(SprungRod { found, spring })
         };
-        let mean = given.n - problem.borne() * 0.5;
+        let mean = given.n - problem.total_load() * 0.5;
         let string = mean.norm() / given.place.norm().max(1e-3);
         let springs = Spring::choice(string);
         let kept = last
@@ -221,14 +227,17 @@ impl BothEnds {
         let mut nearest = under(kept, last.as_deref());
         // Another spring, or another start, may lead to a nearer rod: a rod that is off may be another equilibrium.
         for stiffness in [kept].into_iter().chain(springs) {
-            if nearest.as_ref().is_ok_and(|found| given.off(found) < OTHER) {
+            if nearest
+                .as_ref()
+                .is_ok_and(|found| given.mismatch(found) < OTHER)
+            {
                 break;
             }
             let found = under(stiffness, None);
             let off = |found: &Result<SprungRod>| {
                 found
                     .as_ref()
-                    .map_or(f64::INFINITY, |found| given.off(found))
+                    .map_or(f64::INFINITY, |found| given.mismatch(found))
             };
             if off(&found) < off(&nearest) || nearest.is_err() {
                 nearest = found;
@@ -236,27 +245,27 @@ impl BothEnds {
         }
         let mut found = nearest?;
         let own = found.spring.stiffness;
-        let better = Spring::better(&found.found.by_force.position, own, string);
+        let better = Spring::best_stiffness(&found.found.by_force.position, own, string);
         if better != own
             && let Ok(again) = under(better, Some(&found))
-            && given.off(&again) < OTHER
+            && given.mismatch(&again) < OTHER
         {
             found = again;
         }
         let found = Arc::new(found);
-        if given.off(&found) < CLOSE {
+        if given.mismatch(&found) < CLOSE {
             self.warm.keep(&found);
         }
         Ok(found)
     }
 
-    fn see(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
+    fn evaluate(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
         let (given, by) = self.given(problem, x)?;
         let taut = problem.pull_on(&given.n, &given.place) > TAUT;
         let seen = if taut && problem.may_be_taut() {
             TrialForm::Taut(self.solve_beside_spring(problem, &given)?, problem.tip())
         } else {
-            let b = joined(&given.m, &given.n);
+            let b = join(&given.m, &given.n);
             TrialForm::FromBase(Box::new(problem.trial(&b)?))
         };
         Ok(BothEndsTrial { given, by, seen })
@@ -286,12 +295,12 @@ impl BothEnds {
 
 impl BothEndsTrial {
     /// Change of the tip's turn, or couple, from the trial to `problem`.
-    fn other_tip(&self, problem: &Problem, beside: &SprungRod, tip: &Tip) -> Vector3<f64> {
+    fn tip_change(&self, problem: &Problem, beside: &SprungRod, tip: &Tip) -> Vector3<f64> {
         match (tip, problem.tip()) {
             (Tip::Turned(here), Tip::Turned(there)) => rotation_vector(&(there * here.transpose())),
             (Tip::Loaded { couple, arm }, Tip::Loaded { couple: c, arm: a }) => {
                 let directors = frame(&beside.found.shape.at(1.0).turn);
-                let n = self.given.n - problem.borne();
+                let n = self.given.n - problem.total_load();
                 c - couple + (directors * (a - arm)).cross(&n)
             }
             // The kind of tip does not change along a branch.
@@ -305,7 +314,7 @@ impl BothEndsTrial {
         let GivenData { m, n, mut place } = self.given;
         let held = problem.is_held();
         // Force on the end.
-        let mut force = n - problem.borne();
+        let mut force = n - problem.total_load();
         let mut moved = Vector3::zeros();
         for (i, (axis, target)) in problem.axes.iter().zip(problem.targets).enumerate() {
             if held[i] {
@@ -324,7 +333,7 @@ impl BothEndsTrial {
                 (all.fixed_rows::<3>(0).into_owned(), trial.r)
             }
             TrialForm::Taut(beside, tip) => {
-                let other = self.other_tip(problem, beside, tip);
+                let other = self.tip_change(problem, beside, tip);
                 let pulled = moved * beside.spring.stiffness;
                 let found = &beside.found;
                 let (by_force, by_tip) = (&found.by_force, &found.by_tip);
@@ -396,11 +405,11 @@ impl Chart for BothEnds {
     }
 
     fn trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
-        self.see(problem, x)
+        self.evaluate(problem, x)
     }
 
     fn bare_trial(&self, problem: &Problem, x: &DVector<f64>) -> Result<BothEndsTrial> {
-        self.see(problem, x)
+        self.evaluate(problem, x)
     }
 
     fn residual(&self, problem: &Problem, trial: &BothEndsTrial) -> DVector<f64> {
@@ -415,7 +424,7 @@ impl Chart for BothEnds {
 
     fn wrench(&self, problem: &Problem, x: &DVector<f64>) -> Result<Wrench> {
         let (given, _) = self.given(problem, x)?;
-        Ok(joined(&given.m, &given.n))
+        Ok(join(&given.m, &given.n))
     }
 
     fn unknowns(&self, problem: &Problem, b: &Wrench) -> Result<DVector<f64>> {
@@ -424,7 +433,7 @@ impl Chart for BothEnds {
             Some(found) => found.position,
             None => problem.bare_trial(b)?.r,
         };
-        Ok(self.of(problem, &GivenData { m, n, place }))
+        Ok(self.unknowns_of(problem, &GivenData { m, n, place }))
     }
 
     fn reach(&self, size: f64) -> f64 {
@@ -447,14 +456,14 @@ impl Chart for BothEnds {
     }
 
     fn index(&self, problem: &Problem, x: &DVector<f64>) -> Result<usize> {
-        match &self.see(problem, x)?.seen {
+        match &self.evaluate(problem, x)?.seen {
             TrialForm::Taut(beside, _) => problem.taut_index(&beside.found, &beside.spring),
             TrialForm::FromBase(_) => problem.index(&self.wrench(problem, x)?),
         }
     }
 
     fn sections(&self, problem: &Problem, x: &DVector<f64>, at: &[f64]) -> Result<Vec<RodSection>> {
-        match &self.see(problem, x)?.seen {
+        match &self.evaluate(problem, x)?.seen {
             TrialForm::Taut(beside, _) => problem.taut_sections(&beside.found, &beside.spring, at),
             TrialForm::FromBase(_) => {
                 let b = self.wrench(problem, x)?;

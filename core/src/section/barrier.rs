@@ -21,9 +21,8 @@
 //! Newton's iteration starts from the solution of an equivalent scalar equation and only removes its rounding.
 
 use super::newton::{Point, Potential, invert};
-use super::profile::positive;
 use super::{Free, Inverse, Linear, Resultant, SectionLaw, Strain, linear};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite, check_positive};
 use crate::solve::roots::chandrupatla;
 use nalgebra::{Matrix3, Matrix6, Matrix6x3, Vector3, Vector6};
 
@@ -40,9 +39,9 @@ pub struct BarrierTerm {
 
 impl BarrierTerm {
     pub(super) fn new(half_widths: [f64; 2], strength: f64) -> Result<Self> {
-        positive("half_widths[0]", half_widths[0])?;
-        positive("half_widths[1]", half_widths[1])?;
-        positive("barrier strength", strength)?;
+        check_positive("half_widths[0]", half_widths[0])?;
+        check_positive("half_widths[1]", half_widths[1])?;
+        check_positive("barrier strength", strength)?;
         Ok(Self {
             strength,
             half_widths,
@@ -50,14 +49,14 @@ impl BarrierTerm {
     }
 
     /// V(u1, u2): the stretch v3 at which some fibre is totally compressed.
-    pub(super) fn compressed(&self, e: &Strain) -> f64 {
+    pub(super) fn compression_limit(&self, e: &Strain) -> f64 {
         let [h1, h2] = self.half_widths;
         (h2 * e[0]).hypot(h1 * e[1])
     }
 
     /// V, or an error unless v3 > V.
-    pub(super) fn inside(&self, e: &Strain) -> Result<f64> {
-        let compressed = self.compressed(e);
+    pub(super) fn checked_limit(&self, e: &Strain) -> Result<f64> {
+        let compressed = self.compression_limit(e);
         if !(compressed < e[5]) {
             return Err(Error::domain(format!(
                 "total compression: v3 = {} must be > sqrt(h2^2 u1^2 + h1^2 u2^2) = {compressed}",
@@ -100,7 +99,7 @@ impl Barrier {
         let [h1, h2] = half_widths;
         let cone = Vector6::new(h2 * h2, h1 * h1, 0.0, 0.0, 0.0, -1.0);
         let rest = base.rest();
-        let compressed = term.compressed(rest);
+        let compressed = term.compression_limit(rest);
         if !(compressed < 1.0) {
             return Err(Error::domain(format!(
                 "the rest curvature [{}, {}] is too large for the half-widths {half_widths:?}: \
@@ -131,8 +130,8 @@ impl Barrier {
 
     /// rho = sqrt(v3^2 - V^2).
     fn depth(&self, e: &Strain) -> Result<f64> {
-        linear::finite(e)?;
-        let compressed = self.term.inside(e)?;
+        check_finite("the strains", e.as_slice())?;
+        let compressed = self.term.checked_limit(e)?;
         Ok((e[5] - compressed).sqrt() * (e[5] + compressed).sqrt())
     }
 
@@ -312,7 +311,7 @@ impl Potential for Barrier {
             return Ok(None);
         }
         let mut e = *x;
-        e[5] = rho.hypot(self.term.compressed(x));
+        e[5] = rho.hypot(self.term.compression_limit(x));
         let mut frame = Matrix6::identity();
         frame[(5, 0)] = self.cone[0] * e[0] / e[5];
         frame[(5, 1)] = self.cone[1] * e[1] / e[5];
@@ -344,12 +343,12 @@ impl SectionLaw for Barrier {
     }
 
     fn resultants(&self, _s: f64, e: &Strain) -> Result<Resultant> {
-        linear::unconstrained(self.base.is_rigid())?;
+        linear::check_unconstrained(self.base.is_rigid())?;
         Ok(self.resultants_at(e, self.depth(e)?))
     }
 
     fn tangent(&self, _s: f64, e: &Strain) -> Result<Matrix6<f64>> {
-        linear::unconstrained(self.base.is_rigid())?;
+        linear::check_unconstrained(self.base.is_rigid())?;
         Ok(self.tangent_at(e, self.depth(e)?))
     }
 

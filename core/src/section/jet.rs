@@ -33,7 +33,7 @@ pub(in crate::section) fn jet(
 }
 
 /// d2f/dx dy at (x, y): 36 evaluations.
-pub(in crate::section) fn mixed(
+pub(in crate::section) fn mixed_derivatives(
     f: impl Fn(&Six, &Six) -> HyperDual64,
     x: &Vector6<f64>,
     y: &Vector6<f64>,

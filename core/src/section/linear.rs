@@ -1,7 +1,7 @@
 //! Linear laws: W = 1/2 (e - rest).K (e - rest), with shear and stretch possibly held rigid.
 
 use super::{Compliance, Free, Inverse, Resultant, SectionLaw, Strain, StrainName, UniformLinear};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
 
 /// The strains of a straight unstretched rod.
@@ -167,25 +167,14 @@ impl Linear {
 
     /// e - rest, if the constraints hold.
     fn deviation(&self, e: &Strain) -> Result<Strain> {
-        finite(e)?;
+        check_finite("the strains", e.as_slice())?;
         check_constraints(self.rigid, &self.rest, e)?;
         Ok(e - self.rest)
     }
 
-    fn unconstrained(&self) -> Result<()> {
-        unconstrained(self.rigid)
+    fn check_unconstrained(&self) -> Result<()> {
+        check_unconstrained(self.rigid)
     }
-}
-
-/// Checks that the strains are finite.
-pub(super) fn finite(e: &Strain) -> Result<()> {
-    if e.iter().all(|x| x.is_finite()) {
-        return Ok(());
-    }
-    Err(Error::domain(format!(
-        "the strains {:?} must be finite",
-        e.as_slice()
-    )))
 }
 
 /// Checks that the strains satisfy the constraints.
@@ -203,7 +192,7 @@ pub(super) fn check_constraints(rigid: [bool; 3], rest: &Strain, e: &Strain) -> 
 }
 
 /// Error if a strain is rigid: its resultant is then a reaction.
-pub(super) fn unconstrained(rigid: [bool; 3]) -> Result<()> {
+pub(super) fn check_unconstrained(rigid: [bool; 3]) -> Result<()> {
     match rigid.iter().position(|r| *r) {
         None => Ok(()),
         Some(k) => Err(Error::domain(format!(
@@ -333,13 +322,13 @@ impl SectionLaw for Linear {
     }
 
     fn resultants(&self, _s: f64, e: &Strain) -> Result<Resultant> {
-        self.unconstrained()?;
+        self.check_unconstrained()?;
         Ok(self.stiffness * self.deviation(e)?)
     }
 
     fn tangent(&self, _s: f64, e: &Strain) -> Result<Matrix6<f64>> {
-        self.unconstrained()?;
-        finite(e)?;
+        self.check_unconstrained()?;
+        check_finite("the strains", e.as_slice())?;
         Ok(self.stiffness)
     }
 

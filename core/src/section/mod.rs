@@ -9,6 +9,7 @@
 //! * [`Barrier`]: total compression costs infinite energy. [`Hyperelastic`]: a user's own stored energy.
 
 mod barrier;
+mod coordinates;
 mod in_rod_units;
 mod jet;
 mod linear;
@@ -16,18 +17,17 @@ pub(crate) mod newton;
 mod profile;
 mod profile_along;
 pub mod rate;
-mod reversed;
 mod stored_energy;
 mod varying;
 
 pub use barrier::{Barrier, BarrierTerm};
-pub use in_rod_units::{Measures, measured};
+pub(crate) use coordinates::reverse_law;
+pub use in_rod_units::{Measures, law_in_units};
 pub use linear::Linear;
 /// Numbers with derivatives, for [`StoredEnergy`].
 pub use num_dual::DualNum;
 pub use profile::{Material, Profile, Rigid, Shape, ShapeSettings, Transverse};
 pub use profile_along::Along;
-pub(crate) use reversed::Reversed;
 pub use stored_energy::{Hyperelastic, StoredEnergy};
 pub use varying::{Diagonal, Rest, Stiffness, Varying};
 

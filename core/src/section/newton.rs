@@ -3,7 +3,7 @@
 use super::StrainName;
 use super::linear::unit_at_rigid;
 use super::{Compliance, Inverse, Resultant, Strain};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
 
 /// A law at one point, in well-conditioned coordinates x.
@@ -50,12 +50,7 @@ pub(crate) fn invert(
     w: &Resultant,
     mut seen: impl FnMut(f64),
 ) -> Result<Inverse> {
-    if !w.iter().all(|entry| entry.is_finite()) {
-        return Err(Error::domain(format!(
-            "the resultants {:?} must be finite",
-            w.as_slice()
-        )));
-    }
+    check_finite("the resultants", w.as_slice())?;
     let outside = |x: &Vector6<f64>| {
         Error::domain(format!(
             "the inverse law has nowhere to start: the law is not defined at {:?}",
@@ -66,7 +61,7 @@ pub(crate) fn invert(
     let mut before = f64::INFINITY;
     let mut residual = f64::INFINITY;
     for _ in 0..STEPS {
-        let (off, inverse) = linearised(law, &point, w)?;
+        let (off, inverse) = linearise(law, &point, w)?;
         let compliance = point.frame * inverse;
         let compliance = 0.5 * (compliance + compliance.transpose());
         let single;
@@ -95,7 +90,7 @@ pub(crate) fn invert(
 }
 
 /// Residual of w, and dx/dw; zero for rigid strains.
-fn linearised(
+fn linearise(
     law: &impl Potential,
     point: &Point,
     w: &Resultant,

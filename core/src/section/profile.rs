@@ -9,7 +9,7 @@
 //! correction factor k, which depends on nu. Both can be given instead.
 
 use super::Linear;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_positive};
 use std::f64::consts::PI;
 
 /// Shape of a homogeneous section.
@@ -117,16 +117,16 @@ impl Shape {
 
     fn check(&self) -> Result<()> {
         match *self {
-            Self::Circle { radius } => positive("radius", radius),
+            Self::Circle { radius } => check_positive("radius", radius),
             Self::Rectangle { width, height } => {
-                positive("width", width)?;
-                positive("height", height)
+                check_positive("width", width)?;
+                check_positive("height", height)
             }
             Self::Tube {
                 outer_radius,
                 thickness,
             } => {
-                positive("outer radius", outer_radius)?;
+                check_positive("outer radius", outer_radius)?;
                 if !(0.0 < thickness && thickness <= outer_radius) {
                     return Err(Error::domain(format!(
                         "thickness = {thickness} must be > 0 and at most the outer radius {outer_radius}"
@@ -196,12 +196,12 @@ impl Material {
     }
 
     fn check(&self) -> Result<()> {
-        positive("Young's modulus", self.young)?;
+        check_positive("Young's modulus", self.young)?;
         match self.transverse {
             Transverse::Poisson(ratio) if !(-1.0 < ratio && ratio <= 0.5) => Err(Error::domain(
                 format!("Poisson's ratio = {ratio} must be > -1 and <= 0.5"),
             )),
-            _ => positive("shear modulus", self.shear()),
+            _ => check_positive("shear modulus", self.shear()),
         }
     }
 }
@@ -268,7 +268,7 @@ impl Profile {
     /// Shear factor k, equal along d1 and d2; 1 if shear is rigid.
     fn shear_factor(&self) -> Result<f64> {
         if let Some(factor) = self.set.shear_factor.or(self.set.shear.map(|_| 1.0)) {
-            positive("shear factor", factor)?;
+            check_positive("shear factor", factor)?;
             return Ok(factor);
         }
         let poisson = self.material.poisson();
@@ -297,7 +297,7 @@ impl Profile {
         let factor = self.shear_factor()?;
         let given = self.set.torsion_constant;
         let constant = given.unwrap_or_else(|| self.shape.torsion_constant());
-        positive("torsion constant", constant)?;
+        check_positive("torsion constant", constant)?;
         let bending = self.shape.second_moments().map(|moment| young * moment);
         let rigid = [self.set.shear, self.set.shear, self.set.axial];
         Linear::diagonal(bending, shear * constant)?
@@ -305,14 +305,4 @@ impl Profile {
             .with_axial(young * area)?
             .rigid(rigid.map(|word| word.is_some()))
     }
-}
-
-/// Checks that a number is finite and > 0.
-pub(super) fn positive(name: &str, value: f64) -> Result<()> {
-    if 0.0 < value && value < f64::INFINITY {
-        return Ok(());
-    }
-    Err(Error::domain(format!(
-        "{name} = {value} must be finite and > 0"
-    )))
 }

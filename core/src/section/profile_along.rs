@@ -1,7 +1,6 @@
 //! Scalar profiles along a rod: constant, or functions of the arclength.
 
-use super::profile::positive;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_positive};
 
 /// A number as a function of the arclength s of the unloaded rod, 0 <= s <= L.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,13 +161,13 @@ impl Along {
     }
 
     /// Error unless positive, as far as known beforehand: linear pieces are positive if their nodes are.
-    pub(super) fn positive(&self, name: &str) -> Result<()> {
+    pub(super) fn check_positive(&self, name: &str) -> Result<()> {
         match &self.0 {
-            Form::Constant(value) => positive(name, *value),
+            Form::Constant(value) => check_positive(name, *value),
             Form::Table { s, values } => s
                 .iter()
                 .zip(values)
-                .try_for_each(|(s, value)| positive(&format!("{name} at s = {s}"), *value)),
+                .try_for_each(|(s, value)| check_positive(&format!("{name} at s = {s}"), *value)),
             Form::Polynomial { .. } => Ok(()),
         }
     }

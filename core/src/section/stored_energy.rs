@@ -1,10 +1,10 @@
 //! A user's own stored energy, its derivatives by automatic differentiation.
 
 use super::jet::jet;
-use super::linear::{STRAIGHT, check_constraints, finite, unconstrained};
+use super::linear::{STRAIGHT, check_constraints, check_unconstrained};
 use super::newton::{Convexity, Point, Potential, invert};
 use super::{Free, Inverse, Resultant, SectionLaw, Strain};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use nalgebra::{Matrix6, Vector6};
 use num_dual::DualNum;
 use std::fmt::Debug;
@@ -107,7 +107,7 @@ impl<E: StoredEnergy> Hyperelastic<E> {
 
     /// Energy, resultants, tangent at strains that satisfy the constraints.
     fn inside(&self, s: f64, e: &Strain) -> Result<(f64, Resultant, Matrix6<f64>)> {
-        finite(e)?;
+        check_finite("the strains", e.as_slice())?;
         check_constraints(self.0.rigid(), &self.0.start(s), e)?;
         let jet = self.jet(s, e).ok_or_else(|| {
             Error::domain(format!(
@@ -158,12 +158,12 @@ impl<E: StoredEnergy> SectionLaw for Hyperelastic<E> {
     }
 
     fn resultants(&self, s: f64, e: &Strain) -> Result<Resultant> {
-        unconstrained(self.0.rigid())?;
+        check_unconstrained(self.0.rigid())?;
         Ok(self.inside(s, e)?.1)
     }
 
     fn tangent(&self, s: f64, e: &Strain) -> Result<Matrix6<f64>> {
-        unconstrained(self.0.rigid())?;
+        check_unconstrained(self.0.rigid())?;
         Ok(self.inside(s, e)?.2)
     }
 

@@ -38,7 +38,7 @@ pub struct Diagonal {
 
 impl Diagonal {
     /// Every stiffness with its name.
-    pub fn named(&self) -> impl Iterator<Item = (&'static str, &Along)> {
+    pub fn stiffnesses(&self) -> impl Iterator<Item = (&'static str, &Along)> {
         let [first, second] = &self.bending;
         let shear = match &self.shear {
             Stiffness::Elastic([first, second]) => vec![("shear[0]", first), ("shear[1]", second)],
@@ -63,8 +63,10 @@ impl Diagonal {
     /// # Errors
     /// As [`Linear::diagonal`] and [`Linear::with_rest`].
     pub fn uniform(&self, rest: &Rest) -> Result<Option<Linear>> {
-        let uniform =
-            rest.uniform().is_some() && self.named().all(|(_, along)| along.constant().is_some());
+        let uniform = rest.uniform().is_some()
+            && self
+                .stiffnesses()
+                .all(|(_, along)| along.constant().is_some());
         uniform.then(|| self.at(rest, 0.0, 1.0)).transpose()
     }
 
@@ -95,8 +97,8 @@ impl Diagonal {
     }
 
     fn check(&self) -> Result<()> {
-        self.named()
-            .try_for_each(|(name, along)| along.positive(name))
+        self.stiffnesses()
+            .try_for_each(|(name, along)| along.check_positive(name))
     }
 }
 
@@ -198,7 +200,7 @@ struct Entries {
 impl Entries {
     fn all(&self) -> impl Iterator<Item = &Along> {
         self.law
-            .named()
+            .stiffnesses()
             .map(|(_, along)| along)
             .chain(self.rest.all())
     }
@@ -238,7 +240,7 @@ impl Varying {
     ///
     /// # Errors
     /// None for rest strains that are defined along the whole rod.
-    pub fn rested(law: Linear, rest: Rest, length: f64) -> Result<Self> {
+    pub fn from_linear(law: Linear, rest: Rest, length: f64) -> Result<Self> {
         let breaks: Vec<f64> = rest.all().flat_map(Along::breaks).copied().collect();
         let varying = Self {
             source: Source::Rested(Box::new(Rested { law, rest, length })),
@@ -399,7 +401,7 @@ impl SectionLaw for Varying {
     fn has_uniform_stiffness(&self) -> bool {
         match &self.source {
             Source::Entries(entries) => {
-                let mut entries = entries.law.named();
+                let mut entries = entries.law.stiffnesses();
                 entries.all(|(_, along)| along.constant().is_some())
             }
             Source::Rested(_) => true,

@@ -45,7 +45,7 @@ impl RoughJacobianPolicy {
     };
 
     /// The statistics for a restarted integration, which has no Jacobian yet.
-    pub(super) fn anew(self) -> Self {
+    pub(super) fn restarted(self) -> Self {
         Self {
             used: false,
             ..self
@@ -58,7 +58,7 @@ impl RoughJacobianPolicy {
     }
 
     /// Records the contraction of Newton's iteration; 1 if it failed.
-    pub(super) fn seen(&mut self, contraction: f64) {
+    pub(super) fn record_contraction(&mut self, contraction: f64) {
         let log = contraction.max(LEAST).ln();
         if self.used {
             self.usual += (log - self.usual) / MEAN;

@@ -86,7 +86,7 @@ pub fn switch(
     let kernel: Vec<Place> = (n - corank..=n)
         .map(|k| Place::from_slice(svd.right.column(k).as_slice()))
         .collect();
-    let known = within(&kernel, &tangent);
+    let known = project_onto(&kernel, &tangent);
     let mut this = Switch {
         starts: Vec::new(),
         method: SwitchMethod::Quadratic,
@@ -102,7 +102,7 @@ pub fn switch(
         None
     };
     if let Some(other) = quadratic {
-        this.follow(&space, &place, &other, distance);
+        this.follow_tangent(&space, &place, &other, distance);
     } else {
         this.method = SwitchMethod::Sampled;
         this.sample(&space, &place, &kernel, &known, distance);
@@ -112,7 +112,7 @@ pub fn switch(
 }
 
 /// The part of `v` within the span, of unit length.
-fn within(kernel: &[Place], v: &Place) -> Place {
+fn project_onto(kernel: &[Place], v: &Place) -> Place {
     kernel
         .iter()
         .map(|k| k * k.dot(v))
@@ -172,7 +172,7 @@ impl Switch {
     }
 
     /// Starts both ways along a tangent, nearer if the branch bends too fast.
-    fn follow(&mut self, space: &Space<'_>, place: &Place, tangent: &Place, distance: f64) {
+    fn follow_tangent(&mut self, space: &Space<'_>, place: &Place, tangent: &Place, distance: f64) {
         for way in [1.0, -1.0] {
             let direction = tangent * way;
             let found = (0..6).find_map(|k| {
@@ -208,7 +208,7 @@ impl Switch {
             else {
                 continue;
             };
-            let away = within(kernel, &(&z - place));
+            let away = project_onto(kernel, &(&z - place));
             let old = away.dot(known).abs() > 1.0 - 1e-3;
             let again = found.iter().any(|(f, _)| (f - &z).norm() < 1e-2 * radius);
             if old || again {

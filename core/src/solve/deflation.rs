@@ -52,7 +52,7 @@ pub struct Search {
 ///
 /// # Errors
 /// Options outside their sets. A search without result is no error.
-pub fn further(
+pub fn find_further(
     family: &dyn Family,
     p: f64,
     known: &[DVector<f64>],
@@ -97,13 +97,17 @@ pub fn further(
                     };
                     newton::solve(deflated, &start, &options.newton)
                         .map(|rough| rough.x)
-                        .or_else(|_| leaping(deflated, start))
+                        .or_else(|_| undamped_newton(deflated, start))
                         .and_then(|rough| newton::solve(plain, &rough, &options.newton))
                 })
                 .reduce(Result::or)
                 .unwrap_or_else(|| Err(Error::no_convergence("no start")));
             match found {
-                Ok(solution) if all.iter().any(|x| near(x, &solution.x, options.separation)) => {
+                Ok(solution)
+                    if all
+                        .iter()
+                        .any(|x| is_near(x, &solution.x, options.separation)) =>
+                {
                     break Error::no_convergence(format!(
                         "the search fell back to the known solution x = {:?}",
                         solution.x.as_slice()
@@ -124,7 +128,7 @@ pub fn further(
 
 /// The guess; if it lies on a pole of m, a point on either side of the pole.
 fn starts(guess: &DVector<f64>, known: &[DVector<f64>], separation: f64) -> Vec<DVector<f64>> {
-    if known.iter().any(|x| near(x, guess, separation)) {
+    if known.iter().any(|x| is_near(x, guess, separation)) {
         let aside = 1e-2 * (1.0 + guess.norm());
         vec![guess.add_scalar(aside), guess.add_scalar(-aside)]
     } else {
@@ -134,7 +138,7 @@ fn starts(guess: &DVector<f64>, known: &[DVector<f64>], separation: f64) -> Vec<
 
 /// Newton without damping: a damped iteration never leaps over a pole of m, and in few dimensions
 /// solutions lie behind poles.
-fn leaping(
+fn undamped_newton(
     system: impl Fn(&DVector<f64>) -> Result<(DVector<f64>, DMatrix<f64>)>,
     start: DVector<f64>,
 ) -> Result<DVector<f64>> {
@@ -160,7 +164,7 @@ fn leaping(
     )))
 }
 
-fn near(a: &DVector<f64>, b: &DVector<f64>, separation: f64) -> bool {
+fn is_near(a: &DVector<f64>, b: &DVector<f64>, separation: f64) -> bool {
     (a - b).norm() <= separation * (1.0 + a.norm())
 }
 

@@ -24,7 +24,7 @@ impl Steps {
     ///
     /// # Errors
     /// Those of `at`.
-    pub fn settled<T: Clone>(
+    pub fn best_step<T: Clone>(
         &self,
         mut at: impl FnMut(f64) -> Result<T>,
         apart: impl Fn(&T, &T) -> f64,

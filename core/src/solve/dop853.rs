@@ -141,7 +141,7 @@ impl<S: State> Dop853<S> {
         h_max: f64,
     ) -> Result<Step<S>, StepTooSmall> {
         let mut step = self.blank();
-        self.step_into(written(f), h_max, &mut step)?;
+        self.step_into(writes_slope(f), h_max, &mut step)?;
         Ok(step)
     }
 
@@ -219,7 +219,7 @@ pub const COUNT: usize = 12;
 /// `slope(i, value, weight)` is the slope of the quantity at stage i; `weight` = h b_i (0 for most stages) serves to
 /// sum integrals. Stages are those of [`Dop853::step_into`]: the start, and the eleven states at which the right-hand
 /// side is evaluated before the end.
-pub fn over_stages<const D: usize>(
+pub fn integrate_alongside<const D: usize>(
     from: &SVector<f64, D>,
     h: f64,
     mut slope: impl FnMut(usize, &SVector<f64, D>, f64) -> Option<SVector<f64, D>>,
@@ -241,7 +241,7 @@ pub fn over_stages<const D: usize>(
 }
 
 /// Converts a right-hand side with a returned slope to one with a written slope.
-fn written<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
+fn writes_slope<S>(mut f: impl FnMut(&S) -> Option<S>) -> impl FnMut(&S, &mut S) -> Option<()> {
     move |at, slope| {
         *slope = f(at)?;
         Some(())
@@ -259,7 +259,12 @@ fn combine<S: State>(from: &S, h: f64, row: &[(usize, f64)], slopes: &[S; 16]) -
 }
 
 /// State inside a step of length `h`, from the integrals of the polynomials of the slopes.
-pub(super) fn collocated<S: State>(from: &S, h: f64, integrals: &[f64], slopes: &[S]) -> S {
+pub(super) fn integrate_polynomial<S: State>(
+    from: &S,
+    h: f64,
+    integrals: &[f64],
+    slopes: &[S],
+) -> S {
     let mut state = from.clone();
     for (integral, slope) in integrals.iter().zip(slopes) {
         state.axpy(h * integral, slope);
@@ -269,7 +274,7 @@ pub(super) fn collocated<S: State>(from: &S, h: f64, integrals: &[f64], slopes: 
 
 /// sum_j a_j k_j.
 #[inline]
-fn weighted<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
+fn weighted_sum<S: State>(row: &[(usize, f64)], slopes: &[S; 16]) -> S {
     let (first, a) = row[0];
     let mut y = slopes[first].clone();
     y.axpy(a - 1.0, &slopes[first]);
@@ -312,7 +317,7 @@ impl<S: State> Step<S> {
     /// Hairer's error estimate: h e5^2 / sqrt(e5^2 + 0.01 e3^2), in units of the state's scale.
     fn error(&self, mean_square: impl Fn(&S, &S, &S) -> f64) -> f64 {
         let [e5, e3] = [ERROR5, ERROR3]
-            .map(|row| mean_square(&weighted(row, &self.slopes), &self.from, &self.to));
+            .map(|row| mean_square(&weighted_sum(row, &self.slopes), &self.from, &self.to));
         if e5 == 0.0 {
             return 0.0;
         }
@@ -346,7 +351,7 @@ impl<S: State> Step<S> {
     /// integration instead of that of an interpolant.
     pub fn redo(&self, f: impl FnMut(&S) -> Option<S>, h: f64, cost: &mut Cost) -> Option<Step<S>> {
         let mut step = Self::blank(&self.from, &self.slopes[0]);
-        step.attempt(h, &mut written(f), cost)?;
+        step.attempt(h, &mut writes_slope(f), cost)?;
         Some(step)
     }
 
@@ -372,7 +377,7 @@ impl<S: State> Step<S> {
         f2.axpy(1.0, &difference);
         f2.axpy(-h, &self.slopes[0]);
         f2.axpy(-h, &self.slopes[12]);
-        let high = DENSE.map(|row| weighted(row, &self.slopes));
+        let high = DENSE.map(|row| weighted_sum(row, &self.slopes));
         Some(Dense {
             from: self.from.clone(),
             h,

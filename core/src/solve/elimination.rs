@@ -212,7 +212,7 @@ impl Elimination {
     }
 
     /// U y = right; components without a pivot are zero.
-    fn back(&self, mut y: DVector<f64>) -> DVector<f64> {
+    fn back_substitute(&self, mut y: DVector<f64>) -> DVector<f64> {
         let n = y.len();
         for i in (0..n).rev() {
             for j in i + 1..n {
@@ -248,14 +248,14 @@ impl Elimination {
                 y[i] -= self.factors[(i, j)] * known;
             }
         }
-        self.spread(&self.back(y), 0.0)
+        self.spread(&self.back_substitute(y), 0.0)
     }
 
     /// (n, d): the unit null vector n of [J | b] and the determinant d of [J b; n^T]. The vector d n is the Cramer
     /// product of the rows: smooth, and zero where the rank is below N.
     pub fn null(&self) -> (Place, Determinant) {
         let n = self.rows.len();
-        let null = self.spread(&self.back(-self.factors.column(n)), 1.0);
+        let null = self.spread(&self.back_substitute(-self.factors.column(n)), 1.0);
         let mut determinant = Determinant {
             value: self.sign,
             blocks: 0,
@@ -333,7 +333,7 @@ impl Svd {
         let mut left = DMatrix::zeros(rows, rows);
         for k in 0..rows {
             let column = b.column(order[k]) / norms[order[k]];
-            let column = completed(&left, k, column);
+            let column = orthogonal_column(&left, k, column);
             left.set_column(k, &column);
         }
         Self {
@@ -346,7 +346,7 @@ impl Svd {
 
 /// `column` made orthogonal to the first `k` columns of `basis`; if nothing remains (the singular value is zero or
 /// rounding), any unit vector orthogonal to these columns.
-fn completed(basis: &DMatrix<f64>, k: usize, column: DVector<f64>) -> DVector<f64> {
+fn orthogonal_column(basis: &DMatrix<f64>, k: usize, column: DVector<f64>) -> DVector<f64> {
     let rows = basis.nrows();
     let units = (0..rows).map(|i| DVector::from_fn(rows, |r, _| f64::from(u8::from(r == i))));
     let mut best = DVector::zeros(rows);

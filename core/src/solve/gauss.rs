@@ -11,7 +11,8 @@
 //! with a smooth Q that is the same for both directions ([`Reversible`]).
 
 use super::cost::Cost;
-use super::dop853::{State, StepTooSmall, collocated};
+use super::dop853::{State, StepTooSmall, integrate_polynomial};
+use super::lagrange::lagrange;
 
 /// State space of a system that may be reversible.
 pub trait Reversible: State {
@@ -165,7 +166,7 @@ pub struct GaussStep<Y> {
 }
 
 /// Converts the slope at `at` into the slope in sigma.
-fn paced<Y: Reversible>(slope: &mut Y, at: &Y) -> Option<()> {
+fn divide_by_pace<Y: Reversible>(slope: &mut Y, at: &Y) -> Option<()> {
     let pace = slope.pace_squared(at).sqrt();
     if !(0.0 < pace && pace < f64::INFINITY) {
         return None;
@@ -175,21 +176,11 @@ fn paced<Y: Reversible>(slope: &mut Y, at: &Y) -> Option<()> {
     Some(())
 }
 
-/// Values at `x` of the Lagrange polynomials of the nodes.
-fn basis(x: f64) -> [f64; S + 2] {
-    std::array::from_fn(|i| {
-        let others = (0..S + 2).filter(|j| *j != i);
-        others
-            .map(|j| (x - PLACES[j]) / (PLACES[i] - PLACES[j]))
-            .product()
-    })
-}
-
 /// Integrals over [0, x] of the Lagrange polynomials, exact by Gauss's rule.
 fn integrals(x: f64) -> [f64; S + 2] {
     let mut sums = [0.0; S + 2];
     for (place, weight) in PLACES[1..].iter().zip(WEIGHTS) {
-        for (sum, value) in sums.iter_mut().zip(basis(x * place)) {
+        for (sum, value) in sums.iter_mut().zip(lagrange(&PLACES, x * place)) {
             *sum += x * weight * value;
         }
     }
@@ -197,7 +188,7 @@ fn integrals(x: f64) -> [f64; S + 2] {
 }
 
 /// sum_i weights_i slopes_i.
-fn weighted<Y: State>(weights: &[f64], slopes: &[Y]) -> Y {
+fn weighted_sum<Y: State>(weights: &[f64], slopes: &[Y]) -> Y {
     let mut sum = slopes[0].clone();
     sum.axpy(weights[0] - 1.0, &slopes[0]);
     for (weight, slope) in weights.iter().zip(slopes).skip(1) {
@@ -210,7 +201,7 @@ impl<Y: Reversible> Gauss<Y> {
     /// Starts at `state` with its `slope` in the system's own variable; `h` is a first guess, which is fitted to the
     /// tolerance by trials.
     pub fn new(state: Y, mut slope: Y, h: f64, tolerance: f64) -> Option<Self> {
-        paced(&mut slope, &state)?;
+        divide_by_pace(&mut slope, &state)?;
         Some(Self {
             tolerance,
             h,
@@ -226,7 +217,7 @@ impl<Y: Reversible> Gauss<Y> {
 
     /// Continues from another state, with steps of the same length.
     pub fn restart(&mut self, state: Y, mut slope: Y) -> Option<()> {
-        paced(&mut slope, &state)?;
+        divide_by_pace(&mut slope, &state)?;
         self.state = state;
         self.slope = slope;
         self.rest = None;
@@ -285,7 +276,7 @@ impl<Y: Reversible> Gauss<Y> {
                 return Err(StepTooSmall);
             }
             let guess = match &self.last {
-                Some(last) => last.beyond(h),
+                Some(last) => last.extrapolated_slopes(h),
                 None => std::array::from_fn(|_| self.slope.clone()),
             };
             let ends = (&self.state, &self.slope, self.rest.as_ref());
@@ -363,7 +354,7 @@ fn solve<Y: Reversible>(
             }
             cost.evaluations += 1;
             f(&at, &mut new)?;
-            paced(&mut new, &at)?;
+            divide_by_pace(&mut new, &at)?;
             stages[i].axpy(-1.0, &new);
             moved += stages[i].mean_square(from, from);
             stages[i].clone_from(&new);
@@ -382,8 +373,8 @@ fn solve<Y: Reversible>(
     }
     cost.iterations += iterations;
     // y + increment by compensated summation: the rounding error is kept for the next step.
-    let mut increment = weighted(&REMAINDERS, &stages);
-    let main = weighted(&WEIGHTS, &stages);
+    let mut increment = weighted_sum(&REMAINDERS, &stages);
+    let main = weighted_sum(&WEIGHTS, &stages);
     increment.axpy(1.0, &main);
     let whole = increment.clone();
     increment.axpy(h - 1.0, &whole);
@@ -398,7 +389,7 @@ fn solve<Y: Reversible>(
     cost.evaluations += 1;
     let mut end = slope.clone();
     f(&to, &mut end)?;
-    paced(&mut end, &to)?;
+    divide_by_pace(&mut end, &to)?;
     let [a, b, c, d, e, g] = stages;
     Some(GaussStep {
         from: from.clone(),
@@ -414,8 +405,13 @@ fn solve<Y: Reversible>(
 
 impl<Y: Reversible> GaussStep<Y> {
     /// Guesses of the slopes at the stages of a following step of length `h`.
-    fn beyond(&self, h: f64) -> [Y; S] {
-        std::array::from_fn(|i| weighted(&basis(1.0 + PLACES[i + 1] * h / self.h), &self.slopes))
+    fn extrapolated_slopes(&self, h: f64) -> [Y; S] {
+        std::array::from_fn(|i| {
+            weighted_sum(
+                &lagrange(&PLACES, 1.0 + PLACES[i + 1] * h / self.h),
+                &self.slopes,
+            )
+        })
     }
 
     /// Estimate of the local error: the first Legendre coefficient of the slope beyond the step's polynomial, times
@@ -428,7 +424,7 @@ impl<Y: Reversible> GaussStep<Y> {
                 let x = 2.0 * PLACES[i + 1] - 1.0;
                 (2 * k + 1) as f64 * WEIGHTS[i] * legendre(k, x)
             });
-            weighted(&weights, &self.slopes[1..=S]).mean_square(&self.from, &self.to)
+            weighted_sum(&weights, &self.slopes[1..=S]).mean_square(&self.from, &self.to)
         });
         // Decay of squares, over two degrees.
         let ratio = (sizes[5] + sizes[4]) / (sizes[3] + sizes[2] + f64::MIN_POSITIVE);
@@ -452,7 +448,7 @@ impl<Y: Reversible> GaussStep<Y> {
 
     /// State at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 8.
     pub fn at(&self, x: f64) -> Y {
-        collocated(&self.from, self.h, &integrals(x), &self.slopes)
+        integrate_polynomial(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
     /// This step with another length, at full order.
@@ -462,8 +458,9 @@ impl<Y: Reversible> GaussStep<Y> {
         h: f64,
         cost: &mut Cost,
     ) -> Option<Self> {
-        let guess =
-            std::array::from_fn(|i| weighted(&basis(PLACES[i + 1] * h / self.h), &self.slopes));
+        let guess = std::array::from_fn(|i| {
+            weighted_sum(&lagrange(&PLACES, PLACES[i + 1] * h / self.h), &self.slopes)
+        });
         let ends = (&self.from, &self.slopes[0], None);
         solve(ends, (h, self.floor), guess, &mut f, cost)
     }

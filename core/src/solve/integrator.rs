@@ -163,7 +163,7 @@ impl Integrator {
         let h = first_step.unwrap_or(self.next_step());
         // Votes survive a restart: a run that restarts often would otherwise never change its method.
         let (votes, relief) = (self.votes, self.relief);
-        self.place(system, y, h)?;
+        self.start_method(system, y, h)?;
         (self.votes, self.relief) = (votes, relief);
         self.span = 0.0;
         self.dense = None;
@@ -171,7 +171,7 @@ impl Integrator {
     }
 
     /// Places the current method at a state; None, and nothing has changed, if the state is outside the domain.
-    fn place(&mut self, system: &dyn AnySystem, mut y: DVector<f64>, h: f64) -> Option<()> {
+    fn start_method(&mut self, system: &dyn AnySystem, mut y: DVector<f64>, h: f64) -> Option<()> {
         let mut slope = DVector::zeros(y.len());
         self.extra += 1;
         if self.implicit {
@@ -195,7 +195,7 @@ impl Integrator {
     }
 
     /// Changes to Radau IIA, unless the caller has fixed the method: for a system known to be stiff.
-    pub fn stiffen(&mut self, system: &dyn AnySystem) {
+    pub fn switch_to_implicit(&mut self, system: &dyn AnySystem) {
         if self.method == Method::Auto && !self.implicit {
             self.switch(system, self.span);
         }
@@ -358,7 +358,7 @@ impl Integrator {
         let y = self.state().clone();
         let h = if h > 0.0 { h } else { self.next_step() };
         self.implicit = !self.implicit;
-        if self.place(system, y, h).is_none() {
+        if self.start_method(system, y, h).is_none() {
             // The other method cannot start at this state.
             self.implicit = !self.implicit;
             return;
@@ -443,7 +443,7 @@ impl Integrator {
             return Some(self.from().clone());
         }
         if self.implicit {
-            return self.radau.exactly(system, x);
+            return self.radau.state_by_step(system, x);
         }
         let f = |y: &DVector<f64>| {
             let mut out = DVector::zeros(y.len());

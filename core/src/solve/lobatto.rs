@@ -18,12 +18,12 @@
 mod rule;
 
 use super::cost::Cost;
-use super::dop853::{State, collocated};
+use super::dop853::{State, integrate_polynomial};
 use crate::math::Row;
 use crate::math::registers::wide;
 use pulp::{Simd, WithSimd};
 pub use rule::Block;
-use rule::{Fitting, Modes, changed, integrals, integrated};
+use rule::{Fitting, Modes, integrals, squared_change, states_at_nodes};
 use std::marker::PhantomData;
 
 /// A motion whose slope is evaluated at eight nodes at once, in rows of numbers at the nodes: positions, as many
@@ -246,7 +246,7 @@ impl<Y: State> Lobatto<Y> {
                 from: 1.0,
                 ratio: h / self.length,
             });
-            let error = match solved(of, &step, &mut self.next, cost) {
+            let error = match solve_counted(of, &step, &mut self.next, cost) {
                 Ok(()) if self.next.error <= SLACK => {
                     let factor = SAFETY * self.next.error.max(1e-10).powf(-EXPONENT);
                     let longer = h * factor.clamp(SHRINK, GROW);
@@ -259,7 +259,7 @@ impl<Y: State> Lobatto<Y> {
                     cost.steps += 1;
                     std::mem::swap(&mut self.last, &mut self.next);
                     self.length = h;
-                    return Some(finished((from, slope), &self.last, (h, self.tolerance), of));
+                    return Some(to_step((from, slope), &self.last, (h, self.tolerance), of));
                 }
                 Ok(()) => self.next.error,
                 Err(StepFailure::Long(error)) => error,
@@ -274,7 +274,7 @@ impl<Y: State> Lobatto<Y> {
 }
 
 /// Solves a step and counts its cost.
-fn solved<Y>(
+fn solve_counted<Y>(
     of: &mut dyn Eightwise<Y>,
     step: &Unsolved,
     to: &mut Solved,
@@ -346,23 +346,23 @@ impl<M: Sweeps> WithSimd for Sweeping<'_, '_, M> {
         }
         let [mut old, mut new] = slopes.each_mut();
         let mut at = Block::ZERO;
-        integrated(simd, (from, start, old), *h, places..time, &mut at);
+        states_at_nodes(simd, (from, start, old), *h, places..time, &mut at);
         // Squares are compared, which saves the latency of a root.
         let mean = h * h / (8.0 * all);
         let left = (LEFT * tolerance) * (LEFT * tolerance);
         let rough = (ROUGH * tolerance) * (ROUGH * tolerance);
         let mut last = f64::NAN;
         for sweep in 1..=SWEEPS {
-            integrated(simd, (from, start, old), *h, 0..places, &mut at);
+            states_at_nodes(simd, (from, start, old), *h, 0..places, &mut at);
             if timed {
-                integrated(simd, (from, start, old), *h, time..time + 1, &mut at);
+                states_at_nodes(simd, (from, start, old), *h, time..time + 1, &mut at);
             }
             if !motion.forces(simd, &at, new) {
                 return Err(StepFailure::Domain);
             }
-            integrated(simd, (from, start, new), *h, places..time, &mut at);
+            states_at_nodes(simd, (from, start, new), *h, places..time, &mut at);
             motion.moves(simd, &at, new);
-            let moved = changed(simd, [old, new], &scales, rows) * mean;
+            let moved = squared_change(simd, [old, new], &scales, rows) * mean;
             (old, new) = (new, old);
             let small = moved < NOISE * NOISE;
             let stalls = sweep > 3 && moved > CONVERGES * CONVERGES * last && !small;
@@ -406,7 +406,7 @@ fn size([fifth, sixth, seventh, eighth]: [f64; 4]) -> f64 {
     (eighth * eighth + seventh * seventh * decay).sqrt()
 }
 
-fn finished<Y: State>(
+fn to_step<Y: State>(
     (from, slope): (&Y, &Y),
     solved: &Solved,
     (h, tolerance): (f64, f64),
@@ -435,24 +435,24 @@ impl<Y: State> LobattoStep<Y> {
 
     /// State at the fraction `x` in [0, 1] of the step, from the polynomial through the slopes: of order 9.
     pub fn at(&self, x: f64) -> Y {
-        collocated(&self.from, self.h, &integrals(x), &self.slopes)
+        integrate_polynomial(&self.from, self.h, &integrals(x), &self.slopes)
     }
 
     /// A part of the step from its start, of length `h`, at full order; None on failure.
     pub fn redo(&self, of: &mut dyn Eightwise<Y>, h: f64, cost: &mut Cost) -> Option<Self> {
-        self.part((&self.from, &self.slopes[0], -1.0), of, h, cost)
+        self.solve_part((&self.from, &self.slopes[0], -1.0), of, h, cost)
     }
 
     /// Both halves, with polynomials as accurate inside as the step is at its end.
     pub fn halves(&self, of: &mut dyn Eightwise<Y>, cost: &mut Cost) -> Option<[Self; 2]> {
         let h = 0.5 * self.h;
         let first = self.redo(of, h, cost)?;
-        let second = self.part((&first.to, first.end_slope(), 0.0), of, h, cost)?;
+        let second = self.solve_part((&first.to, first.end_slope(), 0.0), of, h, cost)?;
         Some([first, second])
     }
 
     /// A step of length `h` that begins at a place in [-1, 1] of this one, with the given state and slope.
-    fn part(
+    fn solve_part(
         &self,
         (from, slope, place): (&Y, &Y, f64),
         of: &mut dyn Eightwise<Y>,
@@ -480,8 +480,8 @@ impl<Y: State> LobattoStep<Y> {
             judged: false,
         };
         let mut to = Solved::BLANK;
-        solved(of, &step, &mut to, cost).ok()?;
-        Some(finished((from, slope), &to, (h, self.tolerance), of))
+        solve_counted(of, &step, &mut to, cost).ok()?;
+        Some(to_step((from, slope), &to, (h, self.tolerance), of))
     }
 }
 

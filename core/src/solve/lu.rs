@@ -61,10 +61,10 @@ impl Lu {
         let each = lu.lines().max(1);
         let columns = || matrix.as_slice().chunks_exact(size.max(1));
         for (numbers, column) in columns().zip(lu.re.chunks_exact_mut(each)) {
-            part(numbers, column, |x| x.real());
+            copy_part(numbers, column, |x| x.real());
         }
         for (numbers, column) in columns().zip(lu.im.chunks_exact_mut(each)) {
-            part(numbers, column, |x| x.imaginary());
+            copy_part(numbers, column, |x| x.imaginary());
         }
         lu.eliminate().then_some(lu)
     }
@@ -87,7 +87,7 @@ impl Lu {
     }
 
     /// Solution for the right-hand sides, by real and imaginary parts; the sides are overwritten.
-    fn solved(&self, sides: [&mut [Line]; 2]) -> Vec<[f64; 2]> {
+    fn solve_lines(&self, sides: [&mut [Line]; 2]) -> Vec<[f64; 2]> {
         let mut found = vec![[0.0; 2]; self.size];
         wide(Solving {
             lu: self,
@@ -139,7 +139,7 @@ const fn is_complex<T>() -> bool {
 }
 
 /// Copies one part of every number into lines.
-fn part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) {
+fn copy_part<T: Copy>(numbers: &[T], lines: &mut [Line], of: impl Fn(T) -> f64) {
     for (line, numbers) in lines.iter_mut().zip(numbers.chunks(8)) {
         for (place, x) in line.0.iter_mut().zip(numbers) {
             *place = of(*x);
@@ -184,7 +184,7 @@ impl WithSimd for Eliminating<'_> {
             };
             let (done, rest) = lu.re.split_at_mut((k + 1) * lines);
             let (re, l) = (&mut done[k * lines + first..], &mut below[first..]);
-            let above = apart(simd, re, k + 1);
+            let above = separate_above(simd, re, k + 1);
             if lu.im.is_empty() {
                 for (x, l) in re.iter_mut().zip(l.iter_mut()) {
                     *l = Line((Eight::of(simd, x.0) * p).numbers());
@@ -201,7 +201,7 @@ impl WithSimd for Eliminating<'_> {
             }
             let (done, parts) = lu.im.split_at_mut((k + 1) * lines);
             let (im, m) = (&mut done[k * lines + first..], &mut imaginary[first..]);
-            let beside = apart(simd, im, k + 1);
+            let beside = separate_above(simd, im, k + 1);
             for ((x, y), (l, m)) in re.iter().zip(im.iter()).zip(l.iter_mut().zip(m.iter_mut())) {
                 let (x, y) = (Eight::of(simd, x.0), Eight::of(simd, y.0));
                 *l = Line((x * p - y * q).numbers());
@@ -234,7 +234,7 @@ fn masks<S: Simd>(simd: S, row: usize) -> (Eight<S>, Eight<S>) {
 
 /// Separates the entries above `row` from the first line of a column, before its division by a possibly small pivot.
 #[inline(always)]
-fn apart<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
+fn separate_above<S: Simd>(simd: S, column: &mut [Line], row: usize) -> Line {
     let (mask, others) = masks(simd, row);
     let above = only(simd, column[0], others);
     column[0] = only(simd, column[0], mask);
@@ -357,9 +357,9 @@ impl<T: Scalar> Factor<T> for Lu {
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let mut sides = vec![ZERO; if is_complex::<T>() { 2 } else { 1 } * self.lines()];
         let (x, y) = sides.split_at_mut(self.lines());
-        part(b.as_slice(), x, |b| b.real());
-        part(b.as_slice(), y, |b| b.imaginary());
-        let found = self.solved([x, y]);
+        copy_part(b.as_slice(), x, |b| b.real());
+        copy_part(b.as_slice(), y, |b| b.imaginary());
+        let found = self.solve_lines([x, y]);
         for (b, [re, im]) in b.iter_mut().zip(&found) {
             *b = T::of(*re, *im);
         }

@@ -57,7 +57,7 @@ pub fn normal_form(
         first: STEPS.first * (1.0 + x.norm()) / z.norm(),
         ..STEPS
     };
-    let found = steps.settled(bend, |a, b| (a - b).abs() / b.abs())?;
+    let found = steps.best_step(bend, |a, b| (a - b).abs() / b.abs())?;
     let form = found.map(|(_, bend)| [l.dot(&here.slope), bend]);
     let finite = form.filter(|form| form.iter().all(|x| x.is_finite()));
     finite.ok_or_else(|| {

@@ -68,9 +68,9 @@ pub(super) struct Orders {
 
 impl Orders {
     /// The order that suits the tolerance, without statistics.
-    pub(super) fn suited(tolerance: f64) -> Self {
+    pub(super) fn for_tolerance(tolerance: f64) -> Self {
         Self {
-            now: Order::suited(tolerance),
+            now: Order::for_tolerance(tolerance),
             free: tolerance <= FINEST,
             ease: 0.0,
             last: Steps::default(),
@@ -86,12 +86,12 @@ impl Orders {
     pub(super) fn only(now: Order) -> Self {
         Self {
             now,
-            ..Self::suited(1.0)
+            ..Self::for_tolerance(1.0)
         }
     }
 
     /// Disables trials of the other order.
-    pub(super) fn stay(&mut self) {
+    pub(super) fn fix_order(&mut self) {
         self.free = false;
     }
 
@@ -101,12 +101,12 @@ impl Orders {
     }
 
     /// Records a failure of Newton's iteration.
-    pub(super) fn failed(&mut self) {
+    pub(super) fn record_failure(&mut self) {
         self.ease -= self.ease / MEAN;
     }
 
     /// Records a step of the given length and work, with the contraction of its iteration.
-    pub(super) fn taken(&mut self, contraction: f64, work: f64, length: f64) {
+    pub(super) fn record_step(&mut self, contraction: f64, work: f64, length: f64) {
         self.ease += (contraction.max(f64::EPSILON).ln() - self.ease) / MEAN;
         self.left = self.left.saturating_sub(1);
         match self.other {
@@ -173,7 +173,7 @@ mod tests {
     /// Fraction of steps of order 13, if these are `longer` times as long and Newton's iteration contracts by
     /// `contraction`.
     fn share(longer: f64, contraction: f64) -> f64 {
-        let mut orders = Orders::suited(1e-12);
+        let mut orders = Orders::for_tolerance(1e-12);
         let (mut count, mut h) = (0.0, 1.0);
         for _ in 0..4000 {
             h = orders.choose(h).unwrap_or(h);
@@ -183,7 +183,7 @@ mod tests {
             };
             h += 0.5 * (length - h);
             count += f64::from(orders.now() == Order::Thirteen) / 4000.0;
-            orders.taken(contraction, work, h);
+            orders.record_step(contraction, work, h);
         }
         count
     }
@@ -205,12 +205,12 @@ mod tests {
                 "{longer} times as long, {contraction}: {found}"
             );
         }
-        let mut kept = Orders::suited(1e-12);
-        kept.stay();
-        for mut orders in [Orders::suited(1e-10), kept] {
+        let mut kept = Orders::for_tolerance(1e-12);
+        kept.fix_order();
+        for mut orders in [Orders::for_tolerance(1e-10), kept] {
             for _ in 0..1000 {
                 assert_eq!(orders.choose(1.0), None);
-                orders.taken(0.01, 5.0, 1.0);
+                orders.record_step(0.01, 5.0, 1.0);
             }
         }
     }

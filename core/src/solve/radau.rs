@@ -88,7 +88,7 @@ impl Radau {
         Self {
             tolerance,
             bound: estimate_bound(tolerance),
-            orders: Orders::suited(tolerance),
+            orders: Orders::for_tolerance(tolerance),
             h,
             largest: h,
             from: state.clone(),
@@ -113,7 +113,7 @@ impl Radau {
 
     /// Restricts steps to the order that suits the tolerance.
     pub fn keep_order(&mut self) {
-        self.orders.stay();
+        self.orders.fix_order();
     }
 
     /// Starts anew at another state, of any dimension. The cost counters and the largest step, which defines a stall,
@@ -122,7 +122,7 @@ impl Radau {
         *self = Self {
             largest: self.largest.max(h),
             orders: self.orders,
-            rough: self.rough.anew(),
+            rough: self.rough.restarted(),
             cost: self.cost,
             ..Self::new(state, slope, h, self.tolerance)
         };
@@ -178,8 +178,8 @@ impl Radau {
     /// Evaluates the Jacobian at the predicted middle of a step of length `h`, as representative of the whole step. A
     /// rough Jacobian is used if these served up to now; the current state is used if there is no Jacobian at the
     /// middle.
-    fn foresee(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
-        let middle = &self.state + self.beyond(1.0 + (0.5 * h / self.span).min(1.0));
+    fn evaluate_at_middle(&mut self, system: &dyn AnySystem, h: f64) -> Option<()> {
+        let middle = &self.state + self.change_from_end(1.0 + (0.5 * h / self.span).min(1.0));
         let rough = if self.rough.is_due() {
             system.roughly_linearised(&middle)
         } else {
@@ -220,7 +220,7 @@ impl Radau {
             }
             if self.worn || self.jacobian.is_none() {
                 let taken = if foresee && !self.fresh {
-                    self.foresee(system, h)
+                    self.evaluate_at_middle(system, h)
                 } else {
                     self.refresh(system)
                 };
@@ -264,9 +264,9 @@ impl Radau {
                 Outcome::Outside(_) => Some(0.3),
             };
             if let Some(factor) = shrink {
-                self.orders.failed();
+                self.orders.record_failure();
                 if self.rough.used {
-                    self.rough.seen(1.0);
+                    self.rough.record_contraction(1.0);
                 }
                 // The prediction of the middle may be wrong: after a second failure use the Jacobian of the current
                 // state.
@@ -281,7 +281,7 @@ impl Radau {
             let to = &self.state + &z[z.len() - 1];
             let error = self.error(system, &z, &to, rejected || self.accepted.is_none());
             // The more iterations this step took, the more cautious the next one.
-            let most = 2.0 * f64::from(Newton::most(self.orders.now()));
+            let most = 2.0 * f64::from(Newton::max_iterations(self.orders.now()));
             let power = 1.0 / (z.len() + 1) as f64;
             let safety = SAFETY * (1.0 + most) / (self.newton.iterations as f64 + most);
             let mut factor = safety * error.max(1e-10).powf(-power);
@@ -299,9 +299,9 @@ impl Radau {
                 let slope = self.end_slope(system, (&z, &to), (h, h_max));
                 self.accept(z, to, slope, Accepted { h, error });
                 self.worn = self.newton.contraction > FAST;
-                self.rough.seen(self.newton.contraction);
+                self.rough.record_contraction(self.newton.contraction);
                 let work = self.spent() - spent;
-                self.orders.taken(self.newton.contraction, work, h);
+                self.orders.record_step(self.newton.contraction, work, h);
                 self.h = if clipped {
                     self.h.max(h * factor)
                 } else if !self.worn && (1.0..=KEPT).contains(&factor) {
@@ -379,20 +379,20 @@ impl Radau {
     fn extrapolated(&self, h: f64) -> Stages {
         let nodes = self.orders.now().tableau().nodes().iter();
         nodes
-            .map(|c| self.beyond(1.0 + c * h / self.span))
+            .map(|c| self.change_from_end(1.0 + c * h / self.span))
             .collect()
     }
 
     /// Polynomial of the last step at the fraction `x`, less the state at its start. The order of the last step may
     /// differ from that of the next.
-    fn within(&self, x: f64) -> DVector<f64> {
+    fn change_from_start(&self, x: f64) -> DVector<f64> {
         let last = Order::of_stages(self.stages.len());
         last.tableau().polynomial(x, &self.stages)
     }
 
     /// Polynomial of the last step at the fraction `x` > 1, less the state at its end.
-    fn beyond(&self, x: f64) -> DVector<f64> {
-        let polynomial = self.within(x);
+    fn change_from_end(&self, x: f64) -> DVector<f64> {
+        let polynomial = self.change_from_start(x);
         match self.stages.last() {
             Some(end) => polynomial - end,
             None => polynomial,
@@ -433,7 +433,7 @@ impl Radau {
 
     /// State at the fraction `x` in [0, 1] of the last step by a separate step of that length: as accurate as the
     /// steps, at the cost of new factors and an iteration or two. None if that step cannot be solved.
-    pub fn exactly(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
+    pub fn state_by_step(&mut self, system: &dyn AnySystem, x: f64) -> Option<DVector<f64>> {
         if x == 1.0 || self.span == 0.0 {
             return Some(self.state.clone());
         }
@@ -449,7 +449,7 @@ impl Radau {
             self.cost.factorisations += 1;
             let factors = Factors::new(jacobian, self.orders.now(), h)?;
             let nodes = self.orders.now().tableau().nodes().iter();
-            let mut z: Stages = nodes.map(|c| self.within(c * x)).collect();
+            let mut z: Stages = nodes.map(|c| self.change_from_start(c * x)).collect();
             let evaluations = &mut self.cost.evaluations;
             let outcome = newton.solve(system, &self.from, &factors, &mut z, evaluations);
             self.cost.iterations += newton.iterations;

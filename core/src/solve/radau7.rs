@@ -6,6 +6,7 @@
 //! modules that know the system; this module holds the parts common to all systems.
 
 use super::gauss::Reversible;
+use super::lagrange::lagrange;
 use std::sync::OnceLock;
 
 /// Number of stages.
@@ -34,19 +35,9 @@ pub struct Tableau {
     pub start: [f64; S],
 }
 
-/// Values at `x` of the Lagrange polynomials of the `nodes`.
-fn basis<const N: usize>(nodes: &[f64; N], x: f64) -> [f64; N] {
-    std::array::from_fn(|i| {
-        let others = (0..N).filter(|j| *j != i);
-        others
-            .map(|j| (x - nodes[j]) / (nodes[i] - nodes[j]))
-            .product()
-    })
-}
-
 /// Values at `x` of the polynomials through the stages.
 pub fn through_stages(x: f64) -> [f64; S] {
-    basis(&NODES, x)
+    lagrange(&NODES, x)
 }
 
 /// The tableau, computed once.
@@ -119,7 +110,7 @@ impl<Y: Reversible> RadauStep<Y> {
     pub fn at(&self, x: f64) -> Y {
         let mut nodes = [0.0; S + 1];
         nodes[1..].copy_from_slice(&NODES);
-        let weights = basis(&nodes, x);
+        let weights = lagrange(&nodes, x);
         let mut state = self.from.clone();
         state.axpy(weights[0] - 1.0, &self.from);
         for (weight, stage) in weights[1..].iter().zip(self.stages.iter()) {

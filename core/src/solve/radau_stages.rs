@@ -2,6 +2,7 @@
 //! (Hairer, Wanner: *Solving Ordinary Differential Equations II*, 2nd ed., Sec. IV.8; the same: *Stiff differential
 //! equations solved by Radau methods*, J. Comput. Appl. Math. 111 (1999) 93-111).
 
+use super::lagrange::{lagrange_from_zero, slope_of_lagrange_from_zero};
 use super::radau_lines::{Advance, Residuals};
 use super::radau7::NODES;
 use super::system::{AnyLinearised, AnySystem, Factor};
@@ -37,7 +38,7 @@ const FINE: f64 = 1e-8;
 
 impl Order {
     /// The cheapest order for errors of steps of this size.
-    pub(super) fn suited(tolerance: f64) -> Self {
+    pub(super) fn for_tolerance(tolerance: f64) -> Self {
         if tolerance <= FINE {
             Self::Nine
         } else {
@@ -82,7 +83,8 @@ impl Tableau {
     fn new(nodes: &'static [f64]) -> Self {
         // With z_i = y(c_i) - y(0), A^-1 maps the z to the slopes of the polynomial through 0 and the z.
         let s = nodes.len();
-        let inverse = DMatrix::from_fn(s, s, |i, j| slope_of_basis(nodes, j, nodes[i]));
+        let inverse =
+            DMatrix::from_fn(s, s, |i, j| slope_of_lagrange_from_zero(nodes, j, nodes[i]));
         let mut t = DMatrix::zeros(s, s);
         let (mut gamma, mut pairs) = (0.0, Vec::new());
         let mut column = 1;
@@ -103,7 +105,11 @@ impl Tableau {
         }
         // T is constant, and regular by the test below.
         let t_inverse = t.clone().try_inverse().unwrap_or_default();
-        let slope = |x: f64| (0..s).map(|j| slope_of_basis(nodes, j, x)).collect();
+        let slope = |x: f64| {
+            (0..s)
+                .map(|j| slope_of_lagrange_from_zero(nodes, j, x))
+                .collect()
+        };
         Self {
             nodes,
             gamma,
@@ -127,40 +133,15 @@ impl Tableau {
 
     /// y - y0 of the collocation polynomial of the stages `z` at the fraction `x` of the step.
     pub(super) fn polynomial(&self, x: f64, z: &[DVector<f64>]) -> DVector<f64> {
-        let weights = (0..self.stages()).map(|j| basis(self.nodes, j, x));
-        combined(weights, z)
+        let weights = (0..self.stages()).map(|j| lagrange_from_zero(self.nodes, j, x));
+        combination(weights, z)
     }
 
     /// Slope of the collocation polynomial at the end of a step of length `h`, where the polynomial satisfies the
     /// equations.
     pub(super) fn end_slope(&self, h: f64, z: &[DVector<f64>]) -> DVector<f64> {
-        combined(self.end.iter().map(|w| w / h), z)
+        combination(self.end.iter().map(|w| w / h), z)
     }
-}
-
-/// Lagrange polynomial of node j at x: 1 at node j, and 0 at the other nodes and at 0.
-fn basis(nodes: &[f64], j: usize, x: f64) -> f64 {
-    let c = nodes[j];
-    let others = (0..nodes.len()).filter(|k| *k != j);
-    others.fold(x / c, |product, k| {
-        product * (x - nodes[k]) / (c - nodes[k])
-    })
-}
-
-/// Derivative of the Lagrange polynomial of node j.
-fn slope_of_basis(nodes: &[f64], j: usize, x: f64) -> f64 {
-    let roots: Vec<f64> = std::iter::once(0.0)
-        .chain((0..nodes.len()).filter(|k| *k != j).map(|k| nodes[k]))
-        .collect();
-    let without = |left: usize| -> f64 {
-        let others = roots.iter().enumerate().filter(|(k, _)| *k != left);
-        others
-            .map(|(_, root)| (x - root) / (nodes[j] - root))
-            .product()
-    };
-    (0..roots.len())
-        .map(|k| without(k) / (nodes[j] - roots[k]))
-        .sum()
 }
 
 /// Eigenvalue near `near` and its eigenvector, 1 at the end, by inverse iteration.
@@ -185,7 +166,7 @@ const LAG: f64 = 0.05;
 pub(super) type Stages = Vec<DVector<f64>>;
 
 /// sum_i a_i z_i.
-fn combined(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>]) -> DVector<f64> {
+fn combination(a: impl IntoIterator<Item = f64>, z: &[DVector<f64>]) -> DVector<f64> {
     let mut sum = DVector::zeros(z[0].len());
     combine(a, z, &mut sum);
     sum
@@ -234,7 +215,7 @@ impl Factors {
         algebraic: usize,
     ) -> Option<DVector<f64>> {
         let weights = self.order.tableau().start.iter();
-        let mut error = combined(weights.map(|w| -w / self.h), z);
+        let mut error = combination(weights.map(|w| -w / self.h), z);
         let differential = error.len() - algebraic;
         error.rows_mut(differential, algebraic).fill(0.0);
         error += slope;
@@ -315,7 +296,7 @@ impl Newton {
     }
 
     /// Most iterations of a solution.
-    pub(super) const fn most(order: Order) -> i32 {
+    pub(super) const fn max_iterations(order: Order) -> i32 {
         match order {
             Order::Five => 8,
             Order::Nine => 13,
@@ -336,7 +317,7 @@ impl Newton {
         let n = y.len();
         let h = factors.h;
         let tableau = factors.order.tableau();
-        let (stages, most) = (tableau.stages(), Self::most(factors.order));
+        let (stages, most) = (tableau.stages(), Self::max_iterations(factors.order));
         // Increments up to the tolerance, ten times the floor, may count as rounding; if rounding is larger, a
         // shorter step must reduce it.
         let floor = self.floor.max(factors.rounding.min(10.0 * self.floor));

@@ -37,7 +37,7 @@ where
         let z = self.z;
         let distance = DISTANCES[number as usize % DISTANCES.len()] * f64::EPSILON;
         let change = DVector::from_fn(z.len(), |i, _| {
-            part(number, i as u64) * distance * z[i].abs().max(1.0)
+            random_part(number, i as u64) * distance * z[i].abs().max(1.0)
         });
         let beside = ((self.phi)(&(z + &change))? + (self.phi)(&(z - &change))?) / 2.0;
         let moved = (self.solve)(&(beside - self.value))?;
@@ -71,7 +71,7 @@ pub(crate) fn solver(system: DMatrix<f64>) -> impl Fn(&DVector<f64>) -> Option<D
 }
 
 /// A number in [-1, -1/2) or [1/2, 1), from a hash of both numbers.
-fn part(sample: u64, i: u64) -> f64 {
+fn random_part(sample: u64, i: u64) -> f64 {
     let mixed = (sample * 0x9E37_79B9 + i * 0x85EB_CA6B + 1).wrapping_mul(0xD6E8_FEB8_6659_FD93);
     let mixed = mixed ^ (mixed >> 32);
     let size = 0.5 + (mixed >> 33) as f64 / (1_u64 << 32) as f64;

@@ -36,7 +36,7 @@ impl Special {
     /// more, or greater by a factor of two or more. A point missing in one of them becomes a guess. Rounding is that
     /// of the last family.
     #[must_use]
-    pub fn bounded(mut self, others: &[&dyn Family], options: &Options) -> Self {
+    pub fn with_error_bounds(mut self, others: &[&dyn Family], options: &Options) -> Self {
         let found: Vec<LocatedAgain> = others
             .iter()
             .filter_map(|family| self.found_again(*family, options))
@@ -114,7 +114,7 @@ impl Special {
             let (before, after) = (beside(-reach * size)?, beside(reach * size)?);
             let near = |at: &Self| at.point.arclength.abs();
             let all = space.search(&before, &after, 0).into_iter();
-            let same = all.filter(|at| alike(at.kind, self.kind) && at.is_converged());
+            let same = all.filter(|at| is_same_event(at.kind, self.kind) && at.is_converged());
             same.min_by(|a, b| near(a).total_cmp(&near(b)))
                 .map(|at| LocatedAgain {
                     x: at.point.x,
@@ -130,7 +130,7 @@ impl Special {
 
 impl Space<'_> {
     /// F, and the test function of folds or of the family's own events, on the branch or near it.
-    fn tested(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<DVector<f64>> {
+    fn test_values(&self, kind: SpecialKind, z: &Place, tangent: &Place) -> Option<DVector<f64>> {
         let (residual, eliminated) = self.evaluate(z).ok()?;
         let along = self.null(&eliminated).0.towards(tangent);
         let test = match kind {
@@ -167,7 +167,7 @@ impl Space<'_> {
                         let mut beside = z.flat();
                         beside[k] += by;
                         let beside = Place::from_slice(beside.as_slice());
-                        Some(self.tested(kind, &beside, tangent)?[n])
+                        Some(self.test_values(kind, &beside, tangent)?[n])
                     };
                     gradient[k] = (at(h)? - at(-h)?) / (2.0 * h);
                 }
@@ -175,8 +175,9 @@ impl Space<'_> {
             }
         };
         system.set_row(n, &gradient);
-        let value = self.tested(kind, z, tangent)?;
-        let phi = |z: &DVector<f64>| self.tested(kind, &Place::from_slice(z.as_slice()), tangent);
+        let value = self.test_values(kind, z, tangent)?;
+        let phi =
+            |z: &DVector<f64>| self.test_values(kind, &Place::from_slice(z.as_slice()), tangent);
         let at_root = AtRoot {
             z: &z.flat(),
             value: &value,
@@ -204,7 +205,7 @@ fn bound(
 }
 
 /// A branch point and a change of the index are one event seen by two tests: errors decide which test sees it first.
-fn alike(a: SpecialKind, b: SpecialKind) -> bool {
+fn is_same_event(a: SpecialKind, b: SpecialKind) -> bool {
     let crossing = |kind| {
         matches!(
             kind,

@@ -59,7 +59,8 @@ pub struct Special {
     pub point: Point,
     /// Arclengths that bracket the point.
     pub interval: (f64, f64),
-    /// Error of the arclength on the family as computed; [`Special::bounded`] includes the error of the computation.
+    /// Error of the arclength on the family as computed; [`Special::with_error_bounds`] includes the error of the
+    /// computation.
     pub error_s: f64,
     /// Error of p, likewise.
     pub error_p: f64,
@@ -111,7 +112,7 @@ pub(super) const MAX_DEPTH: usize = 6;
 const APART: f64 = 1e-7;
 const TOLERANCES: f64 = 100.0;
 
-fn flips(a: f64, b: f64) -> bool {
+fn changes_sign(a: f64, b: f64) -> bool {
     a * b < 0.0 || (b == 0.0 && a != 0.0)
 }
 
@@ -166,7 +167,13 @@ impl Space<'_> {
     }
 
     /// A point of the branch at the fraction `t` between two others.
-    pub fn between(&self, a: &Sample, b: &Sample, t: f64, index: bool) -> Result<Sample, Failure> {
+    pub fn point_between(
+        &self,
+        a: &Sample,
+        b: &Sample,
+        t: f64,
+        index: bool,
+    ) -> Result<Sample, Failure> {
         let cubic = Cubic::new(a.pair(), b.pair());
         let reach = 0.5 * cubic.length;
         let on = self.correct(&cubic.at(t), &cubic.slope(t), reach, Finish::Evaluated)?;
@@ -197,8 +204,8 @@ impl Space<'_> {
 
     /// True if the signs of the test functions account for the change of the index between two neighbours.
     fn is_explained(&self, a: &Sample, b: &Sample) -> bool {
-        let simple = usize::from(flips(a.on.tangent.p, b.on.tangent.p))
-            + usize::from(flips(a.on.branching, b.on.branching));
+        let simple = usize::from(changes_sign(a.on.tangent.p, b.on.tangent.p))
+            + usize::from(changes_sign(a.on.branching, b.on.branching));
         match a.index.zip(b.index).map(|(a, b)| a.abs_diff(b)) {
             None => true,
             Some(0) => simple != 1,
@@ -208,9 +215,9 @@ impl Space<'_> {
 
     /// Special points between two neighbours, in order.
     pub fn search(&self, a: &Sample, b: &Sample, depth: usize) -> Vec<Special> {
-        let fold = flips(a.on.tangent.p, b.on.tangent.p);
-        let branch = flips(a.on.branching, b.on.branching);
-        let event = matches!((a.event, b.event), (Some(a), Some(b)) if flips(a, b));
+        let fold = changes_sign(a.on.tangent.p, b.on.tangent.p);
+        let branch = changes_sign(a.on.branching, b.on.branching);
+        let event = matches!((a.event, b.event), (Some(a), Some(b)) if changes_sign(a, b));
         let jump = a.index.zip(b.index).map(|(a, b)| a.abs_diff(b));
         let explained = self.is_explained(a, b);
         let cubic = Cubic::new(a.pair(), b.pair());
@@ -225,7 +232,7 @@ impl Space<'_> {
             many || b.arclength - a.arclength > apart
         };
         if divides
-            && let Ok(middle) = self.between(a, b, twice.unwrap_or(0.5), true)
+            && let Ok(middle) = self.point_between(a, b, twice.unwrap_or(0.5), true)
             && (many || self.is_explained(a, &middle) || self.is_explained(&middle, b))
         {
             let mut found = self.search(a, &middle, depth + 1);
@@ -278,7 +285,7 @@ impl Space<'_> {
                     let s = 0.5 * (found[k].point.arclength + next.point.arclength);
                     let t = (s - a.arclength) / (b.arclength - a.arclength);
                     a.index
-                        .and_then(|_| self.between(a, b, t, true).ok())
+                        .and_then(|_| self.point_between(a, b, t, true).ok())
                         .and_then(|middle| middle.index)
                 }
             };
@@ -317,7 +324,7 @@ impl Space<'_> {
                 }
                 let s = a.arclength + t * (b.arclength - a.arclength);
                 let inner = (s - ends.0.arclength) / (ends.1.arclength - ends.0.arclength);
-                let sample = self.between(&ends.0, &ends.1, inner, index);
+                let sample = self.point_between(&ends.0, &ends.1, inner, index);
                 match sample {
                     Ok(sample) => {
                         let value = test(&sample).unwrap_or(f64::NAN);
@@ -403,14 +410,14 @@ impl Space<'_> {
     /// of it.
     fn fold_beside_branch_point(&self, a: &Sample, b: &Sample, s: f64, found: &mut Vec<Special>) {
         let fold = |l: &Sample, r: &Sample| {
-            flips(l.on.tangent.p, r.on.tangent.p)
+            changes_sign(l.on.tangent.p, r.on.tangent.p)
                 .then(|| self.root(SpecialKind::Fold, l, r, |s| Some(s.on.tangent.p)))
         };
         let t = (s - a.arclength) / (b.arclength - a.arclength);
-        let near = |t: f64| (0.0 < t && t < 1.0).then(|| self.between(a, b, t, false).ok());
+        let near = |t: f64| (0.0 < t && t < 1.0).then(|| self.point_between(a, b, t, false).ok());
         let before = near(t - 0.02).flatten().unwrap_or_else(|| a.clone());
         let after = near(t + 0.02).flatten().unwrap_or_else(|| b.clone());
-        if flips(before.on.tangent.p, after.on.tangent.p) {
+        if changes_sign(before.on.tangent.p, after.on.tangent.p) {
             found[0].turning = true;
         }
         found.extend(fold(a, &before));

@@ -233,7 +233,7 @@ impl<Y: Reversible> AcceptedStep<Y> {
     }
 
     /// Interpolant of the step, for the location of events.
-    pub fn inside(
+    pub fn interpolant(
         &mut self,
         f: &mut impl Slopes<Y>,
         cost: &mut Cost,

@@ -1,6 +1,6 @@
 //! Bounces: rods pulled straight reverse the motion of bodies (theory 2.8).
 
-use super::{AssemblyRun, AssemblySample, Chart};
+use super::{AssemblyRun, AssemblySample};
 use crate::event::Bounce;
 use crate::locate::Timed;
 use nalgebra::DVector;
@@ -19,7 +19,7 @@ impl AssemblyRun {
     /// After a step: keeps the state at its end if a rod is taut, and finds the bounces within the step.
     pub(super) fn look_back(&mut self, from: f64) {
         let mut links = self.assembly.links().iter();
-        let taut = links.any(|link| link.seen() == Chart::Taut);
+        let taut = links.any(|link| link.chart().is_taut());
         self.seen = None;
         if taut {
             self.seen = self.describe(&self.assembly, &self.solver.state().0);

@@ -1,7 +1,7 @@
 //! Changes of the rods' charts as they are pulled taut and let go, and of their axial compliance.
 
 use super::step::LOOSE;
-use super::{AssemblyRun, Chart, StateVector};
+use super::{AssemblyRun, StateVector};
 use crate::locate::Timed;
 use snaprod_systems::assembly::Assembly;
 use snaprod_systems::error::Result;
@@ -13,9 +13,7 @@ impl AssemblyRun {
     pub(super) fn update_charts(&mut self) -> bool {
         let links = self.assembly.links().iter().zip(&self.watch).enumerate();
         let changed: Vec<_> = links
-            .filter(|(_, (link, rod))| {
-                (link.seen(), link.spring(), link.give()) != (rod.better, rod.spring, rod.give)
-            })
+            .filter(|(_, (link, rod))| link.chart() != rod.better)
             .map(|(k, (_, rod))| (k, *rod))
             .collect();
         if changed.is_empty() {
@@ -27,9 +25,7 @@ impl AssemblyRun {
         };
         let mut other = (*self.assembly).clone();
         for (k, rod) in &changed {
-            other.set_chart_kind(*k, rod.better);
-            other.brace(*k, rod.spring);
-            other.let_give(*k, rod.give);
+            other.set_chart(*k, rod.better);
         }
         // For rods that were taut the couples follow from the forces.
         let told = (self.assembly).with_charts(self.solver.state().0.clone(), &at.now.charts);
@@ -43,8 +39,10 @@ impl AssemblyRun {
         };
         // A rod with mass sways differently under the same motion of the bodies if the compliance of its end
         // changes. The difference in kinetic energy is booked as lost or regained.
-        let compliance =
-            |rod: &Assembly, k: usize| rod.links()[k].give().map(|give| give.compliance);
+        let compliance = |rod: &Assembly, k: usize| {
+            let slider = rod.links()[k].chart().slider();
+            slider.map(|slider| slider.compliance)
+        };
         let slides = |(k, _): &(usize, _)| compliance(&self.assembly, *k) != compliance(&other, *k);
         let lost = if other.feels_rods() && changed.iter().any(slides) {
             other.evaluated(&state.0, along).map_or(0.0, |after| {
@@ -76,14 +74,8 @@ impl AssemblyRun {
         let point = rod
             .with_chart_by_pull()
             .point(t, &now.bodies, q, self.along())?;
-        let seen = rod.suited_chart_kind(q, &point);
-        let spring = rod.better_spring(&point.end);
-        let give = rod.suited_slider(&point.end);
-        let taut = seen == Chart::Taut;
-        let assembly = Arc::make_mut(&mut self.assembly);
-        assembly.set_chart_kind(link, seen);
-        assembly.brace(link, if taut { spring } else { 0.0 });
-        assembly.let_give(link, if taut { None } else { give });
+        let suited = rod.suited_chart(q, &point);
+        Arc::make_mut(&mut self.assembly).set_chart(link, suited);
         Ok(())
     }
 }

@@ -92,7 +92,7 @@ impl AssemblyRun {
         let mut step = taken.clone();
         let f = &self.right_hand_side();
         let mut cost = Cost::default();
-        let found = step.inside(&mut { f }, &mut cost).and_then(|dense| {
+        let found = step.interpolant(&mut { f }, &mut cost).and_then(|dense| {
             let fraction = first_change(|x| dense.at(x), PLACES, room_at)?;
             let due = self.changing(&assembly, &evaluated(&dense.at(fraction))?, FOUND);
             Some((shorten_step(&step, &mut { f }, fraction, &mut cost)?, due))

@@ -144,7 +144,7 @@ fn solve(
         );
         let here: Option<Vec<Linearised>> = stages
             .iter()
-            .map(|stage| assembly.linearised(stage, along))
+            .map(|stage| Linearised::at(assembly, stage, along))
             .collect();
         cost.evaluations += S as u64;
         let here = here?;
@@ -432,7 +432,7 @@ impl AssemblyRun {
         let (from, slope) = (self.solver.state().clone(), self.solver.slope().clone());
         let (_, velocities) = self.assembly.slots();
         let local = self.local();
-        let along = (FINER * self.along()).max(super::FINEST);
+        let along = (FINER * self.along()).max(crate::options::FINEST);
         let goal = (NEWTON * local).max(ROUNDING);
         let before: Vec<f64> = self.watch.iter().map(|rod| rod.det).collect();
         let asked = self.implicit.asked;

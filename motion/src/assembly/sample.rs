@@ -1,7 +1,7 @@
 //! Samples of the state of an assembly.
 
 use crate::ledger::Ledger;
-use crate::state::{Labels, RodCurve, State};
+use crate::state::{RodCurve, State};
 use nalgebra::{Isometry3, Vector3, Vector6};
 use snaprod_systems::assembly::{Assembly, Configuration, Evaluated, Tether};
 use snaprod_systems::rod::RodSection;
@@ -59,17 +59,14 @@ impl AssemblySample {
         rod.shape(q, &held, &at, SHAPE).unwrap_or_default()
     }
 
-    /// Rod `link` as a tether ([`Link::tether`](snaprod_systems::assembly::Link::tether)).
+    /// Rod `link` as a tether ([`Tether::of`]).
     pub fn tether(&self, link: usize) -> Option<Tether> {
-        self.assembly
-            .links()
-            .get(link)?
-            .tether(self.at.points.get(link)?)
+        Tether::of(self.assembly.links().get(link)?, self.at.points.get(link)?)
     }
 
-    /// Effective mass against the pull of a tether ([`Assembly::resistance`]).
+    /// Effective mass against the pull of a tether ([`Tether::resistance`]).
     pub(super) fn resistance(&self, link: usize, tether: &Tether) -> Option<f64> {
-        self.assembly.resistance(link, &self.at, &tether.along)
+        tether.resistance(&self.assembly, link, &self.at)
     }
 
     /// Largest distance of rod ends from their attachments.
@@ -104,18 +101,6 @@ impl State for AssemblySample {
         self.ledger
     }
 
-    fn friction(&self) -> f64 {
-        0.0
-    }
-
-    fn distance(&self) -> f64 {
-        0.0
-    }
-
-    fn equilibrium(&self) -> Option<Labels> {
-        None
-    }
-
     fn index(&self) -> Option<usize> {
         Some(self.indices.iter().sum())
     }
@@ -133,10 +118,6 @@ impl State for AssemblySample {
             .iter()
             .map(|section| section.strain)
             .collect()
-    }
-
-    fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
-        vec![0.0; places.len()]
     }
 
     fn sections(&self, points: usize) -> RodCurve {

@@ -6,7 +6,7 @@ use crate::event::Outcome;
 use crate::groove_turning_points::turning_fraction;
 use crate::locate::{Guess, Located, Timed, at_time, first_fold, locate};
 use nalgebra::DVector;
-use snaprod_systems::assembly::{RodMonitor, SlowedTime};
+use snaprod_systems::assembly::{Nearness, RodMonitor, SlowedTime};
 use snaprod_systems::body::Groove;
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::stepper::AcceptedStep;
@@ -367,7 +367,7 @@ impl AssemblyRun {
         }
         let assembly = self.assembly.clone();
         let nearness = |state: &StateVector| {
-            assembly.nearness(state.time(), &assembly.configuration(&state.0))
+            Nearness::at(&assembly, state.time(), &assembly.configuration(&state.0))
         };
         let after = nearness(step.to());
         let before = std::mem::replace(&mut self.near, after.clone());
@@ -377,7 +377,7 @@ impl AssemblyRun {
         if before.gap().min(after.gap()) < before.moved(&after) {
             let f = self.right_hand_side();
             let mut cost = Cost::default();
-            let dense = step.inside(&mut { f }, &mut cost)?;
+            let dense = step.interpolant(&mut { f }, &mut cost)?;
             self.extra.evaluations += cost.evaluations;
             for x in INSIDE {
                 let there = nearness(&dense.at(x)).contact;
@@ -391,7 +391,7 @@ impl AssemblyRun {
         let contact = found?;
         let gap = |state: &StateVector| {
             let now = assembly.configuration(&state.0);
-            let there = assembly.contact(state.time(), &now, &contact);
+            let there = contact.at(&assembly, state.time(), &now);
             there.map_or(1.0, |contact| contact.gap)
         };
         let h = part * step.h();
@@ -412,7 +412,7 @@ impl AssemblyRun {
         self.solver
             .rewind(step.to().clone(), step.end_slope().clone());
         let now = assembly.configuration(&step.to().0);
-        let there = assembly.contact(step.to().time(), &now, &contact);
+        let there = contact.at(&assembly, step.to().time(), &now);
         let outcome = Outcome::SelfContact(there.unwrap_or(contact));
         Some(Some(Progress::End(outcome)))
     }
@@ -434,7 +434,7 @@ impl AssemblyRun {
             let ends = assembly.carriers()[*body].groove()?.ends()?;
             turning_fraction([*from, *to], span, ends, |x| {
                 if dense.is_none() {
-                    dense = step.inside(&mut { f }, &mut cost);
+                    dense = step.interpolant(&mut { f }, &mut cost);
                 }
                 Some(assembly.along_grooves(&dense.as_ref()?.at(x).0)[k].1)
             })

@@ -1,26 +1,24 @@
 //! Runs of rods with mass, step by step.
 
-use super::assembly::{self, HeavyAssemblyStart};
-use super::model::{MassiveRods, ModelAndState, NodeResolution};
-use super::rod::{self, HeavyStart};
+use super::resolution::NodeResolution;
+use super::sample::HeavySample;
+use super::start::{HeavyStart, split};
 use crate::adaptive_nodes::AdaptiveNodes;
 use crate::groove_turning_points::{ON_END, turning_fraction};
-use crate::{Event, Motion, Options, Outcome, Resolution, State, StateRef, StateVariables};
+use crate::{Event, Motion, Options, Outcome, Resolution, StateRef, StateVariables};
 use nalgebra::DVector;
-use snaprod_systems::assembly::{HeavyBody, Nearness};
+use snaprod_systems::assembly::{Body, Contact, Nearness};
 use snaprod_systems::error::{Cause, Error, Result};
-use snaprod_systems::full_mass::assembly::HeavyAssembly;
-use snaprod_systems::full_mass::rod::RodDescription;
-use snaprod_systems::full_mass::system::INTEGRALS;
+use snaprod_systems::full_mass::assembly::{HeavyAssembly, INTEGRALS};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::integrator::{Integrator, Method};
+use snaprod_systems::solve::system::System;
 use snaprod_systems::viscoelastic::resolution::{Demand, MOST_NODES, Nodes};
+use std::sync::Arc;
 
 /// Largest share of the last two coefficients in the strain rates; beyond it the run reports the rates as unresolved.
 pub const SPILL: f64 = 1e-3;
-/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up.
-const LOCAL: f64 = 0.1;
-/// Smallest local tolerance: below it errors drown in rounding.
+/// Smallest local tolerance of rods with mass: below it errors drown in rounding.
 const FINEST: f64 = 1e-13;
 /// Initial number of nodes per element.
 const FIRST: usize = 8;
@@ -37,20 +35,18 @@ const INSIDE: [f64; 3] = [0.25, 0.5, 0.75];
 /// duration.
 const ROUNDS: usize = 60;
 const CLOSE: f64 = 1e-13;
-/// Smallest tolerance: below it no room is left for the errors along the rod.
-const LEAST_TOLERANCE: f64 = 1e-13;
 /// Event function; zero at the end of a run.
-type Seek<'a> = &'a dyn Fn(&dyn MassiveRods, &DVector<f64>) -> Option<f64>;
+type Seek<'a> = &'a dyn Fn(&HeavyAssembly, &DVector<f64>) -> Option<f64>;
 
 /// A run of rods with mass in progress.
 pub struct HeavyRun {
-    model: Box<dyn MassiveRods>,
+    model: Arc<HeavyAssembly>,
     integrator: Integrator,
     options: Options,
     tails: [f64; 2],
     nodes: AdaptiveNodes,
-    first: Box<dyn State>,
-    current: Box<dyn State>,
+    first: HeavySample,
+    current: HeavySample,
     /// Distances between rods with a contact diameter.
     near: Option<Nearness>,
     /// Reason for an end of the run with the last step.
@@ -60,48 +56,15 @@ pub struct HeavyRun {
 }
 
 impl HeavyRun {
-    /// A run of one rod with its body at time 0.
+    /// A run at time 0; the nodes of `given` are replaced.
     ///
     /// # Errors
     /// Strains that are not finite or outside the law's domain, or too rough for [`MOST_NODES`]; a velocity
-    /// that the rod cannot follow; a failed search for the equilibrium of a settled start; a tolerance below
-    /// 1e-13; symmetric steps.
-    pub fn new(given: &RodDescription, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
-        let elements = given.breaks().len() + 1;
-        Self::begun(
-            elements,
-            &|counts| rod::begun(given, start, counts),
-            options,
-        )
-    }
-
-    /// A run of an assembly at time 0; the nodes of `given` are replaced.
-    ///
-    /// # Errors
-    /// As [`HeavyRun::new`]; ends of rods off their attachments, bodies off their grooves.
-    pub fn of_assembly(
-        given: &HeavyAssembly,
-        start: &HeavyAssemblyStart<'_>,
-        options: Options,
-    ) -> Result<Self> {
-        HeavyBody::start_in_grooves(&given.carriers, &start.bodies)?;
-        let rods = given.links.iter();
-        let elements = rods.map(|link| link.rod.given.breaks().len() + 1);
-        let begun = |counts: &[usize]| assembly::begun(given, start, counts);
-        Self::begun(elements.sum(), &begun, options)
-    }
-
-    fn begun(
-        elements: usize,
-        begin: &dyn Fn(&[usize]) -> Result<ModelAndState>,
-        options: Options,
-    ) -> Result<Self> {
-        if !(options.tolerance >= LEAST_TOLERANCE) {
-            return Err(Error::domain(format!(
-                "tolerance = {} must lie in [1e-13, 1e-2] for a rod with mass",
-                options.tolerance
-            )));
-        }
+    /// that a rod cannot follow; a failed search for the equilibrium of a settled start; ends of rods off their
+    /// attachments, bodies off their grooves; a tolerance below 1e-13; symmetric steps.
+    pub fn new(given: &HeavyAssembly, start: &HeavyStart<'_>, options: Options) -> Result<Self> {
+        Body::start_in_grooves(&given.carriers, &start.bodies)?;
+        options.suits_strains("rod with mass")?;
         if options.method == Method::Symmetric {
             return Err(Error::domain(
                 "method: symmetric steps follow elastic rods without mass; let the program choose (auto), or ask for explicit or \
@@ -113,13 +76,15 @@ impl HeavyRun {
                 "the strains at the start are outside the law's domain, or too large for a shape of the rod",
             )
         };
+        let rods = given.links.iter();
+        let elements = rods.map(|link| link.rod.given.breaks().len() + 1).sum();
         let mut counts = match options.nodes {
             Nodes::Adaptive => vec![FIRST; elements],
             Nodes::Fixed(nodes) => vec![nodes; elements],
         };
         let (model, mut y, nodes) = loop {
-            let (model, y) = begin(&counts)?;
-            let judged = NodeResolution::new(&*model, &y, &options).ok_or_else(outside)?;
+            let (model, y) = start.at_nodes(given, &counts)?;
+            let judged = NodeResolution::new(&model, &y, &options).ok_or_else(outside)?;
             match judged.demand {
                 Demand::More(more) if options.nodes == Nodes::Adaptive => {
                     if more.iter().any(|n| *n > MOST_NODES) {
@@ -130,24 +95,25 @@ impl HeavyRun {
                     }
                     counts = more;
                 }
-                _ => break (model, y, judged.nodes),
+                _ => break (Arc::new(model), y, judged.nodes),
             }
         };
-        model.system().settle(&mut y).ok_or_else(|| {
+        System::settle(&*model, &mut y).ok_or_else(|| {
             Error::domain(
                 "the accelerations at the start do not follow from the loads: the strains are outside the law's domain, or the rods hold \
                  each other in more ways than they can deform (straight inextensible rods that close a loop)",
             )
         })?;
-        let [first, current] = [model.sample(&y, true), model.sample(&y, true)];
-        let (first, current) = first.zip(current).ok_or_else(outside)?;
-        let near = model.nearness(&y);
+        let current = model.at(&y);
+        let current = current.and_then(|at| HeavySample::new(&model, &y, at, model.second(&y)));
+        let current = current.ok_or_else(outside)?;
+        let near = nearness(&model, &y);
         let touching = near.as_ref().and_then(|near| near.contact);
         if let Some(contact) = touching.filter(|contact| contact.gap < 0.0) {
             return Err(contact.at_start(|rod| model.rod_name(rod)));
         }
-        let tolerance = (LOCAL * options.tolerance).max(FINEST);
-        let mut integrator = Integrator::new(model.system(), y, tolerance, options.method, None)
+        let tolerance = options.local_tolerance().max(FINEST);
+        let mut integrator = Integrator::new(&*model, y, tolerance, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
         // Factors are dense, and every sample computes some of its own.
         integrator.keep_order();
@@ -157,8 +123,8 @@ impl HeavyRun {
             integrator,
             options,
             tails: [0.0; 2],
+            first: current.clone(),
             current,
-            first,
             near,
             ended: None,
             stopped: false,
@@ -171,9 +137,13 @@ impl HeavyRun {
     }
 
     /// The sample of a state vector, which contains second derivatives only after an implicit step.
-    fn sample_of(&self, y: &DVector<f64>) -> Option<Box<dyn State>> {
-        let implicit = self.integrator.method_now() == Method::Implicit;
-        self.model.sample(y, implicit)
+    fn sample_of(&self, y: &DVector<f64>) -> Option<HeavySample> {
+        let at = self.model.at(y)?;
+        if self.integrator.method_now() == Method::Implicit {
+            return HeavySample::new(&self.model, y, at, self.model.second(y));
+        }
+        let unknowns = self.model.accelerations(&at)?;
+        HeavySample::new(&self.model, y, at, unknowns.as_slice())
     }
 
     fn stop(&mut self, outcome: Outcome) -> Event {
@@ -188,7 +158,7 @@ impl HeavyRun {
 
     /// Judges the nodes after a step.
     fn judge(&mut self) -> std::result::Result<(), Cause> {
-        let judged = NodeResolution::new(&*self.model, self.integrator.state(), &self.options);
+        let judged = NodeResolution::new(&self.model, self.integrator.state(), &self.options);
         let Some(judged) = judged else {
             return Err(Cause::EdgeOfDomain);
         };
@@ -206,7 +176,7 @@ impl HeavyRun {
         if self.options.nodes != Nodes::Adaptive {
             return None;
         }
-        let judged = NodeResolution::new(&*self.model, self.integrator.state(), &self.options)?;
+        let judged = NodeResolution::new(&self.model, self.integrator.state(), &self.options)?;
         match judged.demand {
             Demand::More(counts) if judged.excess > FAR => {
                 Some(counts).filter(|counts| counts.iter().all(|n| *n <= MOST_NODES))
@@ -218,7 +188,7 @@ impl HeavyRun {
     /// Takes a step no longer than `left`, with as many nodes as it needs. False if the step size collapses, or the
     /// motion cannot continue on other nodes.
     fn step(&mut self, left: f64) -> bool {
-        while self.integrator.step(self.model.system(), left).is_ok() {
+        while self.integrator.step(&*self.model, left).is_ok() {
             let Some(counts) = self.unresolved() else {
                 return true;
             };
@@ -232,24 +202,28 @@ impl HeavyRun {
 
     /// Continues from a state on a grid with these node counts on the elements.
     fn regrid(&mut self, from: &DVector<f64>, counts: &[usize]) -> Option<()> {
-        let (model, state) = self.model.regridded(from, counts)?;
-        self.integrator.restart(model.system(), state, None)?;
-        self.model = model;
-        let nodes =
-            NodeResolution::new(&*self.model, self.integrator.state(), &self.options)?.nodes;
+        let model = self.model.with_nodes(&split(&self.model, counts)).ok()?;
+        let state = model.closed(&model.carried(&self.model, from)?).ok()?;
+        self.integrator.restart(&model, state, None)?;
+        self.model = Arc::new(model);
+        let nodes = NodeResolution::new(&self.model, self.integrator.state(), &self.options)?.nodes;
         self.nodes.record_total(nodes);
         Some(())
     }
 
     /// Brings the ends of rods back to their attachments after a drift by integration errors.
     fn hold(&mut self) -> Option<()> {
-        let bound = DRIFTED * self.options.tolerance;
-        match self
-            .model
-            .project_constraints(self.integrator.state(), bound)
-        {
-            Some(state) => self.integrator.restart(self.model.system(), state, None),
-            None => Some(()),
+        if self.model.multipliers() == 0 {
+            return Some(());
+        }
+        let y = self.integrator.state();
+        let [gap, leaving] = self.model.gap(&self.model.at(y)?);
+        if gap.max(leaving) <= DRIFTED * self.options.tolerance {
+            return Some(());
+        }
+        match self.model.closed(y) {
+            Ok(state) => self.integrator.restart(&*self.model, state, None),
+            Err(_) => Some(()),
         }
     }
 
@@ -318,7 +292,7 @@ impl HeavyRun {
         if let Some((part, body)) = self.leaves_groove(&from, &to)? {
             self.end_at(&from, part, Outcome::GrooveEnd(body))?;
         }
-        let Some(after) = self.model.nearness(self.integrator.state()) else {
+        let Some(after) = nearness(&self.model, self.integrator.state()) else {
             return Some(());
         };
         let before = self.near.replace(after.clone()).unwrap_or_default();
@@ -327,24 +301,20 @@ impl HeavyRun {
         // Within a step the gap falls below its end values by at most the distance moved by the rods.
         if before.gap().min(after.gap()) < before.moved(&after) {
             for part in INSIDE {
-                let y = self.integrator.at(self.model.system(), part)?;
-                if let Some(contact) = self.model.nearness(&y).as_ref().and_then(touches) {
+                let y = self.integrator.at(&*self.model, part)?;
+                if let Some(contact) = nearness(&self.model, &y).as_ref().and_then(touches) {
                     found = Some((contact, part));
                     break;
                 }
             }
         }
         if let Some((contact, part)) = found {
-            let gap = |model: &dyn MassiveRods, y: &DVector<f64>| {
-                Some(
-                    model
-                        .contact(y, &contact)
-                        .map_or(1.0, |contact| contact.gap),
-                )
+            let gap = |model: &HeavyAssembly, y: &DVector<f64>| {
+                Some(now(model, y, &contact).map_or(1.0, |contact| contact.gap))
             };
             let part = self.crossing(&from, part, 0.0, &gap)?;
             self.end_at(&from, part, Outcome::SelfContact(contact))?;
-            let there = self.model.contact(self.integrator.state(), &contact);
+            let there = now(&self.model, self.integrator.state(), &contact);
             if let Some(Outcome::SelfContact(contact)) = &mut self.ended {
                 *contact = there.unwrap_or(*contact);
             }
@@ -368,13 +338,13 @@ impl HeavyRun {
         let turns = before.iter().zip(&after).enumerate();
         let turns = turns.filter_map(|(k, (from, to))| {
             turning_fraction([from.1, to.1], span, from.2, |x| {
-                let y = integrator.at(model.system(), x)?;
+                let y = integrator.at(&*model, x)?;
                 Some(model.along_grooves(&y)[k].1)
             })
         });
         // Bodies past an end before the first body turns back are still beyond their end at that moment.
         let part = turns.fold(1.0, f64::min);
-        let there = self.integrator.at(self.model.system(), part)?;
+        let there = self.integrator.at(&*self.model, part)?;
         let mut first: Option<(f64, usize)> = None;
         for (k, (body, [phi, _], [start, last])) in
             self.model.along_grooves(&there).into_iter().enumerate()
@@ -385,7 +355,7 @@ impl HeavyRun {
             if (phi - end).abs() <= rounding {
                 continue;
             }
-            let beyond = |model: &dyn MassiveRods, y: &DVector<f64>| {
+            let beyond = |model: &HeavyAssembly, y: &DVector<f64>| {
                 Some(model.along_grooves(y)[k].1[0] - end)
             };
             let part = self.crossing(from, part, rounding, &beyond)?;
@@ -406,9 +376,9 @@ impl HeavyRun {
         function: Seek<'_>,
     ) -> Option<f64> {
         let (mut low, mut high) = (0.0, part);
-        let mut at_low = function(&*self.model, from)?;
-        let y = self.integrator.at(self.model.system(), part)?;
-        let mut at_high = function(&*self.model, &y)?;
+        let mut at_low = function(&self.model, from)?;
+        let y = self.integrator.at(&*self.model, part)?;
+        let mut at_high = function(&self.model, &y)?;
         if !(at_low * at_high <= 0.0) {
             if !(at_low.abs() <= rounding) {
                 return None;
@@ -423,8 +393,8 @@ impl HeavyRun {
             }
             let x = (low * at_high - high * at_low) / (at_high - at_low);
             let x = x.clamp(low + 0.01 * (high - low), high - 0.01 * (high - low));
-            let there = self.integrator.at(self.model.system(), x)?;
-            let value = function(&*self.model, &there)?;
+            let there = self.integrator.at(&*self.model, x)?;
+            let value = function(&self.model, &there)?;
             if value * at_high < 0.0 {
                 (low, at_low) = (x, value);
                 at_high *= 0.5;
@@ -441,7 +411,7 @@ impl HeavyRun {
         // The step is taken again, so that samples lie inside. If it comes out shorter, the next step leads
         // to the event.
         let h = part * self.integrator.span();
-        let system = self.model.system();
+        let system = &*self.model;
         self.integrator.restart(system, from.clone(), Some(h))?;
         self.integrator.step(system, h).ok()?;
         let whole = self.integrator.span() >= h * (1.0 - 1e-9);
@@ -450,27 +420,39 @@ impl HeavyRun {
     }
 }
 
+/// Distances of rods with a contact diameter to themselves and to each other; None without such rods.
+fn nearness(model: &HeavyAssembly, y: &DVector<f64>) -> Option<Nearness> {
+    let at = model.at(y)?;
+    let tubes = model.tubes(&at);
+    (!tubes.is_empty()).then(|| Nearness::of(&tubes))
+}
+
+/// The contact next to `near` in a state; None if it is lost.
+fn now(model: &HeavyAssembly, y: &DVector<f64>, near: &Contact) -> Option<Contact> {
+    near.now(&model.tubes(&model.at(y)?))
+}
+
 impl<'a> Motion<'a> for HeavyRun {
     fn advance(&mut self) -> Option<Event> {
         (!self.stopped).then(|| self.go_on())
     }
 
     fn given(&self) -> StateRef<'_> {
-        StateRef::Kept(&*self.first)
+        StateRef::Kept(&self.first)
     }
 
     fn now(&self) -> StateRef<'_> {
-        StateRef::Kept(&*self.current)
+        StateRef::Kept(&self.current)
     }
 
     fn sample(&mut self, t: f64) -> Option<StateRef<'_>> {
         if t == self.time() {
-            return Some(StateRef::Kept(&*self.current));
+            return Some(StateRef::Kept(&self.current));
         }
         let fraction = self.integrator.fraction(self.model.time(), t)?;
-        let mut y = self.integrator.at(self.model.system(), fraction)?;
+        let mut y = self.integrator.at(&*self.model, fraction)?;
         y[self.model.time()] = t;
-        Some(StateRef::Made(self.sample_of(&y)?))
+        Some(StateRef::Made(Box::new(self.sample_of(&y)?)))
     }
 
     fn duration(&self) -> f64 {
@@ -487,8 +469,7 @@ impl<'a> Motion<'a> for HeavyRun {
 
     fn carries(&self) -> Vec<StateVariables> {
         let y = self.integrator.state();
-        let rods = self.model.rods(y).unwrap_or_default();
-        let strains: usize = rods.iter().map(|(rod, _)| rod.size()).sum();
+        let strains: usize = self.model.links.iter().map(|link| link.rod.size()).sum();
         let time = self.model.time();
         StateVariables::some([
             ("strains at the nodes", strains),

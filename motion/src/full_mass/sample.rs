@@ -1,44 +1,30 @@
 //! State of a run of rods with mass at one moment.
 
-use crate::{Labels, Ledger, RodCurve, State};
+use crate::{Ledger, RodCurve, State};
 use nalgebra::{DVector, Isometry3, Matrix3, Rotation3, Vector3, Vector6};
 use snaprod_systems::assembly::BodyMotion;
 use snaprod_systems::full_mass::assembly::{HeavyAssembly, HeavyState};
 use snaprod_systems::full_mass::frames::{Curve, Sections};
 use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
-use snaprod_systems::math::se3::joined;
 use snaprod_systems::section::Strain;
 use snaprod_systems::viscoelastic::grid::Grid;
 use snaprod_systems::viscoelastic::kinematics::Local;
 use std::sync::Arc;
 
-/// State of a run of rods with mass at one moment: one rod with its body, or an assembly. Quantities of one
-/// rod are those of the first rod.
+/// State of a run of rods with mass at one moment. Quantities of one rod are those of the first rod.
 #[derive(Debug, Clone)]
 pub struct HeavySample {
-    t: f64,
-    of: SampledModel,
+    assembly: Arc<HeavyAssembly>,
+    at: HeavyState,
+    places: Vec<BodyMotion>,
+    grooves: Vec<Option<Vector3<f64>>>,
+    drift: f64,
     /// Power lost per length, at the nodes.
     lost: Vec<f64>,
     /// (couple, force) of the rod on the body or support at its end.
     action: Vector6<f64>,
     ledger: Ledger,
     friction: f64,
-}
-
-#[derive(Debug, Clone)]
-enum SampledModel {
-    Rod(Arc<HeavyRod>, Box<RodState>),
-    Assembly(Box<SampledAssembly>),
-}
-
-#[derive(Debug, Clone)]
-struct SampledAssembly {
-    assembly: Arc<HeavyAssembly>,
-    at: HeavyState,
-    places: Vec<BodyMotion>,
-    grooves: Vec<Option<Vector3<f64>>>,
-    drift: f64,
 }
 
 /// The ledger from energies and from the integrals after index `time` of a state vector.
@@ -58,87 +44,50 @@ fn ledger(
 }
 
 impl HeavySample {
-    /// The sample of a state of one rod with its second derivatives; None outside the law's domain.
-    pub(super) fn of_rod(rod: &Arc<HeavyRod>, y: &DVector<f64>, second: &[f64]) -> Option<Self> {
-        let at = rod.at(y)?;
-        let time = rod.time();
-        let t = y[time];
-        let balance = HeavyRod::balance(rod, t, &at, second)?;
-        let [kinetic, rod_kinetic] = rod.kinetic(t, &at);
-        let (elastic, lost) = rod.stored(&at)?;
-        let energies = [kinetic, rod_kinetic, elastic, rod.potential(t, &at)];
-        Some(Self {
-            t,
-            action: *balance.wrenches.last()?,
-            ledger: ledger(energies, y, time),
-            friction: y[time + 1],
-            lost,
-            of: SampledModel::Rod(rod.clone(), Box::new(at)),
-        })
-    }
-
-    /// The sample of a state of an assembly with its accelerations and multipliers; None outside the law's domain.
-    pub(super) fn of_assembly(
+    /// The sample of a state with its accelerations and multipliers; None outside the law's domain.
+    pub(super) fn new(
         assembly: &Arc<HeavyAssembly>,
         y: &DVector<f64>,
         at: HeavyState,
-        unknowns: &DVector<f64>,
+        unknowns: &[f64],
     ) -> Option<Self> {
+        let balance = assembly.balance(&at, unknowns)?;
         let (energies, mut lost) = assembly.energies(&at)?;
         let time = assembly.time();
-        let [drift, _] = assembly.gap(&at);
         Some(Self {
-            t: at.t,
-            action: -assembly.end_wrench(0, unknowns.as_slice()),
+            action: *balance.rods.first()?.wrenches.last()?,
             ledger: ledger(energies, y, time),
             friction: y[time + 1],
             lost: lost.swap_remove(0),
-            of: SampledModel::Assembly(Box::new(SampledAssembly {
-                places: at.places(),
-                grooves: assembly.groove_forces(&at, unknowns.as_slice())?,
-                drift,
-                assembly: assembly.clone(),
-                at,
-            })),
+            places: at.places(),
+            grooves: assembly.groove_forces(&balance, unknowns),
+            drift: assembly.gap(&at)[0],
+            assembly: assembly.clone(),
+            at,
         })
     }
 
     fn rod(&self, k: usize) -> (&HeavyRod, &RodState) {
-        match &self.of {
-            SampledModel::Rod(rod, at) => (rod, at),
-            SampledModel::Assembly(several) => {
-                (&several.assembly.links[k].rod, &several.at.rods[k])
-            }
-        }
+        (&self.assembly.links[k].rod, &self.at.rods[k])
     }
 
-    fn first(&self) -> (&HeavyRod, &RodState) {
-        self.rod(0)
-    }
-
-    fn several(&self) -> Option<&SampledAssembly> {
-        match &self.of {
-            SampledModel::Rod(..) => None,
-            SampledModel::Assembly(several) => Some(several),
-        }
+    fn curve(&self, k: usize, points: usize) -> RodCurve {
+        let (rod, at) = self.rod(k);
+        curve(rod, &self.at.base(k), &at.strains, points)
     }
 }
 
 impl State for HeavySample {
     fn time(&self) -> f64 {
-        self.t
+        self.at.t
     }
 
     fn pose(&self) -> Isometry3<f64> {
-        self.first().1.shape.end()
+        self.rod(0).1.shape.end()
     }
 
     fn twist(&self) -> Vector6<f64> {
-        let flow = &self.first().1.flow;
-        match (flow.spins.last(), flow.velocities.last()) {
-            (Some(spin), Some(velocity)) => joined(spin, velocity),
-            _ => Vector6::zeros(),
-        }
+        self.rod(0).1.flow.end()
     }
 
     fn action(&self) -> Vector6<f64> {
@@ -153,36 +102,21 @@ impl State for HeavySample {
         self.friction
     }
 
-    /// Not computed: a rod with mass is in equilibrium only at rest.
-    fn distance(&self) -> f64 {
-        0.0
-    }
-
-    fn equilibrium(&self) -> Option<Labels> {
-        None
-    }
-
     fn bodies(&self) -> &[BodyMotion] {
-        self.several().map_or(&[], |several| &several.places)
+        &self.places
     }
 
     fn curves(&self, points: usize) -> Vec<RodCurve> {
-        let Some(SampledAssembly { assembly, at, .. }) = self.several() else {
-            return Vec::new();
-        };
-        let rods = assembly.links.iter().zip(&at.rods).enumerate();
-        let rods =
-            rods.map(|(k, (link, moving))| curve(&link.rod, &at.base(k), &moving.strains, points));
-        rods.collect()
+        let rods = 0..self.assembly.links.len();
+        rods.map(|k| self.curve(k, points)).collect()
     }
 
     fn groove_forces(&self) -> Vec<Option<Vector3<f64>>> {
-        self.several()
-            .map_or(Vec::new(), |several| several.grooves.clone())
+        self.grooves.clone()
     }
 
     fn drift(&self) -> f64 {
-        self.several().map_or(0.0, |several| several.drift)
+        self.drift
     }
 
     fn strains_of(&self, rod: usize, places: &[f64]) -> Vec<Strain> {
@@ -192,17 +126,12 @@ impl State for HeavySample {
 
     fn dissipation_at(&self, places: &[f64]) -> Vec<f64> {
         let density: Vec<Local<1>> = self.lost.iter().map(|d| Local::from([*d])).collect();
-        let values = self.first().0.sections.grid.at_each(&density, places);
+        let values = self.rod(0).0.sections.grid.at_each(&density, places);
         values.iter().map(|d| d[0].max(0.0)).collect()
     }
 
     fn sections(&self, points: usize) -> RodCurve {
-        let (rod, at) = self.first();
-        let base = match self.several() {
-            Some(several) => several.at.base(0),
-            None => Isometry3::identity(),
-        };
-        curve(rod, &base, &at.strains, points)
+        self.curve(0, points)
     }
 }
 

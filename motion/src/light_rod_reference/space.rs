@@ -98,11 +98,11 @@ impl MasslessRod for LightInSpace {
     fn held(&self, q: &DVector<f64>, site: &BodyMotion, tolerance: f64) -> Option<EndResidual> {
         let point = self.point(q, site, tolerance)?;
         Some(EndResidual {
-            gap: dynamic(&point.gap(self.link.joint())),
+            gap: dynamic(&point.gap()),
             jacobian: DMatrix::from_column_slice(6, 6, point.end.jacobian.as_slice()),
             drive: dynamic(&point.drive()),
             fold: point.end.jacobian.determinant(),
-            other: point.end.slack.is_some(),
+            other: point.end.is_taut(),
         })
     }
 
@@ -165,7 +165,7 @@ impl MasslessRod for LightInSpace {
             / self.link.rod().length();
         match self.link.joint() {
             Joint::Weld => moved + a.pose.rotation.angle_to(&b.pose.rotation),
-            Joint::Ball | Joint::Pins => moved,
+            Joint::Ball => moved,
         }
     }
 

@@ -1,12 +1,9 @@
 //! Forces on the body in a motion with strains that are constant along the rod.
 
-use super::{Reduction, TipBody};
-use nalgebra::{
-    Isometry3, Matrix3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6,
-};
-use snaprod_systems::body::{EndBody, Support};
+use super::Reduction;
+use nalgebra::{Isometry3, Matrix6, SVector, Translation3, UnitQuaternion, Vector3, Vector6};
 use snaprod_systems::error::{Error, Result};
-use snaprod_systems::math::se3::{halves, joined, turned};
+use snaprod_systems::math::se3::{halves, join, rotate_halves};
 use snaprod_systems::section::rate::Viscoelastic;
 use snaprod_systems::section::{Resultant, Strain};
 
@@ -174,67 +171,12 @@ pub(super) fn stored(section: &Viscoelastic, e: &Strain) -> Result<Stored> {
     )))
 }
 
-impl TipBody {
-    /// Acceleration of the end; an end on a ball joint does not turn.
-    pub(super) fn acceleration(
-        &self,
-        t: f64,
-        pose: &Isometry3<f64>,
-        v: &Vector6<f64>,
-        rod: &Vector6<f64>,
-    ) -> Vector6<f64> {
-        match self {
-            Self::Welded(body) => body.motion(t, pose, v, rod).acceleration,
-            Self::BallJoint(body) => {
-                beneath(&EndBody::motion(body, t, pose, &lower(v), &lower(rod)).acceleration)
-            }
-        }
-    }
-
-    /// d(acceleration)/d(wrench) and d(acceleration)/dV.
-    pub(super) fn linearised(
-        &self,
-        t: f64,
-        pose: &Isometry3<f64>,
-        v: &Vector6<f64>,
-        rod: &Vector6<f64>,
-    ) -> (Matrix6<f64>, Matrix6<f64>) {
-        match self {
-            Self::Welded(body) => {
-                let linear = body.linearised(t, pose, v, rod);
-                (linear.by_wrench, linear.by_velocity)
-            }
-            Self::BallJoint(body) => {
-                let linear = body.linearised(t, pose, &lower(v), &lower(rod));
-                let placed = |a: Matrix3<f64>| {
-                    let mut whole = Matrix6::zeros();
-                    whole.fixed_view_mut::<3, 3>(3, 3).copy_from(&a);
-                    whole
-                };
-                (placed(linear.by_wrench), placed(linear.by_velocity))
-            }
-        }
-    }
-
-    /// The clamp, if the body knows one.
-    pub(super) fn support(&self) -> Option<&Support<3>> {
-        match self {
-            Self::Welded(body) => body.support(),
-            Self::BallJoint(body) => body.support(),
-        }
-    }
-}
-
 fn upper(v: &Vector6<f64>) -> Vector3<f64> {
     halves(v).0
 }
 
 fn lower(v: &Vector6<f64>) -> Vector3<f64> {
     halves(v).1
-}
-
-fn beneath(b: &Vector3<f64>) -> Vector6<f64> {
-    joined(&Vector3::zeros(), b)
 }
 
 impl Reduction {
@@ -251,8 +193,8 @@ impl Reduction {
         at: &State,
         pose: &Isometry3<f64>,
     ) -> (Matrix6<f64>, Matrix6<f64>) {
-        let v = turned(&pose.rotation, &at.rate);
-        let (mobility, by_velocity) = self
+        let v = rotate_halves(&pose.rotation, &at.rate);
+        let linear = self
             .carried
             .linearised(at.time, pose, &v, &Vector6::zeros());
         let back = pose.rotation.inverse().to_rotation_matrix();
@@ -260,7 +202,7 @@ impl Reduction {
         turn.fixed_view_mut::<3, 3>(0, 0).copy_from(back.matrix());
         turn.fixed_view_mut::<3, 3>(3, 3).copy_from(back.matrix());
         let along = |a: Matrix6<f64>| turn * a * turn.transpose();
-        (along(mobility), along(by_velocity))
+        (along(linear.by_wrench), along(linear.by_velocity))
     }
 
     /// Forces, accelerations and defects at a state.
@@ -270,7 +212,7 @@ impl Reduction {
     pub(super) fn balance(&self, at: &State) -> Result<Balance> {
         let (e, rate) = (&at.strain, &at.rate);
         let rigid = self.section.rate.rigid();
-        let welded = matches!(self.carried, TipBody::Welded(_));
+        let welded = self.carried.turns();
         let elastic = stored(&self.section, e)?;
         let viscous = self.section.rate.overstress(0.0, e, rate)?;
         let branches = self.section.branches.iter().zip(&at.branches);
@@ -283,13 +225,16 @@ impl Reduction {
         }
 
         let pose = Self::pose(e);
-        let velocity = turned(&pose.rotation, rate);
+        let velocity = rotate_halves(&pose.rotation, rate);
         let back = pose.rotation.inverse();
         let act = |w: &Resultant| {
-            let rod = turned(&pose.rotation, &-w);
-            turned(
+            let rod = rotate_halves(&pose.rotation, &-w);
+            rotate_halves(
                 &back,
-                &self.carried.acceleration(at.time, &pose, &velocity, &rod),
+                &self
+                    .carried
+                    .motion(at.time, &pose, &velocity, &rod)
+                    .acceleration,
             )
         };
         let (mobility, _) = self.linear_body(at, &pose);
@@ -343,7 +288,7 @@ impl Reduction {
         Ok(Balance {
             acceleration: self.slots.only(&acceleration),
             largest: terms.iter().map(|x| x.amax()).fold(floor, f64::max),
-            uneven: joined(&u.cross(&n), &couple),
+            uneven: join(&u.cross(&n), &couple),
             astray,
         })
     }

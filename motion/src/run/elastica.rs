@@ -6,7 +6,7 @@ use crate::options::Options;
 use crate::sheet::MassTreatment;
 use crate::straight_release::Opening;
 use nalgebra::Vector2;
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::elastica::Elastica;
 use snaprod_systems::error::{Error, Result};
 
@@ -20,7 +20,7 @@ impl<'a> Run<'a, Elastica, 2> {
     /// # Errors
     /// A velocity along the rod; nothing that acts across it; a push beyond Euler's load, under which the
     /// straight rod is unstable; a pull above 3600 EI/L^2.
-    pub fn straight(body: &'a Body<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
+    pub fn straight(body: &'a PointMass<2>, v: Vector2<f64>, options: Options) -> Result<Self> {
         let opening = Opening::new(body, v, options.duration)?;
         let state = |t: f64| {
             opening.at(t).ok_or_else(|| {
@@ -51,7 +51,7 @@ impl<'a> Run<'a, Elastica, 2> {
 /// # Errors
 /// As [`Run::new`] and [`Run::straight`].
 pub fn on_elastica<'a>(
-    body: &'a Body<2>,
+    body: &'a PointMass<2>,
     from: Option<Vector2<f64>>,
     v: Vector2<f64>,
     options: Options,

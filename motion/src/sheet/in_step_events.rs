@@ -17,7 +17,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         }
         let mut step = self.last.clone()?;
         let (f, mut cost) = (self.right_hand_side(), Cost::default());
-        let dense = step.inside(&mut self.both(f), &mut cost);
+        let dense = step.interpolant(&mut self.both(f), &mut cost);
         let total = self.solver.cost_mut();
         *total = *total + cost;
         let (dense, manifold, patch) = (dense?, self.manifold, self.patch);
@@ -60,7 +60,7 @@ impl<'a, M: Multivalued<N>, const N: usize> OnSheet<'a, M, N> {
         let f = self.right_hand_side();
         let both = &mut self.both(f);
         let cost = &mut Cost::default();
-        let dense = step.inside(both, cost)?;
+        let dense = step.interpolant(both, cost)?;
         let [before, after] = [step.from(), step.to()].map(power);
         let ends = ((0.0, before), (1.0, after));
         let x = chandrupatla(|x| power(&dense.at(x)), ends.0, ends.1, 0.0)?;

@@ -16,7 +16,7 @@
 use super::{Phase, slope};
 use crate::locate::{Guess, locate};
 use nalgebra::SVector;
-use snaprod_systems::body::Body;
+use snaprod_systems::body::PointMass;
 use snaprod_systems::manifold::{Multivalued, Patch, adjugate_times};
 use snaprod_systems::solve::cost::Cost;
 use snaprod_systems::solve::dop853::{Dense, Dop853, State, Step};
@@ -51,7 +51,7 @@ const FIRST: f64 = 0.05;
 #[derive(Clone, Copy)]
 pub(super) struct TurnMap<'a, M, const N: usize> {
     pub manifold: &'a M,
-    pub body: &'a Body<N>,
+    pub body: &'a PointMass<N>,
     pub patch: Patch,
     pub orientation: f64,
     /// The direction of the shaking, outward.

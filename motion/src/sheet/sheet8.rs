@@ -2,7 +2,7 @@
 
 use super::Phase;
 use nalgebra::SVector;
-use snaprod_systems::body::{Body, EightMotion};
+use snaprod_systems::body::{EightMotion, PointMass};
 use snaprod_systems::manifold::{Multivalued, Patch};
 use snaprod_systems::math::Row;
 use snaprod_systems::solve::lobatto::{
@@ -23,7 +23,7 @@ impl<'a, const N: usize> EightfoldSteps<'a, N> {
     /// for models that evaluate one place at a time.
     pub fn new<M: Multivalued<N>>(
         manifold: &M,
-        body: &'a Body<N>,
+        body: &'a PointMass<N>,
         orientation: f64,
         h: f64,
         tolerance: f64,

@@ -9,10 +9,11 @@
 //! the rod is straight. A rod whose mass is followed takes part in the motion across (theory 2.9): see
 //! [`beam_with_mass`](super::beam_with_mass).
 
-use super::{LOCAL, Phase};
+use super::Phase;
 use crate::locate::first_change;
+use crate::options::LOCAL;
 use nalgebra::SVector;
-use snaprod_systems::body::{Body, EndMotion};
+use snaprod_systems::body::{EndMotion, PointMass};
 use snaprod_systems::manifold::{
     AxialConstraint, DeflectionInertia, DeflectionState, FirstOrderInertia, Multivalued, Patch,
 };
@@ -35,7 +36,7 @@ const BEYOND: f64 = 2.0;
 #[derive(Clone, Copy)]
 pub(super) struct Gliding<'a, M, const N: usize> {
     pub manifold: &'a M,
-    pub body: &'a Body<N>,
+    pub body: &'a PointMass<N>,
     /// The mass of the rod; None if it is not followed.
     pub rod: Option<&'a dyn FirstOrderInertia<N>>,
 }
@@ -160,7 +161,9 @@ impl<M: Multivalued<N>, const N: usize> Gliding<'_, M, N> {
             let rise = (mass * alone + felt.force) / (mass + felt.mass);
             now.action.acceleration += now.rod.across * (rise - alone);
             if let Some(frame) = frame {
-                let borne = mass * (rise - alone) * frame.carried(&pose).dot(&now.rod.across);
+                let borne = mass
+                    * (rise - alone)
+                    * frame.velocity_of_fixed_point(&pose).dot(&now.rod.across);
                 now.action.power += borne + felt.pull * rise + felt.power;
             }
             now.felt = Some(felt);

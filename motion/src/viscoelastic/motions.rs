@@ -1,10 +1,9 @@
 //! Viscoelastic motions boxed behind the trait [`Motion`], so that callers do not compile the generic runs again.
 
 use super::run::{ViscousRun, ViscousStart};
-use crate::reduction::TipBody;
 use crate::{Motion, Options};
 use nalgebra::Isometry3;
-use snaprod_systems::body::{Body, EndBody};
+use snaprod_systems::body::{EndBody, Mass, PointMass};
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::rod::DistributedLoad;
 use snaprod_systems::section::rate::Viscoelastic;
@@ -70,7 +69,7 @@ impl FreeStrains {
 /// As [`ViscousRun::new`].
 pub fn in_plane<'a>(
     material: Material<1>,
-    body: &'a Body<2>,
+    body: &'a PointMass<2>,
     start: &ViscousStart<'_, 1, 2>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
@@ -87,7 +86,7 @@ pub fn in_plane<'a>(
 pub fn in_space<'a>(
     section: Viscoelastic,
     (strains, load): (FreeStrains, Option<&DistributedLoad>),
-    carried: &'a TipBody,
+    carried: &'a Mass,
     start: &ViscousStart<'_, 6, 6>,
     options: Options,
 ) -> Result<Box<dyn Motion<'a> + 'a>> {
@@ -118,12 +117,12 @@ pub(super) trait InSpace<'a> {
 pub(super) fn dispatch<'a, T: InSpace<'a>>(
     (section, load): (Viscoelastic, Option<&DistributedLoad>),
     strains: FreeStrains,
-    carried: &'a TipBody,
+    carried: &'a Mass,
     task: T,
 ) -> Result<T::Output> {
     match carried {
-        TipBody::Welded(body) => with_body::<_, _, 6>((section, load), strains, &**body, task),
-        TipBody::BallJoint(body) => with_body::<_, _, 3>((section, load), strains, body, task),
+        Mass::Rigid(body) => with_body::<_, _, 6>((section, load), strains, body, task),
+        Mass::Point(body) => with_body::<_, _, 3>((section, load), strains, body, task),
     }
 }
 

@@ -27,16 +27,10 @@ pub struct ViscousStart<'a, const M: usize, const D: usize> {
     pub velocity: AtEnd<D>,
 }
 
-/// Bound of a step's local error, as a part of the tolerance: the errors of the steps add up.
-const LOCAL: f64 = 0.1;
-/// Smallest local tolerance: below it errors drown in rounding.
-const FINEST: f64 = 1e-14;
 /// Initial number of nodes per element.
 const FIRST: usize = 8;
 /// Number of steps in a row after which unneeded nodes are given up.
 const PATIENCE: u32 = 12;
-/// Smallest tolerance: below it no room is left for the errors along the rod.
-const LEAST_TOLERANCE: f64 = 1e-13;
 /// A start is sampled down to distances 2^-NEAREST from the ends of the elements.
 const NEAREST: i32 = 45;
 /// Interpolation error between nodes, relative to 1 + the largest strain at the nodes, that reveals a bend
@@ -83,12 +77,7 @@ where
         start: &ViscousStart<'_, M, D>,
         options: Options,
     ) -> Result<Self> {
-        if !(options.tolerance >= LEAST_TOLERANCE) {
-            return Err(Error::domain(format!(
-                "tolerance = {} must lie in [1e-13, 1e-2] for a viscoelastic rod",
-                options.tolerance
-            )));
-        }
+        options.suits_strains("viscoelastic rod")?;
         let system = resolved(kinematics, material, body, start, &options)?;
         let grid = &system.rod.grid;
         let strains = field(grid, start.strain);
@@ -134,8 +123,8 @@ where
                  program choose (auto), or ask for explicit or implicit steps",
             ));
         }
-        let tolerance = (LOCAL * options.tolerance).max(FINEST);
-        let integrator = Integrator::new(&system, y, tolerance, options.method, None)
+        let local = options.local_tolerance();
+        let integrator = Integrator::new(&system, y, local, options.method, None)
             .ok_or_else(|| Error::domain("the motion is not defined at the start"))?;
         let nodes = AdaptiveNodes::new(options.nodes, PATIENCE, system.rod.grid.len());
         let watch = LayerWatch::new(&first);
@@ -291,7 +280,7 @@ where
         let before = std::mem::replace(&mut self.system.hold, suited);
         if self.integrator.method_now() == Method::Explicit {
             if suited == Hold::Together {
-                self.integrator.stiffen(&self.system);
+                self.integrator.switch_to_implicit(&self.system);
             }
             return Some(());
         }

@@ -1,9 +1,8 @@
 //! Small motions of a body on a viscoelastic rod about an equilibrium.
 
 use super::motions::{FreeStrains, InSpace, dispatch};
-use crate::reduction::TipBody;
 use nalgebra::Isometry3;
-use snaprod_systems::body::{Body, EndBody};
+use snaprod_systems::body::{EndBody, Mass, PointMass};
 use snaprod_systems::error::{Error, Result};
 use snaprod_systems::rod::DistributedLoad;
 use snaprod_systems::section::Strain;
@@ -41,7 +40,7 @@ pub struct SmallCreep {
 /// Strains outside the law's domain; eigenvalues that do not converge; errors of `strains`.
 pub fn small_in_plane(
     material: Material<1>,
-    body: &Body<2>,
+    body: &PointMass<2>,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Local<1>>>,
 ) -> Result<SmallCreep> {
     refined(&Plane, &material, body, strains)
@@ -54,7 +53,7 @@ pub fn small_in_plane(
 pub fn small_in_space(
     section: Viscoelastic,
     (moving, load): (FreeStrains, Option<&DistributedLoad>),
-    carried: &TipBody,
+    carried: &Mass,
     strains: &dyn Fn(&[f64]) -> Result<Vec<Strain>>,
 ) -> Result<SmallCreep> {
     dispatch((section, load), moving, carried, Small { strains })

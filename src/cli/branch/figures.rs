@@ -5,7 +5,7 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use snaprod::plot::{
     BranchDiagram, BranchLine as Line, BranchPanel, RodShapes, Special as Mark, SpecialKind,
 };
-use snaprod::scene::{Parameter, Units};
+use snaprod::scene::Units;
 use snaprod::solve::special_points::SpecialKind as Kind;
 use snaprod::study::branch::{BranchRecord, CurveSet, FoldCurves, SpecialPoint};
 use std::f64::consts::TAU;
@@ -48,11 +48,8 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
         Some((of, name)) => (Some(of.to_owned()), name.to_owned()),
         None => (None, name.to_owned()),
     };
-    let along_load = match record.parameter {
-        Parameter::EndForce(i) => Some(AXES[i].to_owned()),
-        Parameter::BodyForce(body, i) => Some(format!("{}{}", body_columns(record, body), AXES[i])),
-        _ => None,
-    };
+    let along_load = record.parameter.load("force");
+    let along_load = along_load.map(|(body, i)| body_columns(record, body) + AXES[i]);
     let best = |names: [&'static str; 3]| {
         let columns = table.columns.iter().map(|column| column.name.as_ref());
         let columns = columns.filter(|column: &&str| names.contains(&parts(column).1.as_str()));
@@ -89,8 +86,11 @@ pub fn measure(record: &BranchRecord) -> (String, &str) {
     (Units::label(&label, units.couple()), column)
 }
 
-/// Prefix of the columns of a body.
-fn body_columns(record: &BranchRecord, body: usize) -> String {
+/// Prefix of the columns of a body; empty for the end of a single rod.
+fn body_columns(record: &BranchRecord, body: Option<usize>) -> String {
+    let Some(body) = body else {
+        return String::new();
+    };
     let names = record.branches.points.columns.iter();
     let mut bodies = names.filter_map(|column| column.name.strip_suffix("qw"));
     bodies.nth(body).unwrap_or_default().to_owned()
@@ -100,11 +100,8 @@ fn body_columns(record: &BranchRecord, body: usize) -> String {
 /// from the first point and beyond full turns. Returns the name in figures and the values; `None` without a visible
 /// rotation.
 fn turn(record: &BranchRecord) -> Option<(String, Vec<f64>)> {
-    let (columns, axis) = match record.parameter {
-        Parameter::EndCouple(i) => (String::new(), i),
-        Parameter::BodyCouple(body, i) => (body_columns(record, body), i),
-        _ => return None,
-    };
+    let (body, axis) = record.parameter.load("couple")?;
+    let columns = body_columns(record, body);
     let set = &record.branches;
     let [w, x, y, z] =
         ["qw", "qx", "qy", "qz"].map(|part| set.points.reals(&format!("{columns}{part}")));

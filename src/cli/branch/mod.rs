@@ -4,7 +4,7 @@ mod figures;
 
 use super::check::{SceneArgs, no_start, read_equilibrium};
 use super::files::{exact, json_text, print, print_json};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::page::{Kind, Page, branch_data, name, scene_text};
 use super::signals::Signals;
 use super::{Ending, Refusal};
@@ -13,23 +13,16 @@ use snaprod::plot::{branch_diagram, rod_shapes};
 use snaprod::solve::special_points::SpecialKind;
 use snaprod::study::{self, BranchRecord, Hooks, branch::CurveSet, branch::SpecialPoint};
 use std::fmt::Write;
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct BranchArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Directory for branch.csv, special_points.json and figures; default `out/` and the name of the scene.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Print the special points as one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub output: OutputArgs,
     /// Write branch.html, a page that shows the shape at every point; it is one file and needs no network.
     #[arg(long)]
     pub html: bool,
-    #[command(flatten)]
-    pub figures: FigureArgs,
 }
 
 /// Bound on the number of points with shapes on a page.
@@ -68,8 +61,8 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     };
     let record = study::branch(&scene, &mut wishes).map_err(|e| no_start(&args.scene.path, &e))?;
     let summary = record.summary();
-    let directory = args.out.clone().unwrap_or_else(|| args.scene.directory());
-    let out = Output::open(Some(&directory), FILES, args.figures)?;
+    let directory = args.output.directory(&args.scene, "");
+    let out = Output::open(Some(&directory), FILES, args.output.figures)?;
     out.table(&record.branches.points)?;
     out.write("special_points.json", json_text(summary.clone()).as_bytes())?;
     out.figure("branch", || Ok(figures::diagram(&record)), branch_diagram);
@@ -84,8 +77,8 @@ pub fn branch(args: &BranchArgs) -> Result<Ending, Refusal> {
     if args.html {
         out.page("branch", |figures| Ok(page(args, &record, figures)));
     }
-    out.finish(!args.json)?;
-    if args.json {
+    out.finish(!args.output.json)?;
+    if args.output.json {
         print_json(summary);
     } else {
         let mut text = text(&record);

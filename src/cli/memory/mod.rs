@@ -5,13 +5,12 @@ mod text;
 
 use super::check::{SceneArgs, no_start, refuse};
 use super::files::{json_text, print, print_json};
-use super::output::{FigureArgs, Output};
+use super::output::{Output, OutputArgs};
 use super::{Ending, Refusal};
 use clap::Args;
 use serde_json::json;
 use snaprod::plot::kernel;
 use snaprod::study::memory::{self, POINTS, entries, table};
-use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct MemoryArgs {
@@ -26,14 +25,8 @@ pub struct MemoryArgs {
     /// Number of times, logarithmically spaced, from 2 to 100000.
     #[arg(long, default_value_t = 201)]
     pub points: usize,
-    /// Directory for kernel.csv, memory.json and kernel.svg; without it no file is written.
-    #[arg(long)]
-    pub out: Option<PathBuf>,
     #[command(flatten)]
-    pub figures: FigureArgs,
-    /// Print one JSON object.
-    #[arg(long)]
-    pub json: bool,
+    pub output: OutputArgs,
 }
 
 /// Files of the command.
@@ -47,20 +40,20 @@ pub fn memory(args: &MemoryArgs) -> Result<Ending, Refusal> {
     let mut object = response.summary();
     object["times"] =
         json!({ "from": times[0], "to": times[times.len() - 1], "points": times.len() });
-    if let Some(out) = &args.out {
+    if let Some(out) = &args.output.out {
         let entries = entries(&response, &times);
-        let out = Output::open(Some(out), FILES, args.figures)?;
+        let out = Output::open(Some(out), FILES, args.output.figures)?;
         out.write("memory.json", json_text(object.clone()).as_bytes())?;
         out.table(&table(&response, &times, &entries))?;
         let data = || Ok(figure::data(&response, &times, &entries));
         out.figure("kernel", data, kernel);
-        out.finish(!args.json)?;
+        out.finish(!args.output.json)?;
     }
-    if args.json {
-        object["out"] = json!(args.out);
+    if args.output.json {
+        object["out"] = json!(args.output.out);
         print_json(object);
     } else {
-        print(&text::text(&response, &times, args.out.as_deref()));
+        print(&text::text(&response, &times, args.output.out.as_deref()));
     }
     Ok(Ending::Done)
 }

@@ -4,14 +4,12 @@ use super::numbers::{quantized, short, units};
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};
 use snaprod::Result;
-use snaprod::assembly::Joint;
 use snaprod::elastica::stable_grid;
 use snaprod::manifold::Sign;
 use snaprod::motion::Ledger;
 use snaprod::plot::Curve;
-use snaprod::scene::Units;
-use snaprod::study::Solid;
-use snaprod::study::film::{Film, PictureRole, Still, TracePoint};
+use snaprod::study::film::{Film, PictureRole, Still};
+use snaprod::study::run::{BodyMoment, Moment, RunBody, RunHeader, RunRod};
 
 /// Bounds on the number of sections of a rod, and on the number of sections in all pictures together, in the plane and
 /// in space.
@@ -24,26 +22,14 @@ const GRID: [usize; 2] = [36, 26];
 const FLAT: f64 = 1e-7;
 
 /// Surroundings of a motion.
-pub struct MotionContext {
-    /// The scene's units.
-    pub units: Units,
-    /// Length of the rod; of an assembly the length of its first rod.
-    pub length: f64,
-    /// Names of the rods; empty for the one rod of a scene.
-    pub rods: Vec<String>,
-    /// Joints of the base and the end of each rod to the ground; `None` if not on the ground.
-    pub grounds: Vec<[Option<Joint>; 2]>,
-    /// Names and shapes of the bodies.
-    pub bodies: Vec<(String, Solid)>,
+pub struct MotionContext<'r> {
+    /// Units, rods and bodies.
+    pub header: &'r RunHeader,
     /// Times of snaps, or of the passages of a rod with friction.
     pub marks: Vec<f64>,
     /// Name of the marked times.
     pub marked: &'static str,
-    /// True for a planar elastica with a point mass: the page draws sheets and borders.
-    pub elastica: bool,
-    /// True if the rod is on its sheets, false if only near.
-    pub exact: bool,
-    /// First fold, in the world; empty for a moving clamp.
+    /// First fold of a planar rod, in the world; empty for a moving clamp.
     pub folds: Vec<Curve>,
 }
 
@@ -52,32 +38,34 @@ pub struct MotionContext {
 /// # Errors
 /// Errors of the sheets, which do not occur in practice.
 pub fn motion_data(film: &Film, around: &MotionContext) -> Result<Value> {
-    let stills = &film.stills;
-    let flat = is_flat(stills, around.length);
-    let u = around.units;
+    let (stills, header) = (&film.stills, around.header);
+    let length = header.scales.length;
+    let flat = is_flat(stills, length);
+    let u = header.units;
     let mut data = json!({
         "kind": "motion",
         "units": { "length": u.length(), "time": u.time(), "energy": u.energy(), "velocity": u.velocity() },
-        "length": around.length,
+        "length": length,
         "flat": flat,
-        "exact": around.exact,
+        "exact": header.is_sheet(),
         "t": stills.iter().map(|at| short(at.now.t)).collect::<Vec<_>>(),
         "place": stills.iter().map(letter).collect::<String>(),
         "marks": around.marks.iter().map(|t| short(*t)).collect::<Vec<_>>(),
         "marked": around.marked,
         "steps": film.steps,
-        "rods": rods(stills, around, flat),
-        "bodies": bodies(film, around),
-        "grooves": grooves(film, around),
+        "rods": rods(stills, header, flat),
+        "bodies": bodies(film, header),
+        "grooves": grooves(film, header),
         "energies": energies(film),
         "trace": quantized(&film.trace.iter().map(|at| at.t).collect::<Vec<_>>()),
         "on": names(stills),
     });
-    if around.elastica {
+    // A planar elastica: sheets and borders.
+    if !header.in_space() {
         if !around.folds.is_empty() {
             data["folds"] = folds(&around.folds);
         }
-        data["sheet"] = sheet(stills, around.length)?;
+        data["sheet"] = sheet(stills, length)?;
     }
     Ok(data)
 }
@@ -94,22 +82,22 @@ fn letter(still: &Still) -> char {
 fn is_flat(stills: &[Still], length: f64) -> bool {
     let sections = stills.iter().flat_map(|at| at.rods.iter().flatten());
     let bodies = stills.iter().flat_map(|at| &at.now.bodies);
-    let places = sections.chain(bodies.map(|(pose, _)| pose));
+    let places = sections.chain(bodies.map(|body| &body.pose));
     places
         .map(|at| at.translation.z.abs())
         .all(|z| z < FLAT * length)
 }
 
 /// Each rod: its sections in all pictures on one lattice, and in space also the director d1 of each.
-fn rods(stills: &[Still], around: &MotionContext, flat: bool) -> Vec<Value> {
-    let all = stills.len() * around.rods.len();
+fn rods(stills: &[Still], header: &RunHeader, flat: bool) -> Vec<Value> {
+    let all = stills.len() * header.rods.len();
     let count = (IN_ALL[usize::from(!flat)] / all.max(1)).clamp(FEWEST, SECTIONS);
     let chosen = |rod: &[Isometry3<f64>]| -> Vec<Isometry3<f64>> {
         let at = |k: usize| (k * (rod.len() - 1) + (count - 1) / 2) / (count - 1);
         (0..count).map(|k| rod[at(k)]).collect()
     };
     let axes = if flat { 2 } else { 3 };
-    let rod = |(k, name): (usize, &String)| {
+    let rod = |(k, rod): (usize, &RunRod)| {
         let rods = stills.iter().map(|still| chosen(&still.rods[k]));
         let sections: Vec<Isometry3<f64>> = rods.flatten().collect();
         let places = sections.iter().flat_map(|at| {
@@ -117,8 +105,8 @@ fn rods(stills: &[Still], around: &MotionContext, flat: bool) -> Vec<Value> {
             (0..axes).map(move |i| place[i])
         });
         let mut value = json!({
-            "name": name,
-            "ground": around.grounds[k],
+            "name": rod.name,
+            "ground": rod.grounds,
             "sections": count,
             "at": quantized(&places.collect::<Vec<f64>>()),
         });
@@ -128,25 +116,25 @@ fn rods(stills: &[Still], around: &MotionContext, flat: bool) -> Vec<Value> {
         }
         value
     };
-    around.rods.iter().enumerate().map(rod).collect()
+    header.rods.iter().enumerate().map(rod).collect()
 }
 
 /// Each body: position, rotation and velocity of its frame in all pictures; position and velocity along the trace. Each
 /// component has its own range.
-fn bodies(film: &Film, around: &MotionContext) -> Vec<Value> {
-    let body = |(k, (name, solid)): (usize, &(String, Solid))| {
-        let stills: Vec<&TracePoint> = film.stills.iter().map(|at| &at.now).collect();
-        let trace: Vec<&TracePoint> = film.trace.iter().collect();
-        type Part = fn(&(Isometry3<f64>, Vector3<f64>), usize) -> f64;
-        let part = |of: &[&TracePoint], part: Part, i: usize| {
+fn bodies(film: &Film, header: &RunHeader) -> Vec<Value> {
+    let body = |(k, RunBody { name, solid }): (usize, &RunBody)| {
+        let stills: Vec<&Moment> = film.stills.iter().map(|at| &at.now).collect();
+        let trace: Vec<&Moment> = film.trace.iter().collect();
+        type Part = fn(&BodyMoment, usize) -> f64;
+        let part = |of: &[&Moment], part: Part, i: usize| {
             let all = of.iter().map(|at| part(&at.bodies[k], i));
             quantized(&all.collect::<Vec<f64>>())
         };
-        let place: Part = |(pose, _), i| pose.translation.vector[i];
-        let velocity: Part = |(_, velocity), i| velocity[i];
-        let turn: Part = |(pose, _), i| pose.rotation.coords[i];
+        let place: Part = |body, i| body.pose.translation.vector[i];
+        let velocity: Part = |body, i| body.velocity[i];
+        let turn: Part = |body, i| body.pose.rotation.coords[i];
         let turns = [0, 1, 2, 3].map(|i| part(&stills, turn, i));
-        let three = |of: &[&TracePoint], which: Part| [0, 1, 2].map(|i| part(of, which, i));
+        let three = |of: &[&Moment], which: Part| [0, 1, 2].map(|i| part(of, which, i));
         json!({
             "name": name,
             "at": three(&stills, place),
@@ -159,23 +147,19 @@ fn bodies(film: &Film, around: &MotionContext) -> Vec<Value> {
             "edges": solid.half_edges.as_slice(),
         })
     };
-    around.bodies.iter().enumerate().map(body).collect()
+    header.bodies.iter().enumerate().map(body).collect()
 }
 
 /// Grooves of the bodies.
-fn grooves(film: &Film, around: &MotionContext) -> Vec<Value> {
-    let groove = |(k, (_, solid)): (usize, &(String, Solid))| {
-        let poses = film.trace.iter().map(|at| &at.bodies[k].0);
-        let points = solid.groove_around(poses, around.length);
+fn grooves(film: &Film, header: &RunHeader) -> Vec<Value> {
+    let groove = |(k, body): (usize, &RunBody)| {
+        let poses = film.trace.iter().map(|at| &at.bodies[k].pose);
+        let points = body.solid.groove_around(poses, header.scales.length);
         let part = |i: usize| quantized(&points.iter().map(|p| p[i]).collect::<Vec<_>>());
         (!points.is_empty()).then(|| json!([part(0), part(1), part(2)]))
     };
-    around
-        .bodies
-        .iter()
-        .enumerate()
-        .filter_map(groove)
-        .collect()
+    let bodies = header.bodies.iter().enumerate();
+    bodies.filter_map(groove).collect()
 }
 
 /// Terms of the ledger that do not vanish, and their constant sum, in all pictures and along the trace.
@@ -215,7 +199,7 @@ fn energies(film: &Film) -> Vec<Value> {
 fn names(stills: &[Still]) -> Value {
     let mut names: Vec<String> = Vec::new();
     let of = stills.iter().map(|at| {
-        let name = at.labels?.sheet.to_string();
+        let name = at.now.labels?.sheet.to_string();
         let known = names.iter().position(|known| *known == name);
         Some(known.unwrap_or_else(|| {
             names.push(name);

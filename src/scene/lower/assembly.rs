@@ -3,17 +3,18 @@
 mod heavy_assembly;
 
 use super::clamp::moving_support;
+use super::equilibrium_tolerance;
 use super::first_order_mass::first_order_rod;
 use super::loads::{acting_on, point_mass};
 use super::rod::rotation;
 use crate::assembly::{
-    Assembly, AssemblyEquilibrium, Attachment, BodyMotion, Configuration, FreeRod, HeavyBody,
-    Joint, Link,
+    Assembly, AssemblyEquilibrium, Attachment, Body, BodyMotion, Configuration, FreeRod, Joint,
+    Link,
 };
 use crate::body::RigidBody;
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::HeavyAssembly;
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use crate::motion::assembly::AssemblyRun;
 use crate::motion::{LightInSpace, Motion, RodCurve};
 use crate::rod::{DistributedLoad, RodSection, Wrench};
@@ -70,10 +71,11 @@ impl AssemblySetup {
                     .map(|carrier| carrier.named(body.name.clone()))
                     .map_err(|why| why.context(format!("the body {:?}", body.name)))
             });
-            bodies.collect::<Result<Vec<HeavyBody>>>()
+            bodies.collect::<Result<Vec<Body>>>()
         };
         let gravity = scene.loads.gravity;
-        let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers(gravity)?)?;
+        let pull = gravity.map(|g| scales.inward(Quantity::Acceleration, g));
+        let heavy = heavy_assembly::heavy(scene, given, &scales, &carriers(pull)?)?;
         let falls = heavy.is_some() && given.floats();
         let unloaded = matches!(scene.start.place, Shape::Rest { .. });
         let (mut links, mut reversed) = (Vec::new(), Vec::new());
@@ -123,25 +125,24 @@ impl AssemblySetup {
         let free = free.collect::<Result<Vec<FreeRod>>>()?;
         // A rod with a free end begins at its held end and is never reversed.
         reversed.extend(free.iter().map(|_| false));
-        let guess = given.bodies.iter().map(|body| {
+        let bodies = given.bodies.iter().map(|body| scales.body(body));
+        let bodies: Vec<AssemblyBody> = bodies.collect();
+        let guess = bodies.iter().map(|body| {
             let guess = body.guess.as_ref()?;
             let turn = match body.extent {
                 Some(_) => rotation(&guess.orientation),
                 None => UnitQuaternion::identity(),
             };
             Some(BodyMotion::at_rest(Isometry3::from_parts(
-                vector(&scales, Quantity::Length, &guess.position).into(),
+                Vector3::from(guess.position).into(),
                 turn,
             )))
         });
-        let twists = given.bodies.iter().map(|body| {
-            joined(
-                &vector(&scales, Quantity::AngularVelocity, &body.angular_velocity),
-                &vector(&scales, Quantity::Velocity, &body.velocity),
-            )
-        });
+        let twists = bodies
+            .iter()
+            .map(|body| join(&body.angular_velocity.into(), &body.velocity.into()));
         Ok(Self {
-            assembly: Assembly::new(carriers(if falls { [0.0; 3] } else { gravity })?, links)?
+            assembly: Assembly::new(carriers(if falls { [0.0; 3] } else { pull })?, links)?
                 .with_names(given.rods.iter().map(|rod| rod.name.clone()).collect())
                 .with_free(free)?
                 .with_light_rods(masses)?,
@@ -151,8 +152,7 @@ impl AssemblySetup {
             twists: twists.collect(),
             unloaded,
             falls,
-            // Equilibria are solved a digit better than asked for.
-            tolerance: (0.1 * scene.solve.tolerance).max(LEAST_TOLERANCE),
+            tolerance: equilibrium_tolerance(scene).max(LEAST_TOLERANCE),
             heavy,
         })
     }
@@ -290,7 +290,7 @@ impl AssemblySetup {
                      rest out, and the bodies start at equilibrium; or give the rods inertia = \"full\", or leave out the load or the mass"
                 )));
             }
-            let gap = point.gap(link.joint()).amax();
+            let gap = point.gap().amax();
             if !(gap <= LOOP_GAP) {
                 return Err(Error::domain(format!(
                     "rest = \"straight\" in [start]: the unloaded rods do not fit together, an end of {rod} is {gap:.1e} (radians or lengths) away \
@@ -305,7 +305,7 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// A scene of statics; a start from which no motion is possible.
-    pub fn motion(&self, scene: &Scene) -> Result<(Box<dyn Motion<'static>>, Option<usize>)> {
+    pub fn motion<'a>(&self, scene: &Scene) -> Result<(Box<dyn Motion<'a> + 'a>, Option<usize>)> {
         let options = super::options(scene.run()?, &self.scales)?;
         let (start, index) = self.start()?;
         if let Some(heavy) = &self.heavy {
@@ -390,7 +390,11 @@ impl AssemblySetup {
             let back = (end.pose.rotation * half).inverse();
             (back * -end.couple, back * -end.tip_force())
         };
-        Ok(joined(&(m * self.scales.energy), &(n * self.scales.force)))
+        let k = &self.scales;
+        Ok(join(
+            &k.outward(Quantity::Couple, m),
+            &k.outward(Quantity::Force, n),
+        ))
     }
 
     /// Poses of the free ends of rods, in the world and the scene's units.
@@ -414,7 +418,7 @@ impl AssemblySetup {
         // Heavy rods are never reversed.
         let reversed = self.reversed[rod] && self.heavy.is_none();
         let s = if reversed { whole - s } else { s };
-        s * self.scales.length
+        self.scales.outward(Quantity::Length, s)
     }
 
     /// Shapes of all rods at time `t`, from `from` to `to`, those with a free end last. A shape has sections at `count`
@@ -490,23 +494,22 @@ fn attachment(given: &AssemblyScene, site: &Site, scales: &Scales) -> Result<Att
     })
 }
 
-fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<HeavyBody> {
-    let free = free_carrier(body, scales, gravity)?;
+/// A body in the library's units.
+fn carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<Body> {
+    let free = free_carrier(&scales.body(body), gravity)?;
     Ok(match &body.groove {
         Some(groove) => free.in_groove(groove.curve(scales.length)?),
         None => free,
     })
 }
 
-fn free_carrier(body: &AssemblyBody, scales: &Scales, gravity: [f64; 3]) -> Result<HeavyBody> {
-    let mass = body.mass / scales.mass;
-    let loads = scales.loads(body.loads(gravity));
+fn free_carrier(body: &AssemblyBody, gravity: [f64; 3]) -> Result<Body> {
+    let loads = body.loads(gravity);
     let Some(extent) = &body.extent else {
-        return point_mass(mass, &loads, Vector3::from, None).map(HeavyBody::point);
+        return point_mass(body.mass, &loads, Vector3::from, None).map(Body::point);
     };
-    let inertia = Matrix3::from_fn(|i, j| scales.inward(Quantity::Inertia, extent.inertia[i][j]));
-    let rigid = RigidBody::new(mass, inertia)?
-        .with_centre(vector(scales, Quantity::Length, &extent.offset))?
-        .with_rotor(vector(scales, Quantity::RotationalDrag, &extent.rotor))?;
-    acting_on(rigid, &loads, Vector3::from).map(HeavyBody::rigid)
+    let rigid = RigidBody::new(body.mass, Matrix3::from_fn(|i, j| extent.inertia[i][j]))?
+        .with_centre(extent.offset.into())?
+        .with_rotor(extent.rotor.into())?;
+    acting_on(rigid, &loads, Vector3::from).map(Body::rigid)
 }

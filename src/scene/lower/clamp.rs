@@ -1,7 +1,7 @@
 //! The clamp of a scene as a support of the body: pose and prescribed motion.
 
-use crate::body::{Body, Frame, History, Support};
-use crate::error::{Error, Result};
+use crate::body::{Frame, History, PointMass, Support};
+use crate::error::{Error, Quantity, Result};
 use crate::motion::full_mass::EndVelocity;
 use crate::scene::{
     Clamp, ClampMotion, Dimensionless, Orientation, Scales, Scene, Start, Translation,
@@ -34,7 +34,7 @@ pub(super) fn planar(clamp: &Clamp) -> Result<Option<Support<2>>> {
 }
 
 /// Frame of the clamp of a planar rod with this body at time `t`.
-pub(super) fn frame(body: &Body<2>, t: f64) -> Frame<3> {
+pub(super) fn frame(body: &PointMass<2>, t: f64) -> Frame<3> {
     match body.support() {
         Some(support) => support.at(t).in_space(),
         None => Frame::standing(&Isometry3::identity()),
@@ -175,7 +175,10 @@ impl ClampFrame {
             return (velocity, about.to_owned());
         };
         let frame = support.at(0.0);
-        let carried = frame.outward(&frame.carried(end)) * scales.velocity;
+        let carried = scales.outward(
+            Quantity::Velocity,
+            frame.outward(&frame.velocity_of_fixed_point(end)),
+        );
         (
             initial_relative_velocity(&frame, end, &velocity, plain),
             start_context(about, &[("velocity", carried.as_slice())], plain),

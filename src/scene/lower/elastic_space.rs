@@ -1,16 +1,15 @@
 //! An elastic rod in space, made from a scene of motion.
 
 use super::first_order_mass::first_order_rod;
-use super::in_space::{SpaceField, SpaceStart, equilibrium_field, in_world};
+use super::in_space::{SpaceField, SpaceStart, equilibrium_field, in_world, joint_of};
 use super::{ModelKind, MotionModel};
 use crate::assembly::{
-    Assembly, Attachment, BodyMotion as Held, Configuration, HeavyBody, Joint, LightRod, Link,
+    Assembly, Attachment, Body, BodyMotion as Held, Configuration, Joint, LightRod, Link,
 };
-use crate::body::{Frame, Groove, Support};
-use crate::error::{Error, Result};
-use crate::math::se3::joined;
+use crate::body::{Frame, Groove, Mass, Support};
+use crate::error::{Error, Quantity, Result};
+use crate::math::se3::join;
 use crate::motion::assembly::AssemblyRun;
-use crate::motion::reduction::TipBody;
 use crate::motion::{Motion, Options};
 use crate::rod::{Rod, Wrench};
 use crate::scene::{InitialShape, Scene, StrainName};
@@ -41,7 +40,7 @@ pub struct ElasticSpace {
     /// Mass of the rod, if its inertia is of first order.
     light: Option<LightRod>,
     /// The body in the world frame and the turning clamp, for a run in the world frame.
-    in_world: Option<(TipBody, Support<3>)>,
+    in_world: Option<(Mass, Support<3>)>,
 }
 
 impl ElasticSpace {
@@ -87,7 +86,9 @@ impl ElasticSpace {
             rod: common.rod.measured(measures),
             chart,
             end,
-            diameter: scene.rod.thickness().unwrap_or(0.0) / common.scales.length,
+            diameter: common
+                .scales
+                .inward(Quantity::Length, scene.rod.thickness().unwrap_or(0.0)),
             settled,
             groove: groove.map(|groove| groove.seen_from(&clamp)),
             common,
@@ -137,10 +138,8 @@ impl ElasticSpace {
                 support.at(0.0),
             ),
         };
-        let (mut carrier, joint) = match carried {
-            TipBody::Welded(body) => (HeavyBody::rigid((**body).clone()), Joint::Weld),
-            TipBody::BallJoint(body) => (HeavyBody::point(body.clone()), Joint::Ball),
-        };
+        let joint = joint_of(carried);
+        let mut carrier = Body::new(carried.clone());
         if let Some(groove) = &self.groove {
             carrier = carrier.in_groove(groove.clone());
         }
@@ -150,8 +149,10 @@ impl ElasticSpace {
             link = link.with_distributed(load)?;
         }
         let pose = link.held(&self.chart, &self.end, POSE)?.pose;
-        let lever = joined(&Vector3::zeros(), &pose.translation.vector);
-        let mut twist = frame.of_poses().absolute(&lever, &self.common.velocity);
+        let lever = join(&Vector3::zeros(), &pose.translation.vector);
+        let mut twist = frame
+            .of_poses()
+            .absolute_velocity(&lever, &self.common.velocity);
         let mut pose = frame.pose() * pose;
         if joint == Joint::Ball {
             twist.fixed_rows_mut::<3>(0).fill(0.0);

@@ -1,7 +1,7 @@
 //! First-order mass of rods, in units of the rod.
 
 use crate::assembly::{Attachment, Joint, LightRod, Link};
-use crate::error::{Error, Quantity, Result};
+use crate::error::{Quantity, Result};
 use crate::full_mass::held_vibrations::Massive;
 use crate::rod::{SectionMass, Wrench};
 use crate::scene::{Rod, Scales, Scene, Section};
@@ -37,21 +37,16 @@ impl Rod {
     }
 }
 
-/// Mass and rotary inertia of the sections, in the library's units; `None` if the mass is unknown. An unknown rotary
-/// inertia counts as zero.
+/// Mass and rotary inertia of the sections, in the library's units. An unknown rotary inertia counts as zero.
 ///
 /// # Errors
 /// A rod whose section law cannot be made.
-fn sections(rod: &Rod, scales: &Scales) -> Result<Option<SectionMass>> {
-    let Some(mass) = rod.mass() else {
-        return Ok(None);
-    };
+fn sections(rod: &Rod, mass: f64, scales: &Scales) -> Result<SectionMass> {
     let rotary = rod.rotary_inertia()?.unwrap_or_default();
-    let per_length = scales.unit(Quantity::Inertia) / scales.length;
-    Ok(Some(SectionMass {
-        mass: mass / scales.mass,
-        rotary: Vector3::from(rotary) / per_length,
-    }))
+    Ok(SectionMass {
+        mass,
+        rotary: Vector3::from(rotary) / (scales.mass * scales.length),
+    })
 }
 
 /// The section masses of a rod with first-order inertia, in the library's units; `None` for every other rod.
@@ -62,11 +57,8 @@ pub(super) fn first_order_rod(rod: &Rod, scales: &Scales) -> Result<Option<Light
     if !rod.is_light() {
         return Ok(None);
     }
-    let sections = sections(rod, scales)?.ok_or_else(|| {
-        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
-    })?;
     Ok(Some(LightRod {
-        sections,
+        sections: sections(rod, rod.known_mass_over_unit(scales)?, scales)?,
         followed: false,
     }))
 }
@@ -81,14 +73,14 @@ impl Rod {
         rod: &crate::rod::Rod,
         scales: &Scales,
     ) -> Result<Option<Massive>> {
-        let Some(sections) = sections(self, scales)? else {
+        let Some(mass) = self.mass_over_unit(scales) else {
             return Ok(None);
         };
         let friction = match &self.damping {
             None => None,
-            Some(_) => Some(self.viscoelastic()?.measured(scales.measures()).rate),
+            Some(_) => Some(self.viscoelastic()?.law_in_units(scales.measures()).rate),
         };
-        Massive::new(rod, friction, sections).map(Some)
+        Massive::new(rod, friction, sections(self, mass, scales)?).map(Some)
     }
 }
 

@@ -2,18 +2,17 @@
 
 use super::elastic_space::ElasticSpace;
 use super::heavy::HeavySpace;
-use super::in_space::SpaceField;
-use crate::assembly::{Attachment, BodyMotion, HeavyBody, Joint};
+use super::in_space::{SpaceField, joint_of};
+use crate::assembly::{Attachment, Body, BodyMotion, Joint};
+use crate::body::Groove;
 use crate::error::{Error, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::rod::{HeavyRod, RodDescription};
-use crate::motion::full_mass::{HeavyAssemblyStart, RodStart};
-use crate::motion::reduction::TipBody;
 use crate::scene::{Inertia, Scene};
 use crate::section::Strain;
 use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::resolution::MOST_NODES;
-use nalgebra::{Isometry3, UnitQuaternion};
+use nalgebra::Isometry3;
 
 /// Initial number of nodes of an element for the end of the rod at the start, and tolerance of the curve.
 const INITIAL_NODES: usize = 16;
@@ -28,75 +27,39 @@ pub(super) fn settled(scene: &Scene) -> Result<SpaceField> {
 }
 
 impl HeavySpace {
-    /// The rod between the clamp and a body in its groove; `None` if the body is free.
-    ///
-    /// # Errors
-    /// As [`HeavyRod::new`].
-    pub fn assembly(&self) -> Result<Option<HeavyAssembly>> {
-        let Some(groove) = &self.groove else {
-            return Ok(None);
-        };
-        let (carrier, joint) = match &self.common.carried {
-            TipBody::Welded(body) => (HeavyBody::rigid((**body).clone()), Joint::Weld),
-            TipBody::BallJoint(body) => (HeavyBody::point(body.clone()), Joint::Ball),
-        };
+    /// The rod between the clamp and its body in the groove.
+    pub(super) fn grooved(&self, groove: &Groove) -> Result<HeavyAssembly> {
         let here = Isometry3::identity();
         let link = HeavyLink {
-            rod: self.rod_without_body(INITIAL_NODES)?,
+            rod: HeavyRod::coarse(self.without_body())?,
             from: Tie {
                 on: Attachment::ground(here),
                 joint: Joint::Weld,
             },
             to: Some(Tie {
                 on: Attachment::body(0, here),
-                joint,
+                joint: joint_of(&self.common.carried),
             }),
         };
-        let carrier = carrier.in_groove(groove.clone());
-        HeavyAssembly::new(vec![carrier], vec![link]).map(Some)
+        let carrier = Body::new(self.common.carried.clone()).in_groove(groove.clone());
+        HeavyAssembly::new(vec![carrier], vec![link])
     }
 
-    /// Start of [`HeavySpace::assembly`].
-    ///
-    /// # Errors
-    /// Strains that give no shape.
-    pub fn assembly_start(&self) -> Result<HeavyAssemblyStart<'_>> {
-        let mut body = self.end()?;
-        if self.rate.is_none() {
-            body.twist = self.common.velocity;
-        }
-        Ok(HeavyAssemblyStart {
-            bodies: vec![body],
-            rods: vec![RodStart {
-                relaxed: self.relaxed.as_ref().map(|field| {
-                    let of = move |s| self.scaled(field, s);
-                    Box::new(of) as Box<dyn Fn(f64) -> Strain + '_>
-                }),
-                base: UnitQuaternion::identity(),
-                strain: Box::new(|s| self.strain_at(s)),
-                rate: Box::new(|s| self.rate_at(s)),
-            }],
-            settled: self.settled,
-            following: self.rate.is_none(),
-        })
-    }
-
-    /// The rod without its body.
-    fn rod_without_body(&self, nodes: usize) -> Result<HeavyRod> {
-        let given = RodDescription {
+    fn without_body(&self) -> RodDescription {
+        RodDescription {
             body: None,
             ..self.given.clone()
-        };
-        let breaks = given.breaks();
-        let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
-        HeavyRod::new(given, grid)
+        }
     }
 
-    /// Pose and twist of the end from the initial strains and strain rates.
-    fn end(&self) -> Result<BodyMotion> {
+    /// Pose and twist of the body in the groove, from the initial strains and strain rates.
+    pub(super) fn body_in_groove(&self) -> Result<BodyMotion> {
+        let given = self.without_body();
+        let breaks = given.breaks();
         let mut nodes = INITIAL_NODES;
         loop {
-            let rod = self.rod_without_body(nodes)?;
+            let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
+            let rod = HeavyRod::new(given.clone(), grid)?;
             let field = |f: &dyn Fn(f64) -> Strain| {
                 let nodes = rod.sections.grid.nodes().iter();
                 rod.coordinates(&nodes.map(|s| f(*s)).collect::<Vec<_>>())
@@ -107,10 +70,11 @@ impl HeavySpace {
                 Error::domain("[start]: the strains and their rates give no shape of the rod")
             })?;
             if nodes >= MOST_NODES || at.shape.defect <= SHAPE {
-                return Ok(BodyMotion {
-                    pose: at.shape.end(),
-                    twist: at.flow.end(),
-                });
+                let mut end = at.end();
+                if self.rate.is_none() {
+                    end.twist = self.common.velocity;
+                }
+                return Ok(end);
             }
             nodes *= 2;
         }

@@ -7,15 +7,14 @@ use super::loads::point_mass;
 use super::planar::start;
 use super::viscous::CurvatureField;
 use super::{ModelKind, MotionModel};
-use crate::body::{Body, Frame, Groove, RigidBody, Support};
+use crate::body::{Frame, Groove, Mass, PointMass, Support};
 use crate::error::{Error, Result};
+use crate::full_mass::assembly::HeavyAssembly;
 use crate::full_mass::frames::Curve;
 use crate::full_mass::law::Law;
-use crate::full_mass::mass::Mass;
-use crate::full_mass::rod::RodDescription;
-use crate::math::se3::joined;
-use crate::motion::full_mass::{EndVelocity, HeavyRate, HeavyRun, HeavyStart};
-use crate::motion::reduction::TipBody;
+use crate::full_mass::rod::{HeavyRod, RodDescription};
+use crate::math::se3::join;
+use crate::motion::full_mass::{EndVelocity, HeavyRun, HeavyStart, RodStart, StrainAt};
 use crate::motion::{Motion, Options};
 use crate::rod::DistributedLoad;
 use crate::scene::{
@@ -23,7 +22,7 @@ use crate::scene::{
 };
 use crate::section::rate::RateLaw;
 use crate::section::{Linear, Measures, SectionLaw, Strain};
-use nalgebra::{Isometry3, Matrix3, Vector2, Vector3};
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector2, Vector3};
 use std::sync::Arc;
 
 /// A rod with mass in the plane; a point mass is attached to its end by a ball joint.
@@ -67,7 +66,7 @@ pub struct HeavySpace {
 fn law(rod: &Rod, measures: Measures, active: &[usize]) -> Result<Law> {
     let (elastic, friction): (Arc<dyn SectionLaw>, Option<Arc<dyn RateLaw>>) = match &rod.damping {
         Some(_) => {
-            let section = rod.viscoelastic()?.measured(measures);
+            let section = rod.viscoelastic()?.law_in_units(measures);
             let law = Law::new(section.elastic, Some(section.rate), active)?;
             return Ok(law.with_branches(section.branches));
         }
@@ -84,10 +83,7 @@ fn mass(rod: &Rod, scales: &Scales) -> Result<f64> {
             "rod.inertia: a rod with mass has inertia = \"full\"",
         ));
     }
-    let mass = rod.mass().ok_or_else(|| {
-        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
-    })?;
-    Ok(mass / scales.mass)
+    rod.known_mass_over_unit(scales)
 }
 
 /// Section law in space with its active strains, the mass and the rotary inertia of the sections, in units of `scales`.
@@ -111,8 +107,8 @@ pub(in crate::scene) fn heavy_law_in_space(
 pub(super) fn unit_point_mass(
     gravity: Vector3<f64>,
     support: Option<Support<3>>,
-) -> Result<Body<3>> {
-    let grain = Body::new(1.0)?.with_gravity(gravity)?;
+) -> Result<PointMass<3>> {
+    let grain = PointMass::new(1.0)?.with_gravity(gravity)?;
     Ok(match support {
         Some(support) => grain.with_support(support),
         None => grain,
@@ -156,14 +152,15 @@ impl HeavyPlane {
                 return Err(Error::domain("start.strain_rate is for a rod in space"));
             }
         };
-        let given_velocity = joined(&Vector3::zeros(), &plain.start.velocity.into());
+        let given_velocity = join(&Vector3::zeros(), &plain.start.velocity.into());
         let words = match &support {
             None => "[start]".to_owned(),
             Some(support) => {
                 let end = curvature.end();
                 let place = Vector3::new(end.x, end.y, 0.0);
                 let frame = support.at(0.0);
-                let carried = frame.outward(&frame.carried(&place)) * scales.velocity;
+                let carried =
+                    frame.outward(&frame.velocity_of_fixed_point(&place)) * scales.velocity;
                 start_context("[start]", &[("velocity", &carried.as_slice()[..2])], &plain)
             }
         };
@@ -176,6 +173,37 @@ impl HeavyPlane {
             velocity: clamp::end_velocity(support.as_ref(), &given_velocity, &plain),
             words,
         })
+    }
+}
+
+impl HeavyPlane {
+    /// The rod with its body, in the clamp's frame.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::new`].
+    pub fn assembly(&self) -> Result<HeavyAssembly> {
+        HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?)
+    }
+
+    /// Start of [`HeavyPlane::assembly`].
+    pub fn start(&self) -> HeavyStart<'_> {
+        let relaxed = self.relaxed.as_ref();
+        let rod = RodStart {
+            base: UnitQuaternion::identity(),
+            strain: Box::new(|s| bent(self.curvature.at(s)[0])),
+            relaxed: relaxed.map(|field| Box::new(|s| bent(field.at(s)[0])) as StrainAt<'_>),
+            rate: Box::new(|s| {
+                let rate = self.rate.iter().flatten().rev();
+                Strain::x() * rate.fold(0.0, |sum, c| sum * s + c)
+            }),
+            velocity: Some(self.velocity),
+        };
+        HeavyStart {
+            bodies: Vec::new(),
+            rods: vec![rod],
+            settled: self.settled,
+            following: self.rate.is_none(),
+        }
     }
 }
 
@@ -202,26 +230,7 @@ impl MotionModel for HeavyPlane {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let rate = |s: f64| {
-            let rate = self.rate.iter().flatten().rev();
-            let mut strain = bent(rate.fold(0.0, |sum, c| sum * s + c));
-            strain[5] = 0.0;
-            strain
-        };
-        let relaxed = self
-            .relaxed
-            .as_ref()
-            .map(|field| |s: f64| bent(field.at(s)[0]));
-        let start = HeavyStart {
-            strain: &|s| bent(self.curvature.at(s)[0]),
-            relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
-            rate: match self.rate {
-                Some(_) => HeavyRate::Strain(&rate),
-                None => HeavyRate::End(self.velocity),
-            },
-            settled: self.settled,
-        };
-        let run = HeavyRun::new(&self.given, &start, options);
+        let run = HeavyRun::new(&self.assembly()?, &self.start(), options);
         Ok(Box::new(run.map_err(|e| e.context(self.words.as_str()))?))
     }
 
@@ -241,11 +250,7 @@ impl MotionModel for HeavyPlane {
     }
 
     fn is_driven(&self) -> bool {
-        match &self.given.body {
-            Some(Mass::Point(body)) => body.is_driven(),
-            Some(Mass::Rigid(body)) => body.is_driven(),
-            None => false,
-        }
+        self.given.body.as_ref().is_some_and(Mass::is_driven)
     }
 
     fn strains(&self) -> Vec<(&'static str, usize)> {
@@ -278,14 +283,11 @@ impl HeavySpace {
         if settled && groove.is_some() {
             common.strain = grooved::settled(scene)?;
         }
-        let (body, support) = match &common.carried {
-            TipBody::BallJoint(body) => (Mass::Point(body.clone()), body.support().cloned()),
-            TipBody::Welded(body) => (Mass::Rigid(RigidBody::clone(body)), body.support().cloned()),
-        };
+        let (body, support) = (common.carried.clone(), common.support().cloned());
         let start = &plain.start;
         let velocity = match &support {
             None => common.velocity,
-            Some(_) => joined(&start.angular_velocity.into(), &start.velocity.into()),
+            Some(_) => join(&start.angular_velocity.into(), &start.velocity.into()),
         };
         // The support of a moving clamp converts the loads itself.
         let inward = |v: [f64; 3]| match support {
@@ -313,6 +315,39 @@ impl HeavySpace {
             groove,
             velocity: clamp::end_velocity(support.as_ref(), &velocity, &plain),
             common,
+        })
+    }
+
+    /// The rod with its body, in the clamp's frame.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::new`].
+    pub fn assembly(&self) -> Result<HeavyAssembly> {
+        match &self.groove {
+            None => HeavyAssembly::of_rod(HeavyRod::coarse(self.given.clone())?),
+            Some(groove) => self.grooved(groove),
+        }
+    }
+
+    /// Start of [`HeavySpace::assembly`].
+    ///
+    /// # Errors
+    /// Strains that give no shape.
+    pub fn start(&self) -> Result<HeavyStart<'_>> {
+        let relaxed = self.relaxed.as_ref();
+        let rod = RodStart {
+            base: UnitQuaternion::identity(),
+            strain: Box::new(|s| self.strain_at(s)),
+            relaxed: relaxed.map(|field| Box::new(|s| self.scaled(field, s)) as StrainAt<'_>),
+            rate: Box::new(|s| self.rate_at(s)),
+            velocity: Some(self.velocity),
+        };
+        let bodies = self.groove.iter().map(|_| self.body_in_groove());
+        Ok(HeavyStart {
+            bodies: bodies.collect::<Result<_>>()?,
+            rods: vec![rod],
+            settled: self.settled,
+            following: self.rate.is_none(),
         })
     }
 
@@ -360,26 +395,7 @@ impl MotionModel for HeavySpace {
     }
 
     fn motion(&self, options: Options) -> Result<Box<dyn Motion<'_> + '_>> {
-        let run = || match self.assembly()? {
-            Some(assembly) => HeavyRun::of_assembly(&assembly, &self.assembly_start()?, options),
-            None => {
-                let rate = |s: f64| self.rate_at(s);
-                let relaxed = self
-                    .relaxed
-                    .as_ref()
-                    .map(|field| |s: f64| self.scaled(field, s));
-                let start = HeavyStart {
-                    strain: &|s| self.strain_at(s),
-                    relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
-                    rate: match self.rate {
-                        Some(_) => HeavyRate::Strain(&rate),
-                        None => HeavyRate::End(self.velocity),
-                    },
-                    settled: self.settled,
-                };
-                HeavyRun::new(&self.given, &start, options)
-            }
-        };
+        let run = || HeavyRun::new(&self.assembly()?, &self.start()?, options);
         Ok(Box::new(
             run().map_err(|e| e.context(self.common.words.as_str()))?,
         ))

@@ -1,13 +1,13 @@
 //! Body, clamp and start of a rod in space, common to all its motions.
 
 use super::clamp as supports;
+use super::equilibrium_tolerance;
 use super::loads::{acting_on, in_time, point_mass};
 use super::rod::rotation;
-use crate::assembly::{Assembly, Attachment, HeavyBody, Link};
-use crate::body::{Frame, RigidBody, Support};
+use crate::assembly::{self, Assembly, Attachment, Body, Link};
+use crate::body::{Frame, Mass, RigidBody, Support};
 use crate::error::{Error, Quantity, Result};
-use crate::math::se3::{halves, joined};
-use crate::motion::reduction::TipBody;
+use crate::math::se3::{halves, join};
 use crate::motion::viscoelastic::MOST_NODES;
 use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
@@ -24,7 +24,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3, Vector6};
 #[derive(Debug, Clone)]
 pub struct SpaceStart {
     /// The body with its loads.
-    pub carried: TipBody,
+    pub carried: Mass,
     /// Strains at the start, in the scene's units.
     pub strain: SpaceField,
     /// Twist (angular velocity, velocity) of the end at the start.
@@ -71,11 +71,14 @@ impl SpaceStart {
         );
         let support = supports::spatial(&plain.clamp)?;
         let mut base = clamp;
-        base.translation.vector /= scales.length;
+        base.translation.vector = plain.clamp.position.into();
         if let Some(support) = &support {
             // The initial equilibrium is that of the clamp's pose at t = 0.
             base = support.pose(0.0);
-            rod = rod.with_clamp(base.translation.vector * scales.length, base.rotation);
+            rod = rod.with_clamp(
+                scales.outward(Quantity::Length, base.translation.vector),
+                base.rotation,
+            );
         }
         let load = scene.light_load()?;
         let field = |given: &StrainField| SpaceField::Polynomial {
@@ -87,7 +90,7 @@ impl SpaceStart {
             && scene.body()?.groove.is_none();
         let at_start = scene.load_at_start()?;
         let under = |load: Option<&DistributedLoad>| -> Result<_> {
-            let tolerance = scene.run()?.tolerance;
+            let tolerance = equilibrium_tolerance(scene).max(SHAPE_TOLERANCE);
             if settled {
                 let followed = under_followers((&rod, load), &base, (&plain, &scales), tolerance)?;
                 if let Some(followed) = followed {
@@ -122,10 +125,11 @@ impl SpaceStart {
             ),
             Some(support) => {
                 let frame = support.at(0.0).of_poses();
-                let place = joined(&Vector3::zeros(), &strain.end(breaks, &scales)?);
-                let given = joined(&start.angular_velocity.into(), &start.velocity.into());
-                let (omega, v) = halves(&frame.outward(&frame.carried(&place)));
-                let (omega, v) = (omega / scales.time, v * scales.velocity);
+                let place = join(&Vector3::zeros(), &strain.end(breaks, &scales)?);
+                let given = join(&start.angular_velocity.into(), &start.velocity.into());
+                let (omega, v) = halves(&frame.outward(&frame.velocity_of_fixed_point(&place)));
+                let omega = scales.outward(Quantity::AngularVelocity, omega);
+                let v = scales.outward(Quantity::Velocity, v);
                 let mut carried = vec![("velocity", v.as_slice())];
                 if matches!(plain.body.joint, Joint::Weld { .. }) {
                     carried.push(("angular_velocity", omega.as_slice()));
@@ -168,10 +172,7 @@ impl SpaceStart {
 
     /// The clamp as a moving support; `None` if at rest.
     pub(super) fn support(&self) -> Option<&Support<3>> {
-        match &self.carried {
-            TipBody::Welded(body) => body.support(),
-            TipBody::BallJoint(body) => body.support(),
-        }
+        self.carried.support()
     }
 
     /// Frame of the clamp at time `t`.
@@ -187,10 +188,7 @@ impl SpaceStart {
 
     /// True if time-dependent forces do work on the body.
     pub(super) fn is_driven(&self) -> bool {
-        match &self.carried {
-            TipBody::Welded(body) => body.is_driven(),
-            TipBody::BallJoint(body) => body.is_driven(),
-        }
+        self.carried.is_driven()
     }
 }
 
@@ -278,8 +276,17 @@ impl ToClampFrame {
     }
 }
 
+/// Joint of a light or heavy rod to the body at its end: a weld to a rigid body, a ball joint to a point mass.
+pub(super) fn joint_of(body: &Mass) -> assembly::Joint {
+    if body.turns() {
+        assembly::Joint::Weld
+    } else {
+        assembly::Joint::Ball
+    }
+}
+
 /// The body with its loads in the world frame.
-pub(super) fn in_world(plain: &Dimensionless) -> Result<TipBody> {
+pub(super) fn in_world(plain: &Dimensionless) -> Result<Mass> {
     carried(plain, &ToClampFrame(Isometry3::identity()), None)
 }
 
@@ -287,7 +294,7 @@ fn carried(
     plain: &Dimensionless,
     inward: &ToClampFrame,
     support: Option<Support<3>>,
-) -> Result<TipBody> {
+) -> Result<Mass> {
     let loads = &plain.loads;
     // The support of a moving clamp converts the loads itself.
     let vector = |v: &[f64; 3]| match support {
@@ -297,7 +304,7 @@ fn carried(
     match &plain.body.joint {
         Joint::Ball => {
             let body = point_mass(1.0, loads, |v| vector(&v), support.clone())?;
-            Ok(TipBody::BallJoint(body))
+            Ok(Mass::Point(body))
         }
         Joint::Weld {
             offset,
@@ -310,7 +317,7 @@ fn carried(
                 .with_centre((*offset).into())?
                 .with_rotor((*rotor).into())?;
             let body = acting_on(body, loads, |v| vector(&v))?;
-            Ok(TipBody::welded(match support {
+            Ok(Mass::Rigid(match support {
                 None => body,
                 Some(support) => body.with_support(support),
             }))
@@ -365,7 +372,7 @@ fn under_followers(
     (plain, scales): (&Dimensionless, &Scales),
     tolerance: f64,
 ) -> Result<Option<SpaceField>> {
-    let TipBody::Welded(body) = in_world(plain)? else {
+    let Mass::Rigid(body) = in_world(plain)? else {
         return Ok(None);
     };
     if !body.is_followed(0.0) {
@@ -375,7 +382,7 @@ fn under_followers(
         rod.measured(scales.measures()),
         Attachment::ground(*base),
         Attachment::body(0, Isometry3::identity()),
-        crate::assembly::Joint::Weld,
+        assembly::Joint::Weld,
     );
     let link = match load {
         None => link,
@@ -384,8 +391,8 @@ fn under_followers(
             link.with_distributed(load.mapped(|f| f * unit))?
         }
     };
-    let found = Assembly::new(vec![HeavyBody::rigid(*body)], vec![link])?
-        .equilibrium(None, (0.1 * tolerance).clamp(SHAPE_TOLERANCE, 1e-4))
+    let found = Assembly::new(vec![Body::rigid(body)], vec![link])?
+        .equilibrium(None, tolerance)
         .map_err(|e| e.context("[start]"))?;
     equilibrium_field((rod, load), rod.outward_wrench(&found.now.charts[0])).map(Some)
 }
@@ -431,7 +438,6 @@ fn equilibrium(
     tolerance: f64,
 ) -> Result<(SpaceField, Option<usize>)> {
     let doing = |e: Error| e.context("[start]");
-    let tolerance = (0.1 * tolerance).clamp(SHAPE_TOLERANCE, 1e-4);
     let found = loaded_problem(rod, end, tolerance)
         .and_then(|problem| problem.solve(guess))
         .map_err(doing)?;

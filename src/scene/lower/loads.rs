@@ -1,6 +1,6 @@
 //! Loads of point masses and rigid bodies, constant and time-dependent.
 
-use crate::body::{Body, RigidBody, Support, TimeLoad};
+use crate::body::{PointMass, RigidBody, Support, TimeLoad};
 use crate::error::Result;
 use crate::scene::{Force, Loads};
 use nalgebra::{SVector, Vector3};
@@ -11,8 +11,8 @@ pub(super) fn point_mass<const N: usize>(
     loads: &Loads,
     inward: impl Fn([f64; 3]) -> SVector<f64, N>,
     support: Option<Support<N>>,
-) -> Result<Body<N>> {
-    let body = Body::new(mass)?
+) -> Result<PointMass<N>> {
+    let body = PointMass::new(mass)?
         .with_gravity(inward(loads.gravity))?
         .with_dead_force(inward(loads.dead))?
         .with_drag(loads.drag)?;

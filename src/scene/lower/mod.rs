@@ -163,6 +163,13 @@ impl Setup {
     }
 }
 
+/// Tolerance of equilibria, at rest or at the start of a motion: a digit better than the scene asks for.
+fn equilibrium_tolerance(scene: &Scene) -> f64 {
+    let asked = scene.solve.tolerance;
+    let run = scene.run.as_ref();
+    0.1 * run.map_or(asked, |run| asked.min(run.tolerance))
+}
+
 /// Options from `[run]`, in units of the rod.
 fn options(run: &Run, scales: &Scales) -> Result<Options> {
     let mut options = Options::new(scales.inward(Quantity::Time, run.duration))

@@ -3,7 +3,7 @@
 use super::clamp::{self, ClampFrame};
 use super::loads::point_mass;
 use super::{ModelKind, MotionModel};
-use crate::body::{Body, Frame};
+use crate::body::{Frame, PointMass};
 use crate::elastica::{
     Elastica, Equilibrium, LightRod, equilibria_at, equilibrium_under_load,
     equilibrium_under_load_and_weight,
@@ -21,7 +21,7 @@ use std::sync::Arc;
 #[derive(Debug, Clone)]
 pub struct ElasticPlane {
     /// The mass and its loads.
-    pub body: Body<2>,
+    pub body: PointMass<2>,
     /// Equilibrium at the start; `None`: the straight rod.
     pub start: Option<Equilibrium>,
     /// Velocity at the start.
@@ -110,19 +110,17 @@ impl MotionModel for ElasticPlane {
 }
 
 /// Loads at t = 0 on a body with a clamp at rest; `None` for a moving clamp.
-pub(super) fn load_on_fixed_clamp(body: &Body<2>) -> Option<Vector2<f64>> {
+pub(super) fn load_on_fixed_clamp(body: &PointMass<2>) -> Option<Vector2<f64>> {
     let stands = body.support().is_none_or(|support| support.is_fixed());
     stands.then(|| body.load(0.0))
 }
 
 /// A planar rod with first-order inertia.
 fn light_rod(scene: &Scene, plain: &Dimensionless) -> Result<LightRod> {
-    let mass = scene.rod.mass().ok_or_else(|| {
-        Error::domain("rod.mass is missing: give it, or a material with a density and a shape")
-    })?;
-    let gravity = in_plane(plain.loads.gravity);
-    let mass = mass / scene.body()?.mass;
-    Ok(LightRod { mass, gravity })
+    Ok(LightRod {
+        mass: scene.rod.known_mass_over_unit(&scene.scales()?)?,
+        gravity: in_plane(plain.loads.gravity),
+    })
 }
 
 /// Position of the end of the rod; `None` is the straight rod.
@@ -131,7 +129,7 @@ fn end(start: Option<&Equilibrium>) -> Vector2<f64> {
 }
 
 /// The mass and its loads.
-pub(super) fn body(plain: &Dimensionless) -> Result<Body<2>> {
+pub(super) fn body(plain: &Dimensionless) -> Result<PointMass<2>> {
     point_mass(1.0, &plain.loads, in_plane, clamp::planar(&plain.clamp)?)
 }
 

@@ -7,8 +7,8 @@ use super::clamp::{self, out_of_plane};
 use super::elastic_space::ElasticSpace;
 use super::planar;
 use super::rod::rotation;
-use crate::error::{Error, Result};
-use crate::full_mass::statics::EITHER_SIDE;
+use crate::error::{Error, Quantity, Result};
+use crate::full_mass::assembly::EITHER_SIDE;
 use crate::scene::{
     Diagonal, EndPose, Inertia, InitialShape, Model, Orientation, Scene, Section, Stiffness,
 };
@@ -147,9 +147,9 @@ impl Scene {
                     let curvature = at.section(0.0)?.curvature;
                     let pull = Vector2::new(at.alpha.cos(), at.alpha.sin());
                     let total = self.load_along()?.total(self.rod.length);
-                    let n = out(pull) * (-at.lambda.powi(2) * scales.force) + total;
-                    lifted.start.wrench =
-                        Some([0.0, 0.0, curvature * scales.energy, n.x, n.y, n.z]);
+                    let n = out(pull) * scales.outward(Quantity::Force, -at.lambda.powi(2)) + total;
+                    let couple = scales.outward(Quantity::Couple, curvature);
+                    lifted.start.wrench = Some([0.0, 0.0, couple, n.x, n.y, n.z]);
                     let place = (clamp.translation.vector + out(Vector2::new(at.x, at.y)))
                         * self.rod.length;
                     lifted.start.place = InitialShape::Pose {

@@ -1,5 +1,6 @@
 //! Conversion of a scene of statics to the rod and its boundary-value problem.
 
+use super::equilibrium_tolerance;
 use crate::error::{Error, Result};
 use crate::rod::{DistributedLoad, EndConditions, Problem, Rod, Wrench};
 use crate::scene::{
@@ -24,8 +25,7 @@ impl Scene {
             follower: held.follower,
             ..EndConditions::load(held.applied_force().into(), held.applied_couple().into())
         };
-        // Equilibria are solved a digit better than asked for.
-        let problem = Problem::new(rod, end, 0.1 * self.solve.tolerance)?;
+        let problem = Problem::new(rod, end, equilibrium_tolerance(self))?;
         let problem = problem.with_path(self.solve.path);
         Ok(if self.is_loaded_along() {
             problem.with_distributed(&self.load_along()?)
@@ -167,7 +167,7 @@ impl SceneRod {
         match self.rest.uniform() {
             Some((curvature, twist)) => Rod::new(self.length, law.with_rest(curvature, twist)?),
             None => {
-                let law = Varying::rested(law, self.rest.clone(), self.length)?;
+                let law = Varying::from_linear(law, self.rest.clone(), self.length)?;
                 Rod::new(self.length, law)
             }
         }

@@ -52,7 +52,7 @@ impl Rod {
                 time: branch.time,
             };
             law = branch
-                .beside(&*elastic)
+                .branch_for(&*elastic)
                 .and_then(|branch| law.with_branch(branch))
                 .map_err(|e| e.context(format!("rod.relaxation[{i}]")))?;
         }

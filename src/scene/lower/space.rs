@@ -42,7 +42,10 @@ impl ViscousSpace {
     /// which no equilibrium is found.
     pub fn new(scene: &Scene) -> Result<Self> {
         let section = scene.viscoelastic()?;
-        let common = SpaceStart::new(scene, section.measured(scene.scales()?.measures()).breaks())?;
+        let common = SpaceStart::new(
+            scene,
+            section.law_in_units(scene.scales()?.measures()).breaks(),
+        )?;
         Ok(Self {
             strains: FreeStrains::of(section.elastic.rigid())?,
             section,
@@ -70,7 +73,7 @@ impl MotionModel for ViscousSpace {
             relaxed: relaxed.as_ref().map(|f| f as &dyn Fn(f64) -> Strain),
             velocity: self.common.velocity,
         };
-        let section = self.section.measured(measures);
+        let section = self.section.law_in_units(measures);
         let load = self.common.load();
         let rod = (self.strains, load.as_ref());
         in_space(section, rod, &self.common.carried, &start, options)
@@ -115,7 +118,7 @@ impl MotionModel for ViscousSpace {
             branches: &branches,
             velocity: self.common.velocity,
         };
-        let section = self.section.measured(self.common.scales.measures());
+        let section = self.section.law_in_units(self.common.scales.measures());
         Ok(Some(Reduction::recognise(
             &section,
             &self.common.carried,

@@ -4,9 +4,9 @@ use super::clamp::{self, ClampFrame};
 use super::in_space::SpaceField;
 use super::planar::{body, load_on_fixed_clamp, start};
 use super::{ElasticSpace, ModelKind, MotionModel};
-use crate::body::{Body, Frame};
+use crate::body::{Frame, PointMass};
 use crate::elastica::Equilibrium;
-use crate::elastica::straight_beam::{EULER, unstable};
+use crate::elastica::straight_beam::{EULER, unstable_push_error};
 use crate::error::{Error, Quantity, Result};
 use crate::math::gauss::Rule;
 use crate::motion::viscoelastic::{ViscousStart, in_plane};
@@ -21,7 +21,7 @@ use nalgebra::{UnitQuaternion, Vector1, Vector2};
 #[derive(Debug, Clone)]
 pub struct ViscousPlane {
     /// The mass and its loads.
-    pub body: Body<2>,
+    pub body: PointMass<2>,
     /// The section.
     pub material: Material<1>,
     /// The strains at the start.
@@ -117,7 +117,7 @@ impl ViscousPlane {
     /// law over- or underflows.
     pub fn new(scene: &Scene) -> Result<Self> {
         let (plain, scales) = (scene.dimensionless()?, scene.scales()?);
-        let law = scene.viscoelastic()?.measured(scales.measures());
+        let law = scene.viscoelastic()?.law_in_units(scales.measures());
         let load = load_in_plane(scene)?;
         let strain = match &plain.start.place {
             InitialShape::Curvature { curvature } => CurvatureField::Polynomial(curvature.clone()),
@@ -212,7 +212,7 @@ fn stays_straight(plain: &Dimensionless) -> Result<()> {
     let (load, free) = (body.load(0.0), start.relaxed == RelaxedAt::Start);
     let idle = load.y == 0.0 && start.velocity == [0.0; 3] && !body.is_driven() && free;
     if idle && load.x < -EULER {
-        Err(unstable(-load.x).context("[start]"))
+        Err(unstable_push_error(-load.x).context("[start]"))
     } else {
         Ok(())
     }

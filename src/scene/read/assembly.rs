@@ -579,14 +579,15 @@ fn can_be_built(top: &Table, tables: &[Table], scene: &Scene) -> bool {
                 .record(kind, table.at, &field, None, allowed, hint);
         }
     }
-    if made && !scene.scales().is_ok_and(|scales| scales.are_normal()) {
-        made = false;
-        let at = tables.first().map_or(0, |table| table.at);
-        let allowed =
-            "in units in which the scales of force EI/L^2 and time sqrt(m L^3/EI) are numbers";
-        let hint = "they over- or underflow: choose units nearer to the rod's size";
-        top.reader
-            .record(FaultKind::Value, at, "rod[0]", None, allowed, hint);
+    if !made {
+        return false;
     }
-    made
+    let Some(hint) = scene.overflow() else {
+        return true;
+    };
+    let at = tables.first().map_or(0, |table| table.at);
+    let allowed = "in units in which the scales of force EI/L^2 and time sqrt(m L^3/EI), and the numbers measured by them, are numbers";
+    top.reader
+        .record(FaultKind::Value, at, "rod[0]", None, allowed, hint);
+    false
 }

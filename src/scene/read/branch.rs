@@ -63,7 +63,7 @@ pub(super) fn continuation(table: &Table, scene: Option<&Scene>) -> Option<Conti
 
 /// Reads the path of a number of the scene.
 fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
-    let all = scene.map_or_else(|| Parameter::ALL.to_vec(), Scene::parameters);
+    let all = scene.map_or_else(Parameter::all, Scene::parameters);
     let name = |parameter: &Parameter| {
         scene.map_or_else(|| parameter.to_string(), |s| s.name_of(parameter))
     };
@@ -77,7 +77,7 @@ fn parameter(table: &Table, scene: Option<&Scene>) -> Option<Parameter> {
         let numbered = scene.map_or_else(|| path.to_owned(), |scene| numbered(path, scene));
         let hint = match numbered.parse::<Parameter>() {
             Ok(parameter) if all.contains(&parameter) => return Some(parameter),
-            Ok(parameter) => Some(absence(parameter).to_owned()),
+            Ok(parameter) => Some(parameter.absence().to_owned()),
             Err(_) => nearest(path, &mut paths.iter().map(String::as_str))
                 .map(|meant| format!("did you mean {meant:?}?")),
         };
@@ -101,50 +101,6 @@ fn numbered(path: &str, scene: &Scene) -> String {
     match number {
         Some(number) => format!("{list}[{number}].{field}"),
         None => path.to_owned(),
-    }
-}
-
-/// Reason why a scene may lack a parameter, with advice.
-fn absence(parameter: Parameter) -> &'static str {
-    match parameter {
-        Parameter::EndForce(_) => {
-            "this component of the end is held, and its force part of the solution"
-        }
-        Parameter::EndCouple(_) => {
-            "the orientation of the end is held, and its couple part of the solution"
-        }
-        Parameter::EndLoad => {
-            "it is the common factor of end.force and end.couple, which are 0 in this scene"
-        }
-        Parameter::EndPosition(_) => {
-            "this component of the end is not held: write end.position with a number for it"
-        }
-        Parameter::EndAngle | Parameter::ClampAngle => {
-            "write the orientation as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }"
-        }
-        Parameter::Length => {
-            "a table in s ends at the length; write { polynomial = [..] }, in s / length"
-        }
-        Parameter::Curvature(_) | Parameter::Twist => "it varies along the rod in this scene",
-        Parameter::BodyForce(..) | Parameter::BodyCouple(..) => {
-            "there is no such body, its load is in time, or it is a point mass, which takes no couple"
-        }
-        Parameter::FromPosition(..) | Parameter::ToPosition(..) => {
-            "there is no such rod, or this end of it is on a body; a place on the ground can move"
-        }
-        Parameter::FromAngle(_) | Parameter::ToAngle(_) => {
-            "of an end on the ground, written as rotation = { axis = [0.0, 1.0, 0.0], angle = 0.0 }"
-        }
-        Parameter::Gravity(_) => {
-            "the rod has no mass that gravity could act on: write mass = 0.02 in [rod], or give its material a density"
-        }
-        Parameter::Distributed(_) => {
-            "it varies along the rod in this scene: vary loads.load, the common factor of gravity and distributed"
-        }
-        Parameter::LoadsLoad => {
-            "it is the common factor of loads.gravity and loads.distributed, which are 0 in this scene"
-        }
-        _ => "in this scene it is rigid, varies along the rod, or is no number of the section law",
     }
 }
 

@@ -5,13 +5,12 @@ use super::friction::needs_damping;
 use super::rod::RodTraits;
 use super::start::landing;
 use super::table::Table;
+use crate::motion::Options;
 use crate::rod::Path;
 use crate::scene::{FaultKind, Method, Run, Solve};
 
 /// Bound on the number of strobe periods of a run.
 const MOST_PERIODS: f64 = 1e7;
-/// Lower bound, by rounding, on the tolerance of a viscoelastic run.
-const FINEST: f64 = 1e-13;
 
 pub(super) fn run(table: &Table, memory: Option<RodTraits>) -> Option<Run> {
     let kind = table.reader.kind.get();
@@ -104,7 +103,7 @@ fn samples(table: &Table, kind: Kinds, duration: Option<f64>) -> Option<(usize, 
 
 fn tolerance(table: &Table, damped: bool) -> Option<f64> {
     let tolerance = table.number("tolerance")?;
-    if damped && !(tolerance >= FINEST) {
+    if damped && !(tolerance >= Options::LEAST_WITH_STRAINS) {
         let allowed = "a number in [1e-13, 1e-2] of a rod with damping or in space";
         return table.refuse(FaultKind::Value, "tolerance", allowed, None);
     }

@@ -227,15 +227,13 @@ fn can_be_built(top: &Table, at: usize, scene: &Scene) -> bool {
     if kind == STATICS {
         return true;
     }
-    let normal = match (scene.scales(), scene.dimensionless()) {
-        (Ok(scales), Ok(plain)) => scales.are_normal() && plain.has_finite_numbers(),
-        _ => false,
+    let Some(hint) = scene.overflow() else {
+        return true;
     };
-    normal
-        || refuse(
-            FaultKind::Value,
-            "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the velocity, the loads and \
-             curvatures (with their squares), the viscosities and the duration measured by them, are numbers",
-            "they over- or underflow: choose units nearer to the rod's size".to_owned(),
-        )
+    refuse(
+        FaultKind::Value,
+        "in units in which the scales of force EI/L^2, time sqrt(m L^3/EI), ..., and the velocity, the loads and \
+         curvatures (with their squares), the viscosities and the duration measured by them, are numbers",
+        hint,
+    )
 }

@@ -221,7 +221,9 @@ fn law(table: &Table, length: Option<f64>) -> Option<Section> {
 
 /// True if no stiffness varies along the rod, as required by a law with a barrier; otherwise reports the faults.
 fn uniform(table: &Table, law: &Diagonal) -> bool {
-    let varying = law.named().filter(|(_, along)| along.constant().is_none());
+    let varying = law
+        .stiffnesses()
+        .filter(|(_, along)| along.constant().is_none());
     let mut names: Vec<&str> = varying
         .map(|(name, _)| name.trim_end_matches("[0]").trim_end_matches("[1]"))
         .collect();

@@ -2,7 +2,7 @@
 
 use super::follow::TYPICAL_WRENCH;
 use super::subject::{INDEX, Loads, State, Subject};
-use crate::assembly::{Assembly, AssemblyFamily, Joint, Motion};
+use crate::assembly::{Assembly, AssemblyFamily, Motion};
 use crate::error::{Error, Result};
 use crate::full_mass::held_vibrations::{Massive, Sweep, resistance};
 use crate::math::se3::halves;
@@ -164,13 +164,12 @@ impl Subject for Assembled<'_> {
             let back = fold.against.as_ref();
             let against = |far: f64, at: &[f64]| moved(back.unwrap_or(&fold.along), far, at);
             let other = back.map(|y| Sweep::new(&against, y.scale)).transpose()?;
-            let chord = match link.joint() {
-                Joint::Pins => {
-                    let ends = along(0.0, &[0.0, 1.0])?;
-                    let chord = ends[1].position - ends[0].position;
-                    Some([ends[0].position, chord.normalize()])
-                }
-                Joint::Weld | Joint::Ball => None,
+            let chord = if link.is_pinned() {
+                let ends = along(0.0, &[0.0, 1.0])?;
+                let chord = ends[1].position - ends[0].position;
+                Some([ends[0].position, chord.normalize()])
+            } else {
+                None
             };
             let z = Sweep::new(&along, fold.along.scale)?;
             let found = resistance(&massive, (&z, other.as_ref()), chord.as_ref())?;

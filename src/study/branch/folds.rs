@@ -84,7 +84,7 @@ pub fn fold_curves(study: &mut Study<'_>, second: &Second) -> Result<CurveSet> {
         unit,
         second,
         here,
-        bounded: &|special: Special| special.bounded(&others, &fine),
+        bounded: &|special: Special| special.with_error_bounds(&others, &fine),
     };
     let mut this = Folds {
         rows: Vec::new(),

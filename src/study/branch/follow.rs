@@ -247,7 +247,7 @@ impl<'a> Study<'a> {
                             tolerance: (0.01 * self.scene.solve.tolerance).max(1e-12),
                             ..self.options(Direction::Forward)
                         };
-                        let special = special.bounded(self.others, &options);
+                        let special = special.with_error_bounds(self.others, &options);
                         // Temporary label: numbers are given along the branch by `number_labels`.
                         let name = format!("#{}", self.located.len());
                         let p = special.point.p;

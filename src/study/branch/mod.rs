@@ -185,8 +185,8 @@ fn chart_for_branch(
     };
     let first = at(&wanted.parameter, wanted.from)?;
     let guess = scene.guess();
-    let (charted, taken) = first.charted(guess.as_ref())?;
-    let of_plane = |problem: &Problem| Some(problem.charted(guess.as_ref()).ok()?.0);
+    let (charted, taken) = first.choose_chart(guess.as_ref())?;
+    let of_plane = |problem: &Problem| Some(problem.choose_chart(guess.as_ref()).ok()?.0);
     let leaves = wanted.switch || wanted.deflate;
     let why = if taken.path == Path::Spatial {
         taken.why

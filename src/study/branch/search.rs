@@ -4,7 +4,7 @@ use super::follow::{Study, TYPICAL_WRENCH};
 use super::record::DeflationRecord;
 use crate::math::small_sort::sort_few;
 use crate::scene::Continue;
-use crate::solve::deflation::{self, further};
+use crate::solve::deflation::{self, find_further};
 
 /// Number of parameter values at which further equilibria are sought.
 const VALUES: usize = 5;
@@ -43,7 +43,7 @@ pub fn search(study: &mut Study<'_>) -> DeflationRecord {
             }
             let options = deflation::Options::default();
             let known = study.known(p);
-            let search = match further(study.family, p, &known, &[guess], &options) {
+            let search = match find_further(study.family, p, &known, &[guess], &options) {
                 Ok(search) => search,
                 Err(e) => {
                     let remark = format!("deflation at {parameter} = {p}: {e}");

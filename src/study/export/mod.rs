@@ -7,16 +7,15 @@ pub use npz::{Array, npz};
 pub use vtk::{vtk_collection, vtk_frame};
 
 use super::Hooks;
-use super::film::{Filmed, TracePoint};
-use super::run::{Shapes, shapes::at_times};
+use super::run::{Moment, Prepared, Shapes, shapes::at_times};
 use crate::error::Result;
-use crate::motion::{Motion, State};
+use crate::motion::State;
 
 /// Bodies and rods at one time, in the world and the scene's units.
 #[derive(Debug, Clone)]
 pub struct Posed {
-    /// Time, bodies and energies.
-    pub now: TracePoint,
+    /// The state, without labels and index.
+    pub now: Moment,
     /// Sections of each rod, from base to end.
     pub rods: Shapes,
 }
@@ -28,18 +27,16 @@ pub struct Posed {
 /// # Errors
 /// A time that the motion, or its trunk, does not reach; rods without a shape; an interrupt.
 pub fn posed(
-    of: &dyn Filmed,
-    mut motion: Box<dyn Motion<'_> + '_>,
+    of: &Prepared,
     times: &[f64],
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<Vec<Posed>> {
-    let [_, unit, _] = of.scales();
     let mut seen = |state: &dyn State| {
-        let (now, rods) = (of.traced(state), of.rods(state, points)?);
+        let (now, rods) = (of.moment_without_index(state), of.curves(state, points)?);
         Ok(Posed { now, rods })
     };
-    at_times(&mut *motion, times, unit, hooks, &mut seen)
+    at_times(of, times, hooks, &mut seen)
 }
 
 /// Arrays of the shapes. `time` has the shape (T). Each rod has `s` (T, S), the arclength in the unstrained rod,

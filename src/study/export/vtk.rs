@@ -20,8 +20,8 @@ pub fn vtk_frame(at: &Posed) -> String {
         points.extend(rod.iter().map(|(s, pose)| (*s, *pose, [0.0; 3])));
         cells.push((POLYLINE, points.len(), [k as i64, -1]));
     }
-    for (k, (pose, velocity)) in at.now.bodies.iter().enumerate() {
-        points.push((0.0, *pose, [velocity.x, velocity.y, velocity.z]));
+    for (k, body) in at.now.bodies.iter().enumerate() {
+        points.push((0.0, body.pose, body.velocity.into()));
         cells.push((VERTEX, points.len(), [-1, k as i64]));
     }
     let axis = |i: usize| {

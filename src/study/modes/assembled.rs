@@ -1,17 +1,14 @@
 //! Small motions of rods without mass and their bodies in space.
 
-use super::{
-    BALANCED, INTERVALS, Mode, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits,
-    frequencies,
-};
-use crate::assembly::{Assembly, AssemblyRoute, Configuration, HeavyBody, Mass};
+use super::found::{Coordinates, FoundMode, FoundMotions};
+use super::{BALANCED, INTERVALS, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits};
+use crate::assembly::{Assembly, AssemblyRoute, Body, Configuration};
 use crate::error::Result;
-use crate::math::se3::halves;
 use crate::motion::viscoelastic::{SmallCreep, small_in_space};
 use crate::scene::{AssemblySetup, ElasticSpace, InitialShape, Scales, Scene};
 use crate::section::Strain;
 use crate::study::neglected_mass::RodsAtRest;
-use nalgebra::{Complex, DVector, Isometry3, Vector3, Vector6};
+use nalgebra::{Complex, DVector, Isometry3, Vector6};
 
 /// Tolerances of the equilibrium and of the integration along the rods.
 const EQUILIBRIUM: f64 = 1e-11;
@@ -104,7 +101,7 @@ fn with_friction(
 ) -> Result<SmallCreep> {
     let section = scene
         .viscoelastic()?
-        .measured(model.common.scales.measures());
+        .law_in_units(model.common.scales.measures());
     let (link, q) = (&assembly.links()[0], &now.charts[0]);
     let point = link.point(0.0, &now.bodies, q, ALONG)?;
     let (link, held) = (
@@ -190,11 +187,6 @@ fn described(
         (None, true) => None,
         (None, false) => Some(assembly.eigenvalues(now, ALONG)?),
     };
-    let fastest = eigenvalues
-        .iter()
-        .flatten()
-        .fold(0.0, |a: f64, s| a.max(s.norm()));
-    let decaying = |s: &Complex<f64>| s.re <= 1e-8 * fastest;
     let held = || -> Result<usize> {
         let points = assembly.points(0.0, &now.bodies, &now.charts, ALONG)?;
         let rods = assembly.links().iter().zip(&now.charts).zip(&points);
@@ -203,12 +195,6 @@ fn described(
             seen.index(q, &point.held(), ALONG)
         })
         .sum()
-    };
-    let stable = match &eigenvalues {
-        // With follower loads the symmetric part of the stiffness does not decide stability.
-        Some(all) if followed => held()? == 0 && all.iter().all(decaying),
-        Some(all) if !conservative => index == 0 && all.iter().all(decaying),
-        _ => index == 0,
     };
     let outward = ToSceneUnits {
         clamp: *clamp,
@@ -225,121 +211,61 @@ fn described(
         };
         Ok(rods.iter().map(rod).collect())
     };
-    let omegas = frequencies(&modes.squares, modes.neutral, index == 0);
-    let mut list = Vec::new();
     // With follower loads only eigenvalues describe the motions, so no modes are made.
-    let omegas = omegas.into_iter().enumerate();
-    for (k, omega) in omegas.filter(|_| !followed) {
-        let size = modes
-            .charts
-            .column(k)
-            .amax()
-            .max(modes.shapes.column(k).amax());
-        let step = NUDGE / size;
+    let shown = (0..modes.squares.len()).filter(|_| !followed);
+    let mode = |k: usize| -> Result<FoundMode> {
+        let [charts, shape] = [&modes.charts, &modes.shapes].map(|of| of.column(k));
+        let step = NUDGE / charts.amax().max(shape.amax());
         let at = |by: f64| {
-            modes
-                .displaced(assembly, now, k, by)
-                .and_then(|now| stations(&now))
+            let moved = modes.displaced(assembly, now, k, by)?;
+            stations(&moved)
         };
-        let (before, after) = (at(-step)?, at(step)?);
-        let rods = before.iter().zip(&after).map(|(before, after)| {
-            let pairs = before.iter().zip(after);
-            pairs
-                .map(|(a, b)| outward.rate([a, b], 2.0 * step))
-                .collect()
-        });
-        let mode = Mode {
-            angular_frequency: omega / scales.time,
-            shape: in_world(assembly, now, modes.shapes.column(k).as_slice(), &outward),
-            rods: rods.collect(),
-        };
-        list.push(mode.oriented());
-    }
-    Ok(SmallMotions {
-        mass: None,
+        Ok(FoundMode {
+            square: modes.squares[k],
+            twists: twists(assembly, now, shape.as_slice()),
+            rods: [at(-step)?, at(step)?],
+            apart: 2.0 * step,
+        })
+    };
+    let found = FoundMotions {
+        coordinates: Coordinates::in_space(assembly.carriers()),
         index,
-        stable,
         conservative,
-        coordinates: coordinates(assembly.carriers()),
+        followed,
+        held_stable: !followed || held()? == 0,
+        neutral: modes.neutral,
+        modes: shown.map(mode).collect::<Result<_>>()?,
         rigid: assembly.freedoms().1 - modes.squares.len(),
         change: 0.0,
-        modes: list,
+        eigenvalues: eigenvalues.map(cleaned),
         creep,
-        eigenvalues: eigenvalues.map(|all| {
-            // Treat rounding as zero.
-            let zero = |x: f64| if x.abs() <= 1e-14 * fastest { 0.0 } else { x };
-            let all = all
-                .into_iter()
-                .map(|s| Complex::new(zero(s.re), zero(s.im)));
-            let upper = all.filter(|s| s.im >= 0.0);
-            upper.map(|s| s / scales.time).collect()
-        }),
-        rods: stations(now)?
-            .iter()
-            .map(|rod| rod.iter().map(|at| outward.station(at)).collect())
-            .collect(),
-    })
+        rods: stations(now)?,
+    };
+    Ok(found.described(&outward))
+}
+
+/// Eigenvalues with Im s >= 0; parts that are rounding beside the fastest are 0.
+fn cleaned(all: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+    let fastest = all.iter().fold(0.0, |a: f64, s| a.max(s.norm()));
+    let zero = |x: f64| if x.abs() <= 1e-14 * fastest { 0.0 } else { x };
+    let all = all
+        .into_iter()
+        .map(|s| Complex::new(zero(s.re), zero(s.im)));
+    all.filter(|s| s.im >= 0.0).collect()
 }
 
 /// True if only inertia and forces with a potential act on the body.
-pub(super) fn is_simple(carrier: &HeavyBody) -> bool {
-    carrier.is_conservative(0.0)
-        && match carrier.mass() {
-            Mass::Rigid(body) => !body.is_damped() && *body.rotor() == Vector3::zeros(),
-            Mass::Point(body) => !body.is_damped(),
-        }
+pub(super) fn is_simple(carrier: &Body) -> bool {
+    carrier.is_conservative(0.0) && !carrier.mass().is_damped() && !carrier.mass().has_rotor()
 }
 
-/// Component names of a shape, prefixed by the name or number of the body if there are several.
-pub(super) fn coordinates(carriers: &[HeavyBody]) -> Vec<String> {
-    let several = carriers.len() > 1;
-    let of = |(body, carrier): (usize, &HeavyBody)| {
-        let prefix = match (carrier.name(), several) {
-            (Some(name), _) => format!("{name}."),
-            (None, true) => format!("body{body}_"),
-            (None, false) => String::new(),
-        };
-        let names = ["rx", "ry", "rz", "dx", "dy", "dz"];
-        let names = &names[if carrier.turns() { 0 } else { 3 }..];
-        names
-            .iter()
-            .map(|name| format!("{prefix}{name}"))
-            .collect::<Vec<_>>()
-    };
-    carriers.iter().enumerate().flat_map(of).collect()
-}
-
-/// A shape in the world frame and the units of the scene.
-fn in_world(
-    assembly: &Assembly,
-    now: &Configuration,
-    shape: &[f64],
-    outward: &ToSceneUnits,
-) -> Vec<f64> {
+/// Twists of the bodies for a shape in their velocities.
+fn twists(assembly: &Assembly, now: &Configuration, shape: &[f64]) -> Vec<Vector6<f64>> {
     let (starts, _) = assembly.freedoms();
     let bodies = assembly.carriers().iter().zip(&now.bodies);
     let twists = bodies.zip(starts).map(|((carrier, place), start)| {
         let own = DVector::from_column_slice(&shape[start..start + carrier.freedoms()]);
         carrier.own_twists(&place.pose) * own
     });
-    of_twists(assembly.carriers(), &twists.collect::<Vec<_>>(), outward)
-}
-
-/// A shape in the world frame and the units of the scene, from the twists of the bodies.
-pub(super) fn of_twists(
-    carriers: &[HeavyBody],
-    twists: &[Vector6<f64>],
-    outward: &ToSceneUnits,
-) -> Vec<f64> {
-    let per = 1.0 / outward.scales.mass.sqrt();
-    let mut world = Vec::new();
-    for (carrier, twist) in carriers.iter().zip(twists) {
-        let (turn, shift) = halves(twist);
-        if carrier.turns() {
-            let turn = outward.clamp.rotation * turn * (per / outward.scales.length);
-            world.extend(turn.iter());
-        }
-        world.extend((outward.clamp.rotation * shift * per).iter());
-    }
-    world
+    twists.collect()
 }

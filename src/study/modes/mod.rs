@@ -1,8 +1,8 @@
 //! Small motions about an equilibrium of a scene of motion: natural frequencies and mode shapes.
 
 mod assembled;
+mod found;
 mod heavy;
-mod heavy_assembly;
 mod planar;
 
 pub(in crate::study) use assembled::resting;
@@ -155,9 +155,9 @@ const BALANCED: f64 = 1e-6;
 pub fn modes(scene: &Scene) -> Result<ModesRecord> {
     let heavy = scene.rod.is_heavy();
     let found = match (scene.assembly(), scene.is_planar()) {
-        (Some(_), _) if heavy => heavy_assembly::modes(scene),
+        (Some(_), _) if heavy => heavy::of_assembly(scene),
         (Some(_), _) => assembled::of_assembly(scene),
-        (None, _) if heavy => heavy::modes(scene),
+        (None, _) if heavy => heavy::of_rod(scene),
         (None, true) => match scene.lifted_for_modes() {
             Err(why) => Err(why),
             Ok(Some(lifted)) => lifted
@@ -285,19 +285,6 @@ fn in_plane(mut motions: SmallMotions, scene: &Scene) -> SmallMotions {
     motions
 }
 
-/// Angular frequencies from their squares. A square below `zero` in size counts as 0, and so does a negative one at a
-/// stable equilibrium (rounding). At other negative squares the frequency is minus the growth rate.
-fn frequencies(squares: &[f64], zero: f64, stable: bool) -> Vec<f64> {
-    let one = |x: &f64| {
-        if x.abs() <= zero || stable && *x < 0.0 {
-            0.0
-        } else {
-            x.signum() * x.abs().sqrt()
-        }
-    };
-    squares.iter().map(one).collect()
-}
-
 /// Map from the frame of the clamp and units of the rod to the world and units of the scene.
 struct ToSceneUnits<'a> {
     clamp: Isometry3<f64>,
@@ -311,6 +298,21 @@ impl ToSceneUnits<'_> {
                 - nalgebra::Point3::origin(),
             directors: self.clamp.rotation.to_rotation_matrix() * at.directors,
         }
+    }
+
+    fn stations(&self, rods: &[Vec<Station>]) -> Vec<Vec<Station>> {
+        let rods = rods.iter();
+        rods.map(|rod| rod.iter().map(|at| self.station(at)).collect())
+            .collect()
+    }
+
+    /// [`ToSceneUnits::rate`] of all stations of rods.
+    fn rates(&self, [before, after]: [&[Vec<Station>]; 2], apart: f64) -> Vec<Vec<Station>> {
+        let rods = before.iter().zip(after).map(|(before, after)| {
+            let pairs = before.iter().zip(after);
+            pairs.map(|(a, b)| self.rate([a, b], apart)).collect()
+        });
+        rods.collect()
     }
 
     /// Velocity of a station in a mode of the scale of [`Mode::shape`], from two positions `apart` in units of the

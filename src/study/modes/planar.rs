@@ -1,10 +1,11 @@
 //! Small motions of a point mass on a planar elastica: M = m, K in closed form.
 
-use super::{
-    INTERVALS, Mode, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits, frequencies,
-};
+use super::found::{Coordinates, FoundMode, FoundMotions};
+use super::{INTERVALS, NUDGE, RelaxationRates, SmallMotions, Station, ToSceneUnits};
 use crate::elastica::chart::ChartPoint;
-use crate::elastica::stiffness::{EndStiffness, across, force_by_chart, straight_index};
+use crate::elastica::stiffness::{
+    EndStiffness, force_by_chart, straight_index, transverse_stiffness,
+};
 use crate::elastica::straight_beam::EULER;
 use crate::elastica::{Equilibrium, equilibrium_under_load, folds};
 use crate::error::Result;
@@ -13,7 +14,7 @@ use crate::motion::viscoelastic::small_in_plane;
 use crate::scene::{ElasticPlane, InitialShape, MotionModel, Scene, Straight, StrainName};
 use crate::study::neglected_mass::PlanarRodMass;
 use crate::viscoelastic::material::Material;
-use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3};
+use nalgebra::{Complex, Matrix3, Vector1, Vector2, Vector3, Vector6};
 
 /// Load across the rod, relative to the load and EI/L^2, below which it counts as zero. A deflection y changes the
 /// frequency by about y^2 and makes the rod 1/y^2 as stiff in its own direction.
@@ -26,14 +27,6 @@ const ALIKE: f64 = 1e-3;
 const TURNED: f64 = 1e-9;
 /// Newton steps at most.
 const STEPS: usize = 8;
-
-/// A mode of the end for a body of mass 1, and shapes of the rod at two amplitudes which are `apart`.
-struct PlanarMode {
-    square: f64,
-    shape: Vector2<f64>,
-    rods: [Vec<Station>; 2],
-    apart: f64,
-}
 
 /// Small motions of a planar scene on a fixed clamp; `creeping` is the same scene with the friction of the rod.
 pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bool)> {
@@ -83,31 +76,11 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
         Some(at) if at.one_minus_x < SLIGHT => slightly_bent(at),
         Some(at) => bent(at)?,
     };
-    let stable = index == 0;
-    let squares: Vec<f64> = found.iter().map(|mode| mode.square).collect();
-    let modes = found
-        .iter()
-        .zip(frequencies(&squares, 0.0, stable))
-        .map(|(mode, omega)| {
-            let shape = Vector3::new(mode.shape.x, mode.shape.y, 0.0);
-            let world = clamp.rotation * shape / scales.mass.sqrt();
-            let pairs = mode.rods[0].iter().zip(&mode.rods[1]);
-            Mode {
-                angular_frequency: omega / scales.time,
-                shape: vec![world.x, world.y],
-                rods: vec![
-                    pairs
-                        .map(|(a, b)| outward.rate([a, b], mode.apart))
-                        .collect(),
-                ],
-            }
-            .oriented()
-        });
     let drag = plain.loads.drag;
     let damped = match creeping.rod.damping {
         None => None,
         Some(_) => {
-            let law = creeping.viscoelastic()?.measured(scales.measures());
+            let law = creeping.viscoelastic()?.law_in_units(scales.measures());
             let material = Material::new(law, [StrainName::U1 as usize])?;
             let strains = |places: &[f64]| -> Result<Vec<_>> {
                 let strain = |s: &f64| match &at {
@@ -121,30 +94,33 @@ pub(super) fn modes(scene: &Scene, creeping: &Scene) -> Result<(SmallMotions, bo
             Some(small_in_plane(material, &model.body, &strains)?)
         }
     };
-    let light = PlanarRodMass::new(creeping, &scales, load)?.filter(|_| stable);
-    let motions = SmallMotions {
+    let motions = FoundMotions {
+        coordinates: Coordinates::in_plane(),
         index,
-        stable,
-        mass: light.map(|light| light.about(at.as_ref())),
         conservative: true,
-        coordinates: ["dx", "dy"].map(String::from).to_vec(),
-        modes: modes.collect(),
+        followed: false,
+        held_stable: true,
+        neutral: 0.0,
         rigid,
         change: 0.0,
         creep: damped
             .as_ref()
             .map(|damped| RelaxationRates::new(damped, &scales)),
         eigenvalues: match damped {
-            Some(damped) => Some(damped.rates.body.iter().map(|s| s / scales.time).collect()),
+            Some(damped) => Some(damped.rates.body),
             None => (drag > 0.0).then(|| {
-                let pairs = squares.iter().flat_map(|square| roots(drag, *square));
-                let mut all: Vec<_> = pairs.map(|s| s / scales.time).collect();
+                let pairs = found.iter().flat_map(|mode| roots(drag, mode.square));
+                let mut all: Vec<_> = pairs.collect();
                 sort_eigenvalues(&mut all);
                 all
             }),
         },
-        rods: vec![rod.iter().map(|at| outward.station(at)).collect()],
+        modes: found,
+        rods: vec![rod],
     };
+    let mut motions = motions.described(&outward);
+    let light = PlanarRodMass::new(creeping, &scales, load)?.filter(|_| motions.stable);
+    motions.mass = light.map(|light| light.about(at.as_ref()));
     Ok((motions, of_start))
 }
 
@@ -181,7 +157,7 @@ fn polished(mut at: Equilibrium, load: &Vector2<f64>) -> Equilibrium {
 }
 
 /// Index, rigid directions, shape and modes.
-type ModesAboutEquilibrium = (usize, usize, Vec<Station>, Vec<PlanarMode>);
+type ModesAboutEquilibrium = (usize, usize, Vec<Station>, Vec<FoundMode>);
 
 /// Modes of the straight rod under a pull: free transversally, rigid axially.
 fn straight_rod(pull: f64) -> ModesAboutEquilibrium {
@@ -189,10 +165,10 @@ fn straight_rod(pull: f64) -> ModesAboutEquilibrium {
         let at = (0..=INTERVALS).map(fraction);
         at.map(|s| station(s, y * deflection(pull, s))).collect()
     };
-    let found = PlanarMode {
-        square: across(pull),
-        shape: Vector2::y(),
-        rods: [bent_by(0.0), bent_by(1.0)],
+    let found = FoundMode {
+        square: transverse_stiffness(pull),
+        twists: vec![shifted(&Vector2::y())],
+        rods: [vec![bent_by(0.0)], vec![bent_by(1.0)]],
         apart: 1.0,
     };
     (straight_index(pull), 1, bent_by(0.0), vec![found])
@@ -205,7 +181,7 @@ fn slightly_bent(at: &Equilibrium) -> ModesAboutEquilibrium {
     let Ok((index, rigid, rods, mut found)) = bent(at) else {
         return straight_rod(pull);
     };
-    let wanted = across(pull);
+    let wanted = transverse_stiffness(pull);
     for mode in &mut found {
         if (mode.square - wanted).abs() <= ALIKE * wanted.abs() {
             mode.square = wanted;
@@ -222,11 +198,11 @@ fn bent(at: &Equilibrium) -> Result<ModesAboutEquilibrium> {
         let step = NUDGE * (1.0f64).min(at.w) / dq.norm();
         let moved = |by: f64| {
             let q = Vector2::new(at.p, at.w) + dq * by;
-            Equilibrium::new(q.x, q.y).and_then(|at| stations(&at))
+            Equilibrium::new(q.x, q.y).and_then(|at| Ok(vec![stations(&at)?]))
         };
-        found.push(PlanarMode {
+        found.push(FoundMode {
             square,
-            shape,
+            twists: vec![shifted(&shape)],
             rods: [moved(-step)?, moved(step)?],
             apart: 2.0 * step,
         });
@@ -234,6 +210,11 @@ fn bent(at: &Equilibrium) -> Result<ModesAboutEquilibrium> {
     let negative = found.iter().filter(|mode| mode.square < 0.0).count();
     let index = folds::index(at.p, at.w)? + negative;
     Ok((index, 0, stations(at)?, found))
+}
+
+/// Twist of a point.
+fn shifted(by: &Vector2<f64>) -> Vector6<f64> {
+    Vector6::new(0.0, 0.0, 0.0, by.x, by.y, 0.0)
 }
 
 fn fraction(i: usize) -> f64 {

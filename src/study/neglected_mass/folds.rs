@@ -3,6 +3,7 @@
 use super::MassEffect;
 use crate::elastica::FoldNormalForm;
 use crate::elastica::first_order_mass::{INERTIAL_ESCAPE, VISCOUS_ESCAPE};
+use crate::error::Quantity;
 use crate::motion::{Ledger, Snap};
 use crate::scene::Scales;
 use crate::study::run::summary::object;
@@ -89,10 +90,11 @@ pub(in crate::study) fn passed(
     (k, rest): (&Scales, &MassEffect),
     form: impl Fn(&Snap) -> Option<PassedFold>,
 ) -> Vec<FoldPassed> {
+    let time = |t: f64| k.outward(Quantity::Time, t);
     let each = all.iter().enumerate();
     let each = each.filter_map(|(i, (snap, ledger))| {
         let next = all.get(i + 1);
-        let until = next.map_or(last.0, |(next, _)| next.t * k.time);
+        let until = next.map_or(last.0, |(next, _)| time(next.t));
         let then = next.map_or(Some(last.1), |(_, ledger)| *ledger);
         let PassedFold {
             rod,
@@ -100,17 +102,17 @@ pub(in crate::study) fn passed(
             eta,
             eps,
         } = form(snap)?;
-        let t = snap.t * k.time;
+        let t = time(snap.t);
         let own = rest.rods.iter().find(|of| of.rod == rod);
-        let viscous = || VISCOUS_ESCAPE * form.viscous(eta) * k.time;
+        let viscous = || time(VISCOUS_ESCAPE * form.viscous(eta));
         Some(FoldPassed {
             branch,
             t,
             follows,
             ratio: eta * form.friction * form.inertial(eps) / (eps * form.mass),
-            released: snap.released * k.energy,
+            released: k.outward(Quantity::Couple, snap.released),
             changes: ledger.zip(then).map(|(here, then)| then.less(&here)),
-            inertial_delay: INERTIAL_ESCAPE * form.inertial(eps) * k.time,
+            inertial_delay: time(INERTIAL_ESCAPE * form.inertial(eps)),
             viscous_delay: (eta > 0.0).then(viscous),
             until_next: until - t,
             quiet: own

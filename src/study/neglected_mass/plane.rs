@@ -5,7 +5,7 @@ use crate::elastica::{
     EndStiffness, Equilibrium, HeldMode, RodInertia, TautInertia, equilibrium_under_load,
     held_modes,
 };
-use crate::error::Result;
+use crate::error::{Quantity, Result};
 use crate::scene::{Scales, Scene};
 use nalgebra::Vector2;
 
@@ -39,12 +39,13 @@ impl PlanarRodMass {
     /// # Errors
     /// A rod without a bending stiffness.
     pub fn new(scene: &Scene, scales: &Scales, load: Vector2<f64>) -> Result<Option<Self>> {
-        let Some(mass) = scene.rod.mass() else {
+        let Some(eps) = scene.rod.mass_over_unit(scales) else {
             return Ok(None);
         };
+        let viscosity = viscosity(scene)?.unwrap_or(0.0);
         Ok(Some(Self {
-            eps: mass / scales.mass,
-            eta: viscosity(scene)?.unwrap_or(0.0) / scales.viscosity(),
+            eps,
+            eta: scales.inward(Quantity::Viscosity(0, 0), viscosity),
             load,
             time: scales.time,
             followed: scene.rod.is_light(),

@@ -2,7 +2,7 @@
 
 use super::{BouncePassed, BouncingRod, MassEffect, PassedFold, RodMass};
 use crate::assembly::{Assembly, Configuration, Link};
-use crate::error::Result;
+use crate::error::{Quantity, Result};
 use crate::full_mass::held_vibrations::{Massive, fold_form, held_modes};
 use crate::motion::{Bounce, LightInSpace, Snap};
 use crate::rod::Wrench;
@@ -44,8 +44,10 @@ pub(in crate::study) fn standing(scene: &Scene, base: &Wrench) -> Option<MassEff
         rods: vec![RodMass {
             rod: None,
             eps: None,
-            frequency: mode.frequency().map(|omega| omega / rod.scales.time),
-            decay: Some(mode.decay / rod.scales.time),
+            frequency: mode
+                .frequency()
+                .map(|omega| rod.scales.outward(Quantity::Rate, omega)),
+            decay: Some(rod.scales.outward(Quantity::Rate, mode.decay)),
             followed: false,
         }],
     })
@@ -88,7 +90,7 @@ impl RodsAtRest {
                     massive,
                     told: RodMass {
                         rod: assembly.name_of_rod(k).map(str::to_owned),
-                        eps: scene.mass_ratio(k),
+                        eps: scene.mass_over_lightest_body(k),
                         frequency: None,
                         decay: None,
                         followed: rod.is_light(),
@@ -134,7 +136,7 @@ impl RodsAtRest {
         let masses: Vec<_> = rods
             .map(|rod| rod.as_ref().map(|rod| rod.massive.sections))
             .collect();
-        assembly.shift_by_rods(now, &modes, &masses, ALONG)
+        modes.shift_by_rods(assembly, now, &masses, ALONG)
     }
 
     /// Vibration of rod `k` with fixed ends.

@@ -4,13 +4,13 @@ use super::{Plan, RADAU, RADAU7, choice, steps};
 use crate::assembly::Joint;
 use crate::error::Result;
 use crate::scene::{AssemblyRod, AssemblyScene, Scene};
-use crate::study::assembly::AssemblyPrepared;
+use crate::study::run::Prepared;
 
 pub(super) fn plan(scene: &Scene, given: &AssemblyScene) -> Result<Plan> {
     let run = scene.run()?;
-    let prepared = AssemblyPrepared::new(scene)?;
+    let prepared = Prepared::new(scene)?;
     let mut plan = Plan::empty(scene, run.duration);
-    plan.state = prepared.motion()?.0.carries();
+    plan.state = prepared.motion()?.carries();
     let rods = || given.rods.iter();
     let full = rods().any(|rod| rod.rod.is_heavy());
     (plan.model, plan.chart, plan.method) = if full {

@@ -11,10 +11,10 @@ use crate::study::run::{ModelKind, Prepared};
 
 pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     let prepared = Prepared::new(scene)?;
-    let (kind, run) = (prepared.kind(), scene.run()?);
+    let (kind, run) = (kind(&prepared), scene.run()?);
     let mut plan = Plan::empty(scene, run.duration);
     plan.state = prepared.motion()?.carries();
-    let full = prepared.is_full();
+    let full = prepared.header.full;
     let lifted = scene.is_planar() && kind.in_space();
     plan.model = match (kind, full) {
         (ModelKind::Sheet, _) => choice(
@@ -79,9 +79,14 @@ pub(super) fn plan(scene: &Scene) -> Result<Plan> {
     Ok(plan)
 }
 
+fn kind(prepared: &Prepared) -> ModelKind {
+    // A scene of one rod has a model.
+    prepared.header.model.unwrap_or(ModelKind::Space)
+}
+
 fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<()> {
-    let kind = prepared.kind();
-    let (full, in_space) = (prepared.is_full(), kind.in_space());
+    let (kind, header) = (kind(prepared), &prepared.header);
+    let (full, in_space) = (header.full, kind.in_space());
     if kind.is_elastic() {
         plan.leave_out(
             "rates of the strains",
@@ -107,7 +112,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
         );
     } else {
         let all = ["u1", "u2", "u3", "v1", "v2", "v3"];
-        let moving = prepared.strains();
+        let moving = &header.strains;
         let rigid: Vec<&str> = (all.into_iter())
             .filter(|name| moving.iter().all(|(moves, _)| moves != name))
             .collect();
@@ -145,7 +150,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
             "no clamp.motion: the clamp is fixed",
         );
     }
-    if !prepared.is_driven() {
+    if !header.driven {
         plan.leave_out(
             "the work of loads in time",
             "no load changes in time, and the clamp is fixed",
@@ -158,7 +163,7 @@ fn parts_of_rod(plan: &mut Plan, scene: &Scene, prepared: &Prepared) -> Result<(
         );
     }
     let looked_for = !scene.is_planar() && (full || kind.is_elastic());
-    if prepared.thickness.is_none() {
+    if header.rods.iter().all(|rod| rod.thickness.is_none()) {
         plan.leave_out(
             "contact of the rod with itself",
             if looked_for { "it has neither an outline nor rod.contact_diameter" } else { "this model does not look for it: rods in space do, elastic ones and those with inertia = \"full\"" },

@@ -1,30 +1,39 @@
-//! Run of a scene of motion, and of every branch of it under landing = "all".
+//! Run of a scene of motion of rods, and of every branch of it under landing = "all".
 
-pub(super) mod bounces;
+mod assembly;
+mod bounces;
+mod header;
 mod last_branch;
+mod moment;
+mod one_rod;
+mod outward;
 mod prepared;
-pub(super) mod record;
-pub(super) mod recorder;
+mod record;
+mod recorder;
+mod rest;
 pub(super) mod shapes;
 mod spring;
 pub(super) mod summary;
-pub(super) mod table;
-pub(super) mod tree;
+mod table;
+mod tree;
 
 pub use crate::scene::ModelKind;
 pub use bounces::Bounces;
+pub use header::{RunBody, RunHeader, RunRod};
 pub use last_branch::SingleMotion;
-pub use prepared::Prepared;
-pub use record::{Bounds, Frame, Moment, RunBranch, RunRecord};
+pub use moment::{BodyMoment, EndAction, Frame, Moment, ShapesAt};
+pub use outward::RunBounce;
+pub use prepared::{Prepared, RunStart};
+pub use record::{RunBranch, RunRecord};
 pub use shapes::{Shapes, samples, shapes};
 pub use spring::{Spring, SpringBranch, SpringMode};
 pub use table::{columns, trajectory_name};
-pub use tree::BranchOrigin;
 
 use super::{Hooks, Sink};
 use crate::error::Result;
 use crate::motion::drive;
-use recorder::Recorder;
+use recorder::{Outlets, Passed, Recorder};
+use rest::LazyRest;
 use tree::tree;
 
 /// Density of the strain field output.
@@ -87,66 +96,45 @@ pub fn run(
     sink: &mut dyn Sink,
     hooks: &mut dyn Hooks,
 ) -> Result<RunRecord> {
-    let root = prepared.motion()?;
+    run_from(prepared, prepared.start()?, fields, sink, hooks)
+}
+
+/// Runs a scene from the start that [`Prepared::start`] has found, as [`run()`].
+///
+/// # Errors
+/// Rows refused by the sink.
+pub fn run_from<'p>(
+    prepared: &'p Prepared,
+    start: RunStart<'p>,
+    fields: Fields,
+    sink: &mut dyn Sink,
+    hooks: &mut dyn Hooks,
+) -> Result<RunRecord> {
+    let header = &prepared.header;
     let spring = prepared.spring()?;
-    let total = root.now().ledger().total();
-    let rest = prepared.rest();
-    let (branches, cut) = tree(root, prepared.run.branches, |stem, motion| {
-        let first = prepared.moment(&*motion.now());
-        let mut recorder = {
-            let now = motion.now();
-            let of = (prepared, rest.as_ref());
-            Recorder::new(of, sink, hooks, fields, (stem.id, &*now), total)?
-        };
-        let outcome = drive(motion, prepared.run.samples, &mut recorder)?;
-        let last = prepared.moment(&*motion.now());
-        let entered = stem.entered.map(|snap| prepared.snap(&snap));
-        let branch = RunBranch::new(
-            stem.id,
-            stem.parent,
-            entered,
-            (first, last),
-            outcome.clone(),
-            &*motion,
-        );
-        Ok((recorder.finish(&*motion, branch), outcome))
+    let total = start.motion.now().ledger().total();
+    let rest = LazyRest::new(&*prepared.model);
+    let mut passed = Passed::default();
+    let mut outlets = Outlets {
+        sink,
+        hooks,
+        fields,
+    };
+    let (branches, cut) = tree(start.motion, header.run.branches, |origin, motion| {
+        let mut recorder = Recorder::new(prepared, &rest, &mut outlets, origin.id, motion, total)?;
+        let outcome = drive(motion, header.run.samples, &mut recorder)?;
+        let branch = recorder.finish(motion, origin, outcome.clone(), &mut passed)?;
+        Ok((branch, outcome))
     })?;
-    let folds = rest
-        .as_ref()
-        .map_or(Vec::new(), |rest| prepared.folds(rest, &branches));
+    let Passed { folds, bounces } = passed;
     Ok(RunRecord {
-        kind: prepared.kind(),
-        units: prepared.units,
-        scales: prepared.scales,
-        scene: prepared.scene.clone(),
-        duration: prepared.run.duration,
-        solid: prepared.solid.clone(),
-        strobe: prepared.run.strobe,
-        bounds: Bounds {
-            tolerance: prepared.run.tolerance,
-            steps: prepared.run.max_steps,
-            snaps: prepared.run.max_snaps,
-            branches: prepared.run.branches,
-            fixed_nodes: prepared.fixed_nodes,
-        },
-        start_index: match prepared.kind() {
-            ModelKind::Sheet => branches.first().and_then(RunBranch::index_of_start),
-            ModelKind::ElasticSpace => branches.first().and_then(|branch| branch.first.index),
-            ModelKind::Planar | ModelKind::Space => prepared.index_of_start(),
-        },
-        validity: (rest.as_ref().filter(|_| !prepared.is_full()))
-            .map(|rest| prepared.validity(rest, &branches, &folds)),
+        validity: rest.validity(header, &folds, bounces),
+        header: header.clone(),
         folds,
         branches,
         cut,
-        driven: prepared.is_driven(),
-        heavy: prepared.is_heavy(),
-        loaded: prepared.loaded,
-        mass: prepared.mass.clone(),
+        start_index: start.index,
         spring,
-        viscosity: prepared.viscosity(),
-        thickness: prepared.thickness,
-        strains: prepared.strains(),
         strain_stride: recorder::stride(prepared, fields),
     })
 }

@@ -1,28 +1,30 @@
 //! Observer of a motion: writes the tables and stores data for figures.
 
-use super::ModelKind;
 use super::bounces::Bounces;
-use super::prepared::{Prepared, RestState};
-use super::record::{Bounds, Frame, Moment, RunBranch, unresolved};
-use super::table;
-use super::{Fields, places};
-use crate::error::Result;
+use super::moment::{Frame, Moment, ShapesAt};
+use super::outward;
+use super::prepared::Prepared;
+use super::record::RunBranch;
+use super::rest::LazyRest;
+use super::tree::BranchOrigin;
+use super::{Fields, places, table};
+use crate::error::{Quantity, Result};
 use crate::motion::viscoelastic::Layer;
 use crate::motion::{
     Cause, Event, LedgerClosure, LightSnap, Motion, Observer, Outcome, Snap, State, Stuck,
 };
-use crate::scene::Units;
+use crate::scene::ModelKind;
 use crate::study::decimate::Thinned;
 use crate::study::light_rod_reference::LightRods;
+use crate::study::neglected_mass::{BouncePassed, FoldPassed};
 use crate::study::{Cell, Hooks, Sink};
-use nalgebra::Isometry3;
 
 /// Moments per step for figures, its end included: a step of order 8 may span half an oscillation.
 const INNER: usize = 6;
 /// Moments per step in space, where an intermediate state costs a good part of a step.
-pub(in crate::study) const INNER_IN_SPACE: usize = 2;
+const INNER_IN_SPACE: usize = 2;
 /// Steps of a rod with strains resolve fast decay or waves: their ends are dense enough for figures of the body.
-pub(in crate::study) const STEP_ENDS: usize = 1;
+const STEP_ENDS: usize = 1;
 /// Largest number of moments kept for a run, for one drawn from its steps, and for a stroboscopic section; at the
 /// limit every second one is dropped.
 const KEPT: usize = 4000;
@@ -33,30 +35,51 @@ const KEPT_WITH_STRAINS: usize = 1200;
 const KEPT_OF_PASSAGE: usize = 400;
 /// Number of passages kept for figures: several, since figures skip a passage if the end of the rod moves.
 const PASSAGES: usize = 8;
-const AXES: usize = 10;
+/// Number of times with shapes of one rod in space.
+const SHAPES: usize = 10;
 /// Distance from equilibrium above which the states of a passage are kept.
 const AWAY: f64 = 1e-3;
-/// Points of a drawn axis.
+/// Sections of a drawn axis, and of a drawn rod in space.
 const CURVE: usize = 60;
+const SECTIONS: usize = 61;
 /// Number of samples in the strain field table, unless all are requested.
 const INSTANTS: usize = 401;
 
-/// The observer of one branch.
+/// Collected results of the branches of a run, beside their records.
+#[derive(Default)]
+pub(super) struct Passed {
+    /// Folds passed by rods of known mass.
+    pub folds: Vec<FoldPassed>,
+    /// Stored bounces of rods of known mass.
+    pub bounces: Vec<BouncePassed>,
+}
+
+/// Destinations of a run: tables, caller, density of the strain field.
+pub(super) struct Outlets<'o> {
+    pub sink: &'o mut dyn Sink,
+    pub hooks: &'o mut dyn Hooks,
+    pub fields: Fields,
+}
+
+/// The observer of one branch. Snaps, layers and the ledger are kept in the units of the motion.
 pub(super) struct Recorder<'r> {
     prepared: &'r Prepared,
+    rest: &'r LazyRest<'r>,
     sink: &'r mut dyn Sink,
     hooks: &'r mut dyn Hooks,
     places: Vec<f64>,
     trajectory: usize,
     strain: Option<Strain>,
+    first: Moment,
     closing: LedgerClosure,
     snaps: Vec<Snap>,
     layers: Vec<Layer>,
     beside: LightRods,
     bounces: Bounces,
+    bounced: Vec<BouncePassed>,
     way: Thinned<Moment>,
     track: Thinned<Frame>,
-    axes: Thinned<(f64, Vec<Isometry3<f64>>)>,
+    shapes: Thinned<ShapesAt>,
     passage: Thinned<Frame>,
     /// Completed passages, in order of decreasing dissipation.
     passages: Vec<Vec<Frame>>,
@@ -74,15 +97,18 @@ struct Strain {
 /// Stride of the samples in the strain table.
 pub(super) fn stride(prepared: &Prepared, fields: Fields) -> Option<usize> {
     match fields {
-        _ if prepared.strains().is_empty() => None,
+        _ if prepared.header.strains.is_empty() => None,
         Fields::None => None,
         Fields::All => Some(1),
-        Fields::Some => Some((prepared.run.samples - 1).div_ceil(INSTANTS - 1).max(1)),
+        Fields::Some => {
+            let steps = prepared.header.run.samples - 1;
+            Some(steps.div_ceil(INSTANTS - 1).max(1))
+        }
     }
 }
 
 /// The outcome after the audit of the ledger: a complete run that lost or gained energy has ended early.
-pub(in crate::study) fn outcome_after_audit(
+fn outcome_after_audit(
     outcome: Outcome,
     closing: &LedgerClosure,
     tolerance: f64,
@@ -99,183 +125,166 @@ pub(in crate::study) fn outcome_after_audit(
     ))
 }
 
-/// Least speed of a resolved motion in units of the rod, as a multiple of the tolerance.
-const RESOLVED: f64 = 1e3;
-
-/// Stable key of the outcome: key of the first outcome that fell short, branch_limit where branches were cut, or
-/// end_of_time.
-pub(in crate::study) fn outcome_key<'a>(
-    cut: usize,
-    mut outcomes: impl Iterator<Item = &'a Outcome>,
-) -> &'static str {
-    let short = outcomes.find(|outcome| !outcome.is_complete());
-    match cut {
-        0 => short.map_or("end_of_time", Outcome::key),
-        _ => "branch_limit",
-    }
-}
-
-/// Sum of the times; `None` if zero.
-pub(in crate::study) fn total_time(times: impl Iterator<Item = f64>) -> Option<f64> {
-    let time: f64 = times.sum();
-    (time > 0.0).then_some(time)
-}
-
-/// Warning about unresolved strain rates or energies beyond the tolerance, from ledger and last strain rate
-/// coefficients of each branch.
-pub(in crate::study) fn resolution_warning<'a>(
-    told: impl Iterator<Item = (&'a LedgerClosure, Option<f64>)> + Clone,
-    (energy, units): (f64, Units),
-    bounds: &Bounds,
-) -> Option<String> {
-    let rate_tails = told.clone().filter_map(|(_, rate_tail)| rate_tail);
-    unresolved(rate_tails, bounds.fixed_nodes).or_else(|| {
-        let closings = told.map(|(closing, _)| closing);
-        untrusted(closings, (energy, units), bounds.tolerance)
-    })
-}
-
-/// Warning about motions with energies below the resolution of `tolerance`; `energy` is the unit of energy.
-fn untrusted<'a>(
-    closings: impl Iterator<Item = &'a LedgerClosure>,
-    (energy, units): (f64, Units),
-    tolerance: f64,
-) -> Option<String> {
-    let mut open = closings.filter(|closing| closing.is_open(energy));
-    let closing = open.next()?;
-    // Speed of a unit mass.
-    let speed = (2.0 * closing.largest / energy).sqrt();
-    let off = format!(
-        "the energy balance error is {:.1e} of the largest energy, {:.1e}{}",
-        closing.relative(),
-        closing.largest,
-        Units::suffix(units.energy())
-    );
-    Some(if RESOLVED * tolerance > speed {
-        format!(
-            "the motion is too small for run.tolerance, which is relative to 1 + size in units of the rod: speeds in these units are about {speed:.1e}, and \
-         {off}; lower run.tolerance to a thousandth of these speeds, or rely on no more than that the motion is small"
-        )
-    } else {
-        format!(
-            "{off}: lower run.tolerance, or discard the motion from where column total of the trajectory drifts"
-        )
-    })
-}
-
 impl<'r> Recorder<'r> {
-    /// A recorder of branch `id` from state `first`. `rest`: equilibrium with mass effects; `total`: expected total
-    /// of the ledger, in the units of the rod.
+    /// A recorder of branch `id` from the present state of `motion`; `total`: expected total of the ledger, in units of
+    /// the motion.
     pub fn new(
-        (prepared, rest): (&'r Prepared, Option<&RestState>),
-        sink: &'r mut dyn Sink,
-        hooks: &'r mut dyn Hooks,
-        fields: Fields,
-        (id, first): (usize, &dyn State),
+        prepared: &'r Prepared,
+        rest: &'r LazyRest<'r>,
+        outlets: &'r mut Outlets<'_>,
+        id: usize,
+        motion: &dyn Motion<'_>,
         total: f64,
     ) -> Result<Self> {
+        let (header, first) = (&prepared.header, motion.now());
         let mut closing = LedgerClosure::new(total);
         closing.look(&first.ledger());
-        let trajectory = sink.begin(table::trajectory(prepared, id))?;
-        let strain = match stride(prepared, fields) {
+        let moment = prepared.moment(&*first);
+        let mut shapes = Thinned::new(SHAPES);
+        if header.is_assembly() {
+            shapes.keep(prepared.shapes_at(&*first, SECTIONS)?);
+        }
+        let Outlets {
+            sink,
+            hooks,
+            fields,
+        } = outlets;
+        let trajectory = sink.begin(table::trajectory(header, id))?;
+        let strain = match stride(prepared, *fields) {
             None => None,
             Some(stride) => Some(Strain {
-                table: sink.begin(table::strain(prepared, id))?,
+                table: sink.begin(table::strain(header, id))?,
                 stride,
                 seen: 0,
             }),
         };
-        let strobe = prepared.run.strobe.is_some();
+        let strobe = header.run.strobe.is_some();
         let dense = !strobe && hooks.pictures() > 0;
-        let kept = match (strobe, dense) {
-            (true, _) => KEPT_OF_SECTION,
-            (_, true) => KEPT_TO_DRAW,
-            _ => KEPT,
+        let kept = if strobe {
+            KEPT_OF_SECTION
+        } else if dense {
+            KEPT_TO_DRAW
+        } else {
+            KEPT
         };
         Ok(Self {
             prepared,
-            sink,
+            rest,
+            sink: *sink,
             dense,
-            hooks,
+            hooks: *hooks,
             places: places(),
             trajectory,
             strain,
+            first: moment,
             closing,
             snaps: Vec::new(),
             layers: Vec::new(),
-            beside: LightRods::new(
-                prepared
-                    .accompanying_light_rod(rest, first)
-                    .into_iter()
-                    .collect(),
-            ),
+            beside: LightRods::new(prepared.model.light_rods(rest, &*first)),
             bounces: Bounces::default(),
+            bounced: Vec::new(),
             way: Thinned::new(kept),
             track: Thinned::new(KEPT_WITH_STRAINS),
-            axes: Thinned::new(AXES),
+            shapes,
             passage: Thinned::new(KEPT_OF_PASSAGE),
             passages: Vec::new(),
         })
     }
 
-    /// Returns the record: `branch` with the data that the recorder kept.
-    pub fn finish(mut self, motion: &dyn Motion<'_>, branch: RunBranch) -> RunBranch {
-        let last = motion.now();
+    /// Returns the record of the branch in the units of the scene; its folds and bounces are added to `passed`.
+    pub fn finish(
+        mut self,
+        motion: &dyn Motion<'_>,
+        origin: BranchOrigin,
+        outcome: Outcome,
+        passed: &mut Passed,
+    ) -> Result<RunBranch> {
+        let (last, prepared) = (motion.now(), self.prepared);
+        let (k, model) = (&prepared.header.scales, &prepared.model);
         self.end_passage();
-        self.end_axes(&*last);
+        self.end_shapes(&*last)?;
         self.closing.look(&last.ledger());
+        let moment = prepared.moment(&*last);
         let (crossed, lost) = self.beside.told();
-        let outward = |crossed: LightSnap| LightSnap {
-            snap: self.prepared.snap(&crossed.snap),
-            ..crossed
+        let snaps: Vec<Snap> = origin.entered.into_iter().chain(self.snaps).collect();
+        let folds = self
+            .rest
+            .folds(&prepared.header, origin.id, &snaps, &crossed, &moment);
+        passed.folds.extend(folds);
+        passed.bounces.extend(self.bounced);
+        let mut snaps: Vec<Snap> = snaps
+            .iter()
+            .map(|snap| model.snap(snap))
+            .collect::<Result<_>>()?;
+        let within = snaps.split_off(usize::from(origin.parent.is_some()));
+        let light = |crossed: LightSnap| -> Result<LightSnap> {
+            Ok(LightSnap {
+                snap: model.light_snap(&crossed.snap)?,
+                ledger: crossed.ledger.scaled(k.energy),
+            })
         };
-        RunBranch {
-            outcome: outcome_after_audit(
-                branch.outcome,
-                &self.closing,
-                self.prepared.run.tolerance,
-                last.time(),
-            ),
-            snaps: self.snaps,
-            layers: self.layers,
-            crossed: crossed.into_iter().map(outward).collect(),
-            lost,
-            unfelt: motion.time_without_mass() * self.prepared.scales.time,
+        let tolerance = prepared.header.run.tolerance;
+        let outcome = outcome_after_audit(outcome, &self.closing, tolerance, last.time());
+        let (time, energy) = (k.unit(Quantity::Time), k.unit(Quantity::Couple));
+        Ok(RunBranch {
+            id: origin.id,
+            parent: origin.parent,
+            fork: origin.fork,
+            entered: snaps.pop(),
+            first: self.first,
+            last: moment,
+            outcome: match outcome {
+                Outcome::SelfContact(contact) => Outcome::SelfContact(model.contact(&contact)),
+                outcome => outcome,
+            },
+            cost: motion.cost(),
+            unfelt: motion.time_without_mass() * time,
+            resolution: motion.resolution(),
+            snaps: within,
+            layers: self
+                .layers
+                .iter()
+                .map(|layer| layer.scaled(time, energy))
+                .collect(),
+            crossed: crossed.into_iter().map(light).collect::<Result<_>>()?,
+            lost: lost
+                .into_iter()
+                .map(|lost| outward::interval(k, lost))
+                .collect(),
             bounces: self.bounces,
-            closing: self.closing.scaled(self.prepared.scales.energy),
+            closing: self.closing.scaled(energy),
             way: self.way.list,
             track: self.track.list,
             passages: self.passages,
-            axes: self.axes.list,
-            ..branch
-        }
+            shapes: self.shapes.list,
+        })
     }
 
     fn frame(&self, state: &dyn State) -> Frame {
-        let prepared = self.prepared;
+        let (prepared, model) = (self.prepared, self.prepared.header.model);
         // Without the index in space, which no figure shows.
-        let moment = match prepared.kind() {
-            ModelKind::ElasticSpace => prepared.moment_without_index(state),
+        let moment = match model {
+            Some(ModelKind::ElasticSpace) => prepared.moment_without_index(state),
             _ => prepared.moment(state),
         };
-        let axis = match prepared.kind() {
-            ModelKind::Planar => prepared.sections(state, CURVE),
-            ModelKind::Sheet | ModelKind::ElasticSpace | ModelKind::Space => Vec::new(),
+        let axis = match model {
+            Some(ModelKind::Planar) => prepared.curves(state, CURVE).unwrap_or_default(),
+            _ => Vec::new(),
         };
+        let axis = axis.iter().flatten();
         Frame {
             moment,
             strains: prepared.strains_at(state, &self.places),
             dissipation: prepared.dissipation_at(state, &self.places),
             axis: axis
-                .iter()
-                .map(|at| [at.translation.x, at.translation.y])
+                .map(|(_, at)| [at.translation.x, at.translation.y])
                 .collect(),
         }
     }
 
     /// Keeps a sample with its strains, at the stride of the track, if the rod has strains; `frame` if already made.
     fn show(&mut self, state: &dyn State, frame: Option<Frame>) {
-        if self.prepared.kind() == ModelKind::Sheet {
+        if self.prepared.header.strains.is_empty() {
             return;
         }
         let mut track = std::mem::replace(&mut self.track, Thinned::new(0));
@@ -285,7 +294,7 @@ impl<'r> Recorder<'r> {
 
     /// Writes the strain field of a state.
     fn write_strain(&mut self, table: usize, frame: &Frame) -> Result<()> {
-        let length = self.prepared.scales.length;
+        let k = &self.prepared.header.scales;
         // A taut rod next to its fold may have no shape.
         let known = |strain: &Vec<f64>| strain.len() == self.places.len();
         if !frame.strains.iter().all(known) {
@@ -293,43 +302,33 @@ impl<'r> Recorder<'r> {
         }
         for (i, s) in self.places.iter().enumerate() {
             let strains = frame.strains.iter().map(|strain| strain[i]);
-            let row = [frame.moment.t, s * length].into_iter().chain(strains);
+            let s = k.outward(Quantity::Length, *s);
+            let row = [frame.moment.t, s].into_iter().chain(strains);
             let row: Vec<Cell> = row.chain([frame.dissipation[i]]).map(Cell::Real).collect();
             self.sink.row(table, &row)?;
         }
         Ok(())
     }
 
-    /// Writes the row of an event, except in a stroboscopic section.
-    fn write_event(&mut self, state: &dyn State) -> Result<()> {
-        if self.prepared.run.strobe.is_some() {
-            return Ok(());
-        }
-        self.write(&self.prepared.moment(state))
-    }
-
     fn write(&mut self, moment: &Moment) -> Result<()> {
-        let prepared = self.prepared;
-        let row = table::row((prepared.kind(), prepared.is_heavy()), moment);
+        let row = table::row(&self.prepared.header, moment);
         self.sink.row(self.trajectory, &row)
     }
 
-    /// Appends the last axis, or replaces a previous one at nearly the same time.
-    fn end_axes(&mut self, last: &dyn State) {
-        if !self.prepared.kind().in_space() {
-            return;
+    /// Appends the last shapes of rods in space, or replaces previous ones at nearly the same time.
+    fn end_shapes(&mut self, last: &dyn State) -> Result<()> {
+        if !self.prepared.header.in_space() {
+            return Ok(());
         }
-        let t = self
-            .prepared
-            .run
-            .output_time(last.time(), self.prepared.scales.time);
-        let axes = &mut self.axes.list;
-        if let [.., (before, _), (near, _)] = axes.as_slice()
-            && t - near < 0.5 * (near - before)
+        let now = self.prepared.shapes_at(last, SECTIONS)?;
+        let shapes = &mut self.shapes.list;
+        if let [.., before, near] = shapes.as_slice()
+            && now.t - near.t < 0.5 * (near.t - before.t)
         {
-            axes.pop();
+            shapes.pop();
         }
-        axes.push((t, self.prepared.sections(last, CURVE)));
+        shapes.push(now);
+        Ok(())
     }
 
     /// Keeps the passage if its dissipation is among the largest.
@@ -347,10 +346,10 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// Records the end of a step of a rod with strains. On a sheet the state would have to be computed.
+    /// Records the end of a step of one rod with strains. On a sheet the state would have to be computed.
     fn step(&mut self, now: &dyn State) {
         self.closing.look(&now.ledger());
-        if self.prepared.kind() != ModelKind::Planar {
+        if self.prepared.header.in_space() {
             return;
         }
         if now.distance() > AWAY {
@@ -361,13 +360,26 @@ impl<'r> Recorder<'r> {
             self.end_passage();
         }
     }
+
+    /// Records one side of a snap; its row is left out of a stroboscopic section.
+    fn side(&mut self, state: &dyn State) -> Result<()> {
+        self.closing.look(&state.ledger());
+        if !self.prepared.header.strains.is_empty() {
+            self.track.keep(self.frame(state));
+        }
+        let moment = self.prepared.moment(state);
+        if self.prepared.header.run.strobe.is_none() {
+            self.write(&moment)?;
+        }
+        self.way.keep(moment);
+        Ok(())
+    }
 }
 
 impl Observer for Recorder<'_> {
     fn sample(&mut self, state: &dyn State) -> Result<()> {
         let prepared = self.prepared;
         let moment = prepared.moment(state);
-        let t = moment.t;
         self.write(&moment)?;
         self.closing.measure(state);
         let mut frame = None;
@@ -381,8 +393,9 @@ impl Observer for Recorder<'_> {
                 frame = Some(now);
             }
         }
-        if prepared.kind().in_space() {
-            self.axes.show(|| (t, prepared.sections(state, CURVE)));
+        if prepared.header.in_space() && !prepared.header.is_assembly() {
+            let shapes = || prepared.shapes_at(state, SECTIONS);
+            self.shapes.try_show(shapes)?;
         }
         self.show(state, frame);
         // Other moments come from the steps.
@@ -396,63 +409,71 @@ impl Observer for Recorder<'_> {
         match event {
             Event::Step { .. } if motion.resolution().is_some() => {
                 self.beside.step(motion);
-                self.step(&*motion.now());
-            }
-            Event::Snap(snap) => {
-                self.snaps.push(self.prepared.snap(snap));
-                for state in [motion.before_snap(), Some(motion.now())]
-                    .into_iter()
-                    .flatten()
-                {
-                    self.closing.look(&state.ledger());
-                    if self.prepared.kind() != ModelKind::Sheet {
-                        self.track.keep(self.frame(&*state));
-                    }
-                    self.way.keep(self.prepared.moment(&*state));
-                    self.write_event(&*state)?;
+                if !self.prepared.header.is_assembly() {
+                    self.step(&*motion.now());
                 }
             }
+            Event::Snap(snap) => {
+                self.snaps.push(snap.clone());
+                if let Some(before) = motion.before_snap() {
+                    self.side(&*before)?;
+                }
+                self.side(&*motion.now())?;
+            }
             Event::Layer(layer) => {
-                let k = &self.prepared.scales;
-                self.layers.push(layer.scaled(k.time, k.energy));
+                self.layers.push(*layer);
                 self.beside.land(&*motion.now());
             }
-            Event::Bounce(bounce) => self.bounces.add(self.prepared.bounce(bounce)),
+            Event::Bounce(bounce) => {
+                if self.bounces.add(self.prepared.model.bounce(bounce))
+                    && !self.prepared.header.full
+                {
+                    let rest = self.rest.get();
+                    self.bounced
+                        .extend(rest.and_then(|rest| rest.bounced(bounce)));
+                }
+            }
             Event::Step { .. } | Event::Stop(_) => {}
         }
         Ok(())
     }
 
     fn moments(&self) -> usize {
-        match self.prepared.kind() {
-            _ if !self.dense => 0,
-            ModelKind::Sheet => INNER,
-            ModelKind::ElasticSpace => INNER_IN_SPACE,
-            ModelKind::Planar | ModelKind::Space => STEP_ENDS,
+        let header = &self.prepared.header;
+        if !self.dense {
+            0
+        } else if header.is_sheet() {
+            INNER
+        } else if header.is_elastic() {
+            INNER_IN_SPACE
+        } else {
+            STEP_ENDS
         }
     }
 
     fn look(&mut self, state: &dyn State) {
         // The first sample is already recorded.
-        let unit = self.prepared.scales.time;
-        let t = self.prepared.run.output_time(state.time(), unit);
+        let t = self.prepared.time(state.time());
         if let [only] = self.way.list.as_slice()
             && only.t == t
         {
             return;
         }
-        self.way.show(|| match self.prepared.kind() {
-            ModelKind::Sheet => self.prepared.moment(state),
-            // For these models no figure needs the equilibrium labels or the index.
-            ModelKind::Planar | ModelKind::ElasticSpace | ModelKind::Space => {
-                self.prepared.moment_without_index(state)
+        let prepared = self.prepared;
+        self.way.show(|| {
+            if prepared.header.is_sheet() {
+                prepared.moment(state)
+            } else {
+                // For other models no figure needs the equilibrium labels or the index.
+                prepared.moment_without_index(state)
             }
         });
     }
 
     fn go_on(&mut self, time: f64) -> bool {
-        let (t, duration) = (time * self.prepared.scales.time, self.prepared.run.duration);
-        self.hooks.progress(t / duration, t);
+        let header = &self.prepared.header;
+        let t = header.scales.outward(Quantity::Time, time);
+        self.hooks.progress(t / header.run.duration, t);
         !self.hooks.interrupted()
     }
 }

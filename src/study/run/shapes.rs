@@ -1,8 +1,8 @@
 //! Shapes and trajectory rows of a run at given times.
 
 use super::{Prepared, table};
-use crate::error::{Error, Result};
-use crate::motion::{Event, Motion, RodCurve, State};
+use crate::error::{Error, Quantity, Result};
+use crate::motion::{Event, RodCurve, State};
 use crate::study::{Hooks, Table};
 use nalgebra::Isometry3;
 
@@ -15,8 +15,8 @@ pub(in crate::study) fn poses(curve: RodCurve) -> Vec<Isometry3<f64>> {
     curve.into_iter().map(|(_, pose)| pose).collect()
 }
 
-/// The rod of a scene at `times`, in the units of the scene and in any order. The result at each time is a list of
-/// one rod, without sections where its strains give no shape.
+/// The rods of a scene at `times`, in the units of the scene and in any order; those with a free end come last. A rod
+/// whose strains give no shape has no sections.
 ///
 /// The motion is computed again up to the last of the times and stops at each exactly, without interpolation. A light
 /// elastic rod has `points` sections, in space evenly spaced, in the plane closer where the rod bends. A rod with
@@ -54,14 +54,8 @@ pub fn shapes(
     points: usize,
     hooks: &mut dyn Hooks,
 ) -> Result<Vec<Shapes>> {
-    let mut shape = |state: &dyn State| Ok(vec![prepared.curve(state, points)]);
-    at_times(
-        &mut *prepared.motion()?,
-        times,
-        prepared.scales.time,
-        hooks,
-        &mut shape,
-    )
+    let mut shape = |state: &dyn State| prepared.curves(state, points);
+    at_times(prepared, times, hooks, &mut shape)
 }
 
 /// The trajectory of a scene's run at `times` only, in the units of the scene and in any order. Rows are as in the
@@ -70,25 +64,25 @@ pub fn shapes(
 /// # Errors
 /// Those of [`shapes`].
 pub fn samples(prepared: &Prepared, times: &[f64], hooks: &mut dyn Hooks) -> Result<Table> {
-    let kind = (prepared.kind(), prepared.is_heavy());
-    let mut row = |state: &dyn State| Ok(table::row(kind, &prepared.moment(state)));
-    let unit = prepared.scales.time;
-    let rows = at_times(&mut *prepared.motion()?, times, unit, hooks, &mut row)?;
-    let mut table = table::trajectory(prepared, 0);
+    let header = &prepared.header;
+    let mut row = |state: &dyn State| Ok(table::row(header, &prepared.moment(state)));
+    let rows = at_times(prepared, times, hooks, &mut row)?;
+    let mut table = table::trajectory(header, 0);
     for row in &rows {
         table.push(row)?;
     }
     Ok(table)
 }
 
-/// Values of `seen` at `times` of a motion; `unit` is the unit of time of the motion in units of `times`.
+/// Values of `seen` at `times` of a scene's motion, in the units of the scene.
 pub(in crate::study) fn at_times<T>(
-    motion: &mut dyn Motion<'_>,
+    prepared: &Prepared,
     times: &[f64],
-    unit: f64,
     hooks: &mut dyn Hooks,
     seen: &mut dyn FnMut(&dyn State) -> Result<T>,
 ) -> Result<Vec<T>> {
+    let mut motion = prepared.motion()?;
+    let unit = prepared.header.scales.unit(Quantity::Time);
     let mut order: Vec<usize> = (0..times.len()).collect();
     order.sort_by(|i, j| times[*i].total_cmp(&times[*j]));
     let mut found: Vec<Option<T>> = times.iter().map(|_| None).collect();

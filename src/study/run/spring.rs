@@ -1,6 +1,6 @@
 //! Spring and dashpot exactly equivalent to some rods in space, in the units of the scene.
 
-use crate::error::Result;
+use crate::error::{Quantity, Result};
 use crate::motion::reduction::Reduction;
 use crate::scene::{Scales, StrainName};
 use nalgebra::DMatrix;
@@ -54,13 +54,13 @@ impl Spring {
     /// Laws that cannot be evaluated on the unloaded rod.
     pub(super) fn new(reduction: &Reduction, k: &Scales) -> Result<Self> {
         let of = reduction.equivalent()?;
-        let moved = |a: usize| match of.moving[a] {
-            0..3 => 1.0,
-            _ => k.length,
-        };
+        let time = k.unit(Quantity::Time);
+        let moved =
+            |a: usize| k.unit([Quantity::Ratio, Quantity::Length][usize::from(of.moving[a] >= 3)]);
         // Entries are energies over displacements and angles, times a power of time.
         let matrix = |matrix: &DMatrix<f64>, time: f64| -> Vec<Vec<f64>> {
-            let entry = |a, b| matrix[(a, b)] * k.energy * time / moved(a) / moved(b);
+            let energy = |a, b| k.outward(Quantity::Couple, matrix[(a, b)]);
+            let entry = |a, b| energy(a, b) * time / moved(a) / moved(b);
             (0..matrix.nrows())
                 .map(|a| (0..matrix.ncols()).map(|b| entry(a, b)).collect())
                 .collect()
@@ -70,10 +70,10 @@ impl Spring {
             .iter()
             .map(|(modulus, relaxation)| SpringBranch {
                 stiffness: matrix(modulus, 1.0),
-                time: relaxation * k.time,
+                time: k.outward(Quantity::Time, *relaxation),
             });
         let modes = of.modes.iter().map(|mode| SpringMode {
-            natural_frequency: mode.natural_frequency / k.time,
+            natural_frequency: k.outward(Quantity::Rate, mode.natural_frequency),
             damping_ratio: mode.damping_ratio,
         });
         let names = of.moving.iter().map(|i| StrainName::ALL[*i].as_str());
@@ -82,10 +82,10 @@ impl Spring {
             moving: names.collect(),
             by_symmetry: reduction.is_identical(),
             stiffness: matrix(&of.stiffness, 1.0),
-            dashpot: matrix(&of.dashpot, k.time),
+            dashpot: matrix(&of.dashpot, time),
             branches: branches.collect(),
-            mass: matrix(&of.mass, k.time * k.time),
-            drag: matrix(&of.drag, k.time),
+            mass: matrix(&of.mass, time * time),
+            drag: matrix(&of.drag, time),
             modes: modes.collect(),
         })
     }

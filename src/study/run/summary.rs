@@ -1,13 +1,16 @@
 //! A run's record as JSON: summary.json and events.json.
 
-use super::ModelKind;
-use super::bounces::{Bounces, bounce_json};
-use super::record::{Moment, RunBranch, RunRecord};
+use super::bounces::Bounces;
+use super::moment::{BodyMoment, Moment, ShapesAt};
+use super::outward::RunBounce;
+use super::record::{RunBranch, RunRecord};
 use super::table::trajectory_name;
 use crate::elastica::Equilibrium;
 use crate::motion::viscoelastic::Layer;
-use crate::motion::{Bounce, Outcome, Snap, SnapEnd};
+use crate::motion::{LightSnap, Outcome, Snap, SnapEnd};
+use crate::scene::RodMassNote;
 use crate::solve::cost::Cost;
+use crate::study::assembly::pose_json;
 use crate::study::light_rod_reference;
 use crate::study::neglected_mass::FoldPassed;
 use nalgebra::DVector;
@@ -16,54 +19,48 @@ use serde_json::{Map, Value, json};
 impl RunRecord {
     /// Content of summary.json: outcome, first and last state, errors, cost, scales, the resolved scene.
     pub fn summary(&self) -> Value {
-        let k = &self.scales;
-        let (root, last) = (&self.branches[0], self.last());
-        let reason = self.reason();
+        let (header, root, last) = (&self.header, &self.branches[0], self.last());
+        let (k, reason) = (&header.scales, self.reason());
         let (absolute, relative) = self.energy_error();
         let mut summary = object(json!({
             "outcome": self.outcome(),
             "complete": reason.is_none(),
             "reason": reason,
-            "units": self.units,
-            "start": self.state(&root.first),
-            "end": self.state(&last.last),
+            "units": header.units,
+            "start": self.state(&root.first, root.shapes.first()),
+            "end": self.state(&last.last, last.shapes.last()),
             "energy_error": { "absolute": absolute, "relative": relative },
             "work": self.cost(),
             "scales": { "length": k.length, "force": k.force, "energy": k.energy, "time": k.time },
             "versions": { "snaprod": env!("CARGO_PKG_VERSION") },
-            "scene": self.scene,
+            "scene": header.scene,
         }));
         let mut add = |key: &str, value: Value| summary.insert(key.to_owned(), value);
-        match self.kind {
-            ModelKind::Sheet | ModelKind::ElasticSpace => {
-                let snaps = |b: &RunBranch| b.snaps.len() + usize::from(b.entered.is_some());
-                add(
-                    "snaps",
-                    json!(self.branches.iter().map(snaps).sum::<usize>()),
-                );
-                add("start_index", json!(self.start_index));
+        if header.is_elastic() || header.is_assembly() {
+            let snaps = self.branches.iter().map(|b| b.all_snaps().count());
+            add("snaps", json!(snaps.sum::<usize>()));
+            add("start_index", json!(self.start_index));
+            if header.in_space() {
+                add("drift", json!(self.worst(|closing| closing.drift)));
             }
-            ModelKind::Planar | ModelKind::Space => {
-                let layers = self.branches.iter().map(|b| b.layers.len());
-                add("layers", json!(layers.sum::<usize>()));
-                let nodes = last.resolution;
-                add(
-                    "nodes",
-                    json!(nodes.map(|n| match n.rate_tail {
-                        None => json!({ "most": n.most_nodes, "tail": n.tail }),
-                        Some(rate) =>
-                            json!({ "most": n.most_nodes, "tail": n.tail, "rate_tail": rate }),
-                    })),
-                );
-            }
+        } else {
+            let layers = self.branches.iter().map(|b| b.layers.len());
+            add("layers", json!(layers.sum::<usize>()));
         }
-        if self.kind == ModelKind::ElasticSpace {
-            let drift = self.branches.iter().map(|b| b.closing.drift);
-            add("drift", json!(drift.fold(0.0, f64::max)));
+        if let Some(nodes) = last.resolution {
+            let mut found = object(json!({ "most": nodes.most_nodes, "tail": nodes.tail }));
+            let rate = nodes
+                .rate_tail
+                .map(|rate| ("rate_tail".to_owned(), json!(rate)));
+            found.extend(rate);
+            add("nodes", Value::Object(found));
         }
-        if self.kind.in_space() {
-            // null: no contact detection.
-            add("contact_diameter", json!(self.thickness));
+        // null: no contact detection.
+        let mut contact = header.held().map(|rod| rod.thickness);
+        if header.is_assembly() {
+            add("contact_diameters", json!(contact.collect::<Vec<_>>()));
+        } else if header.in_space() {
+            add("contact_diameter", json!(contact.next().flatten()));
         }
         if let Some(spring) = &self.spring {
             add("reduction", json!(spring.as_ref().ok()));
@@ -72,28 +69,27 @@ impl RunRecord {
                 add("start_index", json!(self.start_index));
             }
         }
-        if let Some(mass) = &self.mass {
-            add("rod_mass", mass.json());
+        let masses: Vec<Value> = header.masses.iter().map(RodMassNote::json).collect();
+        match masses.as_slice() {
+            [] => {}
+            _ if header.is_assembly() => drop(add("rod_masses", json!(masses))),
+            [mass, ..] => drop(add("rod_mass", mass.clone())),
         }
-        if let Some(validity) = &self.validity {
-            add("validity", validity.json());
-        }
-        if let Some(warning) = self.warning() {
-            add("warning", json!(warning));
-        }
-        if let Some(time) = self.time_without_mass() {
-            add("rod_unfelt", json!(time));
-        }
-        if let Some(untold) = self.missing_folds_note() {
-            add("light_rod_lost", json!(untold));
-        }
-        let bounces = self.branches.iter().map(|branch| &branch.bounces);
-        if let Some(bounces) = Bounces::json(bounces, |bounce| self.bounce(bounce)) {
-            add("bounces", bounces);
-        }
-        if self.branches.len() > 1 {
-            let branches: Vec<Value> = self.branches.iter().map(|b| self.branch(b)).collect();
-            add("branches", json!(branches));
+        let branches = || self.branches.iter().map(|b| self.branch(b)).collect();
+        let several = self.branches.len() > 1;
+        let known = [
+            ("validity", self.validity.as_ref().map(|found| found.json())),
+            ("warning", self.warning().map(Value::String)),
+            ("rod_unfelt", self.time_without_mass().map(|t| json!(t))),
+            (
+                "light_rod_lost",
+                self.missing_folds_note().map(Value::String),
+            ),
+            ("bounces", self.all_bounces()),
+            ("branches", several.then(|| Value::Array(branches()))),
+        ];
+        for (key, value) in known {
+            summary.extend(value.map(|value| (key.to_owned(), value)));
         }
         Value::Object(summary)
     }
@@ -103,11 +99,9 @@ impl RunRecord {
         let several = self.branches.len() > 1;
         let mut events = Vec::new();
         for branch in &self.branches {
-            for snap in branch.entered.iter().chain(&branch.snaps) {
-                let mut event = object(self.snap(snap));
-                let t = snap.t * self.scales.time;
-                let mut passed = self.passed(branch.id);
-                if let Some(fold) = passed.find(|fold| fold.t == t) {
+            for snap in branch.all_snaps() {
+                let mut event = self.snap(snap);
+                if let Some(fold) = self.fold_of(snap, branch) {
                     event.insert("mass".to_owned(), fold.json());
                 }
                 if several {
@@ -118,33 +112,35 @@ impl RunRecord {
             }
             events.extend(self.passages_of(branch));
             if let Outcome::SelfContact(contact) = &branch.outcome {
-                let at = contact.at.map(|s| s * self.scales.length);
-                events.push(json!({ "kind": "self_contact", "t": branch.last.t, "s": at }));
+                let mut event =
+                    json!({ "kind": "self_contact", "t": branch.last.t, "s": contact.at });
+                if self.header.is_assembly() {
+                    event["rods"] = json!(contact.rods.map(|k| self.header.rod_name(k)));
+                }
+                events.push(event);
             }
         }
         events
     }
 
-    fn passed(&self, branch: usize) -> impl Iterator<Item = &FoldPassed> {
-        let of = move |fold: &&FoldPassed| fold.branch == branch;
-        self.folds.iter().filter(of)
+    /// The fold of a rod of known mass at a snap of a branch.
+    fn fold_of(&self, snap: &Snap, branch: &RunBranch) -> Option<&FoldPassed> {
+        let rod = self.header.rod_name(snap.rod);
+        let mut here = self.folds.iter().filter(|fold| fold.branch == branch.id);
+        here.find(|fold| fold.t == snap.t && fold.rod.as_deref() == rod)
     }
 
-    /// Layers and folds of the light rod passed without a jump, in the order of time.
+    /// Layers, folds of light rods passed without a jump, and intervals without light rods, in the order of time.
     fn passages_of(&self, branch: &RunBranch) -> Vec<Value> {
-        let mut all: Vec<(f64, Value)> = branch.layers.iter().map(|l| (l.from, layer(l))).collect();
-        for crossed in &branch.crossed {
-            let t = crossed.snap.t * self.scales.time;
-            let fold = self.passed(branch.id).find(|fold| fold.t == t);
-            all.push((t, FoldPassed::event(fold, self.snap(&crossed.snap))));
-        }
+        let layers = branch.layers.iter().map(|l| (l.from, layer(l)));
+        let crossed = branch.crossed.iter().map(|LightSnap { snap, .. }| {
+            let fold = self.fold_of(snap, branch);
+            let event = Value::Object(self.snap(snap));
+            (snap.t, FoldPassed::event(fold, event))
+        });
         let lost = branch.lost.iter();
-        all.extend(lost.map(|l| {
-            (
-                l.from * self.scales.time,
-                light_rod_reference::event(l, &[], &self.scales),
-            )
-        }));
+        let lost = lost.map(|l| (l.from, light_rod_reference::event(l, &self.header)));
+        let mut all: Vec<(f64, Value)> = layers.chain(crossed).chain(lost).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
         all.into_iter().map(|(_, event)| event).collect()
     }
@@ -155,20 +151,17 @@ impl RunRecord {
             "parent": branch.parent,
             "outcome": branch.outcome.key(),
             "from": branch.first.t,
-            "end": self.state(&branch.last),
+            "end": self.state(&branch.last, branch.shapes.last()),
             "reached": branch.entered.as_ref().map(|snap| snap.reached),
             "trajectory": trajectory_name(branch.id) + ".csv",
         })
     }
 
-    fn state(&self, at: &Moment) -> Value {
-        let (r, v, f) = (at.position(), at.velocity, at.force);
-        let ledger = &at.ledger;
+    /// A state; `shapes` of the rods for the free ends of an assembly.
+    fn state(&self, at: &Moment, shapes: Option<&ShapesAt>) -> Value {
+        let (header, ledger) = (&self.header, &at.ledger);
         let mut state = object(json!({
             "t": at.t,
-            "x": r.x, "y": r.y,
-            "vx": v.x, "vy": v.y,
-            "fx": f.x, "fy": f.y,
             "kinetic": ledger.kinetic,
             "elastic": ledger.elastic,
             "potential": ledger.potential,
@@ -176,35 +169,68 @@ impl RunRecord {
             "work": ledger.work,
             "total": at.total,
         }));
-        if self.heavy {
+        if header.heavy {
             state.insert("rod_kinetic".to_owned(), json!(ledger.rod_kinetic));
         }
+        if header.in_space() && (header.is_elastic() || header.is_assembly()) {
+            state.insert("index".to_owned(), json!(at.index));
+        }
+        if header.is_assembly() {
+            let named = header.bodies.iter().zip(&at.bodies);
+            let bodies: Map<String, Value> = named
+                .map(|(body, at)| (body.name.clone(), body_json(at)))
+                .collect();
+            state.insert("bodies".to_owned(), json!(bodies));
+            let rods = header
+                .rods
+                .iter()
+                .zip(shapes.into_iter().flat_map(|at| &at.rods));
+            let free = rods.filter(|(rod, _)| rod.free);
+            let ends: Map<String, Value> = free
+                .map(|(rod, shape)| (rod.name.clone(), json!(shape.last().map(pose_json))))
+                .collect();
+            if !ends.is_empty() {
+                state.insert("free_ends".to_owned(), json!(ends));
+            }
+        } else {
+            state.extend(self.end_json(at));
+        }
+        Value::Object(state)
+    }
+
+    /// The end of one rod; in the plane with the labels of the equilibrium.
+    fn end_json(&self, at: &Moment) -> Map<String, Value> {
+        let (end, r) = (at.end(), at.position());
+        let (q, v, w) = (end.pose.rotation, end.velocity, end.angular_velocity);
+        let action = end.action.unwrap_or_default();
+        let (f, m) = (action.force, action.couple);
+        let mut state = object(json!({
+            "x": r.x, "y": r.y,
+            "vx": v.x, "vy": v.y,
+            "fx": f.x, "fy": f.y,
+        }));
         let labels = at.labels.as_ref();
-        let (q, w, m) = (at.pose.rotation, at.angular_velocity, at.couple);
-        state.extend(object(match self.kind {
-            ModelKind::ElasticSpace | ModelKind::Space => json!({
+        state.extend(object(if self.header.in_space() {
+            json!({
                 "z": r.z, "vz": v.z, "fz": f.z,
                 "qw": q.w, "qx": q.i, "qy": q.j, "qz": q.k,
                 "wx": w.x, "wy": w.y, "wz": w.z,
                 "mx": m.x, "my": m.y, "mz": m.z,
-            }),
-            ModelKind::Sheet | ModelKind::Planar => json!({
+            })
+        } else {
+            json!({
                 "lam": labels.map(|l| l.lambda()),
                 "p": labels.map(|l| l.p),
                 "w": labels.map(|l| l.w),
                 "mode": labels.map(|l| l.sheet.mode),
                 "sign": labels.map(|l| l.sheet.sign.as_str()),
                 "index": labels.map(|l| l.index),
-            }),
+            })
         }));
-        if self.kind == ModelKind::ElasticSpace {
-            state.insert("index".to_owned(), json!(at.index));
-        }
-        Value::Object(state)
+        state
     }
 
-    fn snap(&self, snap: &Snap) -> Value {
-        let k = &self.scales;
+    fn snap(&self, snap: &Snap) -> Map<String, Value> {
         let end = |e: &SnapEnd| {
             let mut end = match e.sheet {
                 Some(sheet) => object(json!({
@@ -214,50 +240,71 @@ impl RunRecord {
                     "mode": sheet.mode,
                     "sign": sheet.sign.as_str(),
                 })),
-                // The base wrench along the directors of the clamp.
                 None => object(json!({
-                    "couple": e.q.rows(0, 3).iter().map(|m| m * k.energy).collect::<Vec<_>>(),
-                    "force": e.q.rows(3, 3).iter().map(|n| n * k.energy / k.length).collect::<Vec<_>>(),
+                    "couple": e.q.rows(0, 3).as_slice(),
+                    "force": e.q.rows(3, 3).as_slice(),
                 })),
             };
-            end.extend(object(
-                json!({ "index": e.index, "elastic": e.elastic * k.energy }),
-            ));
+            end.extend(object(json!({ "index": e.index, "elastic": e.elastic })));
             Value::Object(end)
         };
-        let mut event = object(json!({ "kind": "snap", "t": snap.t * k.time }));
-        event.extend(self.place(&snap.pose, &snap.velocity));
-        event.extend(object(json!({
+        let mut event = object(json!({
+            "kind": "snap",
+            "t": snap.t,
             "from": end(&snap.from),
             "to": end(&snap.to),
-            "released": snap.released * k.energy,
-            "time_error": snap.time_error * k.time,
-        })));
-        event.extend(choice(snap));
-        Value::Object(event)
+            "released": snap.released,
+            "time_error": snap.time_error,
+        }));
+        event.extend(self.place(snap.rod, &snap.pose, &snap.velocity));
+        if let Some(choices) = snap.choices {
+            // Landings among which a rule chose, and whether the viscous flow leads to the chosen one.
+            event.extend(object(
+                json!({ "choices": choices, "reached": snap.reached }),
+            ));
+        }
+        event
     }
 
-    /// Position and velocity of the end, in two or three components.
-    fn place(&self, pose: &DVector<f64>, velocity: &DVector<f64>) -> Map<String, Value> {
-        let k = &self.scales;
-        let named = |names: [&'static str; 3], values: &DVector<f64>, unit: f64| {
-            let values: Vec<f64> = values.iter().map(|x| x * unit).collect();
-            let named = names.into_iter().zip(values);
-            named.map(|(name, x)| (name.to_owned(), json!(x)))
-        };
-        named(["x", "y", "z"], pose, k.length)
-            .chain(named(["vx", "vy", "vz"], velocity, k.velocity))
+    /// Place of an event: name of the rod in an assembly; of one rod position and velocity of the end, in two or three
+    /// components.
+    fn place(
+        &self,
+        rod: usize,
+        pose: &DVector<f64>,
+        velocity: &DVector<f64>,
+    ) -> Map<String, Value> {
+        if self.header.is_assembly() {
+            return object(json!({ "rod": self.header.rod_name(rod) }));
+        }
+        let r = ["x", "y", "z"].into_iter().zip(pose.iter());
+        let v = ["vx", "vy", "vz"].into_iter().zip(velocity.iter());
+        r.chain(v)
+            .map(|(name, x)| (name.to_owned(), json!(x)))
             .collect()
     }
 
-    fn bounce(&self, bounce: &Bounce) -> Value {
-        let k = &self.scales;
-        let mut told = bounce_json(bounce, k, self.place(&bounce.pose, &bounce.velocity));
-        if self.kind == ModelKind::Sheet {
-            told.insert(
-                "viscosity".to_owned(),
-                json!(bounce.viscosity() * k.viscosity()),
-            );
+    /// Bounces of all branches; `None` without bounces.
+    fn all_bounces(&self) -> Option<Value> {
+        let branches = self.branches.iter().map(|branch| &branch.bounces);
+        let (count, hardest) = Bounces::of(branches.clone())?;
+        let first = branches.flat_map(|b| &b.first).map(|b| self.bounce(b));
+        let first: Vec<Value> = first.collect();
+        Some(json!({ "count": count, "hardest": self.bounce(hardest), "first": first }))
+    }
+
+    fn bounce(&self, bounce: &RunBounce) -> Value {
+        let mut told = object(json!({
+            "kind": "bounce",
+            "t": bounce.t,
+            "tension": bounce.tension,
+            "lam": bounce.lambda,
+            "elastic": bounce.elastic,
+            "friction_time": bounce.friction_time,
+        }));
+        told.extend(self.place(bounce.rod, &bounce.pose, &bounce.velocity));
+        if self.header.is_sheet() {
+            told.insert("viscosity".to_owned(), json!(bounce.viscosity));
         }
         Value::Object(told)
     }
@@ -265,29 +312,40 @@ impl RunRecord {
     fn cost(&self) -> Value {
         let each = self.branches.iter().map(|b| b.cost);
         let all = each.fold(Cost::default(), |sum, cost| sum + cost);
-        match self.kind {
-            ModelKind::Sheet | ModelKind::ElasticSpace => elastic_cost(&all),
-            ModelKind::Planar | ModelKind::Space => json!({
-                "evaluations": all.evaluations,
-                "steps": all.steps,
-                "implicit_steps": all.implicit_steps,
-                "rejected": all.rejected,
-                "jacobians": all.jacobians,
-                "factorisations": all.factorisations,
-                "iterations": all.iterations,
-            }),
-        }
+        let mut cost = object(json!({
+            "evaluations": all.evaluations,
+            "steps": all.steps,
+            "rejected": all.rejected,
+        }));
+        cost.extend(object(
+            if self.header.is_elastic() || self.header.is_assembly() {
+                json!({ "dense": all.samples })
+            } else {
+                json!({
+                    "implicit_steps": all.implicit_steps,
+                    "jacobians": all.jacobians,
+                    "factorisations": all.factorisations,
+                    "iterations": all.iterations,
+                })
+            },
+        ));
+        Value::Object(cost)
     }
 }
 
-/// Cost of an elastic run.
-pub(in crate::study) fn elastic_cost(cost: &Cost) -> Value {
-    json!({
-        "evaluations": cost.evaluations,
-        "steps": cost.steps,
-        "rejected": cost.rejected,
-        "dense": cost.samples,
-    })
+/// A body of an assembly.
+fn body_json(at: &BodyMoment) -> Value {
+    let q = at.pose.rotation;
+    let mut body = object(json!({
+        "position": at.pose.translation.vector.as_slice(),
+        "quaternion": [q.w, q.i, q.j, q.k],
+        "velocity": at.velocity.as_slice(),
+        "angular_velocity": at.angular_velocity.as_slice(),
+    }));
+    if let Some(force) = at.groove {
+        body.insert("groove_force".to_owned(), json!(force.as_slice()));
+    }
+    Value::Object(body)
 }
 
 fn layer(layer: &Layer) -> Value {
@@ -301,14 +359,6 @@ fn layer(layer: &Layer) -> Value {
         "released": layer.elastic_from - layer.elastic_to,
         "dissipated": layer.dissipated,
         "whole": layer.whole,
-    })
-}
-
-/// Landings among which a rule chose, and whether the viscous flow leads to the chosen one; empty without such a
-/// rule.
-pub(in crate::study) fn choice(snap: &Snap) -> Map<String, Value> {
-    snap.choices.map_or_else(Map::new, |choices| {
-        object(json!({ "choices": choices, "reached": snap.reached }))
     })
 }
 

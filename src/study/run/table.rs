@@ -1,12 +1,13 @@
 //! The tables of a run: trajectory and strain field.
 
-use super::ModelKind;
+use super::header::RunHeader;
+use super::moment::{BodyMoment, Moment};
 use super::prepared::Prepared;
-use super::record::Moment;
 use crate::error::Result;
 use crate::motion::Ledger;
 use crate::scene::{Scene, Units};
 use crate::study::{Cell, Column, Table};
+use nalgebra::Vector3;
 
 /// Name of a branch's trajectory, without extension.
 pub fn trajectory_name(branch: usize) -> String {
@@ -21,96 +22,150 @@ fn name(table: &str, branch: usize) -> String {
     }
 }
 
-/// The trajectory of a scene of one rod before its run: names, units and meanings of its columns.
+/// The trajectory of a scene of rods before its run: names, units and meanings of its columns.
 ///
 /// # Errors
 /// Those of [`Prepared::new`].
 pub fn columns(scene: &Scene) -> Result<Table> {
-    Ok(trajectory(&Prepared::new(scene)?, 0))
+    Ok(trajectory(&Prepared::new(scene)?.header, 0))
 }
 
 /// The trajectory of a branch, without rows.
-pub(super) fn trajectory(prepared: &Prepared, branch: usize) -> Table {
-    let u = prepared.units;
-    let axes: &[(&str, &str)] = match prepared.kind() {
-        ModelKind::Sheet | ModelKind::Planar => &[("x", "x"), ("y", "y")],
-        ModelKind::ElasticSpace | ModelKind::Space => &[("x", "x"), ("y", "y"), ("z", "z")],
-    };
-    let vector = |prefix: &str, unit: &'static str, meaning: &str| -> Vec<Column> {
-        let name = |axis: &str| format!("{prefix}{axis}");
-        let column = |(axis, along): &(&str, &str)| {
-            Column::reals(name(axis), unit, format!("{meaning}, along {along}"))
-        };
-        axes.iter().map(column).collect()
-    };
+pub(super) fn trajectory(header: &RunHeader, branch: usize) -> Table {
+    let u = header.units;
     let mut columns = vec![Column::reals("t", u.time(), "time")];
-    columns.extend(vector("", u.length(), "position of the end"));
-    let velocity = vector("v", u.velocity(), "velocity of the end");
-    let force = vector("f", u.force(), "force of the rod on the body");
-    if prepared.kind().in_space() {
-        let part = |name, which| {
-            Column::reals(
-                name,
-                "",
-                format!("quaternion of the end's directors, {which}"),
-            )
-        };
-        columns.extend([
-            part("qw", "scalar part"),
-            part("qx", "along x"),
-            part("qy", "along y"),
-            part("qz", "along z"),
-        ]);
-        columns.extend(velocity);
-        let per_time = match u.time() {
-            "" => "",
-            _ => "rad/s",
-        };
-        columns.extend(vector(
-            "w",
-            per_time,
-            "angular velocity of the end's directors",
-        ));
-        columns.extend(force);
-        columns.extend(vector("m", u.couple(), "couple of the rod on the body"));
-        if prepared.grooved {
-            columns.extend(vector("g", u.force(), "force of the groove on the body"));
-        }
+    if header.is_assembly() {
+        columns.extend(bodies(header));
+    } else if header.in_space() {
+        columns.extend(end_in_space(header));
     } else {
-        columns.extend(velocity);
-        columns.extend([
-            Column::reals(
-                "lam",
-                "",
-                "lambda = L sqrt(force/EI) of the equilibrium that the rod is in or near",
-            ),
-            Column::reals("p", "", "its chart coordinate p, kappa = tanh p"),
-            Column::reals("w", "", "its chart coordinate w"),
-            Column::integers("mode", "the mode j of its sheet S_j^+-"),
-            Column::words("sign", "the sign of its sheet"),
-            Column::integers("index", "its Morse index: 0 is stable"),
-        ]);
-        columns.extend(force);
+        columns.extend(end_in_plane(u));
     }
     columns.extend(ledger_columns(u));
-    if prepared.is_heavy() {
+    if header.heavy {
         columns.push(rod_kinetic(u));
     }
-    if prepared.kind() == ModelKind::ElasticSpace {
-        let meaning = "Morse index of the rod with its end held: 0 is stable";
-        columns.push(Column::integers("index", meaning));
-    }
+    columns.extend(index(header).map(|meaning| Column::integers("index", meaning)));
     Table::new(trajectory_name(branch), columns)
 }
 
+/// Meaning of the last column, the Morse index of light rods in space; `None` without this column.
+fn index(header: &RunHeader) -> Option<&'static str> {
+    if header.is_assembly() {
+        Some("Morse indices of the rods with their ends held, added up: 0 is stable")
+    } else if header.in_space() && header.is_elastic() {
+        Some("Morse index of the rod with its end held: 0 is stable")
+    } else {
+        None
+    }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Columns of the components of a vector along these axes.
+fn vector(
+    axes: &'static [&'static str],
+    prefix: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+) -> impl Iterator<Item = Column> {
+    axes.iter().map(move |axis| {
+        Column::reals(
+            format!("{prefix}{axis}"),
+            unit,
+            format!("{meaning}, along {axis}"),
+        )
+    })
+}
+
+fn angular_velocity(u: Units) -> &'static str {
+    match u.time() {
+        "" => "",
+        _ => "rad/s",
+    }
+}
+
+/// Columns of the end of a planar rod, and of the equilibrium that the rod is in or near.
+fn end_in_plane(u: Units) -> Vec<Column> {
+    let vector = |prefix, unit, meaning| vector(&AXES[..2], prefix, unit, meaning);
+    let mut columns: Vec<Column> = vector("", u.length(), "position of the end").collect();
+    columns.extend(vector("v", u.velocity(), "velocity of the end"));
+    columns.extend([
+        Column::reals(
+            "lam",
+            "",
+            "lambda = L sqrt(force/EI) of the equilibrium that the rod is in or near",
+        ),
+        Column::reals("p", "", "its chart coordinate p, kappa = tanh p"),
+        Column::reals("w", "", "its chart coordinate w"),
+        Column::integers("mode", "the mode j of its sheet S_j^+-"),
+        Column::words("sign", "the sign of its sheet"),
+        Column::integers("index", "its Morse index: 0 is stable"),
+    ]);
+    columns.extend(vector("f", u.force(), "force of the rod on the body"));
+    columns
+}
+
+/// Columns of the end of one rod in space, in the order of [`BodyMoment::numbers`].
+fn end_in_space(header: &RunHeader) -> Vec<Column> {
+    let u = header.units;
+    let vector = |prefix, unit, meaning| vector(&AXES, prefix, unit, meaning);
+    let mut columns: Vec<Column> = vector("", u.length(), "position of the end").collect();
+    let parts = [
+        ("qw", "scalar part"),
+        ("qx", "along x"),
+        ("qy", "along y"),
+        ("qz", "along z"),
+    ];
+    columns.extend(parts.map(|(name, which)| {
+        let meaning = format!("quaternion of the end's directors, {which}");
+        Column::reals(name, "", meaning)
+    }));
+    let spin = "angular velocity of the end's directors";
+    columns.extend(vector("v", u.velocity(), "velocity of the end"));
+    columns.extend(vector("w", angular_velocity(u), spin));
+    columns.extend(vector("f", u.force(), "force of the rod on the body"));
+    columns.extend(vector("m", u.couple(), "couple of the rod on the body"));
+    let groove = vector("g", u.force(), "force of the groove on the body");
+    columns.extend(groove.filter(|_| header.bodies[0].is_grooved()));
+    columns
+}
+
+/// Columns of the bodies of an assembly, each in the order of [`BodyMoment::numbers`].
+fn bodies(header: &RunHeader) -> Vec<Column> {
+    let u = header.units;
+    let groups = [
+        (&["x", "y", "z"][..], u.length(), "position"),
+        (&["qw", "qx", "qy", "qz"], "", "quaternion"),
+        (&["vx", "vy", "vz"], u.velocity(), "velocity"),
+        (&["wx", "wy", "wz"], angular_velocity(u), "angular velocity"),
+    ];
+    let mut columns = Vec::new();
+    for body in &header.bodies {
+        let name = &body.name;
+        for (parts, unit, what) in groups {
+            columns.extend(parts.iter().map(|part| {
+                let meaning = format!("{what} of the frame of {name}, in the world");
+                Column::reals(format!("{name}.{part}"), unit, meaning)
+            }));
+        }
+        let force = ["groove_x", "groove_y", "groove_z"].iter().map(|part| {
+            let meaning = format!("force of the groove on {name}, in the world");
+            Column::reals(format!("{name}.{part}"), u.force(), meaning)
+        });
+        columns.extend(force.filter(|_| body.is_grooved()));
+    }
+    columns
+}
+
 /// Column of the kinetic energy of a rod with mass, a part of `total`.
-pub(in crate::study) fn rod_kinetic(units: Units) -> Column {
+fn rod_kinetic(units: Units) -> Column {
     let meaning = "kinetic energy of the rod, one more term of the total";
     Column::reals("rod_kinetic", units.energy(), meaning)
 }
 
 /// Energy columns of a state.
-pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
+fn ledger_columns(units: Units) -> [Column; 6] {
     let energy = |name, meaning| Column::reals(name, units.energy(), meaning);
     [
         energy("kinetic", "kinetic energy of the body"),
@@ -129,7 +184,7 @@ pub(in crate::study) fn ledger_columns(units: Units) -> [Column; 6] {
 }
 
 /// Values of [`ledger_columns`].
-pub(in crate::study) fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
+fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
     [
         ledger.kinetic,
         ledger.elastic,
@@ -142,22 +197,17 @@ pub(in crate::study) fn ledger_cells(ledger: &Ledger, total: f64) -> [Cell; 6] {
 }
 
 /// The row of a state.
-pub(super) fn row((kind, heavy): (ModelKind, bool), at: &Moment) -> Vec<Cell> {
-    let real = Cell::Real;
-    let axes = if kind.in_space() { 3 } else { 2 };
-    let mut cells = vec![real(at.t)];
-    let r = at.pose.translation.vector;
-    cells.extend(r.iter().take(axes).copied().map(real));
-    if kind.in_space() {
-        let q = at.pose.rotation;
-        cells.extend([q.w, q.i, q.j, q.k].map(real));
-        let vectors = [at.velocity, at.angular_velocity, at.force, at.couple];
-        for v in vectors.iter().chain(&at.groove) {
-            cells.extend(v.iter().copied().map(real));
-        }
+pub(super) fn row(header: &RunHeader, at: &Moment) -> Vec<Cell> {
+    let mut cells = vec![Cell::Real(at.t)];
+    if header.in_space() {
+        let numbers = at.bodies.iter().flat_map(BodyMoment::numbers);
+        cells.extend(numbers.map(Cell::Real));
     } else {
-        cells.extend(at.velocity.iter().take(axes).copied().map(real));
+        let end = at.end();
+        let plane = |v: Vector3<f64>| [v.x, v.y].map(Cell::Real);
         let labels = at.labels.as_ref();
+        cells.extend(plane(at.position()));
+        cells.extend(plane(end.velocity));
         cells.extend([
             labels.map(|l| l.lambda()).into(),
             labels.map(|l| l.p).into(),
@@ -166,26 +216,30 @@ pub(super) fn row((kind, heavy): (ModelKind, bool), at: &Moment) -> Vec<Cell> {
             labels.map(|l| l.sheet.sign.as_str()).into(),
             labels.map(|l| l.index).into(),
         ]);
-        cells.extend(at.force.iter().take(axes).copied().map(real));
+        cells.extend(
+            end.action
+                .into_iter()
+                .flat_map(|action| plane(action.force)),
+        );
     }
     cells.extend(ledger_cells(&at.ledger, at.total));
-    if heavy {
-        cells.push(real(at.ledger.rod_kinetic));
+    if header.heavy {
+        cells.push(Cell::Real(at.ledger.rod_kinetic));
     }
-    if kind == ModelKind::ElasticSpace {
+    if index(header).is_some() {
         cells.push(at.index.into());
     }
     cells
 }
 
 /// The strain field of a branch over time and arclength, without rows.
-pub(super) fn strain(prepared: &Prepared, branch: usize) -> Table {
-    let u = prepared.units;
+pub(super) fn strain(header: &RunHeader, branch: usize) -> Table {
+    let u = header.units;
     let mut columns = vec![
         Column::reals("t", u.time(), "time"),
         Column::reals("s", u.length(), "arclength from the clamp, unstrained"),
     ];
-    for (name, i) in prepared.strains() {
+    for &(name, i) in &header.strains {
         let (unit, meaning) = match i {
             0 | 1 => (u.curvature(), "flexure"),
             2 => (u.curvature(), "twist"),

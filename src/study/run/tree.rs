@@ -4,13 +4,15 @@ use crate::error::Result;
 use crate::motion::{Motion, Outcome, Snap};
 use std::collections::VecDeque;
 
-/// Origin of a run in the tree.
+/// Origin of a run in the tree, in the units of the motion.
 #[derive(Debug, Clone)]
 pub struct BranchOrigin {
     /// Number in the order in which runs are followed; 0 is the trunk.
     pub id: usize,
     /// Number of the parent run.
     pub parent: Option<usize>,
+    /// Number among the runs in which the parent forks.
+    pub fork: usize,
     /// Snap at which the run begins.
     pub entered: Option<Snap>,
 }
@@ -25,30 +27,36 @@ pub fn tree<'a, B>(
     most: usize,
     mut follow: impl FnMut(BranchOrigin, &mut dyn Motion<'a>) -> Result<(B, Outcome)>,
 ) -> Result<(Vec<B>, usize)> {
-    let mut waiting = VecDeque::from([(None, None, trunk)]);
+    let root = BranchOrigin {
+        id: 0,
+        parent: None,
+        fork: 0,
+        entered: None,
+    };
+    let mut waiting = VecDeque::from([(root, trunk)]);
     let (mut branches, mut whole, mut cut) = (Vec::new(), 0, 0);
-    while let Some((parent, entered, mut motion)) = waiting.pop_front() {
+    while let Some((origin, mut motion)) = waiting.pop_front() {
         let id = branches.len();
-        let stem = BranchOrigin {
-            id,
-            parent,
-            entered,
-        };
-        let (branch, outcome) = follow(stem, &mut *motion)?;
-        match &outcome {
-            Outcome::Branched(snaps) => {
-                for snap in snaps {
-                    // The bound counts whole runs: a fork replaces one run by several.
-                    if whole + waiting.len() < most {
-                        waiting.push_back((Some(id), Some(snap.clone()), motion.branch(snap)?));
-                    } else {
-                        cut += 1;
-                    }
-                }
-            }
-            _ => whole += 1,
-        }
+        let (branch, outcome) = follow(BranchOrigin { id, ..origin }, &mut *motion)?;
         branches.push(branch);
+        let Outcome::Branched(snaps) = outcome else {
+            whole += 1;
+            continue;
+        };
+        for (fork, snap) in snaps.iter().enumerate() {
+            // The bound counts whole runs: a fork replaces one run by several.
+            if whole + waiting.len() >= most {
+                cut += 1;
+                continue;
+            }
+            let origin = BranchOrigin {
+                id,
+                parent: Some(id),
+                fork,
+                entered: Some(snap.clone()),
+            };
+            waiting.push_back((origin, motion.branch(snap)?));
+        }
     }
     Ok((branches, cut))
 }

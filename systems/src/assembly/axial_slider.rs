@@ -17,8 +17,8 @@
 //! slider, whether the rod can stretch or not: where y is small the rod is integrated more accurately, and a drifted
 //! end is corrected by moving the body along the rod, not by the force.
 
-use super::{Joint, Link, LinkEnd};
-use crate::math::se3::{halves, joined};
+use super::rod_element::{EndKind, EndSlider, Link, LinkEnd};
+use crate::math::se3::{halves, join};
 use crate::rod::Wrench;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
@@ -38,15 +38,6 @@ const FINEST: f64 = 1e-14;
 /// A rod counts as nearly straight below the first relative shortening, and ceases to above the second.
 const STRAIGHT: [f64; 2] = [1e-4, 1e-3];
 
-/// A slider with a spring between the end of a rod and its attachment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EndSlider {
-    /// c, in L^3/B; 0 if only the axial force is to be kept while the end is brought back.
-    pub compliance: f64,
-    /// e, along the directors of the base, of length 1.
-    pub along: Vector3<f64>,
-}
-
 impl Link {
     /// Lets the end of an inextensible rod give way along the rod by less than a motion of this tolerance, in rod
     /// lengths, can resolve.
@@ -57,29 +48,20 @@ impl Link {
         };
     }
 
-    /// Sets the slider between the end of the rod and its attachment.
-    pub fn set_slider(&mut self, give: Option<EndSlider>) {
-        self.give = give;
-    }
-
-    /// Slider between the end of the rod and its attachment.
-    pub fn give(&self) -> Option<EndSlider> {
-        self.give
-    }
-
     /// Slider that suits the present end, with hysteresis.
     pub fn suited_slider(&self, end: &LinkEnd) -> Option<EndSlider> {
-        if self.unseen == 0.0 && !self.felt || end.chord.is_some() || end.slack.is_some() {
+        if self.unseen == 0.0 && !self.is_followed() || end.chord().is_some() || end.is_taut() {
             return None;
         }
+        let set = self.chart.slider();
         let own = end.pose.translation.vector - self.slider_travel(end);
         let distance = own.norm();
-        if 1.0 - distance / self.rod.length() > STRAIGHT[usize::from(self.give.is_some())] {
+        if 1.0 - distance / self.rod.length() > STRAIGHT[usize::from(set.is_some())] {
             return None;
         }
         let along = own / distance;
-        let held = self.give.filter(|give| give.compliance == 0.0);
-        if self.felt {
+        let held = set.filter(|slider| slider.compliance == 0.0);
+        if self.is_followed() {
             let (yields, again) = (
                 self.axial_compliance(end, &along),
                 usize::from(held.is_some()),
@@ -93,8 +75,8 @@ impl Link {
             }
         }
         let pull = along.dot(&end.tip_force()).abs() / self.units()[3];
-        let stays = |give: &EndSlider| give.compliance * pull <= KEPT * self.unseen;
-        let slider = self.give.filter(|give| give.compliance > 0.0);
+        let stays = |slider: &EndSlider| slider.compliance * pull <= KEPT * self.unseen;
+        let slider = set.filter(|slider| slider.compliance > 0.0);
         slider.filter(stays).or_else(|| {
             Some(EndSlider {
                 compliance: (self.unseen / pull).min(MAX_COMPLIANCE),
@@ -106,8 +88,10 @@ impl Link {
     /// Tolerance of integration along the rod. Tightened so that the axial motion of the end is right to FINER of its
     /// axial compliance.
     pub(super) fn finer(&self, tolerance: f64) -> f64 {
-        match self.give {
-            Some(give) if give.compliance == 0.0 => (FINER * tolerance).max(FINEST).min(tolerance),
+        match self.chart.slider() {
+            Some(slider) if slider.compliance == 0.0 => {
+                (FINER * tolerance).max(FINEST).min(tolerance)
+            }
             _ => tolerance,
         }
     }
@@ -115,35 +99,37 @@ impl Link {
     /// Axial compliance of the rod's own end, in L^3/B, with the attachment holding the end across: 0 for a straight
     /// rod.
     fn axial_compliance(&self, end: &LinkEnd, along: &Vector3<f64>) -> f64 {
-        let moved = joined(&Vector3::zeros(), along);
+        let moved = join(&Vector3::zeros(), along);
         let force = |q: Wrench| along.dot(&halves(&q).1);
         let pulled = self.regular(end).and_then(|factors| factors.solve(&moved));
-        let slider = self.give.map_or(0.0, |give| give.compliance);
+        let slider = self.chart.slider().map_or(0.0, |slider| slider.compliance);
         pulled.map_or(0.0, |q| (1.0 / force(q) - slider).abs())
     }
 
     /// Travel of the end on its slider.
     fn slider_travel(&self, end: &LinkEnd) -> Vector3<f64> {
-        self.give
-            .map_or_else(Vector3::zeros, |give| self.slid(&give) * end.tip_force())
+        let slider = self.chart.slider();
+        slider.map_or_else(Vector3::zeros, |slider| {
+            self.slid(&slider) * end.tip_force()
+        })
     }
 
     /// c e e^T, a length by a force.
-    fn slid(&self, give: &EndSlider) -> Matrix3<f64> {
+    fn slid(&self, slider: &EndSlider) -> Matrix3<f64> {
         let unit = self.rod.length() / self.units()[3];
-        give.along * give.along.transpose() * (give.compliance * unit)
+        slider.along * slider.along.transpose() * (slider.compliance * unit)
     }
 
     /// Chart correction that closes the `gap` between end and attachment, except for its part along the slider; the
     /// force along the slider stays.
     pub(super) fn moved_across(
         &self,
-        give: &EndSlider,
+        slider: &EndSlider,
         end: &LinkEnd,
         gap: &Vector6<f64>,
     ) -> Option<Wrench> {
         let scale = self.gap_scale(end);
-        let along = give.along * give.along.transpose();
+        let along = slider.along * slider.along.transpose();
         let across = Matrix3::identity() - along;
         let (mut equations, mut gap) = (scale * end.jacobian, scale * gap);
         let rows = across * equations.fixed_rows::<3>(3);
@@ -157,10 +143,11 @@ impl Link {
 
     /// End of the rod with the slider's spring behind it.
     pub(super) fn with_slider(&self, mut end: LinkEnd) -> LinkEnd {
-        let Some(give) = self.give.filter(|_| end.chord.is_none()) else {
+        let Some(slider) = self.chart.slider().filter(|_| end.chord().is_none()) else {
             return end;
         };
-        let (slid, force, unit) = (self.slid(&give), end.tip_force(), self.units()[3]);
+        let (slid, force, unit) = (self.slid(&slider), end.tip_force(), self.units()[3]);
+        let on_ball = matches!(end.kind, EndKind::OnBall { .. });
         let way = slid * force;
         // m = m(1) - way x n(1), and its derivative by the force. The load is dead in the world: it turns the other
         // way as the base turns, and n(1) = n(0) - load.
@@ -174,7 +161,7 @@ impl Link {
         block += slid * unit;
         let mut block = end.resultants.fixed_view_mut::<3, 3>(6, 3);
         block += couple_by_force * unit;
-        if self.joint == Joint::Ball {
+        if on_ball {
             let mut block = end.jacobian.fixed_view_mut::<3, 3>(0, 3);
             block += couple_by_force * unit;
         }
@@ -189,7 +176,7 @@ impl Link {
             rows += bent;
             let mut rows = along.prescribed.fixed_rows_mut::<3>(3);
             rows += moved;
-            if self.joint == Joint::Ball {
+            if on_ball {
                 let mut rows = along.prescribed.fixed_rows_mut::<3>(0);
                 rows += bent;
             }

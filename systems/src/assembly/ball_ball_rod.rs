@@ -9,11 +9,12 @@
 //! the chord except for a spin about it, on which only the rod's own mass acts (`chord_spin`). The curve of a buckled
 //! round rod can also spin about its own d3, n' = d3 x n: that direction is held.
 
-use super::{Joint, Link, LinkEnd, LinkPoint};
+use super::attachment::Joint;
+use super::rod_element::{EndKind, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use crate::rod::{RodSection, Wrench};
-use crate::solve::deflation::{self, further};
+use crate::solve::deflation::{self, find_further};
 use crate::solve::newton;
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::{
@@ -49,10 +50,10 @@ impl Family for ChordFamily<'_> {
     }
 
     fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
-        let q = joined(&Vector3::zeros(), &Vector3::from_column_slice(x.as_slice()));
+        let q = join(&Vector3::zeros(), &Vector3::from_column_slice(x.as_slice()));
         let end = self.link.end(&q, self.tolerance)?;
         let length = self.link.rod().length();
-        let gap = halves(&end.gap(self.held, Joint::Pins)).1 / length;
+        let gap = halves(&end.gap(self.held)).1 / length;
         let jacobian = end.jacobian.fixed_view::<3, 3>(3, 3) / length;
         Ok(Linearised {
             residual: DVector::from_column_slice((-gap).as_slice()),
@@ -63,18 +64,19 @@ impl Family for ChordFamily<'_> {
 }
 
 impl LinkEnd {
-    /// Direction of the chord.
-    pub(super) fn along(&self) -> Vector3<f64> {
-        self.chord.unwrap_or_else(Vector3::z)
-    }
-
     /// Neutral rotation of the force of a round rod about its base while the curve turns in itself; None for any
     /// other rod. The chart holds this direction.
     pub(super) fn own_turn(&self) -> Option<Vector3<f64>> {
+        let EndKind::Pinned {
+            chord, per_couple, ..
+        } = &self.kind
+        else {
+            return None;
+        };
         let couple = self.resultants.fixed_rows::<3>(6).into_owned();
-        let rows = chord_rows(&self.tangent, &couple, (&self.chord?, self.per_couple));
+        let rows = chord_rows(&self.tangent, &couple, (chord, *per_couple));
         let by_force = rows.fixed_columns::<3>(3).into_owned();
-        own_turn(&by_force, &self.force, &(self.couple * self.per_couple))
+        own_turn(&by_force, &self.force, &(self.couple * *per_couple))
     }
 }
 
@@ -104,7 +106,7 @@ fn own_turn(
 
 impl Link {
     /// Matrices jacobian and drive of [`LinkEnd`], from the derivatives of the end and of m(1) by the chart.
-    pub(super) fn pins(
+    pub(super) fn along_chord(
         &self,
         tangent: &Matrix6<f64>,
         couple: &SMatrix<f64, 3, 6>,
@@ -140,10 +142,10 @@ impl Link {
     /// `within`, in rod lengths. None if the Jacobian is regular, at a fold, and for a rod that is not between two
     /// ball joints.
     pub fn crossing(&self, end: &LinkEnd, within: f64) -> Option<usize> {
-        let along = end.chord?;
+        let along = end.chord()?;
         let svd = end.jacobian.fixed_view::<3, 3>(3, 3).svd(true, false);
         let (u, sizes) = (svd.u?, svd.singular_values / self.rod.length());
-        let is_across = |k: &usize| sizes[*k] <= within && u.column(*k).dot(&along).abs() <= ACROSS;
+        let is_across = |k: &usize| sizes[*k] <= within && u.column(*k).dot(along).abs() <= ACROSS;
         let count = (0..3).filter(is_across).count();
         (count > 0).then_some(count)
     }
@@ -157,7 +159,7 @@ impl Link {
         tolerance: f64,
     ) -> Result<usize> {
         let mut ball = self.clone();
-        ball.joint = Joint::Ball;
+        ball.joints = [Joint::Weld, Joint::Ball];
         let end = ball.end(q, tolerance)?;
         let factors = ball.regular(&end).ok_or_else(|| {
             Error::ill_conditioned(
@@ -214,10 +216,10 @@ impl Link {
             held,
             tolerance: 0.01 * tolerance,
         };
-        let found = further(&spanned, 0.0, &known, &guesses, &asked);
+        let found = find_further(&spanned, 0.0, &known, &guesses, &asked);
         let found = found.map_or_else(|_| Vec::new(), |search| search.solutions);
         let charts = found.iter().map(|at| {
-            joined(
+            join(
                 &Vector3::zeros(),
                 &Vector3::from_column_slice(at.x.as_slice()),
             )
@@ -235,15 +237,15 @@ impl Link {
 impl LinkPoint {
     /// Turns the base of a rod between two ball joints along its chord.
     pub(super) fn align(&mut self) {
-        if let Some(chord) = self.end.chord {
-            self.base.pose.rotation = along_chord(&self.base.pose, &self.tip.pose, &chord);
+        if let Some(chord) = self.end.chord() {
+            self.base.pose.rotation = turned_to_chord(&self.base.pose, &self.tip.pose, chord);
         }
     }
 }
 
 /// Rotation of least angle from `base` that takes the chord of a rod, along the directors of its base, to that
 /// between its attachments. The spin about the chord is free.
-fn along_chord(
+fn turned_to_chord(
     base: &Isometry3<f64>,
     tip: &Isometry3<f64>,
     chord: &Vector3<f64>,

@@ -1,9 +1,9 @@
 //! Bodies of an assembly: rigid bodies and point masses, free or in a groove.
 
-use crate::body::{Body, EndBody, EndMotion, Groove, RigidBody};
+use crate::body::{EndMotion, Groove, Mass, PointMass, RigidBody};
 use crate::error::{Error, Message, Quantity, Result};
-use crate::math::se3::{halves, joined, spin, unit};
-use nalgebra::{DMatrix, Isometry3, Matrix3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
+use crate::math::se3::{halves, join, spin, unit};
+use nalgebra::{DMatrix, Isometry3, Matrix6xX, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
 
 /// Largest distance from the groove, and relative speed across the groove, of a body at the start.
@@ -11,19 +11,10 @@ const BESIDE: f64 = 1e-9;
 
 /// A body of an assembly, free or with its reference point in a groove.
 #[derive(Debug, Clone)]
-pub struct HeavyBody {
+pub struct Body {
     mass: Mass,
     groove: Option<Groove>,
     name: Option<String>,
-}
-
-/// Mass properties of a body.
-#[derive(Debug, Clone)]
-pub enum Mass {
-    /// A rigid body; the reference point need not be the centre of mass.
-    Rigid(Box<RigidBody>),
-    /// A point mass without directors: rods end in it on ball joints.
-    Point(Box<Body<3>>),
 }
 
 /// Pose and twist (angular velocity, velocity of the reference point) of a body in the world.
@@ -52,28 +43,29 @@ impl BodyMotion {
         let v = back * (moving.1 - turning.1 - turning.0.cross(&arm));
         Self {
             pose: base.pose.inv_mul(&self.pose),
-            twist: joined(&(back * (moving.0 - turning.0)), &v),
+            twist: join(&(back * (moving.0 - turning.0)), &v),
         }
     }
 }
 
-impl HeavyBody {
-    /// A rigid body.
-    pub fn rigid(body: RigidBody) -> Self {
+impl Body {
+    /// A free body without a name.
+    pub fn new(mass: Mass) -> Self {
         Self {
-            mass: Mass::Rigid(Box::new(body)),
+            mass,
             groove: None,
             name: None,
         }
     }
 
+    /// A rigid body.
+    pub fn rigid(body: RigidBody) -> Self {
+        Self::new(Mass::Rigid(body))
+    }
+
     /// A point mass.
-    pub fn point(body: Body<3>) -> Self {
-        Self {
-            mass: Mass::Point(Box::new(body)),
-            groove: None,
-            name: None,
-        }
+    pub fn point(body: PointMass<3>) -> Self {
+        Self::new(Mass::Point(body))
     }
 
     /// Constrains the reference point to a groove of the world, without friction; a rigid body turns freely about the
@@ -81,6 +73,13 @@ impl HeavyBody {
     #[must_use]
     pub fn in_groove(mut self, groove: Groove) -> Self {
         self.groove = Some(groove);
+        self
+    }
+
+    /// The body seen from clamps fixed at their poses of time `t`.
+    #[must_use]
+    pub fn standing_at(mut self, t: f64) -> Self {
+        self.mass = self.mass.standing_at(t);
         self
     }
 
@@ -104,7 +103,7 @@ impl HeavyBody {
         }
     }
 
-    /// Mass properties.
+    /// The mass with its loads.
     pub fn mass(&self) -> &Mass {
         &self.mass
     }
@@ -116,7 +115,7 @@ impl HeavyBody {
 
     /// True for a rigid body, which has directors.
     pub fn turns(&self) -> bool {
-        matches!(self.mass, Mass::Rigid(_))
+        self.mass.turns()
     }
 
     /// Number of rotational velocities.
@@ -174,7 +173,7 @@ impl HeavyBody {
         };
         BodyMotion {
             pose: Isometry3::from_parts(r.into(), turn),
-            twist: joined(&spin, &v),
+            twist: join(&spin, &v),
         }
     }
 
@@ -353,7 +352,7 @@ impl HeavyBody {
         match self.groove_force(t, place, wrench) {
             None => self.free_motion(t, place, wrench),
             Some(force) => {
-                let held = wrench + joined(&Vector3::zeros(), &force);
+                let held = wrench + join(&Vector3::zeros(), &force);
                 self.free_motion(t, place, &held)
             }
         }
@@ -361,19 +360,7 @@ impl HeavyBody {
 
     /// Motion without the groove's constraint.
     fn free_motion(&self, t: f64, place: &BodyMotion, wrench: &Vector6<f64>) -> EndMotion<6> {
-        match &self.mass {
-            Mass::Rigid(body) => body.motion(t, &place.pose, &place.twist, wrench),
-            Mass::Point(body) => {
-                let half = |pair: &Vector6<f64>| pair.fixed_rows::<3>(3).into_owned();
-                let motion =
-                    EndBody::motion(&**body, t, &place.pose, &half(&place.twist), &half(wrench));
-                EndMotion {
-                    acceleration: joined(&Vector3::zeros(), &motion.acceleration),
-                    power: motion.power,
-                    loss: motion.loss,
-                }
-            }
-        }
+        self.mass.motion(t, &place.pose, &place.twist, wrench)
     }
 
     /// Constraint of the groove on the unconstrained motion `free`, theory 3.5. `jet` is x, x_phi, x_phiphi, `speed`
@@ -388,17 +375,7 @@ impl HeavyBody {
         let [_, along, bend] = jet;
         let (spin, v) = halves(&free.acceleration);
         let missing = v - bend * (speed * speed);
-        // Velocity of the point, and spin, per unit impulse at the reference point.
-        let identity = Matrix3::identity();
-        let (give, turn) = match &self.mass {
-            Mass::Point(body) => (identity / body.mass(), Matrix3::zeros()),
-            Mass::Rigid(body) => {
-                let r = pose.rotation.to_rotation_matrix();
-                let c = (r * body.offset()).cross_matrix();
-                let inverse = r.matrix() * body.inverse_inertia() * r.matrix().transpose();
-                (identity / body.mass() - c * inverse * c, -inverse * c)
-            }
-        };
+        let [give, turn] = self.mass.by_impulse(&pose.rotation);
         // Positive definite.
         let weight = give.try_inverse().unwrap_or_default();
         let weighted = weight * along;
@@ -407,7 +384,7 @@ impl HeavyBody {
         GrooveReaction {
             along: phi,
             force,
-            acceleration: joined(
+            acceleration: join(
                 &(spin + turn * force),
                 &(along * phi + bend * (speed * speed)),
             ),
@@ -448,7 +425,7 @@ impl HeavyBody {
     pub(super) fn slid(&self, from: &Isometry3<f64>, to: &Isometry3<f64>) -> Option<f64> {
         let groove = self.groove.as_ref()?;
         let [a, b] = [from, to].map(|pose| groove.nearest(&pose.translation.vector));
-        Some(groove.between(a, b) * groove.at(a)[1].norm())
+        Some(groove.shorter_way(a, b) * groove.at(a)[1].norm())
     }
 
     /// |x_phi| of the groove at a pose over that at another; 1 of a free body.
@@ -459,33 +436,6 @@ impl HeavyBody {
         let [a, b] =
             [from, to].map(|pose| groove.at(groove.nearest(&pose.translation.vector))[1].norm());
         b / a
-    }
-
-    /// Derivatives of the acceleration at rest by pose and by velocity, and the inverse of the mass matrix, as twists
-    /// and wrenches of the reference point; for a point mass the last three components of these.
-    fn linear(&self, t: f64, pose: &Isometry3<f64>, wrench: &Vector6<f64>) -> [DMatrix<f64>; 3] {
-        match &self.mass {
-            Mass::Rigid(body) => {
-                let linear = body.linearised(t, pose, &Vector6::zeros(), wrench);
-                let copy = |m: &Matrix6<f64>| DMatrix::from_column_slice(6, 6, m.as_slice());
-                [
-                    copy(&linear.by_pose),
-                    copy(&linear.by_velocity),
-                    copy(&linear.by_wrench),
-                ]
-            }
-            Mass::Point(body) => {
-                let n = wrench.fixed_rows::<3>(3).into_owned();
-                let linear = body.linearised(t, pose, &Vector3::zeros(), &n);
-                let copy =
-                    |m: &nalgebra::Matrix3<f64>| DMatrix::from_column_slice(3, 3, m.as_slice());
-                [
-                    copy(&linear.by_pose),
-                    copy(&linear.by_velocity),
-                    copy(&linear.by_wrench),
-                ]
-            }
-        }
     }
 
     /// Mass matrix, and minus the stiffness and the damping of the loads, in the body's own velocities; `wrench` is
@@ -501,9 +451,9 @@ impl HeavyBody {
         if let Some((tangent, _)) = self.tangent(pose) {
             // The groove bears all force across its tangent; the remaining force vanishes at an equilibrium.
             let borne = tangent * tangent.dot(&force) - force;
-            wrench += joined(&Vector3::zeros(), &borne);
+            wrench += join(&Vector3::zeros(), &borne);
         }
-        let [by_pose, by_velocity, by_wrench] = self.linear(t, pose, &wrench);
+        let [by_pose, by_velocity, by_wrench] = self.mass.linear_at_rest(t, pose, &wrench);
         let mass = by_wrench.try_inverse()?;
         let own = self.own_twists(pose);
         let own = own.rows(6 - mass.nrows(), mass.nrows());
@@ -518,58 +468,32 @@ impl HeavyBody {
 
     /// Wrench of the loads about the reference point, for a body at rest.
     pub fn load(&self, t: f64, pose: &Isometry3<f64>) -> Vector6<f64> {
-        match &self.mass {
-            Mass::Rigid(body) => body.load(t, pose),
-            Mass::Point(body) => joined(&Vector3::zeros(), &body.load(t)),
-        }
-    }
-
-    /// Derivative of [`HeavyBody::load`] (couple, and force) by a rotation of the body about its reference point.
-    pub(super) fn load_by_turn(&self, t: f64, pose: &Isometry3<f64>) -> [Matrix3<f64>; 2] {
-        match &self.mass {
-            Mass::Rigid(body) => body.load_by_turn(t, pose),
-            Mass::Point(_) => [Matrix3::zeros(); 2],
-        }
+        self.mass.load(t, pose)
     }
 
     /// True if a load at time `t` turns with the body.
     pub fn is_followed(&self, t: f64) -> bool {
-        matches!(&self.mass, Mass::Rigid(body) if body.is_followed(t))
+        self.mass.is_followed(t)
     }
 
     /// True if the loads at time `t`, held as they are then, have a potential.
     pub fn is_conservative(&self, t: f64) -> bool {
-        match &self.mass {
-            Mass::Rigid(body) => body.is_conservative(t),
-            Mass::Point(_) => true,
-        }
+        self.mass.is_conservative(t)
     }
 
     /// Kinetic energy.
     pub fn kinetic(&self, t: f64, place: &BodyMotion) -> f64 {
-        match &self.mass {
-            Mass::Rigid(body) => EndBody::kinetic(&**body, t, &place.pose, &place.twist),
-            Mass::Point(body) => {
-                let v = place.twist.fixed_rows::<3>(3).into_owned();
-                body.kinetic(t, &place.pose.translation.vector, &v)
-            }
-        }
+        self.mass.kinetic(t, &place.pose, &place.twist)
     }
 
     /// Potential of the constant forces.
     pub fn potential(&self, t: f64, pose: &Isometry3<f64>) -> f64 {
-        match &self.mass {
-            Mass::Rigid(body) => EndBody::potential(&**body, t, pose),
-            Mass::Point(body) => body.potential(t, &pose.translation.vector),
-        }
+        self.mass.potential(t, pose)
     }
 
-    /// The first break of its loads after `t`.
+    /// The first break of the loads after `t`.
     pub fn next_break(&self, t: f64) -> f64 {
-        match &self.mass {
-            Mass::Rigid(body) => EndBody::next_break(&**body, t),
-            Mass::Point(body) => body.next_break(t),
-        }
+        self.mass.next_break(t)
     }
 
     /// The pose displaced by the body's own velocities: rotated about the reference point, then shifted, in a groove

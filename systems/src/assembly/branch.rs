@@ -1,7 +1,10 @@
 //! Branches of equilibria of an assembly in one parameter, for the continuation of [`crate::solve::arclength`].
 
+use super::body::Body;
+use super::configuration::Configuration;
 use super::equations::Frame;
-use super::{Assembly, Configuration, HeavyBody, LinkPoint};
+use super::network::Assembly;
+use super::rod_element::{Link, LinkPoint};
 use crate::error::{Error, Result};
 use crate::solve::parametrised_problem::{Family, Linearised};
 use nalgebra::DVector;
@@ -175,7 +178,7 @@ impl<P: Fn(f64) -> Result<Assembly>> AssemblyFamily<P> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
         // A load along a rod depends on the parameter, or on the rotation of its base.
-        let bears = |link: &super::Link| link.distributed().is_some();
+        let bears = |link: &Link| link.distributed().is_some();
         let loaded = known.iter().any(|point| point.end.along.is_some());
         if self.changes_rods || loaded || assembly.links().iter().any(bears) {
             let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
@@ -207,7 +210,7 @@ impl<P: Fn(f64) -> Result<Assembly>> Family for AssemblyFamily<P> {
         let assembly = self.assembly(p)?;
         let now = self.configuration(&assembly, x)?;
         self.frame.check(&assembly, x.as_slice(), &now)?;
-        HeavyBody::within_ends(assembly.carriers(), &now.bodies)?;
+        Body::within_ends(assembly.carriers(), &now.bodies)?;
         let points = assembly.points(0.0, &now.bodies, &now.charts, self.tolerance)?;
         let residual = self.frame.residual(&assembly, &now.bodies, &points);
         let jacobian = self

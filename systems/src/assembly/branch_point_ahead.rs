@@ -1,6 +1,6 @@
 //! Approach of a rod with held ends to a branch point: next neutral direction, steps left, imperfection (theory 3.3).
 
-use super::RodMonitor;
+use super::state::RodMonitor;
 use nalgebra::{Matrix6, Vector6};
 
 /// Floor of the relative resistance in the measure of an imperfection: a rod cannot be resolved closer to neutral,

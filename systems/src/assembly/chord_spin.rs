@@ -11,27 +11,15 @@
 //! N - (N s)(N s)^T/(s . N s) in place of N, and omega_t follows. A straight rod whose sections have no rotary
 //! inertia has no inertia against its spin; the spin then stays constant.
 
-use super::{Assembly, Configuration, Joint, LinkEnd, LinkPoint};
-use crate::error::Result;
-use crate::math::se3::{halves, spin, unit};
+use super::configuration::Spin;
+use super::rod_element::{LinkEnd, LinkPoint};
+use crate::math::se3::halves;
 use crate::rod::{RodRates, Wrench};
-use nalgebra::{DVector, Matrix3, SMatrix, SVector, UnitQuaternion, Vector3, Vector4};
-use std::ops::Range;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-/// Components of a spin in a state: the quaternion of the base directors, and the rate.
-const NUMBERS: usize = 5;
 /// Inertia against a spin, over m L^2, below which the rod counts as straight and has none: a rod bent by less than a
 /// millionth.
 const STRAIGHT: f64 = 1e-12;
-
-/// Base directors, and spin about the chord, of a rod between two ball joints.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Spin {
-    /// Directors of the base in the world.
-    pub turn: UnitQuaternion<f64>,
-    /// Angular velocity of the base along the chord.
-    pub rate: f64,
-}
 
 /// Free motion of a rod between its attachments: the spin about the chord.
 pub(super) struct Free {
@@ -80,7 +68,7 @@ impl LinkPoint {
         parting: &SMatrix<f64, 3, C>,
         rates: &SMatrix<f64, 6, C>,
     ) -> SMatrix<f64, 3, C> {
-        match self.end.chord {
+        match self.end.chord() {
             None => *spin,
             Some(_) => {
                 let own = self.end.tangent.fixed_rows::<3>(3) * rates;
@@ -134,7 +122,7 @@ impl LinkPoint {
     /// Spin about the chord in (V, b', Omega); None unless both ends are on ball joints.
     pub(super) fn free_spin(&self, q: &Wrench) -> Option<SVector<f64, 12>> {
         let mut along = SVector::<f64, 12>::zeros();
-        let turned = in_world(q, &Wrench::zeros(), &self.end.chord?);
+        let turned = in_world(q, &Wrench::zeros(), self.end.chord()?);
         along.fixed_rows_mut::<9>(3).copy_from(&turned);
         Some(along)
     }
@@ -159,7 +147,7 @@ impl LinkPoint {
 
     /// Rate of the spin due to the turning of the chord: Omega . c'.
     pub(super) fn chord_turns(&self, spin: &Vector3<f64>) -> f64 {
-        let Some(along) = self.end.chord else {
+        let Some(along) = self.end.chord() else {
             return 0.0;
         };
         let back = self.base.pose.rotation.inverse();
@@ -169,12 +157,12 @@ impl LinkPoint {
     }
 
     /// Omega in the world times `pace`, with chart rates `rates` already times `pace`.
-    fn turning(&self, rates: &Wrench, pace: f64) -> Vector3<f64> {
+    pub(super) fn turning(&self, rates: &Wrench, pace: f64) -> Vector3<f64> {
         let turn = self.base.pose.rotation;
         let parting = halves(&self.tip.twist).1 - halves(&self.base.twist).1;
         let parting = turn.inverse() * parting * pace;
         let across = self.base_turn(&Vector3::zeros(), &parting, rates);
-        let along = self.end.along() * (self.spin * pace);
+        let along = self.end.chord().map_or_else(Vector3::z, |chord| *chord) * (self.spin * pace);
         turn * (across + along)
     }
 }
@@ -193,108 +181,4 @@ fn in_world<const C: usize>(
     }
     all.fixed_rows_mut::<3>(6).copy_from(spin);
     all
-}
-
-impl Configuration {
-    /// Spin of rod `k`, if known.
-    pub fn spin(&self, k: usize) -> Option<&Spin> {
-        self.spins.get(k)?.as_ref()
-    }
-}
-
-impl Assembly {
-    /// Rods with mass between two ball joints, each with the indices of its spin in a state.
-    pub(super) fn spin_slots(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
-        let start = self.chart_slots(self.links.len()).start;
-        let rods = self.light_rods().map(|(k, _)| k);
-        let spinning = rods.filter(|k| self.links[*k].joint() == Joint::Pins);
-        spinning.enumerate().map(move |(i, k)| {
-            let from = start + NUMBERS * i;
-            (k, from..from + NUMBERS)
-        })
-    }
-
-    /// Rod `k` of a configuration in place, with its spin.
-    ///
-    /// # Errors
-    /// As [`Link::end`](super::Link::end).
-    pub(super) fn placed(
-        &self,
-        t: f64,
-        now: &Configuration,
-        k: usize,
-        tolerance: f64,
-    ) -> Result<LinkPoint> {
-        let point = self.links[k].point(t, &now.bodies, &now.charts[k], tolerance)?;
-        Ok(match now.spin(k) {
-            None => point,
-            Some(spin) => point.spinning(spin),
-        })
-    }
-
-    /// The spins of a state.
-    pub(super) fn read_spins(&self, state: &DVector<f64>) -> Vec<Option<Spin>> {
-        let mut spins = Vec::new();
-        for (k, slots) in self.spin_slots() {
-            spins.resize(self.links.len(), None);
-            let numbers = &state.as_slice()[slots];
-            spins[k] = Some(Spin {
-                turn: unit(&Vector4::from_column_slice(&numbers[..4])),
-                rate: numbers[4],
-            });
-        }
-        spins
-    }
-
-    /// Completes the unknown spins of a configuration. The base directors come from the attachments by the least
-    /// rotation to the chord. The angular momentum about the chord is zero, as after blows on the bodies.
-    ///
-    /// # Errors
-    /// As [`Link::end`](super::Link::end).
-    pub fn complete_spins(&self, now: &Configuration, tolerance: f64) -> Result<Configuration> {
-        let mut spun = now.clone();
-        for (k, light) in self.light_rods() {
-            if self.links[k].joint() != Joint::Pins || now.spin(k).is_some() {
-                continue;
-            }
-            let point = self.placed(0.0, now, k, tolerance)?;
-            let turn = point.base.pose.rotation;
-            let idle = self.links[k].idle_spin(light, (&now.charts[k], &point), tolerance);
-            let rate = idle.unwrap_or(0.0);
-            spun.spins.resize(self.links.len(), None);
-            spun.spins[k] = Some(Spin { turn, rate });
-        }
-        Ok(spun)
-    }
-
-    /// Writes the spins of a configuration into a state; an unknown spin gets the world's axes and rate 0.
-    pub(super) fn write_spins(&self, now: &Configuration, state: &mut DVector<f64>) {
-        for (k, slots) in self.spin_slots() {
-            let p = now
-                .spin(k)
-                .map_or_else(UnitQuaternion::identity, |spin| spin.turn);
-            let rate = now.spin(k).map_or(0.0, |spin| spin.rate);
-            state.as_mut_slice()[slots].copy_from_slice(&[p.w, p.i, p.j, p.k, rate]);
-        }
-    }
-
-    /// Writes the rates of the spins, times `pace`, to match those of the charts in `charts`. `changes` has omega_t
-    /// of the rods whose inertia is on. Any other rod keeps its spin rate.
-    pub(super) fn write_spin_rates(
-        &self,
-        state: &DVector<f64>,
-        (points, charts): (&[LinkPoint], &[Wrench]),
-        (changes, pace): (&[(usize, f64)], f64),
-        out: &mut DVector<f64>,
-    ) {
-        for (k, slots) in self.spin_slots() {
-            let omega = points[k].turning(&charts[k], pace);
-            let p = Vector4::from_column_slice(&state.as_slice()[slots.clone()][..4]);
-            let turned = spin(&p, &(unit(&p).inverse() * omega));
-            let change = changes.iter().find(|(rod, _)| *rod == k);
-            let own = &mut out.as_mut_slice()[slots];
-            own[..4].copy_from_slice(turned.as_slice());
-            own[4] = change.map_or(0.0, |(_, change)| change * pace);
-        }
-    }
 }

@@ -4,7 +4,10 @@
 //! minimum of the distance: both tangents are across the connecting vector, or a point is an end. Neighbours on one
 //! rod are no such pair as long as the rod is nowhere bent to a radius below half its diameter.
 
-use super::{Assembly, AttachedTo, Configuration, Joint, Link};
+use super::attachment::AttachedTo;
+use super::configuration::Configuration;
+use super::network::Assembly;
+use super::rod_element::Link;
 use crate::error::{Error, Message, Quantity};
 use crate::rod::{RodSection, Wrench};
 use nalgebra::{Isometry3, Matrix2, Vector2, Vector3};
@@ -20,6 +23,8 @@ const TAUT: usize = 17;
 const MARKS: usize = 9;
 /// Newton steps to the nearest pair.
 const STEPS: usize = 30;
+/// Fall of half the squared distance in one more step, over the square of the lengths, at which a pair is nearest.
+const SETTLED: f64 = 1e-14;
 /// Intervals into which a rod with an exact centreline is divided.
 const TRACED: usize = 64;
 /// Gaps smaller than this, in rod lengths, are evaluated on the fine centrelines.
@@ -64,8 +69,8 @@ type Jet = [Vector3<f64>; 3];
 pub struct Tube<'a> {
     rod: usize,
     diameter: f64,
-    /// Carrier of the base, and of the end if that is held: a body by number, or None for the ground or a support.
-    held: Vec<Option<usize>>,
+    /// Carrier of the base, and of the end if that is held.
+    held: Vec<&'a AttachedTo>,
     curve: Curve,
     /// Exact centreline at an arclength.
     exact: Box<dyn Fn(f64) -> Option<Jet> + 'a>,
@@ -76,7 +81,7 @@ impl<'a> Tube<'a> {
     pub fn new(
         rod: usize,
         diameter: f64,
-        held: Vec<Option<usize>>,
+        held: Vec<&'a AttachedTo>,
         length: f64,
         exact: impl Fn(f64) -> Option<Jet> + 'a,
     ) -> Option<Self> {
@@ -94,14 +99,19 @@ impl<'a> Tube<'a> {
     }
 
     /// Carrier of a sample point by index; None for an inner point or a free end.
-    fn holder(&self, place: usize) -> Option<&Option<usize>> {
+    fn holder(&self, place: usize) -> Option<&AttachedTo> {
         let ends = [0, self.curve.points.len() - 1];
         let end = ends.iter().position(|end| *end == place)?;
-        self.held.get(end)
+        self.held.get(end).copied()
     }
 }
 
 impl Nearness {
+    /// Closest approach of the rods of an assembly with a contact diameter to themselves and to each other.
+    pub fn at(assembly: &Assembly, t: f64, now: &Configuration) -> Self {
+        Self::of(&tubes(assembly, t, now, None))
+    }
+
     /// Closest approach of rods to themselves and to each other.
     pub fn of(tubes: &[Tube<'_>]) -> Self {
         let mut found = Self::default();
@@ -132,6 +142,11 @@ impl Contact {
     pub fn now(&self, tubes: &[Tube<'_>]) -> Option<Self> {
         let tube = |rod: usize| tubes.iter().find(|tube| tube.rod == rod);
         self.between([tube(self.rods[0])?, tube(self.rods[1])?])
+    }
+
+    /// The contact in a configuration of the assembly; None if lost.
+    pub fn at(&self, assembly: &Assembly, t: f64, now: &Configuration) -> Option<Self> {
+        self.now(&tubes(assembly, t, now, Some(self)))
     }
 
     /// Error for a start in which rods overlap; `name` labels a rod in messages.
@@ -239,19 +254,31 @@ fn jet(section: &RodSection, base: &Isometry3<f64>) -> Jet {
     [r, along(v), along(u.cross(&v))]
 }
 
-/// Closest pair of points of two curves, of lengths `lengths`, from `start`; None if a curve has no shape there. The
-/// last of STEPS iterates counts even without convergence.
+/// Closest pair of points of two curves, of lengths `lengths`, from `start`, with the distance; None if a curve has no
+/// shape there, or if no pair is found.
 fn nearest(
     start: [f64; 2],
     lengths: [f64; 2],
     mut jets: impl FnMut([f64; 2]) -> Option<[Jet; 2]>,
 ) -> Option<([f64; 2], f64)> {
+    let size = lengths[0] + lengths[1];
     let mut s = Vector2::from(start);
-    let mut distance = f64::NAN;
+    let mut step = Vector2::zeros();
+    let mut before: Option<(Vector2<f64>, f64)> = None;
+    let mut settled = false;
     for _ in 0..STEPS {
         let [[a, a1, a2], [b, b1, b2]] = jets([s.x, s.y])?;
         let way = b - a;
-        distance = way.norm();
+        let distance = way.norm();
+        if let Some((last, nearer)) = before
+            && !settled
+            && distance >= nearer
+        {
+            // The step was too long, as it is across the valley of two parallel rods.
+            step *= 0.5;
+            s = moved(&last, &step, lengths);
+            continue;
+        }
         let gradient = Vector2::new(-way.dot(&a1), way.dot(&b1));
         let mixed = -a1.dot(&b1);
         let mut hessian = Matrix2::new(
@@ -271,108 +298,91 @@ fn nearest(
                 hessian[(1 - i, i)] = 0.0;
             }
         }
-        let step = match hessian.cholesky() {
+        step = match hessian.cholesky() {
             Some(factors) => factors.solve(&free),
             // Not convex here: go downhill.
             None => Vector2::new(free.x / a1.norm_squared(), free.y / b1.norm_squared()),
         };
         // At most a tenth of the length at once: the pair next to the start is sought.
         let most = 0.1 * lengths[0].min(lengths[1]);
-        let step = step * (most / step.norm().max(most));
-        let next = Vector2::from_fn(|i, _| (s[i] - step[i]).clamp(0.0, lengths[i]));
-        let moved = (next - s).norm();
+        step *= most / step.norm().max(most);
+        let next = moved(&s, &step, lengths);
+        settled = free.dot(&step) <= SETTLED * size * size;
+        before = Some((s, distance));
+        let way = (next - s).norm();
         s = next;
-        if moved <= 1e-14 * (lengths[0] + lengths[1]) {
+        if way <= 1e-14 * size {
             break;
         }
     }
-    distance.is_finite().then_some(([s.x, s.y], distance))
+    let (_, distance) = before?;
+    (settled && distance.is_finite()).then_some(([s.x, s.y], distance))
 }
 
-impl Link {
-    /// Gives the rod a contact diameter: a run stops at self-contact or contact with another such rod.
-    #[must_use]
-    pub fn with_diameter(mut self, diameter: f64) -> Self {
-        self.diameter = Some(diameter).filter(|d| *d > 0.0);
-        self
-    }
-
-    /// Contact diameter; None if contacts of the rod are ignored.
-    pub fn diameter(&self) -> Option<f64> {
-        self.diameter
-    }
-
-    fn traced(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Curve> {
-        let sections = if self.is_taut(q, held) || self.distributed().is_some() {
-            let at = (0..TAUT).map(|k| self.rod.length() * k as f64 / (TAUT - 1) as f64);
-            let seen = self.with_base_rotation(&base.rotation);
-            seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
-        } else {
-            self.rod.trace(&q.component_mul(&self.units()), COARSE)
-        };
-        Some(Curve::new(&sections.ok()?, base))
-    }
-
-    /// Exact centreline at an arclength.
-    fn jet(&self, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
-        let seen = self.with_base_rotation(&base.rotation);
-        let sections = seen.shape(q, held, &[s], FINE).ok()?;
-        Some(jet(sections.first()?, base))
-    }
+/// A pair of arclengths after a step, within the rods.
+fn moved(s: &Vector2<f64>, step: &Vector2<f64>, lengths: [f64; 2]) -> Vector2<f64> {
+    Vector2::from_fn(|i, _| (s[i] - step[i]).clamp(0.0, lengths[i]))
 }
 
-impl Assembly {
-    /// True if some rod has a contact diameter.
-    pub fn looks_for_contacts(&self) -> bool {
-        self.links().iter().any(|link| link.diameter.is_some())
-    }
+/// Interpolated centreline of a rod of an assembly with this base, its end at `held` relative to the base.
+fn traced(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench) -> Option<Curve> {
+    let sections = if link.is_taut(q, held) || link.distributed().is_some() {
+        let at = (0..TAUT).map(|k| link.rod.length() * k as f64 / (TAUT - 1) as f64);
+        let seen = link.with_base_rotation(&base.rotation);
+        seen.shape(q, held, &at.collect::<Vec<f64>>(), COARSE)
+    } else {
+        link.rod.trace(&q.component_mul(&link.units()), COARSE)
+    };
+    Some(Curve::new(&sections.ok()?, base))
+}
 
-    /// Closest approach of rods with a contact diameter to themselves and to each other.
-    pub fn nearness(&self, t: f64, now: &Configuration) -> Nearness {
-        Nearness::of(&self.tubes(t, now, None))
-    }
+/// Exact centreline of a rod of an assembly at an arclength.
+fn exact(link: &Link, [base, held]: &[Isometry3<f64>; 2], q: &Wrench, s: f64) -> Option<Jet> {
+    let seen = link.with_base_rotation(&base.rotation);
+    let sections = seen.shape(q, held, &[s], FINE).ok()?;
+    Some(jet(sections.first()?, base))
+}
 
-    /// Centrelines of rods with a contact diameter, or of the rods of a contact.
-    fn tubes<'a>(&'a self, t: f64, now: &'a Configuration, of: Option<&Contact>) -> Vec<Tube<'a>> {
-        let body = |site: &AttachedTo| match site {
-            AttachedTo::Body(body) => Some(*body),
-            _ => None,
-        };
-        let all = self.links().iter().zip(&now.charts).enumerate();
-        let tubes = all.filter_map(|(rod, (link, q))| {
-            let diameter = link.diameter?;
-            of.is_none_or(|contact| contact.rods.contains(&rod))
-                .then_some(())?;
-            let held = self.held_in(t, now, rod)?;
-            Some(Tube {
-                rod,
-                diameter,
-                held: vec![body(&link.from.on), body(&link.to.on)],
-                curve: link.traced(&held, q)?,
-                exact: Box::new(move |s| link.jet(&held, q, s)),
-            })
-        });
-        tubes.collect()
-    }
+/// Centrelines of the rods of an assembly that have a contact diameter, or of the rods of a contact.
+fn tubes<'a>(
+    assembly: &'a Assembly,
+    t: f64,
+    now: &'a Configuration,
+    of: Option<&Contact>,
+) -> Vec<Tube<'a>> {
+    let all = assembly.links().iter().zip(&now.charts).enumerate();
+    let tubes = all.filter_map(|(rod, (link, q))| {
+        let diameter = link.diameter?;
+        of.is_none_or(|contact| contact.rods.contains(&rod))
+            .then_some(())?;
+        let held = held_in(assembly, t, now, rod)?;
+        Some(Tube {
+            rod,
+            diameter,
+            held: vec![&link.from.on, &link.to.on],
+            curve: traced(link, &held, q)?,
+            exact: Box::new(move |s| exact(link, &held, q, s)),
+        })
+    });
+    tubes.collect()
+}
 
-    /// Base of rod `k` (between two ball joints turned along its chord), and pose of the end's attachment relative to
-    /// the base.
-    fn held_in(&self, t: f64, now: &Configuration, k: usize) -> Option<[Isometry3<f64>; 2]> {
-        let link = &self.links()[k];
-        let [base, tip] = match link.joint() {
-            Joint::Pins => {
-                let point = self.placed(t, now, k, FINE).ok()?;
-                [point.base.pose, point.tip.pose]
-            }
-            _ => [&link.from, &link.to].map(|site| site.at(t, &now.bodies).pose),
-        };
-        Some([base, base.inv_mul(&tip)])
-    }
-
-    /// Exact contact next to `near`; None if it is lost.
-    pub fn contact(&self, t: f64, now: &Configuration, near: &Contact) -> Option<Contact> {
-        near.now(&self.tubes(t, now, Some(near)))
-    }
+/// Base of rod `k` (between two ball joints turned along its chord), and pose of the end's attachment relative to the
+/// base.
+fn held_in(
+    assembly: &Assembly,
+    t: f64,
+    now: &Configuration,
+    k: usize,
+) -> Option<[Isometry3<f64>; 2]> {
+    let link = &assembly.links()[k];
+    let [base, tip] = if link.is_pinned() {
+        let point = assembly.placed(t, now, k, FINE).ok()?;
+        [point.base.pose, point.tip.pose]
+    } else {
+        [&link.from, &link.to].map(|site| site.at(t, &now.bodies).pose)
+    };
+    Some([base, base.inv_mul(&tip)])
 }
 
 /// Closest pair of two centrelines, if it is near.
@@ -391,9 +401,10 @@ fn nearest_of([one, other]: [&Tube<'_>; 2]) -> Option<Contact> {
             if !(here < reach * reach) {
                 continue;
             }
-            // Two ends held by the same body, or by the ground, may be as close as they are held.
-            let holder = one.holder(i);
-            if holder.is_some() && holder == other.holder(j) {
+            // Ends on one holder may be close: no contact is sought there.
+            if let (Some(holder), Some(other)) = (one.holder(i), other.holder(j))
+                && holder.moves_with(other)
+            {
                 continue;
             }
             let rows = i.saturating_sub(1)..=(i + 1).min(last_a);

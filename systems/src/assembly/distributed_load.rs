@@ -12,66 +12,16 @@
 //! m(0), and the force n(0) beside its spring. Rods between two ball joints rest on a force along their chord, and
 //! have no load.
 
-use super::{AttachedTo, Joint, Link, LinkEnd};
-use crate::error::{Error, Result};
+use super::attachment::AttachedTo;
+use super::rod_element::{EndKind, Link, LinkEnd, LoadOnRod, LoadTerms, seen_from};
+use crate::error::Result;
 use crate::math::se3::halves;
-use crate::rod::{DistributedLoad, EndConditions, LoadedEnd, Problem, Wrench};
+use crate::rod::{EndConditions, LoadedEnd, Problem, Wrench};
 use nalgebra::{Matrix6, SMatrix, UnitQuaternion, Vector3};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// A load along a rod: in the world, and along the present directors of its base.
-#[derive(Debug, Clone)]
-pub(super) struct LoadOnRod {
-    world: DistributedLoad,
-    seen: DistributedLoad,
-}
-
-/// Contributions of a load along a rod to its end, along the directors of the base.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct LoadTerms {
-    /// int f ds.
-    pub total: Vector3<f64>,
-    /// -int f.r ds.
-    pub potential: f64,
-    /// d(rotation, position, m(1)) by a turn of the base; 0 for a fixed base.
-    pub turned: SMatrix<f64, 9, 3>,
-    /// d(m(0), n(0)) by a turn of the base, for a taut rod.
-    pub base: SMatrix<f64, 6, 3>,
-    /// Derivative of the prescribed quantities, the rows of [`LinkEnd::jacobian`], by a turn of the base.
-    pub prescribed: SMatrix<f64, 6, 3>,
-}
-
 impl Link {
-    /// Puts a dead load along the rod, counted from this link's base ([`DistributedLoad::reversed`] counts from the
-    /// other end).
-    ///
-    /// # Errors
-    /// A rod between two ball joints.
-    pub fn with_distributed(mut self, load: DistributedLoad) -> Result<Self> {
-        if self.joint == Joint::Pins {
-            return Err(Error::domain(
-                "a rod between two ball joints has its force along its chord, and bears no load along it: weld one of its ends, or leave out \
-                 its weight",
-            ));
-        }
-        let base = match &self.from.on {
-            // The body's rotation enters at evaluation.
-            AttachedTo::Body(_) => self.from.place,
-            _ => self.from.at(0.0, &[]).pose,
-        };
-        self.load = Some(LoadOnRod {
-            seen: seen_from(&load, &base.rotation),
-            world: load,
-        });
-        Ok(self)
-    }
-
-    /// Load along the rod, in the world.
-    pub fn distributed(&self) -> Option<&DistributedLoad> {
-        self.load.as_ref().map(|load| &load.world)
-    }
-
     /// The link with its base rotated to `base` in the world, for queries by chart and relative end pose. The
     /// rotation matters only for a load along the rod.
     pub fn with_base_rotation(&self, base: &UnitQuaternion<f64>) -> Cow<'_, Self> {
@@ -90,12 +40,7 @@ impl Link {
 
     /// True if the base can turn: with its carrier, or, between two ball joints, with the chord.
     pub(super) fn base_turns(&self) -> bool {
-        self.joint == Joint::Pins || !matches!(self.from.on, AttachedTo::Ground)
-    }
-
-    /// Load along the rod, along the directors of the base.
-    pub(super) fn borne(&self) -> Option<&DistributedLoad> {
-        self.load.as_ref().map(|load| &load.seen)
+        self.is_pinned() || !matches!(self.from.on, AttachedTo::Ground)
     }
 
     /// Equilibrium problem of the rod with an end condition, under its load.
@@ -118,7 +63,7 @@ impl Link {
         let units = self.units();
         let base = q.component_mul(&units);
         let (problem, turns) = (self.base_wrench_problem(tolerance)?, self.base_turns());
-        let (found, trace) = if !self.keeps_trace {
+        let (found, trace) = if self.mass.is_none() {
             (problem.loaded_end(&base, turns)?, None)
         } else {
             let (found, trace) = problem.traced_loaded_end(&base, turns)?;
@@ -139,12 +84,15 @@ impl Link {
         let turned = by_turn.unwrap_or_else(SMatrix::zeros);
         let mut prescribed = turned.fixed_rows::<6>(0).into_owned();
         let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
-        if self.joint != Joint::Weld {
+        let kind = if self.joint().turns() {
             jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
             drive.fixed_rows_mut::<3>(0).fill(0.0);
             let rows = turned.fixed_rows::<3>(6);
             prescribed.fixed_rows_mut::<3>(0).copy_from(&rows);
-        }
+            EndKind::OnBall { trace }
+        } else {
+            EndKind::Welded { trace }
+        };
         let (m, n) = halves(&base);
         Ok(LinkEnd {
             pose: section.pose(),
@@ -161,34 +109,9 @@ impl Link {
             energy: section.energy,
             tangent,
             resultants,
-            per_couple: self.rod.length() / units[0],
-            turned: None,
             jacobian,
             drive,
-            chord: None,
-            slack: None,
-            taut: None,
-            trace,
+            kind,
         })
     }
-}
-
-impl LinkEnd {
-    /// Stored energy plus the potential of a load along the rod, as seen from the base.
-    pub fn whole_energy(&self) -> f64 {
-        self.energy + self.along.as_ref().map_or(0.0, |along| along.potential)
-    }
-
-    /// Force n(1) of the attachment on the rod.
-    pub fn tip_force(&self) -> Vector3<f64> {
-        match &self.along {
-            None => self.force,
-            Some(along) => self.force - along.total,
-        }
-    }
-}
-
-fn seen_from(load: &DistributedLoad, base: &UnitQuaternion<f64>) -> DistributedLoad {
-    let back = base.inverse().to_rotation_matrix();
-    load.mapped(|f| back * f)
 }

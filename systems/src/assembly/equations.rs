@@ -6,8 +6,11 @@
 //! The unknowns are the rotation vectors and displacements of the bodies from a reference frame, and the charts of
 //! the rods. Together they are regular at the fold of a single rod, and for straight inextensible rods.
 
+use super::body::BodyMotion;
+use super::configuration::Configuration;
+use super::network::Assembly;
+use super::rod_element::{EndKind, LinkPoint};
 use super::stiffness::{add, carried, lever_turned};
-use super::{Assembly, BodyMotion, Configuration, Joint, Link, LinkEnd, LinkPoint};
 use crate::error::{Error, Result};
 use crate::math::se3::{halves, inverse_left_jacobian, left_jacobian};
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix6, Matrix6xX, UnitQuaternion, Vector3, Vector6};
@@ -105,7 +108,7 @@ impl Frame {
             residual[i] /= self.length;
         }
         for (k, (link, point)) in assembly.links().iter().zip(points).enumerate() {
-            let gap = link.gap_scale(&point.end) * point.gap(link.joint());
+            let gap = link.gap_scale(&point.end) * point.gap();
             residual.rows_mut(total + 6 * k, 6).copy_from(&gap);
         }
         residual
@@ -206,27 +209,15 @@ impl Frame {
     }
 }
 
-impl Link {
-    /// Scales of gaps: radians, rod lengths, and B/L for the couples of a ball joint or a taut rod.
-    pub(super) fn gap_scale(&self, end: &LinkEnd) -> Matrix6<f64> {
-        let length = 1.0 / self.rod().length();
-        let first = match (self.joint(), end.slack) {
-            (Joint::Weld, None) => 1.0,
-            _ => 1.0 / self.units()[0],
-        };
-        Matrix6::from_diagonal(&Vector6::new(first, first, first, length, length, length))
-    }
-}
-
 impl LinkPoint {
     /// Derivatives of the gap by twists of base and end, and by the chart.
-    fn gap_derivatives(&self, joint: Joint) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
+    fn gap_derivatives(&self) -> (nalgebra::SMatrix<f64, 6, 12>, Matrix6<f64>) {
         let mut by_twists = self.drive_by_twists();
         let mut by_chart = -self.end.jacobian;
-        if joint == Joint::Weld && self.end.slack.is_none() {
+        if matches!(self.end.kind, EndKind::Welded { .. }) {
             // The gap is log W, W = (wanted rotation) R(1)^T; dW is the spin of the wanted rotation minus W times
             // that of R(1).
-            let gap = halves(&self.gap(joint)).0;
+            let gap = halves(&self.gap()).0;
             let log = inverse_left_jacobian(&gap);
             let turn = UnitQuaternion::from_scaled_axis(gap).to_rotation_matrix();
             let spins = self.end.tangent;
@@ -247,24 +238,6 @@ impl LinkPoint {
 }
 
 impl Assembly {
-    /// Mean length of the rods, and largest of their couple units B/L.
-    pub(super) fn scales(&self) -> (f64, f64) {
-        let links = self.links().iter();
-        let length: f64 = links.clone().map(|link| link.rod().length()).sum();
-        let couple = links.map(|link| link.units()[0]).fold(0.0, f64::max);
-        (length / self.links().len() as f64, couple)
-    }
-
-    /// Indices of the rotational velocities among those of all bodies.
-    pub(super) fn rotations(&self) -> Vec<usize> {
-        let (starts, _) = self.freedoms();
-        let rigid = starts
-            .iter()
-            .zip(self.carriers())
-            .filter(|(_, carrier)| carrier.turns());
-        rigid.flat_map(|(start, _)| *start..start + 3).collect()
-    }
-
     /// Derivatives of balance and gaps by the twists of the bodies and the charts of the rods.
     fn twist_jacobian(&self, bodies: &[BodyMotion], points: &[LinkPoint]) -> DMatrix<f64> {
         let (starts, total) = self.freedoms();
@@ -274,7 +247,7 @@ impl Assembly {
         let charts = Matrix6xX::identity(6);
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let own = total + 6 * k;
-            let (gap_by_twists, gap_by_chart) = point.gap_derivatives(link.joint());
+            let (gap_by_twists, gap_by_chart) = point.gap_derivatives();
             let scale = link.gap_scale(&point.end);
             add(
                 &mut matrix,
@@ -308,7 +281,7 @@ impl Assembly {
         let wrenches = self.wrenches(bodies, points);
         let all = self.carriers().iter().zip(bodies).zip(&own_twists);
         for (((carrier, place), twists), (start, wrench)) in all.zip(starts.iter().zip(&wrenches)) {
-            let [couple, force] = carrier.load_by_turn(0.0, &place.pose);
+            let [couple, force] = carrier.mass().load_by_turn(0.0, &place.pose);
             let mut turned = Matrix6::zeros();
             turned.fixed_view_mut::<3, 3>(0, 0).copy_from(&couple);
             turned.fixed_view_mut::<3, 3>(3, 0).copy_from(&force);

@@ -5,9 +5,11 @@
 //! the power of the imbalance against the twists that l has in the place of the bodies. Under loads with a potential
 //! these are z's own, which gives l its length.
 
+use super::body::BodyMotion;
 use super::branch::AssemblyFamily;
+use super::configuration::Configuration;
 use super::equations::Frame;
-use super::{Assembly, BodyMotion, Configuration};
+use super::network::Assembly;
 use crate::error::{Error, Result};
 use crate::solve::normal_form::{normal_form, null_vectors};
 use crate::solve::parametrised_problem::Family;

@@ -1,8 +1,9 @@
 //! Approach of a light rod to a fold, before which its first-order inertia is switched off (theory 2.8, 2.9, 3.9).
 
-use super::first_order_mass::swaying;
-use super::{Joint, LightRod, Link, LinkEnd, LinkPoint};
-use crate::math::se3::{halves, joined};
+use super::attachment::Joint;
+use super::light_rod::{LightRodAt, swaying};
+use super::rod_element::{EndKind, LinkEnd};
+use crate::math::se3::{halves, join};
 use crate::rod::{Rates, SpaceRodInertia, Wrench};
 use nalgebra::{DMatrix, Matrix6, SVector, Vector3, Vector6};
 
@@ -13,7 +14,7 @@ const CLEAR: f64 = 2.0;
 const PHASE_BOUNDS: [f64; 2] = [3.363_585_661, 5.583_629_155];
 /// Relative distance in the chart within which the normal form of a fold is trusted.
 const NEAR: f64 = 0.25;
-/// Scale of the margin ([`Link::room`]): 1 at about this many times the bound.
+/// Scale of the margin ([`LightRodAt::room`]): 1 at about this many times the bound.
 const MARGIN_SCALE: f64 = 16.0;
 /// Margin beyond which the bound by the normal form suffices, without the phase of sway.
 const CLEAR_MARGIN: f64 = 0.25;
@@ -31,7 +32,7 @@ struct Softest {
 
 impl Softest {
     fn of(end: &LinkEnd, scale: Matrix6<f64>) -> Option<Self> {
-        let from = if end.taut.is_some() { 3 } else { 0 };
+        let from = if end.is_taut() { 3 } else { 0 };
         let size = 6 - from;
         let svd = DMatrix::from_column_slice(6, 6, (scale * end.jacobian).as_slice())
             .view((from, from), (size, size))
@@ -54,14 +55,14 @@ impl Softest {
         let ell = end.resultants * self.z;
         let (couple, force) = (ell.fixed_rows::<3>(6), ell.fixed_rows::<3>(3));
         let against = (self.scale * self.u).fixed_rows::<3>(3).into_owned();
-        match joint {
-            Joint::Weld => {
+        match (&end.kind, joint) {
+            (EndKind::Pinned { chord, .. }, _) => (chord.dot(&force) / chord.dot(&against)).abs(),
+            (_, Joint::Weld) => {
                 let dual = self.scale.map_diagonal(|unit| 1.0 / unit);
-                let wrench = joined(&couple.into_owned(), &force.into_owned());
+                let wrench = join(&couple.into_owned(), &force.into_owned());
                 dual.component_mul(&wrench).norm()
             }
-            Joint::Ball => force.norm() / against.norm(),
-            Joint::Pins => (end.along().dot(&force) / end.along().dot(&against)).abs(),
+            (_, Joint::Ball) => force.norm() / against.norm(),
         }
     }
 }
@@ -77,29 +78,21 @@ struct FoldAhead {
     inertial: f64,
 }
 
-impl Link {
+impl LightRodAt<'_> {
     /// Event function of the inertia near a fold: positive where the inertia should be on, falling steadily to 0 at
     /// the switch. `followed` tells whether it is on now. None if unknown.
-    pub(super) fn room(
-        &self,
-        light: &LightRod,
-        (q, point): (&Wrench, &LinkPoint),
-        followed: bool,
-        tolerance: f64,
-    ) -> Option<f64> {
-        let (rod, soft) = (
-            (q, point),
-            Softest::of(&point.end, self.gap_scale(&point.end))?,
-        );
+    pub fn room(&self, followed: bool) -> Option<f64> {
+        let end = &self.point.end;
+        let soft = Softest::of(end, self.link.gap_scale(end))?;
         let meanwhile = || -> Option<(f64, f64)> {
-            let (left, sways) = self.sways(light, &soft, rod, tolerance)?;
+            let (left, sways) = self.sways(&soft)?;
             Some((
                 left,
                 (sways / PHASE_BOUNDS[usize::from(!followed)] - 1.0) / MARGIN_SCALE,
             ))
         };
-        let fold = self.passage(light, &soft, rod, tolerance)?;
-        let far = fold.way / (NEAR * q.norm()) - 1.0;
+        let fold = self.passage(&soft)?;
+        let far = fold.way / (NEAR * self.q.norm()) - 1.0;
         // The phase of sway is a regular measure. The normal form, which assumes that the rod runs straight into the
         // fold, may allow more time, on another scale: the two agree near a fold. Where the drive vanishes for a
         // moment neither has a bound, so the normal form alone does not switch the inertia on.
@@ -115,17 +108,11 @@ impl Link {
     }
 
     /// Time left until the fold, and phase of the softest mode in that time: t omega, omega^2 = s sigma/M0.
-    fn sways(
-        &self,
-        light: &LightRod,
-        soft: &Softest,
-        (q, point): (&Wrench, &LinkPoint),
-        tolerance: f64,
-    ) -> Option<(f64, f64)> {
-        let (left, inertia) = self.time_to_fold(light, soft, (q, point), tolerance)?;
-        let along = point.base_motion(q, &SVector::zeros(), &soft.z);
+    fn sways(&self, soft: &Softest) -> Option<(f64, f64)> {
+        let (left, inertia) = self.time_to_fold(soft)?;
+        let along = self.point.base_motion(self.q, &SVector::zeros(), &soft.z);
         let mass = along.dot(&(inertia.matrix * along));
-        let stiffness = soft.wrench(self.joint(), &point.end) * soft.sigma;
+        let stiffness = soft.wrench(self.link.joint(), &self.point.end) * soft.sigma;
         Some((left, left * (stiffness / mass).sqrt()))
     }
 
@@ -133,24 +120,18 @@ impl Link {
     /// wrench ell = s u on the end. The fold lies sigma/(2 B) away along z, B = |u . D^2\[z, z\]|/2. It is reached
     /// after sigma^2/(4 A B), A = |u . drive|. The chord of a rod between two ball joints is taken as fixed
     /// meanwhile. None if unknown.
-    fn passage(
-        &self,
-        light: &LightRod,
-        soft: &Softest,
-        (q, point): (&Wrench, &LinkPoint),
-        tolerance: f64,
-    ) -> Option<FoldAhead> {
+    fn passage(&self, soft: &Softest) -> Option<FoldAhead> {
+        let point = self.point;
         let Softest { scale, sigma, u, z } = soft;
-        let along = point.base_motion(q, &SVector::zeros(), z);
-        let (rod, motion) = ((q, point), swaying(&along));
-        let inertia = self.inertia(&light.sections, rod, (&motion, Rates::Force), tolerance)?;
-        let bend = u.dot(&(scale * self.constraint_curvature(&point.end, &inertia)));
+        let along = point.base_motion(self.q, &SVector::zeros(), z);
+        let inertia = self.inertia(&swaying(&along), Rates::Force)?;
+        let bend = u.dot(&(scale * self.constraint_curvature(&inertia)));
         let drive = u.dot(&(scale * point.drive()));
         let away = bend * drive >= 0.0;
         let (drive, bend) = (drive.abs(), 0.5 * bend.abs());
         let ahead = sigma * sigma / (4.0 * drive * bend);
         let (s, mass) = (
-            soft.wrench(self.joint(), &point.end),
+            soft.wrench(self.link.joint(), &point.end),
             along.dot(&(inertia.matrix * along)),
         );
         Some(FoldAhead {
@@ -164,37 +145,30 @@ impl Link {
     /// time left; infinite if sigma grows. Also returns the inertia of the rod. None where J is singular.
     fn time_to_fold(
         &self,
-        light: &LightRod,
         Softest { scale, sigma, u, z }: &Softest,
-        (q, point): (&Wrench, &LinkPoint),
-        tolerance: f64,
     ) -> Option<(f64, SpaceRodInertia)> {
-        let mut rate = self.regular(&point.end)?.solve(&(scale * point.drive()))?;
-        if point.end.taut.is_some() {
+        let Self { link, q, point, .. } = *self;
+        let mut rate = link.regular(&point.end)?.solve(&(scale * point.drive()))?;
+        if point.end.is_taut() {
             // Turn of the end, and the force by the motion of the end and of the spring beside it.
             let (spin, velocity) = halves(&point.relative_twist());
-            let pulled = halves(&rate).1 + velocity * (self.spring() / self.rod().length());
-            rate = joined(&spin, &pulled);
+            let pulled = halves(&rate).1 + velocity * (link.chart().spring() / link.rod().length());
+            rate = join(&spin, &pulled);
         }
         // D^2 of a pair from those of sum and difference, most accurate if both vectors have one size.
         let size = rate.norm().max(f64::MIN_POSITIVE);
         let still = SVector::zeros();
         let bent = |along: Wrench| {
             let motion = swaying(&point.base_motion(q, &still, &along));
-            let inertia = self.inertia(
-                &light.sections,
-                (q, point),
-                (&motion, Rates::Force),
-                tolerance,
-            )?;
+            let inertia = self.inertia(&motion, Rates::Force)?;
             // Between two ball joints the base turns with the chart, so that the base wrench accelerates where the
             // chart does not.
             let by = |b: Vector3<f64>, rate: Vector3<f64>| {
                 motion.spin.cross(&(rate * 2.0 + motion.spin.cross(&b)))
             };
             let ((m, n), (m_t, n_t)) = (halves(q), halves(&along));
-            let turned = point.end.jacobian * joined(&by(m, m_t), &by(n, n_t));
-            let bent = u.dot(&(scale * (self.constraint_curvature(&point.end, &inertia) + turned)));
+            let turned = point.end.jacobian * join(&by(m, m_t), &by(n, n_t));
+            let bent = u.dot(&(scale * (self.constraint_curvature(&inertia) + turned)));
             Some((bent, inertia))
         };
         let ((sum, inertia), (difference, _)) = (bent(z + rate / size)?, bent(z - rate / size)?);
@@ -211,12 +185,12 @@ impl Link {
 #[cfg(test)]
 mod tests {
     use super::super::{
-        Assembly, Attachment, BodyMotion, ChartKind, Configuration, HeavyBody, Integrals,
+        Assembly, Attachment, Body, BodyMotion, Configuration, Integrals, Link, RodChart,
     };
     use super::*;
-    use crate::body::Body;
+    use crate::body::PointMass;
     use crate::elastica::{self, Equilibrium};
-    use crate::math::se3::joined;
+    use crate::math::se3::join;
     use crate::rod::{Rod, SectionMass};
     use crate::section::Linear;
     use nalgebra::{Isometry3, UnitQuaternion, Vector2};
@@ -230,8 +204,10 @@ mod tests {
         const EPS: f64 = 1e-3;
         let (fold, start) = ([0.639_250_507, 6.556_218_856], [0.7, 6.3]);
         let v = Vector2::new(0.0, -0.5);
-        for (off, seen) in [1e-2, 1e-3]
-            .map(|off| [ChartKind::FromBase, ChartKind::Taut].map(|seen| (off, seen)))
+        for (off, chart) in [1e-2, 1e-3]
+            .map(|off| {
+                [RodChart::BaseWrench, RodChart::Taut { spring: 1.0 }].map(|chart| (off, chart))
+            })
             .concat()
         {
             let [p, lam] = [0, 1].map(|k| fold[k] + off * (start[k] - fold[k]));
@@ -241,33 +217,35 @@ mod tests {
             let here = Isometry3::identity();
             let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
             let mut link = Link::new(rod, from, to, Joint::Ball);
-            link.set_chart_kind(seen);
-            link.set_end_spring(1.0);
-            let body = HeavyBody::point(Body::new(1.0).unwrap());
-            let light = LightRod {
-                sections: SectionMass {
-                    mass: EPS,
-                    rotary: Vector3::zeros(),
-                },
-                followed: true,
+            link.set_chart(chart);
+            let body = Body::point(PointMass::new(1.0).unwrap());
+            let sections = SectionMass {
+                mass: EPS,
+                rotary: Vector3::zeros(),
             };
             let assembly = Assembly::new(vec![body], vec![link]).unwrap();
             let end = Vector3::new(at.y, 0.0, at.x);
             let force = Vector3::new(at.alpha.sin(), 0.0, at.alpha.cos()) * -lam * lam;
             let mut place = BodyMotion::at_rest(Isometry3::translation(end.x, end.y, end.z));
-            place.twist = joined(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
+            place.twist = join(&Vector3::zeros(), &Vector3::new(v.y, 0.0, v.x));
             let now = Configuration {
                 bodies: vec![place],
-                charts: vec![joined(&end.cross(&force), &force)],
+                charts: vec![join(&end.cross(&force), &force)],
                 spins: Vec::new(),
             };
             let state = assembly.state(&now, &Integrals::default());
             let at = assembly.evaluated(&state, 1e-12).unwrap();
-            let rod = (&at.now.charts[0], &at.points[0]);
-            let link = &assembly.links[0];
-            let soft = Softest::of(&rod.1.end, link.gap_scale(&rod.1.end)).unwrap();
-            let found = link.passage(&light, &soft, rod, 1e-12).unwrap();
-            let (_, sways) = link.sways(&light, &soft, rod, 1e-12).unwrap();
+            let rod = LightRodAt {
+                link: &assembly.links[0],
+                sections: &sections,
+                q: &at.now.charts[0],
+                point: &at.points[0],
+                tolerance: 1e-12,
+            };
+            let end = &rod.point.end;
+            let soft = Softest::of(end, rod.link.gap_scale(end)).unwrap();
+            let found = rod.passage(&soft).unwrap();
+            let (_, sways) = rod.sways(&soft).unwrap();
             let near = |found: f64, expected: f64| {
                 let error = (found / expected - 1.0).abs();
                 assert!(error < 10.0 * off, "{found} {expected}");
@@ -287,32 +265,29 @@ mod tests {
             .and_then(|law| law.with_axial(50.0))
             .and_then(|law| law.with_rest([0.1, -0.05], 0.2));
         let rod = Rod::new(1.3, law.unwrap()).unwrap();
-        let light = LightRod {
-            sections: SectionMass {
-                mass: 1e-3,
-                rotary: Vector3::new(2e-6, 1e-6, 3e-6),
-            },
-            followed: true,
+        let sections = SectionMass {
+            mass: 1e-3,
+            rotary: Vector3::new(2e-6, 1e-6, 3e-6),
         };
         let here = Isometry3::identity();
         let (mut nearing, mut leaving) = (0, 0);
-        for (joint, seen, spring) in [
-            (Joint::Weld, ChartKind::FromBase, 0.0),
-            (Joint::Weld, ChartKind::Taut, 0.0),
-            (Joint::Weld, ChartKind::Taut, 7.0),
-            (Joint::Ball, ChartKind::FromBase, 0.0),
-            (Joint::Ball, ChartKind::Taut, 7.0),
-            (Joint::Pins, ChartKind::FromBase, 0.0),
+        for (joints, chart) in [
+            ([Joint::Weld, Joint::Weld], RodChart::BaseWrench),
+            ([Joint::Weld, Joint::Weld], RodChart::Taut { spring: 0.0 }),
+            ([Joint::Weld, Joint::Weld], RodChart::Taut { spring: 7.0 }),
+            ([Joint::Weld, Joint::Ball], RodChart::BaseWrench),
+            ([Joint::Weld, Joint::Ball], RodChart::Taut { spring: 7.0 }),
+            ([Joint::Ball, Joint::Ball], RodChart::BaseWrench),
         ] {
             let (from, to) = (Attachment::ground(here), Attachment::body(0, here));
-            let mut link = Link::new(rod.clone(), from, to, joint);
+            let mut link = Link::new(rod.clone(), from, to, Joint::Weld);
+            link.joints = joints;
             let mut q = Vector6::new(1.0, -2.0, 0.6, 1.5, 0.4, 3.0);
             let held = link.end(&q, 1e-13).unwrap().pose;
-            if joint != Joint::Weld {
+            if joints[1].turns() {
                 q = link.settle(&q, &held, 1e-13).unwrap();
             }
-            link.set_chart_kind(seen);
-            link.set_end_spring(spring);
+            link.set_chart(chart);
             for way in [1.0, -1.0] {
                 let twist = Vector6::new(0.3, -0.4, 0.5, 0.7, -0.2, 0.6) * way;
                 let at = |dt: f64, q: Wrench| {
@@ -332,15 +307,20 @@ mod tests {
                 let sigma = |dt: f64| soft(&at(dt, q + rate * dt).end).sigma;
                 let falls = (sigma(-step) - sigma(step)) / (2.0 * step);
                 let soft = soft(&point.end);
-                let (left, _) = link
-                    .time_to_fold(&light, &soft, (&q, &point), 1e-13)
-                    .unwrap();
+                let rod = LightRodAt {
+                    link: &link,
+                    sections: &sections,
+                    q: &q,
+                    point: &point,
+                    tolerance: 1e-13,
+                };
+                let (left, _) = rod.time_to_fold(&soft).unwrap();
                 if falls > 0.0 {
                     let error = left / (0.5 * sigma(0.0) / falls) - 1.0;
-                    assert!(error.abs() < 1e-6, "{joint:?} {seen:?}: {error:.1e}");
+                    assert!(error.abs() < 1e-6, "{joints:?} {chart:?}: {error:.1e}");
                     nearing += 1;
                 } else {
-                    assert_eq!(left, f64::INFINITY, "{joint:?} {seen:?}");
+                    assert_eq!(left, f64::INFINITY, "{joints:?} {chart:?}");
                     leaving += 1;
                 }
             }

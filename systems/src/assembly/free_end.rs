@@ -1,7 +1,8 @@
 //! Rods with a free end.
 
-use super::{Assembly, AttachedTo, Attachment, BodyMotion};
-use crate::error::{Error, Result};
+use super::attachment::Attachment;
+use super::body::BodyMotion;
+use crate::error::Result;
 use crate::rod::{Rod, RodSection, Wrench};
 use nalgebra::{Isometry3, Vector3};
 
@@ -10,7 +11,7 @@ use nalgebra::{Isometry3, Vector3};
 #[derive(Debug, Clone)]
 pub struct FreeRod {
     rod: Rod,
-    from: Attachment,
+    pub(super) from: Attachment,
 }
 
 impl FreeRod {
@@ -39,38 +40,6 @@ impl FreeRod {
         let at = evenly(self.rod.length(), count);
         let sections = self.rod.shape(&Wrench::zeros(), &at, tolerance)?;
         Ok(placed(sections, &self.from.at(t, bodies).pose))
-    }
-}
-
-impl Assembly {
-    /// The assembly with rods that have a free end ([`Assembly::shapes`] returns them after the others).
-    ///
-    /// # Errors
-    /// A rod on a body that is not in the list, or on a point mass, about which it could turn freely.
-    pub fn with_free(mut self, free: Vec<FreeRod>) -> Result<Self> {
-        for (k, rod) in free.iter().enumerate() {
-            let AttachedTo::Body(body) = rod.from.on else {
-                continue;
-            };
-            let carrier = self.carriers.get(body).ok_or_else(|| {
-                Error::domain(format!(
-                    "free rod {k} is attached to body {body}; there are {}",
-                    self.carriers.len()
-                ))
-            })?;
-            if !carrier.turns() {
-                return Err(Error::domain(format!(
-                    "free rod {k} is attached to the point mass {body}, about which it could turn as it likes; give the body an inertia"
-                )));
-            }
-        }
-        self.free = free;
-        Ok(self)
-    }
-
-    /// The rods that have a free end.
-    pub fn free(&self) -> &[FreeRod] {
-        &self.free
     }
 }
 

@@ -1,7 +1,11 @@
 //! First-order effect of the mass of rods on an assembly: frequency shifts and folds (theory 3.9).
 
+use super::configuration::Configuration;
+use super::light_rod::LightRodAt;
+use super::modes::Modes;
+use super::network::Assembly;
+use super::rod_element::{EndKind, Link, LinkPoint};
 use super::stiffness::carried;
-use super::{Assembly, Configuration, Joint, Link, LinkPoint, Modes};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{Rates, RodRates, SectionMass, Wrench};
@@ -48,7 +52,7 @@ impl Family for AtRest<'_> {
     fn linearised(&self, x: &DVector<f64>, _: f64) -> Result<Linearised> {
         let q = Wrench::from_column_slice(x.as_slice());
         let end = self.link.held(&q, &self.held, self.tolerance)?;
-        let gap = self.scale * end.gap(&self.held, self.link.joint());
+        let gap = self.scale * end.gap(&self.held);
         let jacobian = self.scale * end.jacobian;
         Ok(Linearised {
             residual: DVector::from_column_slice((-gap).as_slice()),
@@ -99,16 +103,15 @@ impl Link {
         let given = scale * Wrench::from_column_slice(l.as_slice());
         let (couple, force) = halves(&given);
         let forces = by.fixed_rows::<3>(3);
-        let (work, size) = match (self.joint(), end.slack) {
-            (Joint::Weld, None) => (
+        let (work, size) = match &end.kind {
+            EndKind::Welded { .. } => (
                 forces.dot(&force) + by.fixed_rows::<3>(6).dot(&couple),
                 given.norm_squared(),
             ),
-            (Joint::Pins, _) => {
-                let along = end.along();
-                (forces.dot(&along), force.dot(&along))
+            EndKind::Pinned { chord, .. } => (forces.dot(chord), force.dot(chord)),
+            EndKind::OnBall { .. } | EndKind::Taut { .. } => {
+                (forces.dot(&force), force.norm_squared())
             }
-            _ => (forces.dot(&force), force.norm_squared()),
         };
         let dual = work / size;
         if !dual.is_finite() {
@@ -122,30 +125,25 @@ impl Link {
             bend: bend.abs(),
         })
     }
+}
 
+impl LightRodAt<'_> {
     /// Twice the kinetic energy x^T N y of two small motions of the rod, for every pair of `motions`: the twists of
     /// base and end in the world and the rates of the chart. Between two ball joints the rod spins freely about its
     /// chord.
-    fn metric(
-        &self,
-        sections: &SectionMass,
-        (q, point): (&Wrench, &LinkPoint),
-        motions: &[(SVector<f64, 12>, Wrench)],
-        tolerance: f64,
-    ) -> Option<DMatrix<f64>> {
+    fn metric(&self, motions: &[(SVector<f64, 12>, Wrench)]) -> Option<DMatrix<f64>> {
         let still = RodRates {
             rate: Wrench::zeros(),
             spin: Vector3::zeros(),
         };
-        let found = self.inertia(sections, (q, point), (&still, Rates::End), tolerance)?;
-        let size = (sections.mass, self.rod().length());
-        let matrix = match point.freedom(q, &found.matrix, size) {
+        let found = self.inertia(&still, Rates::End)?;
+        let matrix = match self.freedom(&found.matrix) {
             None => found.matrix,
             Some(free) => free.eliminated(&found.matrix),
         };
         let swept = motions
             .iter()
-            .map(|(twists, rates)| self.base_motion_of((q, point), twists, rates));
+            .map(|(twists, rates)| self.base_motion(twists, rates));
         let columns: Vec<SVector<f64, 12>> = swept.collect();
         let count = columns.len();
         Some(DMatrix::from_fn(count, count, |i, j| {
@@ -154,44 +152,50 @@ impl Link {
     }
 }
 
-impl Assembly {
-    /// Relative change of the lowest frequency of `modes` by the mass of the rods, `masses` in the order of the
+impl Modes {
+    /// Relative change of the lowest frequency by the mass of the rods, `masses` in the order of the
     /// links: -1/2 x^T N x for x^T M x = 1, to first order. For a multiple lowest frequency, the largest change. None
     /// if no frequency is above zero.
     pub fn shift_by_rods(
         &self,
+        assembly: &Assembly,
         now: &Configuration,
-        modes: &Modes,
         masses: &[Option<SectionMass>],
         tolerance: f64,
     ) -> Option<f64> {
-        let lowest = modes.squares.iter().copied().find(|x| *x > modes.neutral)?;
-        let alike: Vec<usize> = (0..modes.squares.len())
-            .filter(|k| (modes.squares[*k] - lowest).abs() <= ONE * lowest)
+        let lowest = self.squares.iter().copied().find(|x| *x > self.neutral)?;
+        let alike: Vec<usize> = (0..self.squares.len())
+            .filter(|k| (self.squares[*k] - lowest).abs() <= ONE * lowest)
             .collect();
-        let points = (self.points(0.0, &now.bodies, &now.charts, tolerance)).ok()?;
-        let (starts, _) = self.freedoms();
-        let own = self.own_twists(&now.bodies);
+        let points = (assembly.points(0.0, &now.bodies, &now.charts, tolerance)).ok()?;
+        let (starts, _) = assembly.freedoms();
+        let own = assembly.own_twists(&now.bodies);
         let mut sum = DMatrix::zeros(alike.len(), alike.len());
         for (k, sections) in masses.iter().enumerate() {
             let Some(sections) = sections else { continue };
-            let link = self.links.get(k)?;
+            let link = assembly.links.get(k)?;
             let levers = link.levers(&now.bodies);
             let motions = alike.iter().map(|mode| {
-                let shape = modes.shapes.column(*mode);
+                let shape = self.shapes.column(*mode);
                 let mut twists = SVector::<f64, 12>::zeros();
                 for (i, lever) in levers.iter().enumerate() {
                     let Some((body, arm)) = lever else { continue };
-                    let rows = shape.rows(starts[*body], self.carriers[*body].freedoms());
+                    let rows = shape.rows(starts[*body], assembly.carriers[*body].freedoms());
                     let twist = carried(arm) * (&own[*body] * rows);
                     twists.fixed_rows_mut::<6>(6 * i).copy_from(&twist);
                 }
-                let rates = modes.charts.column(*mode);
+                let rates = self.charts.column(*mode);
                 (twists, rates.fixed_rows::<6>(6 * k).into_owned())
             });
             let motions: Vec<(SVector<f64, 12>, Wrench)> = motions.collect();
-            let rod = (&now.charts[k], &points[k]);
-            sum += link.metric(sections, rod, &motions, tolerance)?;
+            let rod = LightRodAt {
+                link,
+                sections,
+                q: &now.charts[k],
+                point: &points[k],
+                tolerance,
+            };
+            sum += rod.metric(&motions)?;
         }
         let most = sum.symmetric_eigenvalues().max();
         most.is_finite().then_some(-0.5 * most)

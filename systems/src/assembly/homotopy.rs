@@ -1,7 +1,8 @@
 //! Roots of the equations of statics: homotopy paths, falls from unstable equilibria, Newton's method.
 
+use super::configuration::Configuration;
 use super::equations::Frame;
-use super::{Assembly, Configuration};
+use super::network::Assembly;
 use crate::error::{Error, Result};
 use crate::solve::arclength::{Continuation, Options, Stop};
 use crate::solve::newton;

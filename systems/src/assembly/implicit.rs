@@ -5,7 +5,7 @@
 //! the rod is brought there to first order, by J^-1 gap, and follows displacements of the bodies by J^-1 drive: the
 //! tangents are known, and exact.
 
-use super::Assembly;
+use super::network::Assembly;
 use super::stiffness::{carried, lever_turned};
 use crate::math::se3::halves;
 use crate::rod::Wrench;
@@ -35,54 +35,28 @@ pub struct Linearised {
     pub charts_by_place: DMatrix<f64>,
 }
 
-impl Assembly {
-    /// Indices in a state of the bodies' poses, and of their velocities; the latter include the spins of rods, which
-    /// have rates of their own.
-    pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
-        let (mut places, mut velocities) = (Vec::new(), Vec::new());
-        for (start, carrier) in self.starts() {
-            let end = start + carrier.numbers();
-            places.extend(start..end - carrier.freedoms());
-            velocities.extend(end - carrier.freedoms()..end);
-        }
-        velocities.extend(self.spin_slots().flat_map(|(_, slots)| slots));
-        (places, velocities)
-    }
-
-    /// Writes the rates of the bodies' poses alone, which need no rods.
-    pub fn write_place_rates(&self, state: &DVector<f64>, out: &mut DVector<f64>) {
-        let time = state[self.time_slot()];
-        for (start, carrier) in self.starts() {
-            let slots = start..start + carrier.numbers();
-            let (from, to) = (
-                &state.as_slice()[slots.clone()],
-                &mut out.as_mut_slice()[slots],
-            );
-            carrier.write_rates(time, from, &Vector6::zeros(), 1.0, to);
-        }
-    }
-
+impl Linearised {
     /// Linearises a state of an implicit step; None outside the domain of a law, and for a rod at its fold.
-    pub fn linearised(&self, state: &DVector<f64>, tolerance: f64) -> Option<Linearised> {
-        let at = self.evaluated(state, tolerance)?;
+    pub fn at(assembly: &Assembly, state: &DVector<f64>, tolerance: f64) -> Option<Self> {
+        let at = assembly.evaluated(state, tolerance)?;
         let (bodies, t) = (&at.now.bodies, at.integrals.time);
-        let (starts, total) = self.freedoms();
+        let (starts, total) = assembly.freedoms();
         let mut wrenches = vec![Vector6::zeros(); bodies.len()];
         // Derivatives of the wrenches on the bodies, and of the charts, by the bodies' twists.
         let mut by_twists = DMatrix::zeros(6 * bodies.len(), 6 * bodies.len());
         let mut charts_by_twists = DMatrix::zeros(6 * at.points.len(), 6 * bodies.len());
         let (mut charts, mut gap, mut dets) = (Vec::new(), 0.0_f64, Vec::new());
         let mut moving = Vec::new();
-        for (k, (link, point)) in self.links().iter().zip(&at.points).enumerate() {
+        for (k, (link, point)) in assembly.links().iter().zip(&at.points).enumerate() {
             let factors = link.regular(&point.end)?;
             let scale = link.gap_scale(&point.end);
-            let missing = factors.solve(&(scale * point.gap(link.joint())))?;
+            let missing = factors.solve(&(scale * point.gap()))?;
             let follows = factors.solve(&(scale * point.drive_by_twists()))?;
             let by_chart = point.wrenches_by_chart();
             let by = by_chart * follows + point.wrenches_by_turns();
             let more = by_chart * missing;
             // The chart as given: the gap of a taut rod includes the couple.
-            let given = Wrench::from_column_slice(&state.as_slice()[self.chart_slots(k)]);
+            let given = Wrench::from_column_slice(&state.as_slice()[assembly.chart_slots(k)]);
             charts.push(given + missing);
             moving.push(factors.solve(&(scale * point.drive()))?);
             gap = gap.max(link.apart(point));
@@ -109,8 +83,8 @@ impl Assembly {
                 view += follows.fixed_columns::<6>(6 * i) * carried(arm);
             }
         }
-        let with_rods = if self.feels_rods() {
-            Some(self.feel_rods(&at, tolerance, &mut wrenches)?)
+        let with_rods = if assembly.feels_rods() {
+            Some(assembly.feel_rods(&at, tolerance, &mut wrenches)?)
         } else {
             None
         };
@@ -119,12 +93,12 @@ impl Assembly {
         let mut by_wrench = DMatrix::zeros(total, 6 * bodies.len());
         let mut by_place = DMatrix::zeros(total, total);
         let mut by_velocity = DMatrix::zeros(total, total);
-        let (mut power, mut loss) = (self.support_power(&at.points), 0.0);
+        let (mut power, mut loss) = (assembly.support_power(&at.points), 0.0);
         power += with_rods.as_ref().map_or(0.0, |with| with.power);
         let spins = with_rods.as_ref().map_or(&[][..], |with| &with.spins);
-        self.write_spin_rates(state, (&at.points, &moving), (spins, 1.0), &mut rates);
-        let length = self.scales().0;
-        for (body, (first, carrier)) in self.starts().enumerate() {
+        assembly.write_spin_rates(state, (&at.points, &moving), (spins, 1.0), &mut rates);
+        let length = assembly.scales().0;
+        for (body, (first, carrier)) in assembly.starts().enumerate() {
             let (own, count) = (starts[body], carrier.freedoms());
             let slots = first..first + carrier.numbers();
             let numbers = &state.as_slice()[slots.clone()];
@@ -191,16 +165,16 @@ impl Assembly {
             by_velocity = together.shared * by_velocity;
         }
         let mut charts_by_place = charts_by_twists * twists;
-        let spinning: usize = self.spin_slots().map(|(_, slots)| slots.len()).sum();
+        let spinning: usize = assembly.spin_slots().map(|(_, slots)| slots.len()).sum();
         let all = total + spinning;
         for matrix in [&mut by_place, &mut by_velocity] {
             matrix.resize_mut(all, all, 0.0);
         }
         charts_by_place.resize_mut(6 * at.points.len(), all, 0.0);
-        let time = self.time_slot();
+        let time = assembly.time_slot();
         rates.as_mut_slice()[time..].copy_from_slice(&[1.0, power, loss]);
         let finite = rates.iter().chain(by_place.iter()).all(|x| x.is_finite());
-        finite.then_some(Linearised {
+        finite.then_some(Self {
             rates,
             charts,
             gap,

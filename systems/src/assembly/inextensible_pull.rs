@@ -1,7 +1,9 @@
 //! Rods as tethers: force of an inextensible unshearable rod, pulled straight, on its attachments (theory 2.8).
 
-use super::{Assembly, Evaluated, Joint, Link, LinkPoint};
-use crate::math::se3::{halves, joined};
+use super::configuration::Evaluated;
+use super::network::Assembly;
+use super::rod_element::{Link, LinkPoint};
+use crate::math::se3::{halves, join};
 use nalgebra::Vector3;
 
 /// Pull of a rod.
@@ -19,38 +21,42 @@ pub struct Tether {
     pub along: Vector3<f64>,
 }
 
-impl Link {
-    /// The rod of `point` as a tether. None for a rod that stretches or shears, that is not pulled, or that is
+impl Tether {
+    /// The rod at `point` as a tether. None for a rod that stretches or shears, that is not pulled, or that is
     /// between two ball joints, where nothing is bent.
-    pub fn tether(&self, point: &LinkPoint) -> Option<Tether> {
-        if self.joint() == Joint::Pins || !self.rod().is_inextensible().ok()? {
+    pub fn of(link: &Link, point: &LinkPoint) -> Option<Self> {
+        if link.is_pinned() || !link.rod().is_inextensible().ok()? {
             return None;
         }
         let n = point.end.force;
         let tension = n.norm();
         let along = n.try_normalize(f64::MIN_POSITIVE)?;
         let reach = along.dot(&point.end.pose.translation.vector);
-        (reach > 0.0).then(|| Tether {
+        (reach > 0.0).then(|| Self {
             tension,
-            lambda: (tension / self.units()[3]).sqrt(),
-            slack: self.rod().length() - reach,
+            lambda: (tension / link.units()[3]).sqrt(),
+            slack: link.rod().length() - reach,
             parting: n.dot(&halves(&point.relative_twist()).1),
             along: point.base.pose.rotation * along,
         })
     }
-}
 
-impl Assembly {
-    /// Effective mass m against a separation of the attachments of rod `k` along a direction of the world: a unit
-    /// force on each accelerates them apart by 1/m. Infinite if no carrying body moves that way.
-    pub fn resistance(&self, k: usize, at: &Evaluated, along: &Vector3<f64>) -> Option<f64> {
+    /// Effective mass m against a separation of the attachments of rod `k` along the pull: a unit force on each
+    /// accelerates them apart by 1/m. Infinite if no carrying body moves that way.
+    pub fn resistance(&self, assembly: &Assembly, k: usize, at: &Evaluated) -> Option<f64> {
         let bodies = &at.now.bodies;
-        let wrenches = self.wrenches(bodies, &at.points);
+        let wrenches = assembly.wrenches(bodies, &at.points);
         let mut give = 0.0;
-        for (body, arm) in self.links().get(k)?.levers(bodies).into_iter().flatten() {
-            let (carrier, pose) = (&self.carriers()[body], &bodies[body].pose);
+        for (body, arm) in assembly
+            .links()
+            .get(k)?
+            .levers(bodies)
+            .into_iter()
+            .flatten()
+        {
+            let (carrier, pose) = (&assembly.carriers()[body], &bodies[body].pose);
             let [mass, ..] = carrier.linear_own(at.integrals.time, pose, &wrenches[body])?;
-            let pushed = joined(&arm.cross(along), along);
+            let pushed = join(&arm.cross(&self.along), &self.along);
             let pushed = carrier.own_twists(pose).tr_mul(&pushed);
             give += pushed.dot(&mass.cholesky()?.solve(&pushed));
         }

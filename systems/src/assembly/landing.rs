@@ -14,13 +14,14 @@
 //! for N. The turn of the base about that of the chord and the spin about it have no effect and are not in the
 //! strains. Taut rods fall by the same law in implicit steps ([`crate::rod::Rod::taut_fallen`]).
 
+use super::attachment::Joint;
+use super::rod_element::{Link, LinkEnd};
 use super::viscous_layer::{Layer, MOST_STEPS, split};
-use super::{Joint, Link, LinkEnd};
 use crate::error::{Error, Result};
 use crate::manifold::{energy_allows_landing, fold_kernel};
-use crate::math::se3::joined;
+use crate::math::se3::join;
 use crate::rod::{Fallen, Wrench};
-use crate::section::{Measures, Strain, measured};
+use crate::section::{Measures, Strain, law_in_units};
 use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::kinematics::{AtEnd, Kinematics};
 use crate::viscoelastic::space::Space;
@@ -98,17 +99,15 @@ impl Link {
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let end = self.held(q, held, tolerance)?;
         let kernel = fold_kernel(&end.jacobian)?;
-        if end.slack.is_some() {
+        if end.is_taut() {
             let (shapes, landed) = self.fallen_taut(q, &kernel, (held, tolerance), shown)?;
             let landing = self.held(&landed, held, tolerance)?;
             self.check_fall(q, &end, landing.whole_energy(), tolerance)?;
             return Ok((shapes, landed));
         }
-        match self.joint {
+        match self.joint() {
             Joint::Weld => self.settled::<6>(q, (&end, &kernel), tolerance, (shown, crosses)),
-            Joint::Ball | Joint::Pins => {
-                self.settled::<3>(q, (&end, &kernel), tolerance, (shown, crosses))
-            }
+            Joint::Ball => self.settled::<3>(q, (&end, &kernel), tolerance, (shown, crosses)),
         }
     }
 
@@ -209,9 +208,9 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<Wrench> {
-        match self.joint {
+        match self.joint() {
             Joint::Weld => self.fitted(self.layer::<6>(held), strains, tolerance),
-            Joint::Ball | Joint::Pins => self.fitted(self.layer::<3>(held), strains, tolerance),
+            Joint::Ball => self.fitted(self.layer::<3>(held), strains, tolerance),
         }
     }
 
@@ -238,7 +237,7 @@ impl Link {
             stiffness: self.rod.reference_stiffness(),
             time: 1.0,
         };
-        let law = measured(self.rod.law().clone(), units);
+        let law = law_in_units(self.rod.law().clone(), units);
         let mut breaks = law.breaks();
         breaks.extend(self.borne().iter().flat_map(|load| load.breaks()));
         breaks.retain(|s| *s > 0.0 && *s < 1.0);
@@ -256,7 +255,7 @@ impl Link {
             law,
             grid,
             held,
-            by_chord: self.joint == Joint::Pins,
+            by_chord: self.is_pinned(),
             wrench: AtEnd::zeros(),
             load,
         }
@@ -269,7 +268,7 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<Vec<Wrench>> {
-        if self.joint == Joint::Pins {
+        if self.is_pinned() {
             return Ok(self.other_spans(known, held, tolerance));
         }
         let units = self.units();
@@ -292,7 +291,7 @@ impl Link {
         (shown, crosses): (bool, bool),
     ) -> Result<(Vec<Fallen>, Wrench)> {
         let scale = self.units();
-        let wrench = joined(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
+        let wrench = join(&(end.couple / scale[0]), &(end.tip_force() / scale[3]));
         let mut layer = self.layer::<D>(&end.pose);
         layer.wrench = wrench.fixed_rows::<D>(6 - D).into_owned();
         let here = self.strains(&layer.grid, q, &end.pose, tolerance)?;
@@ -387,7 +386,7 @@ impl Link {
         let beside = [&*ahead?, &*behind?];
         let (shapes, rested) = self.rod.taut_fallen(&here, beside, tolerance, shown)?;
         let q = rested.base.component_div(&self.units());
-        self.warm.keep(&Arc::new(rested));
+        self.last_taut.keep(&Arc::new(rested));
         Ok((shapes, q))
     }
 
@@ -433,12 +432,12 @@ impl Link {
         } else {
             Vector3::zeros()
         };
-        let mut start = joined(&(m + end.end().translation.vector.cross(&n)), &n);
+        let mut start = join(&(m + end.end().translation.vector.cross(&n)), &n);
         if let Some(load) = &layer.load {
             // Force of the load, and its couple about the base.
             let nodes = load.iter().zip(end.positions()).zip(layer.grid.weights());
             start += nodes.fold(Wrench::zeros(), |sum, ((f, r), weight)| {
-                sum + joined(&(r.cross(f) * *weight), &(f * *weight))
+                sum + join(&(r.cross(f) * *weight), &(f * *weight))
             });
         }
         let mut held = layer.held;
@@ -454,7 +453,7 @@ impl Link {
         let link = self.with_chart_by_pull();
         let apart = |q: &Wrench| -> Result<_> {
             let end = link.held(q, held, tolerance)?;
-            let gap = end.gap(held, self.joint);
+            let gap = end.gap(held);
             let size = (self.gap_scale(&end) * gap).norm();
             Ok((end, gap, size))
         };

@@ -1,7 +1,9 @@
 //! Small vibrations of an assembly about an equilibrium.
 
+use super::configuration::Configuration;
 use super::free_end::{evenly, placed};
-use super::{Assembly, Configuration, LinkPoint};
+use super::network::Assembly;
+use super::rod_element::LinkPoint;
 use crate::error::{Error, Result};
 use crate::math::small_sort::{sort_eigenvalues, sort_few};
 use crate::rod::RodSection;

@@ -1,6 +1,8 @@
 //! Reach of chains of inextensible rods between fixed attachments.
 
-use super::{Assembly, AttachedTo, Attachment, BodyMotion};
+use super::attachment::Attachment;
+use super::body::BodyMotion;
+use super::network::Assembly;
 use crate::error::{Error, Message, Quantity, Result};
 use nalgebra::DMatrix;
 
@@ -82,9 +84,7 @@ impl Assembly {
         }
         for i in 0..n {
             for j in 0..i {
-                if let (AttachedTo::Body(a), AttachedTo::Body(b)) = (&ends[i].on, &ends[j].on)
-                    && a == b
-                {
+                if ends[i].carried_by().is_some() && ends[i].carried_by() == ends[j].carried_by() {
                     let [a, b] = [i, j].map(|end| ends[end].place.translation.vector);
                     joined(i, j, (a - b).norm());
                 }
@@ -101,9 +101,7 @@ impl Assembly {
                 }
             }
         }
-        let standing: Vec<usize> = (0..n)
-            .filter(|i| !matches!(ends[*i].on, AttachedTo::Body(_)))
-            .collect();
+        let standing: Vec<usize> = (0..n).filter(|i| ends[*i].carried_by().is_none()).collect();
         let mut chains = Vec::new();
         for (k, &i) in standing.iter().enumerate() {
             for &j in &standing[k + 1..] {

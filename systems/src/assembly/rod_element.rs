@@ -1,134 +1,18 @@
-//! Rods between two attachments: chart, wrenches on the attachments, tangent.
+//! A rod between two attachments as data: its chart, its end, its place between the attachments.
 
-use super::axial_slider::EndSlider;
-use super::distributed_load::{LoadOnRod, LoadTerms};
-use super::taut::ChartKind;
-use super::{Assembly, BodyMotion};
-use crate::body::Support;
-use crate::error::Result;
-use crate::math::se3::{halves, joined};
-use crate::rod::{EndConditions, Problem, Rod, Taut, Trace, Wrench};
+use super::attachment::{Attachment, Joint};
+use super::body::BodyMotion;
+use crate::error::{Error, Result};
+use crate::math::se3::{halves, join};
+use crate::rod::{DistributedLoad, Rod, SectionMass, Taut, Trace};
 use crate::solve::warm_start::WarmStart;
-use nalgebra::{Isometry3, Matrix6, Quaternion, SMatrix, UnitQuaternion, Vector3, Vector6};
-use std::borrow::Cow;
+use nalgebra::{
+    FullPivLU, Isometry3, Matrix6, Quaternion, SMatrix, U6, UnitQuaternion, Vector3, Vector6,
+};
 use std::sync::Arc;
 
-/// Relative rotation (or couple) of the rod's end per unit base couple, at fixed force, below which the rod counts as
-/// neutral.
-const NEUTRAL: f64 = 1e-7;
-/// Change of the chart, relative to 1 + |q|, at which the index is counted instead if the rod is neutral under its
-/// force.
-const ASIDE: f64 = 1e-6;
-
-/// Carrier of an attachment.
-#[derive(Debug, Clone)]
-pub enum AttachedTo {
-    /// The ground; the pose is in the world.
-    Ground,
-    /// A moving support; the pose is in the support's frame.
-    Support(Box<Support<3>>),
-    /// A body, by number; the pose is in the body's frame.
-    Body(usize),
-}
-
-/// Joint between the end of a rod and its attachment.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize),
-    serde(rename_all = "lowercase")
-)]
-pub enum Joint {
-    /// The directors of the rod's end turn with the attachment.
-    #[default]
-    Weld,
-    /// The end is free to turn: m(1) = 0.
-    Ball,
-    /// Both ends are free to turn: m(0) = m(1) = 0, the force is along the chord ([`Link::pinned`]).
-    Pins,
-}
-
-/// Attachment of a rod's end: point and directors in the frame of the carrier.
-#[derive(Debug, Clone)]
-pub struct Attachment {
-    /// Carrier: ground, support or body.
-    pub on: AttachedTo,
-    /// Pose in the carrier's frame.
-    pub place: Isometry3<f64>,
-}
-
-impl Attachment {
-    /// An attachment to the ground.
-    pub fn ground(place: Isometry3<f64>) -> Self {
-        Self {
-            on: AttachedTo::Ground,
-            place,
-        }
-    }
-
-    /// An attachment to a moving support, in the support's frame.
-    pub fn support(support: Support<3>) -> Self {
-        Self {
-            on: AttachedTo::Support(Box::new(support)),
-            place: Isometry3::identity(),
-        }
-    }
-
-    /// An attachment to a body.
-    pub fn body(number: usize, place: Isometry3<f64>) -> Self {
-        Self {
-            on: AttachedTo::Body(number),
-            place,
-        }
-    }
-
-    /// Number of the carrying body, if any.
-    pub(super) fn carried_by(&self) -> Option<usize> {
-        match self.on {
-            AttachedTo::Body(body) => Some(body),
-            AttachedTo::Ground | AttachedTo::Support(_) => None,
-        }
-    }
-
-    /// Distance from the origin of the carrier's frame.
-    pub(super) fn lever(&self) -> f64 {
-        self.place.translation.vector.norm()
-    }
-
-    /// Pose and twist in the world.
-    pub(super) fn at(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
-        match &self.on {
-            AttachedTo::Ground => BodyMotion::at_rest(self.place),
-            AttachedTo::Support(support) => {
-                let frame = support.at(t);
-                let lever = joined(&Vector3::zeros(), &self.place.translation.vector);
-                BodyMotion {
-                    pose: frame.pose() * self.place,
-                    twist: frame.of_poses().absolute(&lever, &Vector6::zeros()),
-                }
-            }
-            AttachedTo::Body(body) => {
-                let BodyMotion { pose, twist } = bodies[*body];
-                let (omega, v) = halves(&twist);
-                let lever = pose.rotation * self.place.translation.vector;
-                BodyMotion {
-                    pose: pose * self.place,
-                    twist: joined(&omega, &(v + omega.cross(&lever))),
-                }
-            }
-        }
-    }
-
-    /// Moves a wrench on the attachment to the reference point of its body.
-    pub(super) fn moved(&self, bodies: &[BodyMotion], wrench: &Vector6<f64>) -> Vector6<f64> {
-        let AttachedTo::Body(body) = self.on else {
-            return *wrench;
-        };
-        let lever = bodies[body].pose.rotation * self.place.translation.vector;
-        let (m, n) = halves(wrench);
-        joined(&(m + lever.cross(&n)), &n)
-    }
-}
+/// Relative pivot of a rod's Jacobian below which the held ends leave some wrench undetermined.
+const SINGULAR: f64 = 1e-13;
 
 /// A rod with its attachments. The rod's own clamp is not used: the rod begins at `from`.
 #[derive(Debug, Clone)]
@@ -136,31 +20,111 @@ pub struct Link {
     pub(super) rod: Rod,
     pub(super) from: Attachment,
     pub(super) to: Attachment,
-    pub(super) joint: Joint,
-    /// Chart kind; the taut solution found last is cached beside it.
-    pub(super) seen: ChartKind,
-    pub(super) warm: WarmStart<Taut>,
-    /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
-    pub(super) spring: f64,
-    /// Slider between the end of an inextensible rod and its attachment, and the bound of its travel, in rod lengths.
-    pub(super) give: Option<EndSlider>,
+    /// Joints at base and end. A ball joint at the base has one at the end beside it.
+    pub(super) joints: [Joint; 2],
+    pub(super) chart: RodChart,
+    /// Solution of the taut rod found last.
+    pub(super) last_taut: WarmStart<Taut>,
+    /// Bound of the travel of a slider, in rod lengths; 0 for a rod that stretches.
     pub(super) unseen: f64,
-    /// True while the motion includes the rod's inertia.
-    pub(super) felt: bool,
-    pub(super) diameter: Option<f64>,
-    /// Distributed load along the rod.
-    pub(super) load: Option<LoadOnRod>,
-    /// True if the ends keep their [`LinkEnd::trace`].
-    pub(super) keeps_trace: bool,
+    /// Mass to first order, if known.
+    pub(super) mass: Option<LightRod>,
     /// True if bodies are seen from a clamp that turns: traces then include turns of the base, although the base
     /// looks fixed.
     pub(super) clamp_turns: bool,
+    pub(super) diameter: Option<f64>,
+    pub(super) load: Option<LoadOnRod>,
 }
 
-/// End of a rod relative to its base, in the directors of the base.
-///
-/// Charts are in units B/L and B/L^2. [`LinkEnd::slack`] marks a taut rod: its chart is the force alone, its end is
-/// held as the attachment says (turned, or without couple), and the couple m(0) follows from both.
+/// Chart of a rod, and the tie between end and attachment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum RodChart {
+    /// The pull decides between base wrench and force.
+    ByPull {
+        /// Slider at the end of a slack rod.
+        slider: Option<EndSlider>,
+        /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
+        spring: f64,
+    },
+    /// The base wrench (m(0), n(0)).
+    BaseWrench,
+    /// The base wrench of a rod whose end sits on a slider.
+    OnSlider(EndSlider),
+    /// The force n(0) of a taut rod.
+    Taut {
+        /// Stiffness of the spring beside the end, in B/L^3.
+        spring: f64,
+    },
+}
+
+impl Default for RodChart {
+    fn default() -> Self {
+        Self::ByPull {
+            slider: None,
+            spring: 0.0,
+        }
+    }
+}
+
+impl RodChart {
+    /// Slider at the end of a slack rod.
+    pub fn slider(&self) -> Option<EndSlider> {
+        match self {
+            Self::ByPull { slider, .. } => *slider,
+            Self::OnSlider(slider) => Some(*slider),
+            Self::BaseWrench | Self::Taut { .. } => None,
+        }
+    }
+
+    /// Stiffness of the spring beside the end of a taut rod, in B/L^3.
+    pub fn spring(&self) -> f64 {
+        match self {
+            Self::ByPull { spring, .. } | Self::Taut { spring } => *spring,
+            Self::BaseWrench | Self::OnSlider(_) => 0.0,
+        }
+    }
+
+    /// True if the force charts the rod at any pull.
+    pub fn is_taut(&self) -> bool {
+        matches!(self, Self::Taut { .. })
+    }
+
+    /// The pull decides; slider and spring stay.
+    #[must_use]
+    pub fn by_pull(&self) -> Self {
+        Self::ByPull {
+            slider: self.slider(),
+            spring: self.spring(),
+        }
+    }
+}
+
+/// A slider with a spring between the end of a rod and its attachment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EndSlider {
+    /// c, in L^3/B; 0 if only the axial force is to be kept while the end is brought back.
+    pub compliance: f64,
+    /// e, along the directors of the base, of length 1.
+    pub along: Vector3<f64>,
+}
+
+/// Mass properties of a rod treated to first order.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightRod {
+    /// Mass and rotary inertia of the sections. The weight is a load along the rod ([`Link::with_distributed`]).
+    pub sections: SectionMass,
+    /// True while the motion includes the rod's inertia.
+    pub followed: bool,
+}
+
+/// A load along a rod: in the world, and along the present directors of its base.
+#[derive(Debug, Clone)]
+pub(super) struct LoadOnRod {
+    pub world: DistributedLoad,
+    pub seen: DistributedLoad,
+}
+
+/// End of a rod relative to its base, in the directors of the base. Charts are in units B/L and B/L^2.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LinkEnd {
     /// Pose.
@@ -179,25 +143,64 @@ pub struct LinkEnd {
     pub tangent: Matrix6<f64>,
     /// d(m(0), n, m(1)) by the chart.
     pub resultants: SMatrix<f64, 9, 6>,
-    /// Length over couple: scale of couples beside lengths in the equations of a rod between ball joints.
-    pub(super) per_couple: f64,
-    /// Derivative of the resultants by the turn of the attachment, for a taut rod welded to it.
-    pub(super) turned: Option<SMatrix<f64, 9, 3>>,
-    /// Jacobian J of the constraint at the attachment by the chart; singular at folds. The rows are those of
-    /// `tangent`. For a ball joint the first are d m(1). For a taut rod they are d m(0) less its part due to the
-    /// force.
+    /// Jacobian J of the constraint at the attachment by the chart; singular at folds. Its rows depend on the kind of
+    /// the end.
     pub jacobian: Matrix6<f64>,
     /// Right-hand side by the twist of the attachment: jacobian . q' = drive . twist.
     pub(super) drive: Matrix6<f64>,
-    /// Direction of the chord of a rod between two ball joints, along the directors of its base.
-    pub(super) chord: Option<Vector3<f64>>,
-    /// The rod, if it is taut.
-    pub(super) taut: Option<Arc<Taut>>,
-    /// Record of the integration to the end, for a rod of known mass ([`super::Assembly::with_light_rods`]) in
-    /// base-wrench chart.
-    pub(super) trace: Option<Arc<Trace>>,
-    /// Difference of m(0) of a taut rod from the couple of its chart; None in base-wrench chart.
-    pub slack: Option<Vector3<f64>>,
+    /// Kind of the chart and of the constraint.
+    pub(super) kind: EndKind,
+}
+
+/// Kind of the chart of an evaluated rod, and of the constraint at its attachment.
+// Boxing a variant would cost an allocation at every evaluation of every rod.
+#[allow(clippy::large_enum_variant)]
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum EndKind {
+    /// Base wrench, end on a weld: rows of the Jacobian are rotation and position.
+    Welded {
+        /// Record of the integration, for a rod of known mass.
+        trace: Option<Arc<Trace>>,
+    },
+    /// Base wrench, end on a ball joint: rows are m(1) and position.
+    OnBall {
+        /// Record of the integration, for a rod of known mass.
+        trace: Option<Arc<Trace>>,
+    },
+    /// Both ends on ball joints: rows are m(0), and the chord with m(1) in lengths.
+    Pinned {
+        /// Direction of the chord, along the directors of the base.
+        chord: Vector3<f64>,
+        /// Length over couple: scale of couples beside lengths.
+        per_couple: f64,
+        /// Record of the integration, for a rod of known mass.
+        trace: Option<Arc<Trace>>,
+    },
+    /// Force of a taut rod: its end is held as the attachment says (turned, or without couple), and m(0) follows from
+    /// both. Rows are m(0) less its part due to the force, and position.
+    Taut {
+        /// The rod.
+        rod: Arc<Taut>,
+        /// Difference of m(0) from the couple of the chart.
+        slack: Vector3<f64>,
+        /// Derivative of the resultants by the turn of the attachment, if the rod is welded to it.
+        turned: Option<SMatrix<f64, 9, 3>>,
+    },
+}
+
+/// Contributions of a load along a rod to its end, along the directors of the base.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LoadTerms {
+    /// int f ds.
+    pub total: Vector3<f64>,
+    /// -int f.r ds.
+    pub potential: f64,
+    /// d(rotation, position, m(1)) by a turn of the base; 0 for a fixed base.
+    pub turned: SMatrix<f64, 9, 3>,
+    /// d(m(0), n(0)) by a turn of the base, for a taut rod.
+    pub base: SMatrix<f64, 6, 3>,
+    /// Derivative of the prescribed quantities, the rows of [`LinkEnd::jacobian`], by a turn of the base.
+    pub prescribed: SMatrix<f64, 6, 3>,
 }
 
 /// A rod of an assembly, evaluated between its attachments.
@@ -217,22 +220,27 @@ impl Link {
     /// A rod from one attachment, to which it is welded, to another, which holds it by `joint`. A rod with a ball
     /// joint at one side begins at the other ([`Link::reversed`]).
     pub fn new(rod: Rod, from: Attachment, to: Attachment, joint: Joint) -> Self {
-        let rod = rod.with_clamp(Vector3::zeros(), nalgebra::UnitQuaternion::identity());
+        Self::with_joints(rod, from, to, [Joint::Weld, joint])
+    }
+
+    /// A rod between two ball joints: a spring along its chord, charted by its force (theory 3.3).
+    pub fn pinned(rod: Rod, from: Attachment, to: Attachment) -> Self {
+        Self::with_joints(rod, from, to, [Joint::Ball; 2])
+    }
+
+    fn with_joints(rod: Rod, from: Attachment, to: Attachment, joints: [Joint; 2]) -> Self {
         Self {
-            rod,
+            rod: rod.with_clamp(Vector3::zeros(), UnitQuaternion::identity()),
             from,
             to,
-            joint,
-            seen: ChartKind::default(),
-            warm: WarmStart::default(),
-            spring: 0.0,
-            give: None,
+            joints,
+            chart: RodChart::default(),
+            last_taut: WarmStart::default(),
             unseen: 0.0,
-            felt: false,
+            mass: None,
+            clamp_turns: false,
             diameter: None,
             load: None,
-            keeps_trace: false,
-            clamp_turns: false,
         }
     }
 
@@ -252,6 +260,45 @@ impl Link {
         Ok(Self::new(rod.reversed()?, turned(to), turned(from), joint))
     }
 
+    /// The rod alone, from the ground at the origin to a free body, without a load along the rod. Equilibria depend
+    /// only on the relative pose of the attachments, so they are the same.
+    pub fn alone(&self) -> Self {
+        let [origin, end] = [Attachment::ground, |place| Attachment::body(0, place)]
+            .map(|on: fn(Isometry3<f64>) -> Attachment| on(Isometry3::identity()));
+        Self::with_joints(self.rod.clone(), origin, end, self.joints)
+    }
+
+    /// Gives the rod a contact diameter: a run stops at self-contact or contact with another such rod.
+    #[must_use]
+    pub fn with_diameter(mut self, diameter: f64) -> Self {
+        self.diameter = Some(diameter).filter(|d| *d > 0.0);
+        self
+    }
+
+    /// Puts a dead load along the rod, counted from this link's base ([`DistributedLoad::reversed`] counts from the
+    /// other end).
+    ///
+    /// # Errors
+    /// A rod between two ball joints.
+    pub fn with_distributed(mut self, load: DistributedLoad) -> Result<Self> {
+        if self.is_pinned() {
+            return Err(Error::domain(
+                "a rod between two ball joints has its force along its chord, and bears no load along it: weld one of its ends, or leave out \
+                 its weight",
+            ));
+        }
+        let base = match self.from.carried_by() {
+            // The body's rotation enters at evaluation.
+            Some(_) => self.from.place,
+            None => self.from.at(0.0, &[]).pose,
+        };
+        self.load = Some(LoadOnRod {
+            seen: seen_from(&load, &base.rotation),
+            world: load,
+        });
+        Ok(self)
+    }
+
     /// The rod.
     pub fn rod(&self) -> &Rod {
         &self.rod
@@ -267,22 +314,62 @@ impl Link {
         &self.to
     }
 
-    /// End attachment relative to the base attachment, at time `t`.
-    pub fn end_place(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
-        self.to.at(t, bodies).seen_from(&self.from.at(t, bodies))
-    }
-
-    /// The rod alone, from the ground at the origin to a free body, without a load along the rod. Equilibria depend
-    /// only on the relative pose of the attachments, so they are the same.
-    pub fn alone(&self) -> Self {
-        let [origin, end] = [Attachment::ground, |place| Attachment::body(0, place)]
-            .map(|on: fn(Isometry3<f64>) -> Attachment| on(Isometry3::identity()));
-        Self::new(self.rod.clone(), origin, end, self.joint)
-    }
-
     /// Joint at the end.
     pub fn joint(&self) -> Joint {
-        self.joint
+        self.joints[1]
+    }
+
+    /// Joints at base and end.
+    pub fn joints(&self) -> [Joint; 2] {
+        self.joints
+    }
+
+    /// True if both ends turn freely: m(0) = m(1) = 0, and the force is along the chord.
+    pub fn is_pinned(&self) -> bool {
+        self.joints[0].turns()
+    }
+
+    /// Chart of the rod.
+    pub fn chart(&self) -> RodChart {
+        self.chart
+    }
+
+    /// Sets the chart of the rod; by default the pull decides.
+    pub fn set_chart(&mut self, chart: RodChart) {
+        self.chart = chart;
+    }
+
+    /// A copy with a chart by pull, for a search from afar.
+    #[must_use]
+    pub fn with_chart_by_pull(&self) -> Self {
+        let mut link = self.clone();
+        link.chart = self.chart.by_pull();
+        link
+    }
+
+    /// Contact diameter; None if contacts of the rod are ignored.
+    pub fn diameter(&self) -> Option<f64> {
+        self.diameter
+    }
+
+    /// Mass of the rod to first order, if known.
+    pub fn mass(&self) -> Option<&LightRod> {
+        self.mass.as_ref()
+    }
+
+    /// True while the motion includes the rod's inertia.
+    pub(super) fn is_followed(&self) -> bool {
+        self.mass.as_ref().is_some_and(|mass| mass.followed)
+    }
+
+    /// Load along the rod, in the world.
+    pub fn distributed(&self) -> Option<&DistributedLoad> {
+        self.load.as_ref().map(|load| &load.world)
+    }
+
+    /// Load along the rod, along the directors of the base.
+    pub(super) fn borne(&self) -> Option<&DistributedLoad> {
+        self.load.as_ref().map(|load| &load.seen)
     }
 
     /// The units B/L, B/L^2 of the chart.
@@ -291,205 +378,124 @@ impl Link {
         Vector6::new(couple, couple, couple, force, force, force)
     }
 
-    /// End of the rod at the chart point q = (m(0), n), in units B/L, B/L^2, by integration from the base; for taut
-    /// rods see [`Link::held`].
-    ///
-    /// # Errors
-    /// As [`Rod::end`].
-    pub fn end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
-        let tolerance = self.finer(tolerance);
-        let end = match self.load {
-            Some(_) => self.loaded_end(q, tolerance),
-            None => self.unloaded_end(q, tolerance),
+    /// End attachment relative to the base attachment, at time `t`.
+    pub fn end_place(&self, t: f64, bodies: &[BodyMotion]) -> BodyMotion {
+        self.to.at(t, bodies).seen_from(&self.from.at(t, bodies))
+    }
+
+    /// Bodies at both ends, with the levers from their reference points in the world.
+    pub(super) fn levers(&self, bodies: &[BodyMotion]) -> [Option<(usize, Vector3<f64>)>; 2] {
+        [&self.from, &self.to].map(|site| site.lever(bodies))
+    }
+
+    /// First time after `t` at which the motion of a support is not smooth.
+    pub(super) fn next_break(&self, t: f64) -> f64 {
+        self.from.next_break(t).min(self.to.next_break(t))
+    }
+
+    /// Scales of gaps: radians, rod lengths, and B/L for the couples of a ball joint or a taut rod.
+    pub(super) fn gap_scale(&self, end: &LinkEnd) -> Matrix6<f64> {
+        let length = 1.0 / self.rod.length();
+        let first = match end.kind {
+            EndKind::Welded { .. } => 1.0,
+            _ => 1.0 / self.units()[0],
         };
-        Ok(self.with_slider(end?))
+        Matrix6::from_diagonal(&Vector6::new(first, first, first, length, length, length))
     }
 
-    fn unloaded_end(&self, q: &Wrench, tolerance: f64) -> Result<LinkEnd> {
-        let units = self.units();
-        let base = q.component_mul(&units);
-        let (found, trace) = if !self.keeps_trace {
-            (self.rod.end(&base, tolerance)?, None)
-        } else {
-            let turns = self.base_turns() || self.clamp_turns;
-            let (found, trace) = self.rod.traced_end(&base, turns, tolerance)?;
-            (found, Some(Arc::new(trace)))
-        };
-        let section = &found.section;
-        let change = Matrix6::from_diagonal(&units);
-        let tangent = found.tangent * change;
-        // m(1) = m(0) - r(1) x n.
-        let lever = section.position.cross_matrix() * change.fixed_rows::<3>(3);
-        let couple = change.fixed_rows::<3>(0)
-            + section.force.cross_matrix() * tangent.fixed_rows::<3>(3)
-            - lever;
-        let mut resultants = SMatrix::<f64, 9, 6>::zeros();
-        resultants.fixed_rows_mut::<6>(0).copy_from(&change);
-        resultants.fixed_rows_mut::<3>(6).copy_from(&couple);
-        let (mut jacobian, mut drive) = (tangent, Matrix6::identity());
-        let mut chord = None;
-        match self.joint {
-            Joint::Weld => {}
-            Joint::Ball => {
-                jacobian.fixed_rows_mut::<3>(0).copy_from(&couple);
-                drive.fixed_rows_mut::<3>(0).fill(0.0);
-            }
-            Joint::Pins => {
-                let along = section
-                    .position
-                    .try_normalize(f64::MIN_POSITIVE)
-                    .unwrap_or_else(Vector3::z);
-                chord = Some(along);
-                (jacobian, drive) = self.pins(&tangent, &couple, section, &along);
-                // The base turns with the chord, and the force turns with it.
-                let force = along * along.transpose() * change.fixed_rows::<3>(3);
-                resultants.fixed_rows_mut::<3>(3).copy_from(&force);
-            }
-        }
-        Ok(LinkEnd {
-            pose: section.pose(),
-            base_couple: halves(q).0 * units[0],
-            couple: section.couple,
-            force: section.force,
-            along: None,
-            energy: section.energy,
-            tangent,
-            resultants,
-            per_couple: self.rod.length() / units[0],
-            turned: None,
-            jacobian,
-            drive,
-            chord,
-            slack: None,
-            taut: None,
-            trace,
-        })
-    }
-
-    /// The rod between its attachments at time `t`.
-    ///
-    /// # Errors
-    /// As [`Link::end`].
-    pub fn point(
-        &self,
-        t: f64,
-        bodies: &[BodyMotion],
-        q: &Wrench,
-        tolerance: f64,
-    ) -> Result<LinkPoint> {
-        let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        let seen = self.with_base_rotation(&base.pose.rotation);
-        let end = seen.held(q, &base.pose.inv_mul(&tip.pose), tolerance)?;
-        if let (Some(found), Cow::Owned(_)) = (&end.taut, &seen) {
-            self.warm.keep(found);
-        }
-        Ok(self.placed(t, bodies, end))
-    }
-
-    /// A known end placed between its attachments at time `t`; the base of a rod between ball joints is turned along
-    /// its chord.
-    pub(super) fn placed(&self, t: f64, bodies: &[BodyMotion], end: LinkEnd) -> LinkPoint {
-        let (base, tip) = (self.from.at(t, bodies), self.to.at(t, bodies));
-        let spin = 0.0;
-        let mut point = LinkPoint {
-            base,
-            tip,
-            end,
-            spin,
-        };
-        point.align();
-        point
-    }
-
-    /// A rod between two ball joints: a spring along its chord, charted by its force (theory 3.3).
-    pub fn pinned(rod: Rod, from: Attachment, to: Attachment) -> Self {
-        Self::new(rod, from, to, Joint::Pins)
-    }
-
-    /// Equilibrium problem of the rod with its end held by its joint at a pose relative to the base.
-    pub(super) fn held_at(&self, end: &Isometry3<f64>, tolerance: f64) -> Result<Problem> {
-        let conditions = match self.joint {
-            Joint::Weld => EndConditions::pose(end.translation.vector, end.rotation),
-            // As if the base were clamped too.
-            Joint::Ball | Joint::Pins => EndConditions::ball(end.translation.vector),
-        };
-        self.bearing(conditions, tolerance)
-    }
-
-    /// Morse index of the rod with its end held as it is: number of directions in which it could buckle to less
-    /// energy.
-    ///
-    /// # Errors
-    /// As [`Problem::index_at`]; as [`Rod::taut`].
-    pub fn index(&self, q: &Wrench, held: &Isometry3<f64>, tolerance: f64) -> Result<usize> {
-        if self.is_taut(q, held) {
-            return self.rod.taut_index(&*self.solve_taut(q, held, tolerance)?);
-        }
-        // The index depends on which components are held, not on the pose.
-        if self.joint == Joint::Pins {
-            return self.pinned_index(q, held, tolerance);
-        }
-        let problem = self.held_at(&Isometry3::identity(), tolerance)?;
-        let count = |q: &Wrench| problem.index_at(&q.component_mul(&self.units()));
-        // Count first with dead force. If the rod is neutral under that force (an elastica free to turn about its
-        // force), rounding decides the count; nearby it does not, and away from folds the index of the held rod is
-        // the same there.
-        let end = self.end(q, tolerance)?;
-        let loaded = (self.gap_scale(&end) * end.jacobian)
-            .fixed_view::<3, 3>(0, 0)
-            .into_owned();
-        if loaded.singular_values().min() < NEUTRAL && self.regular(&end).is_some() {
-            let aside = Wrench::new(0.6, -0.8, 0.3, 0.7, 0.4, -0.5) * (ASIDE * (1.0 + q.norm()));
-            if let (Ok(a), Ok(b)) = (count(&(q + aside)), count(&(q - aside)))
-                && a == b
-            {
-                return Ok(a);
-            }
-        }
-        count(q)
+    /// LU factors of the Jacobian in units of [`Link::gap_scale`]; None if it is singular: at a fold, and for a
+    /// straight inextensible rod.
+    pub(super) fn regular(&self, end: &LinkEnd) -> Option<FullPivLU<f64, U6, U6>> {
+        let factors = (self.gap_scale(end) * end.jacobian).full_piv_lu();
+        let pivots = factors.u().diagonal().abs();
+        (pivots.min() > SINGULAR * pivots.max()).then_some(factors)
     }
 
     /// Largest component of the gap between end and attachment, in radians and rod lengths. For a ball joint the
     /// couple that the joint cannot bear counts, in B/L. The couple of a taut rod's chart does not count.
     pub(super) fn apart(&self, point: &LinkPoint) -> f64 {
-        let gap = self.gap_scale(&point.end) * point.gap(self.joint);
-        if point.end.slack.is_none() {
+        let gap = self.gap_scale(&point.end) * point.gap();
+        if !point.end.is_taut() {
             return gap.amax();
         }
         // A spring beside the end makes the gap smaller by this factor at the same error of the force.
         let string = point.end.pose.translation.vector.norm() / point.end.force.norm();
-        let spring = self.spring * self.units()[3] / self.rod.length();
+        let spring = self.chart.spring() * self.units()[3] / self.rod.length();
         gap.rows(3, 3).amax() * (1.0 + spring * string)
-    }
-
-    pub(super) fn next_break(&self, t: f64) -> f64 {
-        let ends = [&self.from, &self.to].map(|site| match &site.on {
-            AttachedTo::Support(support) => support.next_break(t),
-            _ => f64::INFINITY,
-        });
-        ends[0].min(ends[1])
     }
 }
 
+/// A load of the world along the directors of a base.
+pub(super) fn seen_from(load: &DistributedLoad, base: &UnitQuaternion<f64>) -> DistributedLoad {
+    let back = base.inverse().to_rotation_matrix();
+    load.mapped(|f| back * f)
+}
+
 impl LinkEnd {
+    /// True if the rod is charted by its force.
+    pub fn is_taut(&self) -> bool {
+        matches!(self.kind, EndKind::Taut { .. })
+    }
+
+    /// The rod, if it is taut.
+    pub(super) fn taut(&self) -> Option<&Arc<Taut>> {
+        match &self.kind {
+            EndKind::Taut { rod, .. } => Some(rod),
+            _ => None,
+        }
+    }
+
+    /// Direction of the chord of a rod between two ball joints, along the directors of its base.
+    pub(super) fn chord(&self) -> Option<&Vector3<f64>> {
+        match &self.kind {
+            EndKind::Pinned { chord, .. } => Some(chord),
+            _ => None,
+        }
+    }
+
+    /// Record of the integration, for a rod of known mass in base-wrench chart.
+    pub(super) fn trace(&self) -> Option<&Arc<Trace>> {
+        match &self.kind {
+            EndKind::Welded { trace }
+            | EndKind::OnBall { trace }
+            | EndKind::Pinned { trace, .. } => trace.as_ref(),
+            EndKind::Taut { .. } => None,
+        }
+    }
+
+    /// Stored energy plus the potential of a load along the rod, as seen from the base.
+    pub fn whole_energy(&self) -> f64 {
+        self.energy + self.along.as_ref().map_or(0.0, |along| along.potential)
+    }
+
+    /// Force n(1) of the attachment on the rod.
+    pub fn tip_force(&self) -> Vector3<f64> {
+        match &self.along {
+            None => self.force,
+            Some(along) => self.force - along.total,
+        }
+    }
+
     /// Twist from this end to the pose `wanted`, both relative to the base: [`LinkEnd::jacobian`] times the
     /// correction of the chart. For a ball joint: minus the couple (which should be 0) and the distance vector of the
     /// points. For a taut rod: its slack and the distance vector.
-    pub fn gap(&self, wanted: &Isometry3<f64>, joint: Joint) -> Vector6<f64> {
+    pub fn gap(&self, wanted: &Isometry3<f64>) -> Vector6<f64> {
         let apart = wanted.translation.vector - self.pose.translation.vector;
-        match (self.slack, joint) {
-            (Some(slack), _) => joined(&slack, &apart),
-            (None, Joint::Weld) => {
+        match &self.kind {
+            EndKind::Taut { slack, .. } => join(slack, &apart),
+            EndKind::Welded { .. } => {
                 let turn = wanted.rotation * self.pose.rotation.inverse();
-                joined(&turn.scaled_axis(), &apart)
+                join(&turn.scaled_axis(), &apart)
             }
-            (None, Joint::Ball) => joined(&-self.couple, &apart),
-            (None, Joint::Pins) => {
-                let (length, along) = (self.pose.translation.vector.norm(), self.along());
+            EndKind::OnBall { .. } => join(&-self.couple, &apart),
+            EndKind::Pinned {
+                chord, per_couple, ..
+            } => {
+                let length = self.pose.translation.vector.norm();
                 let missing = wanted.translation.vector.norm() - length;
-                joined(
+                join(
                     &-self.base_couple,
-                    &(along * missing - self.couple * self.per_couple),
+                    &(chord * missing - self.couple * *per_couple),
                 )
             }
         }
@@ -517,8 +523,8 @@ impl LinkPoint {
     }
 
     /// Gap from the end of the rod to its attachment: [`LinkEnd::gap`].
-    pub fn gap(&self, joint: Joint) -> Vector6<f64> {
-        self.end.gap(&self.held(), joint)
+    pub fn gap(&self) -> Vector6<f64> {
+        self.end.gap(&self.held())
     }
 
     /// Pose of the end attachment relative to the base.
@@ -530,9 +536,9 @@ impl LinkPoint {
     pub fn wrenches(&self) -> [Vector6<f64>; 2] {
         let turn = self.base.pose.rotation;
         let n = self.end.force;
-        let base = joined(&(turn * self.end.base_couple), &(turn * n));
+        let base = join(&(turn * self.end.base_couple), &(turn * n));
         let tip = turn * -self.end.tip_force();
-        [base, joined(&(turn * -self.end.couple), &tip)]
+        [base, join(&(turn * -self.end.couple), &tip)]
     }
 
     /// Potential of the load along the rod, in the world.
@@ -541,54 +547,5 @@ impl LinkPoint {
             let total = self.base.pose.rotation * along.total;
             along.potential - total.dot(&self.base.pose.translation.vector)
         })
-    }
-}
-
-impl Assembly {
-    /// All rods between their attachments.
-    ///
-    /// # Errors
-    /// As [`Link::end`], with the rod's number.
-    pub fn points(
-        &self,
-        t: f64,
-        bodies: &[BodyMotion],
-        charts: &[Wrench],
-        tolerance: f64,
-    ) -> Result<Vec<LinkPoint>> {
-        let links = self.links.iter().zip(charts).enumerate();
-        links
-            .map(|(k, (link, q))| {
-                link.point(t, bodies, q, tolerance)
-                    .map_err(|why| why.context(self.rod_name(k)))
-            })
-            .collect()
-    }
-
-    /// Sum of the rods' wrenches on every body, about its reference point in the world.
-    pub fn wrenches(&self, bodies: &[BodyMotion], points: &[LinkPoint]) -> Vec<Vector6<f64>> {
-        let mut sums = vec![Vector6::zeros(); bodies.len()];
-        for (link, point) in self.links.iter().zip(points) {
-            for (site, wrench) in [&link.from, &link.to].into_iter().zip(point.wrenches()) {
-                if let AttachedTo::Body(body) = site.on {
-                    sums[body] += site.moved(bodies, &wrench);
-                }
-            }
-        }
-        sums
-    }
-
-    /// Power of the moving supports on the rods.
-    pub fn support_power(&self, points: &[LinkPoint]) -> f64 {
-        let mut power = 0.0;
-        for (link, point) in self.links.iter().zip(points) {
-            let ends = [(&link.from, &point.base), (&link.to, &point.tip)];
-            for ((site, place), wrench) in ends.into_iter().zip(point.wrenches()) {
-                if let AttachedTo::Support(_) = site.on {
-                    power -= wrench.dot(&place.twist);
-                }
-            }
-        }
-        power
     }
 }

@@ -10,24 +10,15 @@
 //! Here xi_k is the twist of the end of rod k relative to its base. Near the fold of a rod, det J_k = 0, time itself
 //! is slowed: t' = det J_k/d, and q_k' = adj(J_k) xi_k/d. Both are smooth through the fold, at which t' = 0.
 
-use super::{Assembly, BodyMotion, ChartKind, EndSlider, HeavyBody, LinkPoint, Spin};
+use super::body::{Body, BodyMotion};
+use super::configuration::{Configuration, Evaluated, Integrals, Spin};
+use super::network::Assembly;
+use super::rod_element::{LinkPoint, RodChart};
 use crate::manifold::adjugate_times;
-use crate::math::se3::halves;
+use crate::math::se3::{halves, spin, unit};
 use crate::rod::Wrench;
-use nalgebra::{DVector, Isometry3, Matrix6, Vector3, Vector6};
+use nalgebra::{DVector, Isometry3, Matrix6, UnitQuaternion, Vector3, Vector4, Vector6};
 use std::ops::Range;
-
-/// Poses and velocities of the bodies, and charts (m(0), n) of the rods in their bases' directors, in units B/L,
-/// B/L^2.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Configuration {
-    /// Poses and velocities of the bodies.
-    pub bodies: Vec<BodyMotion>,
-    /// Charts of the rods.
-    pub charts: Vec<Wrench>,
-    /// Spins about the chord of rods with mass between two ball joints, by rod, if known; or empty.
-    pub spins: Vec<Option<Spin>>,
-}
 
 /// Slowed time near folds of several rods. With x = det J/(det J where slowing began) for each rod,
 /// t' = 1/(the sum of 1/x): for one rod x itself, for several about the least x. The sign of t' is that of the x that
@@ -60,6 +51,8 @@ impl SlowedTime {
     }
 }
 
+/// Components of a spin in a state: the quaternion of the base directors, and the rate.
+const SPIN_NUMBERS: usize = 5;
 /// Tolerance for evaluating a state for display, if the state was not evaluated in full.
 const SHOWN: f64 = 1e-12;
 
@@ -74,38 +67,12 @@ pub struct RodMonitor {
     pub drive: Vector6<f64>,
     /// Gap between rod end and attachment, in radians and rod lengths.
     pub gap: f64,
-    /// Chart kind best suited to the present pull.
-    pub better: ChartKind,
-    /// Best stiffness of the spring beside the end ([`super::Link::better_spring`]).
-    pub spring: f64,
-    /// Best slider between end and attachment ([`super::Link::suited_slider`]).
-    pub give: Option<EndSlider>,
-}
-
-/// Time and the integrals of the energy ledger.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Integrals {
-    /// Time.
-    pub time: f64,
-    /// Work of time-dependent loads and of the supports.
-    pub work: f64,
-    /// Energy lost to drag.
-    pub drag: f64,
-}
-
-/// A state unpacked, with its rods evaluated.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Evaluated {
-    /// Poses, velocities and charts.
-    pub now: Configuration,
-    /// Time and integrals.
-    pub integrals: Integrals,
-    /// The rods between their attachments.
-    pub points: Vec<LinkPoint>,
+    /// Chart that suits the present pull.
+    pub better: RodChart,
 }
 
 impl Assembly {
-    pub(super) fn starts(&self) -> impl Iterator<Item = (usize, &HeavyBody)> {
+    pub(super) fn starts(&self) -> impl Iterator<Item = (usize, &Body)> {
         let mut next = 0;
         self.carriers().iter().map(move |carrier| {
             next += carrier.numbers();
@@ -114,7 +81,7 @@ impl Assembly {
     }
 
     fn chart_start(&self) -> usize {
-        self.carriers().iter().map(HeavyBody::numbers).sum()
+        self.carriers().iter().map(Body::numbers).sum()
     }
 
     /// Indices of the chart of rod `k` in a state.
@@ -129,6 +96,43 @@ impl Assembly {
         self.spin_slots()
             .last()
             .map_or(charts, |(_, slots)| slots.end)
+    }
+
+    /// Indices in a state of the bodies' poses, and of their velocities; the latter include the spins of rods, which
+    /// have rates of their own.
+    pub fn slots(&self) -> (Vec<usize>, Vec<usize>) {
+        let (mut places, mut velocities) = (Vec::new(), Vec::new());
+        for (start, carrier) in self.starts() {
+            let end = start + carrier.numbers();
+            places.extend(start..end - carrier.freedoms());
+            velocities.extend(end - carrier.freedoms()..end);
+        }
+        velocities.extend(self.spin_slots().flat_map(|(_, slots)| slots));
+        (places, velocities)
+    }
+
+    /// Writes the rates of the bodies' poses alone, which need no rods.
+    pub fn write_place_rates(&self, state: &DVector<f64>, out: &mut DVector<f64>) {
+        let time = state[self.time_slot()];
+        for (start, carrier) in self.starts() {
+            let slots = start..start + carrier.numbers();
+            let (from, to) = (
+                &state.as_slice()[slots.clone()],
+                &mut out.as_mut_slice()[slots],
+            );
+            carrier.write_rates(time, from, &Vector6::zeros(), 1.0, to);
+        }
+    }
+
+    /// Rods with mass between two ball joints, each with the indices of its spin in a state.
+    pub(super) fn spin_slots(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let start = self.chart_slots(self.links.len()).start;
+        let rods = self.light_rods().map(|(k, _)| k);
+        let spinning = rods.filter(|k| self.links[*k].is_pinned());
+        spinning.enumerate().map(move |(i, k)| {
+            let from = start + SPIN_NUMBERS * i;
+            (k, from..from + SPIN_NUMBERS)
+        })
     }
 
     /// Packs a configuration into a state.
@@ -174,6 +178,51 @@ impl Assembly {
             .collect()
     }
 
+    /// The spins of a state.
+    fn read_spins(&self, state: &DVector<f64>) -> Vec<Option<Spin>> {
+        let mut spins = Vec::new();
+        for (k, slots) in self.spin_slots() {
+            spins.resize(self.links.len(), None);
+            let numbers = &state.as_slice()[slots];
+            spins[k] = Some(Spin {
+                turn: unit(&Vector4::from_column_slice(&numbers[..4])),
+                rate: numbers[4],
+            });
+        }
+        spins
+    }
+
+    /// Writes the spins of a configuration into a state; an unknown spin gets the world's axes and rate 0.
+    fn write_spins(&self, now: &Configuration, state: &mut DVector<f64>) {
+        for (k, slots) in self.spin_slots() {
+            let p = now
+                .spin(k)
+                .map_or_else(UnitQuaternion::identity, |spin| spin.turn);
+            let rate = now.spin(k).map_or(0.0, |spin| spin.rate);
+            state.as_mut_slice()[slots].copy_from_slice(&[p.w, p.i, p.j, p.k, rate]);
+        }
+    }
+
+    /// Writes the rates of the spins, times `pace`, to match those of the charts in `charts`. `changes` has omega_t
+    /// of the rods whose inertia is on. Any other rod keeps its spin rate.
+    pub(super) fn write_spin_rates(
+        &self,
+        state: &DVector<f64>,
+        (points, charts): (&[LinkPoint], &[Wrench]),
+        (changes, pace): (&[(usize, f64)], f64),
+        out: &mut DVector<f64>,
+    ) {
+        for (k, slots) in self.spin_slots() {
+            let omega = points[k].turning(&charts[k], pace);
+            let p = Vector4::from_column_slice(&state.as_slice()[slots.clone()][..4]);
+            let turned = spin(&p, &(unit(&p).inverse() * omega));
+            let change = changes.iter().find(|(rod, _)| *rod == k);
+            let own = &mut out.as_mut_slice()[slots];
+            own[..4].copy_from_slice(turned.as_slice());
+            own[4] = change.map_or(0.0, |(_, change)| change * pace);
+        }
+    }
+
     /// Time and integrals of a state.
     pub fn integrals(&self, state: &DVector<f64>) -> Integrals {
         let time = self.time_slot();
@@ -198,7 +247,7 @@ impl Assembly {
         }
         // The couple of a taut rod follows from its force.
         for ((link, point), q) in self.links().iter().zip(&points).zip(&mut now.charts) {
-            if point.end.slack.is_some() {
+            if point.end.is_taut() {
                 let couple = point.end.base_couple / link.units()[0];
                 q.fixed_rows_mut::<3>(0).copy_from(&couple);
             }
@@ -230,11 +279,7 @@ impl Assembly {
         for (k, (link, point)) in self.links().iter().zip(points).enumerate() {
             let drive = point.drive();
             let (det, scaled) = adjugate_times(&point.end.jacobian, &drive);
-            let better = link.suited_chart_kind(&now.charts[k], point);
-            let (spring, give) = match better {
-                ChartKind::Taut => (link.better_spring(&point.end), None),
-                _ => (0.0, link.suited_slider(&point.end)),
-            };
+            let better = link.suited_chart(&now.charts[k], point);
             let gap = link.apart(point);
             let scale = link.gap_scale(&point.end);
             seen(
@@ -245,8 +290,6 @@ impl Assembly {
                     drive: scale * drive,
                     gap,
                     better,
-                    spring,
-                    give,
                 },
             );
             dets.push(det);
@@ -360,9 +403,9 @@ impl Assembly {
     pub fn corrected_charts(&self, at: &Evaluated) -> Option<Vec<Wrench>> {
         let rods = self.links().iter().zip(&at.points).zip(&at.now.charts);
         rods.map(|((link, point), q)| {
-            let gap = point.gap(link.joint());
-            let change = match link.give() {
-                Some(give) => link.moved_across(&give, &point.end, &gap),
+            let gap = point.gap();
+            let change = match link.chart().slider() {
+                Some(slider) => link.moved_across(&slider, &point.end, &gap),
                 None => point.end.jacobian.full_piv_lu().solve(&gap),
             };
             Some(q + change?)
@@ -381,9 +424,11 @@ impl Assembly {
         let mut bodies = at.now.bodies.clone();
         let starts: Vec<_> = self.starts().collect();
         for (link, point) in self.links().iter().zip(&at.points) {
-            let Some(give) = link.give() else { continue };
-            let missing = give.along.dot(&halves(&point.gap(link.joint())).1);
-            let way = point.base.pose.rotation * give.along * missing;
+            let Some(slider) = link.chart().slider() else {
+                continue;
+            };
+            let missing = slider.along.dot(&halves(&point.gap()).1);
+            let way = point.base.pose.rotation * slider.along * missing;
             let (to, from) = (link.to.carried_by(), link.from.carried_by());
             let moved = to.map(|body| (body, -way)).or(from.map(|body| (body, way)));
             if let Some((body, way)) = moved.filter(|(k, _)| starts[*k].1.is_free()) {
@@ -394,6 +439,20 @@ impl Assembly {
             }
         }
         state
+    }
+
+    /// At the start of a motion: lets the ends of slack inextensible rods slide by less than the tolerance
+    /// ([`super::Link::allow`]). True if one does so at once.
+    pub fn allow_sliding(&mut self, tolerance: f64, at: &Evaluated) -> bool {
+        let mut slides = false;
+        for (link, point) in self.links.iter_mut().zip(&at.points) {
+            link.allow(tolerance);
+            if let Some(slider) = link.suited_slider(&point.end) {
+                link.set_chart(RodChart::OnSlider(slider));
+                slides = true;
+            }
+        }
+        slides
     }
 
     /// Kinetic, elastic and potential energy.

@@ -7,10 +7,14 @@
 //! equilibrium (a straight column) or begin singular (straight inextensible rods that hold each other): the bend
 //! vanishes with the residual. From an unstable end the bodies fall, held by springs that slacken, to a stable one.
 
+use super::attachment::{AttachedTo, Attachment};
+use super::body::{Body, BodyMotion};
+use super::configuration::Configuration;
 use super::homotopy::{BRIEF, FAR, FailedPath, PathBounds, Root, Statics, settled, solved};
-use super::{Assembly, AttachedTo, BodyMotion, Configuration, HeavyBody, Joint};
+use super::network::Assembly;
+use super::rod_element::Link;
 use crate::error::{Error, Result};
-use crate::math::se3::joined;
+use crate::math::se3::join;
 use crate::rod::Wrench;
 use crate::solve::parametrised_problem::Family;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
@@ -175,7 +179,7 @@ impl Assembly {
         let starts = straight.chain(bent).map(|(route, bend, other)| {
             let charts = (0..self.links().len()).map(|k| {
                 let sign = if other && k % 2 == 1 { -1.0 } else { 1.0 };
-                joined(&(Vector3::from(bend) * sign), &Vector3::zeros())
+                join(&(Vector3::from(bend) * sign), &Vector3::zeros())
             });
             let start = self.laid_out(charts.collect(), &origin, tolerance)?;
             Ok((start, route))
@@ -207,10 +211,7 @@ impl Assembly {
         let mut held = vec![false; self.carriers().len()];
         for _ in 0..held.len() {
             for link in self.links() {
-                let ends = [&link.from.on, &link.to.on].map(|on| match on {
-                    AttachedTo::Body(body) => Some(*body),
-                    _ => None,
-                });
+                let ends = [&link.from, &link.to].map(|site| site.carried_by());
                 if ends.iter().any(|end| end.is_none_or(|body| held[body])) {
                     ends.iter().flatten().for_each(|body| held[*body] = true);
                 }
@@ -222,12 +223,12 @@ impl Assembly {
     /// A guess for [`Assembly::equilibrium`] from poses of the bodies alone: each rod in an equilibrium between its
     /// attachments, slightly bent if none is found.
     pub fn held(&self, bodies: Vec<BodyMotion>, tolerance: f64) -> Configuration {
-        let bent = joined(&Vector3::from(BENDS[0].0), &Vector3::zeros());
-        let chart = |link: &super::Link| {
+        let bent = join(&Vector3::from(BENDS[0].0), &Vector3::zeros());
+        let chart = |link: &Link| {
             let (base, tip) = (link.from().at(0.0, &bodies), link.to().at(0.0, &bodies));
             let end = base.pose.inv_mul(&tip.pose);
             let link = link.with_base_rotation(&base.pose.rotation);
-            if link.joint() == super::Joint::Pins {
+            if link.is_pinned() {
                 return link.spanning(&end, tolerance);
             }
             let found = link.held_at(&end, tolerance).ok()?.solve(None).ok()?;
@@ -344,7 +345,7 @@ impl Assembly {
     ) -> Result<AssemblyEquilibrium> {
         let now = statics.frame.configuration(self, root.x.as_slice());
         // During the search a body may pass the end of a groove, along the extension of the spline's last piece.
-        HeavyBody::within_ends(self.carriers(), &now.bodies)?;
+        Body::within_ends(self.carriers(), &now.bodies)?;
         let points = self.points(0.0, &now.bodies, &now.charts, statics.tolerance)?;
         let index = self
             .index(0.0, &now, statics.tolerance.max(1e-11))
@@ -390,8 +391,8 @@ impl Assembly {
         loop {
             let before = placed.iter().flatten().count();
             let rods = self.links().iter().zip(&ends);
-            for (link, end) in rods.filter(|(link, _)| by_joints || link.joint() == Joint::Weld) {
-                let seen = |site: &super::Attachment| match &site.on {
+            for (link, end) in rods.filter(|(link, _)| by_joints || !link.joint().turns()) {
+                let seen = |site: &Attachment| match &site.on {
                     AttachedTo::Body(body) => placed[*body].map(|pose| pose * site.place),
                     _ => Some(site.at(0.0, &[]).pose),
                 };

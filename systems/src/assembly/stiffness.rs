@@ -1,11 +1,12 @@
 //! Stiffness matrix of an assembly against small displacements of its bodies, and its Morse index (theory 3.4).
 
-use super::{Assembly, AttachedTo, BodyMotion, Configuration, Joint, Link, LinkEnd, LinkPoint};
+use super::body::BodyMotion;
+use super::configuration::Configuration;
+use super::network::Assembly;
+use super::rod_element::{EndKind, Link, LinkPoint};
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
-use nalgebra::{
-    DMatrix, DVector, FullPivLU, Matrix3, Matrix6, Matrix6xX, SMatrix, U6, Vector3, Vector6,
-};
+use crate::math::se3::{halves, join};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Matrix6xX, SMatrix, Vector3, Vector6};
 
 /// Transfer of a twist from the reference point of a body to a point `lever` away, along the axes of the world.
 pub(super) fn carried(lever: &Vector3<f64>) -> Matrix6<f64> {
@@ -33,40 +34,15 @@ pub(super) fn lever_turned(lever: &Vector3<f64>, n: &Vector3<f64>) -> Matrix6<f6
     turned
 }
 
-/// Relative pivot of a rod's Jacobian below which the held ends leave some wrench undetermined.
-const SINGULAR: f64 = 1e-13;
 /// Rotation of the end, in radians per rod length of the attachment's motion, beyond which the rod is at a fold.
 const STEEP: f64 = 1e7;
-
-impl Link {
-    /// Bodies at both ends, with the levers from their reference points in the world.
-    pub(super) fn levers(&self, bodies: &[BodyMotion]) -> [Option<(usize, Vector3<f64>)>; 2] {
-        [&self.from, &self.to].map(|site| match site.on {
-            AttachedTo::Body(body) => {
-                let lever = bodies[body].pose.rotation * site.place.translation.vector;
-                Some((body, lever))
-            }
-            _ => None,
-        })
-    }
-}
-
-impl Link {
-    /// LU factors of the Jacobian in units of [`Link::gap_scale`]; None if it is singular: at a fold, and for a
-    /// straight inextensible rod.
-    pub(super) fn regular(&self, end: &LinkEnd) -> Option<FullPivLU<f64, U6, U6>> {
-        let factors = (self.gap_scale(end) * end.jacobian).full_piv_lu();
-        let pivots = factors.u().diagonal().abs();
-        (pivots.min() > SINGULAR * pivots.max()).then_some(factors)
-    }
-}
 
 impl LinkPoint {
     /// Twist of the end of the rod `link`, relative to the base. On a ball joint its spin is NaN at a fold, at which
     /// the end turns infinitely fast.
     pub fn end_twist(&self, link: &Link) -> Vector6<f64> {
         let twist = self.relative_twist();
-        if link.joint == Joint::Weld {
+        if !link.joint().turns() {
             return twist;
         }
         let scale = link.gap_scale(&self.end);
@@ -78,9 +54,9 @@ impl LinkPoint {
         ) else {
             return Vector6::repeat(f64::NAN);
         };
-        if self.end.taut.is_some() {
+        if self.end.is_taut() {
             // Rate of the force beside the spring, whose far end moves along.
-            let pulled = halves(&twist).1 * (link.spring() / link.rod().length());
+            let pulled = halves(&twist).1 * (link.chart().spring() / link.rod().length());
             let mut force = q.fixed_rows_mut::<3>(3);
             force += pulled;
         }
@@ -97,7 +73,7 @@ impl LinkPoint {
         if steep {
             spin.fill(f64::NAN);
         }
-        joined(&spin, &halves(&twist).1)
+        join(&spin, &halves(&twist).1)
     }
 
     /// Twist of the end attachment relative to the base, along the base's directors, as a function of the twists of
@@ -146,7 +122,7 @@ impl LinkPoint {
     /// relative rotation of the ends changes the couples of a taut rod.
     pub(super) fn wrenches_by_turns(&self) -> SMatrix<f64, 12, 12> {
         let mut by = SMatrix::<f64, 12, 12>::zeros();
-        if let Some(along) = &self.end.chord {
+        if let Some(along) = self.end.chord() {
             // The force turns with the chord between the attachments, whatever their rotations.
             let chord = self.tip.pose.translation.vector - self.base.pose.translation.vector;
             let along = self.base.pose.rotation * along;
@@ -160,7 +136,11 @@ impl LinkPoint {
             return by;
         }
         let back = self.base.pose.rotation.inverse().to_rotation_matrix();
-        if let Some(turned) = &self.end.turned {
+        if let EndKind::Taut {
+            turned: Some(turned),
+            ..
+        } = &self.end.kind
+        {
             let between = self.wrenches_of(turned) * back.matrix();
             by.fixed_columns_mut::<3>(0).copy_from(&-between);
             by.fixed_columns_mut::<3>(6).copy_from(&between);

@@ -18,8 +18,8 @@
 //! dr(1)/df f' + dr(1)/dturn w = v,     f' = n' + k v.
 //! ```
 
-use super::distributed_load::LoadTerms;
-use super::{Joint, Link, LinkEnd, LinkPoint};
+use super::attachment::Joint;
+use super::rod_element::{EndKind, Link, LinkEnd, LinkPoint, LoadTerms, RodChart};
 use crate::error::{Error, Result};
 use crate::math::se3::halves;
 use crate::rod::{RodSection, Spring, Taut, Tip, Wrench};
@@ -34,35 +34,11 @@ const SLACK: [f64; 2] = [64.0, 25.0];
 /// Number of sample points of the force along a rod.
 const PARTS: usize = 16;
 
-/// Kind of chart of a rod.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum ChartKind {
-    /// The better of the two kinds for the present pull.
-    #[default]
-    ByPull,
-    /// The base wrench.
-    FromBase,
-    /// The force n(0) at the base.
-    Taut,
-}
-
 /// In motion a solution counts as another equilibrium beyond these bounds: on the distance of its end, in rod
 /// lengths, and on the difference of its base couple from that of the chart, over sqrt(n B).
 const OTHER_EQUILIBRIUM: (f64, f64) = (1e-3, 0.03);
 
 impl Link {
-    /// Sets the kind of chart; by default the pull decides.
-    pub fn set_chart_kind(&mut self, seen: ChartKind) {
-        self.seen = seen;
-    }
-
-    /// A copy whose chart kind is chosen by pull, for a search that starts far from its equilibrium.
-    pub fn with_chart_by_pull(&self) -> Self {
-        let mut link = self.clone();
-        link.set_chart_kind(ChartKind::ByPull);
-        link
-    }
-
     /// Pull (L/B) n.r(1) of a rod with its end at `held`. Under a load along the rod, gathered from the base to
     /// x = s/L in B/L^2 (`gathered`), the square of the mean root of the pull with n(s): errors at the base grow by
     /// the exponential of that.
@@ -87,20 +63,10 @@ impl Link {
         )
     }
 
-    /// Sets the spring beside a taut rod's end, in B/L^3: a chart between a neutral force and a fold.
-    pub fn set_end_spring(&mut self, stiffness: f64) {
-        self.spring = stiffness;
-    }
-
-    /// Stiffness of the spring beside the end, in B/L^3.
-    pub fn spring(&self) -> f64 {
-        self.spring
-    }
-
     /// Best stiffness of the spring beside the end of a taut rod: [`Spring::better`].
-    pub fn better_spring(&self, end: &LinkEnd) -> f64 {
-        let own = if end.slack.is_some() {
-            self.spring
+    fn better_spring(&self, end: &LinkEnd) -> f64 {
+        let own = if end.is_taut() {
+            self.chart.spring()
         } else {
             0.0
         };
@@ -115,48 +81,45 @@ impl Link {
             .norm()
             .max(1e-3 * self.rod.length());
         let string = end.force.norm() / self.units()[3] * self.rod.length() / length;
-        Spring::better(&give, own, string)
+        Spring::best_stiffness(&give, own, string)
     }
 
-    /// Kind of chart.
-    pub fn seen(&self) -> ChartKind {
-        self.seen
-    }
-
-    /// Kind of chart suited to the present pull, with hysteresis.
-    pub fn suited_chart_kind(&self, q: &Wrench, point: &LinkPoint) -> ChartKind {
-        if self.joint == Joint::Pins {
-            return ChartKind::FromBase;
+    /// True if the present pull suits the chart of a taut rod, with hysteresis.
+    pub fn suits_taut(&self, q: &Wrench, point: &LinkPoint) -> bool {
+        if self.is_pinned() {
+            return false;
         }
-        let borders = if self.seen == ChartKind::Taut {
-            SLACK
-        } else {
-            TAUT
-        };
+        let borders = if self.chart.is_taut() { SLACK } else { TAUT };
         let unit = self.rod.length() / self.units()[3];
         let gathered = self.distributed().map(|load| {
-            move |x: f64| point.base.pose.rotation.inverse() * (load.gathered(x) * unit)
+            move |x: f64| point.base.pose.rotation.inverse() * (load.integral_to(x) * unit)
         });
         let gathered = gathered.as_ref().map(|gathered| gathered as _);
-        if self.pull(q, &point.held(), gathered) > borders[usize::from(self.keeps_trace)] {
-            ChartKind::Taut
-        } else {
-            ChartKind::FromBase
+        self.pull(q, &point.held(), gathered) > borders[usize::from(self.mass.is_some())]
+    }
+
+    /// Chart that suits the present pull, with the best spring or slider.
+    pub fn suited_chart(&self, q: &Wrench, point: &LinkPoint) -> RodChart {
+        if self.suits_taut(q, point) {
+            let spring = self.better_spring(&point.end);
+            return RodChart::Taut { spring };
         }
+        let slider = self.suited_slider(&point.end);
+        slider.map_or(RodChart::BaseWrench, RodChart::OnSlider)
     }
 
     pub(super) fn is_taut(&self, q: &Wrench, held: &Isometry3<f64>) -> bool {
-        if self.joint == Joint::Pins {
+        if self.is_pinned() {
             return false;
         }
         let pull = || {
             let unit = self.rod.length() / self.units()[3];
-            let gathered = (self.borne()).map(|load| move |x: f64| load.gathered(x) * unit);
+            let gathered = (self.borne()).map(|load| move |x: f64| load.integral_to(x) * unit);
             self.pull(q, held, gathered.as_ref().map(|gathered| gathered as _))
         };
-        match self.seen {
-            ChartKind::ByPull => pull() > TAUT[usize::from(self.keeps_trace)],
-            seen => seen == ChartKind::Taut,
+        match self.chart {
+            RodChart::ByPull { .. } => pull() > TAUT[usize::from(self.mass.is_some())],
+            chart => chart.is_taut(),
         }
     }
 
@@ -205,7 +168,7 @@ impl Link {
             .fixed_view_mut::<3, 3>(0, 3)
             .copy_from(&(by_force.base_couple * stiffness));
         drive.fixed_view_mut::<3, 3>(3, 3).copy_from(&beside);
-        if self.joint == Joint::Weld {
+        if self.joint() == Joint::Weld {
             let mut by_turn = SMatrix::<f64, 9, 3>::zeros();
             for (row, by) in [(0, &by_tip.base_couple), (6, &by_tip.couple)] {
                 by_turn.fixed_view_mut::<3, 3>(row, 0).copy_from(by);
@@ -246,20 +209,19 @@ impl Link {
             energy: found.end.energy,
             tangent,
             resultants,
-            turned,
             jacobian,
             drive,
-            per_couple: 0.0,
-            chord: None,
-            trace: None,
-            slack: Some(m - halves(q).0 * couple),
-            taut: Some(found),
+            kind: EndKind::Taut {
+                slack: m - halves(q).0 * couple,
+                rod: found,
+                turned,
+            },
         })
     }
 
     fn spring_beside(&self, held: &Isometry3<f64>) -> Spring {
         Spring {
-            stiffness: self.spring * self.units()[3] / self.rod.length(),
+            stiffness: self.chart.spring() * self.units()[3] / self.rod.length(),
             at: held.translation.vector,
         }
     }
@@ -271,16 +233,16 @@ impl Link {
         held: &Isometry3<f64>,
         tolerance: f64,
     ) -> Result<Arc<Taut>> {
-        let tip = match self.joint {
+        let tip = match self.joint() {
             Joint::Weld => Tip::Turned(*held.rotation.to_rotation_matrix().matrix()),
-            Joint::Ball | Joint::Pins => Tip::Loaded {
+            Joint::Ball => Tip::Loaded {
                 couple: Vector3::zeros(),
                 arm: Vector3::zeros(),
             },
         };
         let base = q.component_mul(&self.units());
         let spring = self.spring_beside(held);
-        let last = self.warm.last();
+        let last = self.last_taut.last();
         let load = (self.borne(), self.base_turns());
         let begun = |start: Option<&Taut>| {
             let found = self
@@ -292,7 +254,7 @@ impl Link {
             let scale = (halves(q).1.norm()).sqrt();
             let same = off <= OTHER_EQUILIBRIUM.0 * self.rod.length()
                 && couple <= OTHER_EQUILIBRIUM.1 * scale;
-            if self.seen == ChartKind::Taut && !same {
+            if self.chart.is_taut() && !same {
                 return Err(Error::no_convergence(
                     "only another equilibrium of a taut rod was found than that it moves through",
                 ));
@@ -304,7 +266,7 @@ impl Link {
             found => found?,
         };
         let found = Arc::new(found);
-        self.warm.keep(&found);
+        self.last_taut.keep(&found);
         Ok(found)
     }
 

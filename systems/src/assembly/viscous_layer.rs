@@ -1,6 +1,6 @@
 //! Fast layer of a rod after the loss of equilibrium: a flow of the strains (see [`super::landing`]).
 
-use crate::math::se3::joined;
+use crate::math::se3::join;
 use crate::rod::Fallen;
 use crate::section::SectionLaw;
 use crate::solve::dop853::Dop853;
@@ -49,7 +49,7 @@ impl<const D: usize> Layer<D> {
     /// Twist from the held pose of the end to its present pose.
     fn off(&self, end: &Isometry3<f64>) -> AtEnd<D> {
         let turn = (end.rotation * self.held.rotation.inverse()).scaled_axis();
-        let all = joined(
+        let all = join(
             &turn,
             &(end.translation.vector - self.held.translation.vector),
         );

@@ -1,6 +1,6 @@
 //! Eigenvalues of small motions with friction and memory, in the space of the vibrations.
 
-use super::statics::Vibration;
+use super::vibration::Vibration;
 use crate::error::{Error, Result};
 use crate::math::small_sort::{sort_eigenvalues, sort_few};
 use crate::spectrum::eigenvalues;

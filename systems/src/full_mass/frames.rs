@@ -17,7 +17,7 @@ pub use derivatives::{PoseDerivatives, RateDerivatives};
 
 use super::section_rotations::{Spins, pure, twice};
 use crate::math::product::Matrix;
-use crate::math::se3::{Turn, halves, joined, product};
+use crate::math::se3::{Turn, halves, join, product};
 use crate::section::Strain;
 use crate::viscoelastic::grid::Grid;
 use crate::viscoelastic::kinematics::Kinematics;
@@ -346,7 +346,7 @@ impl Sections {
             couple += m + (r - shape.base).cross(n);
             force += n;
         }
-        joined(&couple, &force)
+        join(&couple, &force)
     }
 
     /// Couples at the sections plus the moments of the forces on the tangents, and weight_j times the total force
@@ -370,7 +370,7 @@ impl Accelerations {
     /// The acceleration of the end.
     pub fn end(&self) -> Vector6<f64> {
         let last = self.spins.len() - 1;
-        joined(&self.spins[last], &self.accelerations[last])
+        join(&self.spins[last], &self.accelerations[last])
     }
 }
 
@@ -378,7 +378,7 @@ impl Flow {
     /// The twist of the end.
     pub fn end(&self) -> Vector6<f64> {
         let last = self.spins.len() - 1;
-        joined(&self.spins[last], &self.velocities[last])
+        join(&self.spins[last], &self.velocities[last])
     }
 }
 

@@ -13,12 +13,12 @@
 use super::frames::Curve;
 use super::law::Law;
 use super::rod::{HeavyRod, RodDescription, RodSupport};
-use super::statics::slowest;
+use super::vibration::slowest;
 use crate::assembly::{Joint, Link, LinkPoint};
-use crate::body::Body;
+use crate::body::PointMass;
 use crate::elastica::FoldNormalForm;
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use crate::rod::{Rod, RodSection, SectionMass, Wrench};
 use crate::section::Strain;
 use crate::section::rate::RateLaw;
@@ -114,14 +114,14 @@ pub fn held_modes(
         curve: Curve::Space,
         mass: massive.sections.mass,
         rotary: (rotary.norm() > 0.0).then(|| Matrix3::from_diagonal(&rotary)),
-        grain: Body::new(1.0)?,
+        grain: PointMass::new(1.0)?,
         distributed: link.distributed().map(|load| load.mapped(|f| back * f)),
         body: None,
         diameter: None,
     };
     let [_, on_tip] = point.wrenches();
     let (couple, force) = halves(&on_tip);
-    let end = -joined(&(back * couple), &(back * force));
+    let end = -join(&(back * couple), &(back * force));
     let breaks = given.breaks();
     let mut nodes = FIRST;
     let mut last: Option<Vec<f64>> = None;
@@ -129,7 +129,7 @@ pub fn held_modes(
         let grid = Grid::new(&breaks, &vec![nodes; breaks.len() + 1]);
         let size = grid.len() * given.law.active().len();
         let strains = strains((link, q, point), grid.nodes())?;
-        let (found, left) = at_nodes(&given, grid, &strains, (&end, link.joint()), count)?;
+        let (found, left) = at_nodes(&given, grid, &strains, (&end, link.joints()), count)?;
         let squares: Vec<f64> = found.iter().map(|mode| mode.square).collect();
         if last.as_ref().is_some_and(|last| alike(last, &squares)) {
             if !(left <= BALANCED * (1.0 + end.norm())) {
@@ -187,7 +187,7 @@ impl<'a> Sweep<'a> {
             first: STEPS.first * scale,
             ..STEPS
         };
-        let (step, _) = steps.settled(rates, apart)?.ok_or_else(|| {
+        let (step, _) = steps.best_step(rates, apart)?.ok_or_else(|| {
             Error::ill_conditioned("derivatives along the motion of the rod are not resolved")
         })?;
         Ok(Self { way, step })
@@ -345,7 +345,7 @@ pub fn fold_form(
     let seen = link.with_base_rotation(&point.base.pose.rotation);
     let (held, length) = (point.held(), link.rod().length());
     let chord = point.end.pose.translation.vector;
-    let pins = link.joint() == Joint::Pins;
+    let pins = link.is_pinned();
     let along = |far: f64, at: &[f64]| {
         let at = at.iter().map(|s| s * length);
         let at: Vec<f64> = at.chain(pins.then_some(length)).collect();
@@ -393,7 +393,7 @@ fn at_nodes(
     given: &RodDescription,
     grid: Grid,
     strains: &[Strain],
-    (end, joint): (&Vector6<f64>, Joint),
+    (end, joints): (&Vector6<f64>, [Joint; 2]),
     count: usize,
 ) -> Result<(Vec<HeldMode>, f64)> {
     let outside = || Error::domain("the strains of the held rod are outside its section law");
@@ -414,11 +414,7 @@ fn at_nodes(
     let left = balance.residual.component_mul(&weights).norm();
     let found = rod.derivatives(0.0, &at, &balance).ok_or_else(outside)?;
     // The base is fixed, or turns on its ball joint.
-    let (free, first) = match joint {
-        Joint::Weld => (m, 0),
-        Joint::Ball => (m, 3),
-        Joint::Pins => (m + 3, 3),
-    };
+    let free = if joints[0].turns() { m + 3 } else { m };
     let scale = DVector::from_fn(free, |i, _| if i < m { weights[i] } else { 1.0 });
     let scaled = |matrix: &DMatrix<f64>| {
         DMatrix::from_fn(free, free, |i, j| matrix[(i, j)] * scale[i] * scale[j])
@@ -431,10 +427,11 @@ fn at_nodes(
         .ok_or_else(outside)?;
     let [section, friction] = [scaled(&section), scaled(&friction)];
     let motions = &found.end[2];
-    let mut prevented: Vec<DVector<f64>> = (first..6)
+    let mut prevented: Vec<DVector<f64>> = joints[1]
+        .held()
         .map(|k| DVector::from_fn(free, |i, _| motions[(k, i)] * scale[i]))
         .collect();
-    if joint == Joint::Pins {
+    if joints[0].turns() {
         let chord = at.shape.end().translation.vector.normalize();
         let spin = DVector::from_fn(free, |i, _| if i < m { 0.0 } else { chord[i - m] });
         let momentum = &mass * &spin;

@@ -13,11 +13,12 @@
 //! * `damped_modes`: small motions with friction and memory, in the space of the vibrations.
 //! * `maxwell_nodes`: Maxwell branches, which implicit steps eliminate node by node.
 //! * `section_rotations`: rotation rates of the sections in space, exact for the rotations by collocation.
-//! * [`mass`]: masses carried by the sections: pieces of the rod, and the body.
+//! * `mass`: sums over the masses carried by the sections: pieces of the rod, and the body.
 //! * [`rod`]: the balance above with its exact linearisation; energies.
+//! * [`assembly`]: one or several rods between bodies, the ground and supports: differential equations, equilibria,
+//!   rates tangent to the equilibria, small motions.
 //! * [`held_vibrations`]: vibrations of a light rod whose ends are held.
-//! * [`statics`]: equilibria of the rod with its weight, rates tangent to the equilibria, small vibrations.
-//! * [`system`]: the differential equations, for explicit and implicit steps.
+//! * [`vibration`]: the slowest vibrations of a stiffness and a mass.
 //!
 //! The motion is in `motion::full_mass`.
 
@@ -26,10 +27,9 @@ mod damped_modes;
 pub mod frames;
 pub mod held_vibrations;
 pub mod law;
-pub mod mass;
+mod mass;
 mod maxwell_nodes;
 pub mod rod;
 mod section_rotations;
-pub mod statics;
-pub mod system;
 mod unresolved_waves;
+pub mod vibration;

@@ -1,20 +1,19 @@
 //! A rod with mass and the body at its end, if any: balance, energies, linearisation.
 //!
-//! The base of a single rod stands at the origin of its clamp. In an assembly the base follows its attachment
-//! ([`RodSupport`]), and all vectors are along the axes of the world. The derivatives then have six more rows and
-//! columns for the base.
+//! The base follows its attachment ([`RodSupport`]). All vectors are along the axes of the frame of the assembly. The
+//! derivatives have six more rows and columns for a base that moves with bodies, or turns by itself.
 
 use super::frames::{Accelerations, Curve, Flow, PoseDerivatives, Sections, Shape, Triple};
 use super::law::{Answer, Law};
-use super::mass::{Mass, MassLinear, parts};
+use super::mass::{add_mass, parts};
 use super::maxwell_nodes::Memory;
-use crate::assembly::Tube;
-use crate::body::{Body, RigidBody};
+use crate::assembly::{AttachedTo, BodyMotion, Tube};
+use crate::body::{EndMotion, Mass, MassLinear, PointMass, RigidBody};
 use crate::error::{Error, Result};
-use crate::math::se3::joined;
+use crate::math::se3::join;
 use crate::rod::DistributedLoad;
 use crate::section::Strain;
-use crate::viscoelastic::grid::Grid;
+use crate::viscoelastic::grid::{FEWEST, Grid};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix6, UnitQuaternion, Vector1, Vector3, Vector6,
 };
@@ -31,10 +30,10 @@ pub struct RodDescription {
     /// Rotary inertia per length about the middle of the sections, along their directors; None for none.
     pub rotary: Option<Matrix3<f64>>,
     /// A point of mass 1 under gravity, on the clamp of the rod; scaled, it represents each piece of the rod.
-    pub grain: Body<3>,
+    pub grain: PointMass<3>,
     /// Dead force per length, in the world.
     pub distributed: Option<DistributedLoad>,
-    /// The body at the end; None in an assembly, where a wrench acts on the end.
+    /// The body at an end without attachment, if any.
     pub body: Option<Mass>,
     /// Contact diameter; None if contacts are ignored.
     pub diameter: Option<f64>,
@@ -52,6 +51,8 @@ pub struct HeavyRod {
     /// Maxwell branches.
     pub(super) memory: Memory,
     hinge: Option<Hinge>,
+    /// True if derivatives have columns of the base.
+    moving_base: bool,
 }
 
 /// A base on a ball joint. Its rotation adds a field that vanishes at all nodes: phi = P_n(2 s - 1). Gauss' rule
@@ -102,12 +103,12 @@ pub struct RodState {
     springs: Vec<Strain>,
 }
 
-/// Support of a rod in an assembly. By default the base is fixed and the end is free.
+/// Support of a rod. By default the base is fixed and the end is free.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RodSupport {
     /// Acceleration of the base (angular first).
     pub base: Vector6<f64>,
-    /// (couple, force) on the end.
+    /// (couple, force) on an end without a body of its own.
     pub end: Vector6<f64>,
 }
 
@@ -150,6 +151,16 @@ pub struct Derivatives {
     pub end: [DMatrix<f64>; 3],
 }
 
+impl RodState {
+    /// Pose and twist of the end.
+    pub fn end(&self) -> BodyMotion {
+        BodyMotion {
+            pose: self.shape.end(),
+            twist: self.flow.end(),
+        }
+    }
+}
+
 impl RodDescription {
     /// Points in (0, 1) at which the law or the load is not smooth.
     pub fn breaks(&self) -> Vec<f64> {
@@ -181,7 +192,7 @@ impl HeavyRod {
             let force = force.map_or(Vector3::zeros(), |load| load.density(*s)) * along;
             let weight_of = given.grain.constant() * mass + force;
             let body = match given.rotary {
-                None => Mass::Point(held(Body::new(mass)?, weight_of, &given.grain)?),
+                None => Mass::Point(held(PointMass::new(mass)?, weight_of, &given.grain)?),
                 Some(inertia) => {
                     let piece =
                         RigidBody::new(mass, inertia * along)?.with_dead_force(weight_of)?;
@@ -203,7 +214,25 @@ impl HeavyRod {
             sections,
             masses,
             hinge: None,
+            moving_base: true,
         })
+    }
+
+    /// The rod at the fewest nodes, which a run replaces.
+    ///
+    /// # Errors
+    /// As [`HeavyRod::new`].
+    pub fn coarse(given: RodDescription) -> Result<Self> {
+        let breaks = given.breaks();
+        let grid = Grid::new(&breaks, &vec![FEWEST; breaks.len() + 1]);
+        Self::new(given, grid)
+    }
+
+    /// The rod with a base that does not move by itself: derivatives have no columns of the base.
+    #[must_use]
+    pub fn clamped(mut self) -> Self {
+        self.moving_base = false;
+        self
     }
 
     /// The rod on a clamp fixed at the clamp's pose of time `t`: an equilibrium has no inertial forces.
@@ -240,7 +269,7 @@ impl HeavyRod {
         &'a self,
         at: &'a RodState,
         rod: usize,
-        held: Vec<Option<usize>>,
+        held: Vec<&'a AttachedTo>,
     ) -> Option<Tube<'a>> {
         let exact = move |s: f64| Some(self.sections.centreline(&at.shape, s));
         Tube::new(
@@ -255,6 +284,18 @@ impl HeavyRod {
     /// Number of coordinates.
     pub fn size(&self) -> usize {
         self.sections.size()
+    }
+
+    /// 1/sqrt(weight) for each coordinate: norms become means over the rod.
+    pub(super) fn norm_weights(&self) -> DVector<f64> {
+        let count = self.given.law.active().len();
+        let weights = self.sections.grid.weights();
+        DVector::from_fn(self.size(), |i, _| 1.0 / weights[i / count].sqrt())
+    }
+
+    /// Twists of the end by strains, then by a moving base; six rows.
+    pub(super) fn end(&self, at: &RodState) -> DMatrix<f64> {
+        self.sections.turned(&at.shape, self.moving_base).end()
     }
 
     /// All strains at the nodes, from coordinates.
@@ -346,9 +387,9 @@ impl HeavyRod {
         let mut wrenches = Vec::with_capacity(self.masses.len());
         for (i, mass) in self.masses.iter().enumerate() {
             let (pose, v) = self.seen(at, i);
-            let acceleration = joined(&change.spins[i], &change.accelerations[i]);
+            let acceleration = join(&change.spins[i], &change.accelerations[i]);
             let wrench = mass.wrench(t, &pose, &v, &acceleration)?;
-            let [power, loss] = mass.motion(t, &pose, &v, &wrench);
+            let EndMotion { power, loss, .. } = mass.motion(t, &pose, &v, &wrench);
             powers[1] += power;
             powers[2] += loss;
             wrenches.push(wrench);
@@ -377,8 +418,7 @@ impl HeavyRod {
         }
         let residual = DVector::from_vec(residual);
         residual.iter().all(|x| x.is_finite()).then(|| Balance {
-            base: sections.on_base(&at.shape, &couples, &forces)
-                + joined(&turned, &Vector3::zeros()),
+            base: sections.on_base(&at.shape, &couples, &forces) + join(&turned, &Vector3::zeros()),
             residual,
             wrenches,
             turned,
@@ -401,12 +441,12 @@ impl HeavyRod {
         } else {
             Isometry3::from_parts(at.shape.positions[i].into(), UnitQuaternion::identity())
         };
-        (pose, joined(&at.flow.spins[i], &at.flow.velocities[i]))
+        (pose, join(&at.flow.spins[i], &at.flow.velocities[i]))
     }
 
-    /// The mass matrix M, with J; for a rod of an assembly with six more rows and columns for its base.
+    /// The mass matrix M, with J; six more rows and columns for a moving base.
     pub fn mass_matrix(&self, t: f64, at: &RodState) -> Option<(DMatrix<f64>, PoseDerivatives)> {
-        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
+        let turned = self.sections.turned(&at.shape, self.moving_base);
         let none = Vector6::zeros();
         let linear = self.masses(t, at, &vec![none; self.masses.len()])?;
         let mut mass = self.gathered_twice(
@@ -421,7 +461,7 @@ impl HeavyRod {
 
     /// Derivatives of the residual of `balance`; None outside the law's domain.
     pub fn derivatives(&self, t: f64, at: &RodState, balance: &Balance) -> Option<Derivatives> {
-        let turned = self.sections.turned(&at.shape, self.given.body.is_none());
+        let turned = self.sections.turned(&at.shape, self.moving_base);
         let carried = self
             .sections
             .carried(&at.shape, &at.flow, &balance.change, &turned);
@@ -546,7 +586,7 @@ impl HeavyRod {
             }
         }
         if let Some(body) = linear.get(last) {
-            MassLinear::add(&mut out, last, which(body), left, right);
+            add_mass(&mut out, last, which(body), left, right);
         }
         out
     }
@@ -594,7 +634,7 @@ impl HeavyRod {
     }
 }
 
-fn held(body: Body<3>, force: Vector3<f64>, grain: &Body<3>) -> Result<Body<3>> {
+fn held(body: PointMass<3>, force: Vector3<f64>, grain: &PointMass<3>) -> Result<PointMass<3>> {
     let body = body.with_dead_force(force)?;
     Ok(match grain.support() {
         Some(support) => body.with_support(support.clone()),

@@ -8,7 +8,7 @@ use crate::section::Strain;
 use crate::section::rate::Viscoelastic;
 use nalgebra::{Matrix6, SMatrix, Vector3, Vector6};
 
-/// A viscoelastic section law in the units of the rod ([`Viscoelastic::measured`]), reduced to `M` free strains.
+/// A viscoelastic section law in the units of the rod ([`Viscoelastic::law_in_units`]), reduced to `M` free strains.
 #[derive(Debug, Clone)]
 pub struct Material<const M: usize> {
     law: Viscoelastic,

@@ -74,7 +74,7 @@ impl Base {
 /// Integrals at `q` from those at `base`, and whether `q` should become the new base; `None` if `q` is too far for an
 /// error of about `error`.
 #[inline(always)]
-pub(super) fn carried<S: Simd>(
+pub(super) fn update_integrals<S: Simd>(
     simd: S,
     base: &Base,
     error: f64,
@@ -142,7 +142,7 @@ pub(super) fn carried<S: Simd>(
         return Some((here, false));
     }
     let (half, twelfth) = (one * 0.5, one * (1.0 / 12.0));
-    let [first, second] = before.along(&before.way(dp, dw));
+    let [first, second] = before.derivatives_along(&before.way(dp, dw));
     here.lam = lam + second[0].times_plus(half, first[0]);
     here.b = b + second[1].times_plus(half, first[1]);
     let lam = lam + second[0].times_plus(twelfth, first[0] * 0.5);
@@ -151,7 +151,7 @@ pub(super) fn carried<S: Simd>(
     // The derivatives at the end depend on the integrals there, predicted by the derivatives at the start; each
     // correction gains an order.
     for _ in 0..2 {
-        let [first, second] = here.along(&way);
+        let [first, second] = here.derivatives_along(&way);
         here.lam = lam + (first[0] * 0.5 - second[0] * twelfth);
         here.b = b + (first[1] * 0.5 - second[1] * twelfth);
     }
@@ -214,7 +214,7 @@ impl<S: Simd> At<S> {
 
     /// First and second derivatives of lam and B along a way, at these places.
     #[inline(always)]
-    fn along(&self, way: &Way<S>) -> [[Eight<S>; 2]; 2] {
+    fn derivatives_along(&self, way: &Way<S>) -> [[Eight<S>; 2]; 2] {
         let Self {
             kap, kap_c, lam, b, ..
         } = *self;
@@ -238,7 +238,7 @@ impl<S: Simd> At<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::evaluated;
+    use super::super::evaluate_integrals;
     use super::super::tests::worse;
     use super::*;
     use pulp::WithSimd;
@@ -260,13 +260,13 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
             let [p, w] = self.q.map(|x| Eight::of(simd, x));
-            let at = evaluated(simd, p, w, p.abs());
+            let at = evaluate_integrals(simd, p, w, p.abs());
             let [dp, dw] = self.way.map(|x| Eight::of(simd, x) * self.reach);
             let by_p = if self.steep { dp * at.kap.abs() } else { dp };
             let there = [p + by_p, w + dw * at.d];
             let base = Base::new(&self.q, &at);
-            let (got, goes_on) = carried(simd, &base, self.error, there)?;
-            let want = evaluated(simd, there[0], there[1], there[0].abs());
+            let (got, goes_on) = update_integrals(simd, &base, self.error, there)?;
+            let want = evaluate_integrals(simd, there[0], there[1], there[0].abs());
             let weight = if self.steep {
                 p.with(1.0)
             } else {

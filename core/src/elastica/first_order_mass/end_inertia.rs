@@ -51,19 +51,19 @@ pub(super) fn inertia_integrand_with_weight<T: Real>(field: &Field<T>, left: &[T
 impl EndMotion {
     /// Vector in the axes of the fields.
     #[inline(always)]
-    pub fn turned(&self, v: &Vector2<f64>) -> Vector2<f64> {
+    pub fn in_field_axes(&self, v: &Vector2<f64>) -> Vector2<f64> {
         self.turn.tr_mul(v)
     }
 
     /// Added mass, force and centre from the sums of [`inertia_integrand_with_weight`].
     #[inline(always)]
-    pub fn added(
+    pub fn added_inertia(
         &self,
         [n11, n12, n22, f1, f2, turned, along @ ..]: [f64; 12],
         gravity: &Vector2<f64>,
     ) -> Option<AddedInertia> {
-        let weight = self.weighed(along, gravity);
-        let (mass, force) = self.felt([n11, n12, n22, f1, f2, turned], &weight)?;
+        let weight = self.weight_integral(along, gravity);
+        let (mass, force) = self.mass_and_force([n11, n12, n22, f1, f2, turned], &weight)?;
         let [.., x, y] = along;
         Some(AddedInertia {
             mass,
@@ -74,14 +74,18 @@ impl EndMotion {
 
     /// The scaled int r_q^T g ds, from the integrals of r_q.
     #[inline(always)]
-    pub fn weighed(&self, [p1, p2, l1, l2, ..]: [f64; 6], gravity: &Vector2<f64>) -> Vector2<f64> {
-        let g = self.turned(gravity);
+    pub fn weight_integral(
+        &self,
+        [p1, p2, l1, l2, ..]: [f64; 6],
+        gravity: &Vector2<f64>,
+    ) -> Vector2<f64> {
+        let g = self.in_field_axes(gravity);
         Vector2::new(p1 * g.x + p2 * g.y, l1 * g.x + l2 * g.y)
     }
 
     /// Added mass and force from the sums of [`inertia_integrand`] and the scaled int r_q^T g ds.
     #[inline(always)]
-    pub fn felt(
+    pub fn mass_and_force(
         &self,
         [n11, n12, n22, f1, f2, turned]: [f64; 6],
         weight: &Vector2<f64>,
@@ -116,6 +120,6 @@ pub(super) fn cross<T: Real>(a: &[T; 2], b: &[T; 2]) -> T {
 
 /// J a.
 #[inline(always)]
-pub(super) fn aside(a: &Vector2<f64>) -> Vector2<f64> {
+pub(super) fn quarter_turn(a: &Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-a.y, a.x)
 }

@@ -51,20 +51,20 @@ const BENT: [[f64; 2]; 2] = [[1e-3, 21.0], [2e-3, 12.0]];
 const STRAIGHT: [f64; 2] = [1e-3, 2e-3];
 
 /// World vector in the axes of the clamp.
-fn seen(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
+fn in_clamp_axes(vector: &Vector2<f64>, frame: Option<&Frame<2>>) -> Vector2<f64> {
     frame.map_or(*vector, |frame| frame.inward(vector))
 }
 
 impl LightRod {
     /// Inertia of the rod on a moving clamp.
-    fn felt_on(
+    fn inertia_on_moving_clamp(
         &self,
         frame: &Frame<2>,
         rod: &impl OnEquilibria,
         v: &Vector2<f64>,
     ) -> Option<EndInertia<2>> {
-        let carried = rod.carried(v, &self.gravity, frame)?;
-        Some(carried.felt(self.mass))
+        let carried = rod.moving_clamp_inertia(v, &self.gravity, frame)?;
+        Some(carried.end_inertia(self.mass))
     }
 
     fn energies_of(
@@ -74,11 +74,11 @@ impl LightRod {
         v: &Vector2<f64>,
     ) -> Option<[f64; 2]> {
         if let Some(frame) = frame.filter(|frame| !frame.stands()) {
-            let carried = rod.carried(v, &self.gravity, frame)?;
+            let carried = rod.moving_clamp_inertia(v, &self.gravity, frame)?;
             let potential = -self.gravity.dot(&frame.place(&carried.centre));
             return Some([carried.kinetic, potential].map(|energy| energy * self.mass));
         }
-        let added = rod.added(v, &seen(&self.gravity, frame))?;
+        let added = rod.added_inertia(v, &in_clamp_axes(&self.gravity, frame))?;
         let kinetic = 0.5 * self.mass * v.dot(&(added.mass * v));
         let centre = frame.map_or(added.centre, |frame| frame.place(&added.centre));
         Some([kinetic, -self.mass * self.gravity.dot(&centre)])
@@ -105,19 +105,21 @@ impl FirstOrderInertia<2> for LightRod {
         let lam = point.force.norm().sqrt();
         let (p, error) = (q[0], error / self.mass);
         let taut = TautInertia::at_load(p, lam).map(|rod| rod.to_part(error));
-        let integrals = || Integrals::known(p, q[1], lam, point.energy);
-        let gravity = seen(&self.gravity, frame);
+        let integrals = || Integrals::from_load_and_energy(p, q[1], lam, point.energy);
+        let gravity = in_clamp_axes(&self.gravity, frame);
         let moving = frame.filter(|frame| !frame.stands());
-        let slack = || RodInertia::known(p, integrals()).ok();
+        let slack = || RodInertia::with_integrals(p, integrals()).ok();
         let loose = is_loose(&point.force, point.pose.x, error);
         let (mass, push) = match (taut, moving) {
-            (Some(rod), Some(frame)) => return self.felt_on(frame, &rod, v),
-            (Some(rod), None) => rod.felt(v, &gravity)?,
+            (Some(rod), Some(frame)) => return self.inertia_on_moving_clamp(frame, &rod, v),
+            (Some(rod), None) => rod.mass_and_force(v, &gravity)?,
             (None, Some(frame)) if loose => {
-                return self.felt_on(frame, &LooseInertia::new(&slack()?)?, v);
+                return self.inertia_on_moving_clamp(frame, &LooseInertia::new(&slack()?)?, v);
             }
-            (None, None) if loose => LooseInertia::new(&slack()?)?.felt(v, &gravity)?,
-            (None, Some(frame)) => return self.felt_on(frame, &slack()?.with_error(error), v),
+            (None, None) if loose => LooseInertia::new(&slack()?)?.mass_and_force(v, &gravity)?,
+            (None, Some(frame)) => {
+                return self.inertia_on_moving_clamp(frame, &slack()?.with_error(error), v);
+            }
             (None, None) => simd_sums::wide(Adding {
                 p,
                 integrals: integrals(),
@@ -163,9 +165,9 @@ impl FirstOrderInertia<2> for LightRod {
             // zero acceleration of the end.
             let by = Vector2::new(-2.0 * section.shortening * y, section.across);
             let v = by * speed + Vector2::new(0.0, turning * y);
-            let swept = frame.swept(&place, &v) - gravity
+            let swept = frame.acceleration_at_constant_velocity(&place, &v) - gravity
                 + Vector2::new(-2.0 * section.shortening * speed, 2.0 * turning) * speed;
-            let carried = frame.carried(&place);
+            let carried = frame.velocity_of_fixed_point(&place);
             felt.mass += share * by.norm_squared();
             felt.force -= share * by.dot(&swept);
             felt.pull += share * by.dot(&carried);

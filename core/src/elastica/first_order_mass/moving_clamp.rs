@@ -6,8 +6,8 @@
 //! (g - acceleration) ds. Besides the power of the force at the end the clamp supplies int (acceleration - g) .
 //! (w J r + d) ds.
 
-use super::end_inertia::{EndMotion, Field, aside, cross, dot, inertia_integrand};
-use super::{AddedInertia, AtSection, OnEquilibria, RodInertia, Turning};
+use super::end_inertia::{EndMotion, Field, cross, dot, inertia_integrand, quarter_turn};
+use super::{AtSection, Heavy, OnEquilibria, RodInertia, Turning};
 use crate::elastica::curvature::Swing;
 use crate::manifold::EndInertia;
 use crate::math::frame::Frame;
@@ -30,7 +30,7 @@ pub(super) struct MovingClampInertia {
 
 impl MovingClampInertia {
     /// Inertia of a rod of the mass `mass`.
-    pub fn felt(&self, mass: f64) -> EndInertia<2> {
+    pub fn end_inertia(&self, mass: f64) -> EndInertia<2> {
         EndInertia {
             mass: self.mass * mass,
             force: self.force * mass,
@@ -76,29 +76,25 @@ impl AtSection<20> for Moved<'_> {
     #[inline(always)]
     fn at<T: Real>(&self, rod: &RodInertia, part: T, here: &Swing<T>) -> [T; 20] {
         let field = rod.field(part, here);
-        moving_clamp_integrand(&field, &self.0.left(part, here))
+        moving_clamp_integrand(&field, &self.0.difference_from_end(part, here))
     }
 }
 
 impl OnEquilibria for RodInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
-        self.added(v, gravity)
+    fn sums_with_weight(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 12])> {
+        let (motion, turning) = self.end_motion(v)?;
+        Some((motion, self.integrals(&Heavy(&turning))))
     }
 
-    fn carried(
-        &self,
-        v: &Vector2<f64>,
-        gravity: &Vector2<f64>,
-        frame: &Frame<2>,
-    ) -> Option<MovingClampInertia> {
-        let (moving, turning) = self.moving(v)?;
-        moving.carried(self.integrals(&Moved(&turning)), v, gravity, frame)
+    fn sums_on_moving_clamp(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 20])> {
+        let (motion, turning) = self.end_motion(v)?;
+        Some((motion, self.integrals(&Moved(&turning))))
     }
 }
 
 impl EndMotion {
     /// Inertia felt by end and clamp, from the sums of [`moving_clamp_integrand`].
-    pub(super) fn carried(
+    pub(super) fn moving_clamp_inertia(
         &self,
         sums: [f64; 20],
         v: &Vector2<f64>,
@@ -119,10 +115,10 @@ impl EndMotion {
         let [turn_rate, turn_change] = frame.turning();
         let square = turn_rate * turn_rate;
         // Axes of the fields; r, r_p, r_l and r_tt (at constant q') carry the scale.
-        let drift = self.turned(&frame.carried(&Vector2::zeros()));
+        let drift = self.in_field_axes(&frame.velocity_of_fixed_point(&Vector2::zeros()));
         let pushed =
             frame.inward(&(frame.acceleration_of_fixed_point(&Vector2::zeros()) - gravity));
-        let pushed = self.turned(&pushed);
+        let pushed = self.in_field_axes(&pushed);
         let (by_p, by_l) = (Vector2::new(p1, p2), Vector2::new(l1, l2));
         let centre = Vector2::new(x, y) * per;
         let weight = Vector2::new(
@@ -131,7 +127,7 @@ impl EndMotion {
             per * (turn_change * l_w + square * lw - 2.0 * turn_rate * p_l * rate[0])
                 - by_l.dot(&pushed),
         );
-        let (mass, force) = self.felt([n11, n12, n22, f1, f2, p_l], &weight)?;
+        let (mass, force) = self.mass_and_force([n11, n12, n22, f1, f2, p_l], &weight)?;
         let swept = Vector2::new(
             by_p.dot(&drift) - turn_rate * per * p_w,
             by_l.dot(&drift) - turn_rate * per * l_w,
@@ -143,21 +139,25 @@ impl EndMotion {
         let turning_rate = turn_rate + spin;
         let accelerations = [
             Vector2::new(a1, a2) * per,
-            aside(&centre) * turn_change - centre * square,
-            aside(&moved) * (2.0 * turning_rate),
+            quarter_turn(&centre) * turn_change - centre * square,
+            quarter_turn(&moved) * (2.0 * turning_rate),
             pushed,
         ];
         let turned =
             turn_rate * per * per * (w_a + 2.0 * turning_rate * (pw * rate[0] + lw * rate[1]));
         let all = accelerations.iter().sum::<Vector2<f64>>();
         let power = turned
-            + turn_rate * (turn_change * ww * per * per + aside(&centre).dot(&pushed))
+            + turn_rate * (turn_change * ww * per * per + quarter_turn(&centre).dot(&pushed))
             + all.dot(&drift)
             - pull.dot(&(end * per));
         let (centre, pull) = (turn * centre, turn * pull);
         let still = 0.5
-            * (square * ww * per * per + frame.carried(&Vector2::zeros()).norm_squared())
-            + turn_rate * aside(&centre).dot(&frame.carried(&Vector2::zeros()));
+            * (square * ww * per * per
+                + frame
+                    .velocity_of_fixed_point(&Vector2::zeros())
+                    .norm_squared())
+            + turn_rate
+                * quarter_turn(&centre).dot(&frame.velocity_of_fixed_point(&Vector2::zeros()));
         Some(MovingClampInertia {
             mass,
             force,

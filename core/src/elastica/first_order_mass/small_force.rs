@@ -20,9 +20,8 @@
 //! All are evaluated at the nodes of the Gauss rule that integrates along the rod.
 
 use super::end_inertia::{EndMotion, Field, inertia_integrand_with_weight};
-use super::moving_clamp::{MovingClampInertia, moving_clamp_integrand};
-use super::{AddedInertia, OnEquilibria, RodInertia};
-use crate::math::frame::Frame;
+use super::moving_clamp::moving_clamp_integrand;
+use super::{OnEquilibria, RodInertia};
 use crate::math::gauss::Rule;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
 use std::sync::LazyLock;
@@ -121,36 +120,36 @@ impl LooseInertia {
     }
 
     /// Integrals of a field from the clamp to the nodes, and to the end.
-    fn drawn(field: [Along; 2]) -> ([Along; 2], [f64; 2]) {
+    fn integrate_field(field: [Along; 2]) -> ([Along; 2], [f64; 2]) {
         let nodes = &*NODES_ALONG;
         let whole = field.map(|f| nodes.weights.dot(&f));
         (field.map(|f| nodes.integrate * f), whole)
     }
 
     /// Derivative of the tangent, for the change `by` of theta.
-    fn turned(&self, by: &Along) -> [Along; 2] {
+    fn tangent_change(&self, by: &Along) -> [Along; 2] {
         [-self.sin.component_mul(by), self.cos.component_mul(by)]
     }
 
     /// Motion of the end with the velocity `v`, and the fields of the sections with their second derivatives at
     /// constant F'; `None` at a fold.
-    fn moving(&self, v: &Vector2<f64>) -> Option<(EndMotion, Fields)> {
-        let (place, _) = Self::drawn([self.cos, self.sin]);
+    fn end_motion(&self, v: &Vector2<f64>) -> Option<(EndMotion, Fields)> {
+        let (place, _) = Self::integrate_field([self.cos, self.sin]);
         let [(by_x, end_x), (by_y, end_y)] =
-            [0, 1].map(|k| Self::drawn(self.turned(&self.by_force[k])));
+            [0, 1].map(|k| Self::integrate_field(self.tangent_change(&self.by_force[k])));
         let inverse = Matrix2::new(end_x[0], end_y[0], end_x[1], end_y[1]).try_inverse()?;
         let rate = inverse * v;
         let turning = self.by_force[0] * rate.x + self.by_force[1] * rate.y;
         let along = self.cos * rate.x + self.sin * rate.y;
         let across = self.cos * self.force.y - self.sin * self.force.x;
         let pushed = (along * 2.0 + across.component_mul(&turning)).component_mul(&turning);
-        let [x, y] = self.turned(&(self.answer * pushed));
+        let [x, y] = self.tangent_change(&(self.answer * pushed));
         let square = turning.component_mul(&turning);
         let second = [
             x - self.cos.component_mul(&square),
             y - self.sin.component_mul(&square),
         ];
-        let (second, end) = Self::drawn(second);
+        let (second, end) = Self::integrate_field(second);
         let moving = EndMotion {
             scale: 1.0,
             turn: Matrix2::identity(),
@@ -167,13 +166,13 @@ impl LooseInertia {
         Some((moving, fields))
     }
 
-    /// Mass and force of [`OnEquilibria::added`].
-    pub fn felt(
+    /// Mass and force of [`OnEquilibria::added_inertia`].
+    pub fn mass_and_force(
         &self,
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
     ) -> Option<(Matrix2<f64>, Vector2<f64>)> {
-        let added = self.added(v, gravity)?;
+        let added = self.added_inertia(v, gravity)?;
         Some((added.mass, added.force))
     }
 }
@@ -193,24 +192,20 @@ fn sums<const K: usize>(
 }
 
 impl OnEquilibria for LooseInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
-        let (moving, fields) = self.moving(v)?;
-        moving.added(sums(&fields, inertia_integrand_with_weight), gravity)
+    fn sums_with_weight(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 12])> {
+        let (motion, fields) = self.end_motion(v)?;
+        Some((motion, sums(&fields, inertia_integrand_with_weight)))
     }
 
-    fn carried(
-        &self,
-        v: &Vector2<f64>,
-        gravity: &Vector2<f64>,
-        frame: &Frame<2>,
-    ) -> Option<MovingClampInertia> {
-        let (moving, fields) = self.moving(v)?;
-        moving.carried(sums(&fields, moving_clamp_integrand), v, gravity, frame)
+    fn sums_on_moving_clamp(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 20])> {
+        let (motion, fields) = self.end_motion(v)?;
+        Some((motion, sums(&fields, moving_clamp_integrand)))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::AddedInertia;
     use super::*;
 
     fn off<const R: usize, const C: usize>(a: &SMatrix<f64, R, C>, b: &SMatrix<f64, R, C>) -> f64 {
@@ -241,7 +236,12 @@ mod tests {
                         .map(|rod| rod.added(&v, &gravity).unwrap())
                         .collect();
                     let loose: Vec<_> = (rods.iter())
-                        .map(|rod| LooseInertia::new(rod).unwrap().added(&v, &gravity).unwrap())
+                        .map(|rod| {
+                            LooseInertia::new(rod)
+                                .unwrap()
+                                .added_inertia(&v, &gravity)
+                                .unwrap()
+                        })
                         .collect();
                     let noise = |all: &[AddedInertia]| {
                         (all.iter()).fold([0.0f64; 2], |[mass, force], at| {

@@ -13,13 +13,12 @@
 //! are linear in sigma, and two nodes serve all of that part.
 
 use super::end_inertia::{EndMotion, Field, inertia_integrand, inertia_integrand_with_weight};
-use super::moving_clamp::{MovingClampInertia, moving_clamp_integrand};
+use super::moving_clamp::moving_clamp_integrand;
 use super::{AddedInertia, EXACT, OnEquilibria, ROUGH, nodes};
 use crate::elastica::chart::Integrals;
 use crate::elastica::shape_by_theta::{reach_of_bend, rule_of_bend};
 use crate::elastica::simd_sums::{self, InLanes, Lanes};
 use crate::manifold::TAUT;
-use crate::math::frame::Frame;
 use crate::math::real::Real;
 use nalgebra::{Matrix2, Vector2};
 use pulp::{Simd, WithSimd};
@@ -128,13 +127,12 @@ impl TautInertia {
 
     /// Added mass, force and centre, as [`RodInertia::added`](super::RodInertia::added).
     pub fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
-        let moving = self.moving(v)?;
-        moving.added(self.integrals(&Heavy, &moving.rate), gravity)
+        self.added_inertia(v, gravity)
     }
 
     /// Mass and force of [`Self::added`], in wide registers.
     #[inline(always)]
-    pub(super) fn felt(
+    pub(super) fn mass_and_force(
         &self,
         v: &Vector2<f64>,
         gravity: &Vector2<f64>,
@@ -147,7 +145,7 @@ impl TautInertia {
     }
 
     #[inline(always)]
-    fn moving(&self, v: &Vector2<f64>) -> Option<EndMotion> {
+    fn end_motion(&self, v: &Vector2<f64>) -> Option<EndMotion> {
         let end = self.end();
         let [_, by_t, by_l] = self.field(&end);
         let inverse = Matrix2::new(by_t[0], by_l[0], by_t[1], by_l[1]).try_inverse()?;
@@ -304,29 +302,27 @@ impl TautInertia {
         let [t, l]: [f64; 2] = (*rate).into();
         let by = [t * t, 2.0 * t * l, l * l];
         [
-            T::mixed(by, [tt[0], tl[0], ll[0]]),
-            T::mixed(by, [tt[1], tl[1], ll[1]]),
+            T::weighted_sum(by, [tt[0], tl[0], ll[0]]),
+            T::weighted_sum(by, [tt[1], tl[1], ll[1]]),
         ]
     }
 }
 
 impl OnEquilibria for TautInertia {
-    fn added(&self, v: &Vector2<f64>, gravity: &Vector2<f64>) -> Option<AddedInertia> {
-        self.added(v, gravity)
+    fn sums_with_weight(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 12])> {
+        let motion = self.end_motion(v)?;
+        let sums = self.integrals(&Heavy, &motion.rate);
+        Some((motion, sums))
     }
 
-    fn carried(
-        &self,
-        v: &Vector2<f64>,
-        gravity: &Vector2<f64>,
-        frame: &Frame<2>,
-    ) -> Option<MovingClampInertia> {
-        let moving = self.moving(v)?;
-        moving.carried(self.integrals(&Moved, &moving.rate), v, gravity, frame)
+    fn sums_on_moving_clamp(&self, v: &Vector2<f64>) -> Option<(EndMotion, [f64; 20])> {
+        let motion = self.end_motion(v)?;
+        let sums = self.integrals(&Moved, &motion.rate);
+        Some((motion, sums))
     }
 }
 
-/// Computation of [`TautInertia::felt`], all compiled for wide registers: every step of a run needs it.
+/// Computation of [`TautInertia::mass_and_force`], all compiled for wide registers: every step of a run needs it.
 struct WideInertia<'a> {
     rod: &'a TautInertia,
     v: &'a Vector2<f64>,
@@ -339,18 +335,18 @@ impl WithSimd for WideInertia<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Self { rod, v, gravity } = self;
-        let moving = rod.moving(v)?;
+        let moving = rod.end_motion(v)?;
         let ([places, weights], rate) = (rod.nodes(), &moving.rate);
         if *gravity == Vector2::zeros() {
             let each = &Weightless;
             let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
-            return moving.felt(rod.with_straight(bend, each, rate), &Vector2::zeros());
+            return moving.mass_and_force(rod.with_straight(bend, each, rate), &Vector2::zeros());
         }
         let each = &Heavy;
         let bend = simd_sums::sums_in(simd, &Sections { rod, each, rate }, places, weights);
         let [n11, n12, n22, f1, f2, turned, along @ ..] = rod.with_straight(bend, each, rate);
-        let weight = moving.weighed(along, gravity);
-        moving.felt([n11, n12, n22, f1, f2, turned], &weight)
+        let weight = moving.weight_integral(along, gravity);
+        moving.mass_and_force([n11, n12, n22, f1, f2, turned], &weight)
     }
 }
 

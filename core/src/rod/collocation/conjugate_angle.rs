@@ -8,7 +8,9 @@ use super::{Collocated, Columns, Integration, MAX_COLUMNS, Step, Vector, largest
 use crate::error::Result;
 use crate::math::lanes8::Eight;
 use crate::math::real::Real;
-use crate::rod::conjugate_points::{FollowedRod, MIXING_SIZE, lost, separating, whole};
+use crate::rod::conjugate_points::{
+    FollowedRod, MIXING_SIZE, complex_columns, mixing_matrix, variations_error,
+};
 use crate::rod::ivp::Wrench;
 use nalgebra::{Complex, Matrix3, SMatrix, Vector3};
 use pulp::Simd;
@@ -16,7 +18,7 @@ use std::f64::consts::TAU;
 
 impl Collocated<'_> {
     /// The rod from clamp to end: the fast path of `conjugate_points::follow_variations`.
-    pub(in crate::rod) fn followed<const K: usize>(
+    pub(in crate::rod) fn follow_variations<const K: usize>(
         &self,
         b: &Wrench,
         weight: f64,
@@ -30,11 +32,13 @@ impl Collocated<'_> {
             angle: 0.0,
             growth: 1.0,
         };
-        let ended = along.follow(Some(turning)).map_err(|_| lost())?;
-        let turning = ended.turning.as_ref().ok_or_else(lost)?;
-        let base = along.turned::<K>(&ended.columns.base);
+        let ended = along
+            .follow(Some(turning))
+            .map_err(|_| variations_error())?;
+        let turning = ended.turning.as_ref().ok_or_else(variations_error)?;
+        let base = along.rotate_pairs::<K>(&ended.columns.base);
         Ok(FollowedRod {
-            end: along.ended(&ended),
+            end: along.end_along_clamp_axes(&ended),
             dm: std::array::from_fn(|i| std::array::from_fn(|k| base[k][i])),
             angle: turning.angle,
             growth: turning.growth,
@@ -151,7 +155,7 @@ impl Turning {
         fastest: f64,
     ) -> bool {
         let pair = along.conjugate(r, to);
-        let next = whole(&pair, self.weight).determinant();
+        let next = complex_columns(&pair, self.weight).determinant();
         let turned = (next * self.last.conj()).arg();
         let whole = ((expected - turned) / TAU).round() * TAU;
         let known = (turned + whole - expected).abs() < 0.5;
@@ -162,7 +166,7 @@ impl Turning {
         self.last = next / next.norm();
         if largest(&to.tangent) > MIXING_SIZE {
             // The mixing matrix has a positive determinant: the angle is unchanged.
-            let Some((mixing, size)) = separating(&pair) else {
+            let Some((mixing, size)) = mixing_matrix(&pair) else {
                 return false;
             };
             self.growth *= size;

@@ -38,7 +38,7 @@ use pulp::Simd;
 impl Integration<'_> {
     /// C* at the nodes, at the displacements `r` from the start of the step.
     #[inline(always)]
-    fn changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
+    fn compliance_changes<S: Simd>(&self, at: &Sections<S>, r: &Vector<S>) -> [[Eight<S>; 6]; 6] {
         let zero = at.energy.with(0.0);
         let none = [[zero; 3]; 3];
         let (uu, uv, vu, vv) = match &self.linear.compliance {
@@ -48,10 +48,10 @@ impl Integration<'_> {
                 (uu, none, none, vv)
             }
             Compliance::Full(c) => (
-                turned(&at.d, c, 0, 0),
-                turned(&at.d, c, 0, 3),
-                turned(&at.d, c, 3, 0),
-                turned(&at.d, c, 3, 3),
+                rotate_block(&at.d, c, 0, 0),
+                rotate_block(&at.d, c, 0, 3),
+                rotate_block(&at.d, c, 3, 0),
+                rotate_block(&at.d, c, 3, 3),
             ),
         };
         // M [r] has the rows M_i x r.
@@ -90,7 +90,7 @@ impl Integration<'_> {
 
     /// y at a section: change of couple and force by each column.
     #[inline(always)]
-    fn changed(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MAX_COLUMNS] {
+    fn couple_and_force_changes(&self, r: &[f64; 3], columns: &Columns) -> [[f64; 6]; MAX_COLUMNS] {
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let mut all = [[0.0; 6]; MAX_COLUMNS];
         for (y, (at, base)) in (all.iter_mut()).zip(columns.tangent.iter().zip(&columns.base)) {
@@ -121,8 +121,8 @@ impl Integration<'_> {
         slopes: &mut [[Eight<S>; 6]],
         stays: f64,
     ) -> Option<usize> {
-        let change = self.changes(at, &rule.places(&[0.0; 3], &at.along));
-        let y = self.changed(r, columns);
+        let change = self.compliance_changes(at, &rule.places(&[0.0; 3], &at.along));
+        let y = self.couple_and_force_changes(r, columns);
         let count = slopes.len().min(MAX_COLUMNS);
         let ([m1, m2, m3], n) = (self.couple(r), self.n);
         let zero = change[0][0].with(0.0);
@@ -288,7 +288,7 @@ fn turned_diagonal<S: Simd>(d: &Matrix<S>, c: [f64; 3]) -> Matrix<S> {
 
 /// R C R^T for the 3 x 3 block of C at (row, column).
 #[inline(always)]
-fn turned<S: Simd>(d: &Matrix<S>, c: &Matrix6<f64>, row: usize, column: usize) -> Matrix<S> {
+fn rotate_block<S: Simd>(d: &Matrix<S>, c: &Matrix6<f64>, row: usize, column: usize) -> Matrix<S> {
     let mut half = *d;
     let mut all = *d;
     for k in 0..3 {

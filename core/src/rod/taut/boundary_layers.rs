@@ -1,7 +1,7 @@
 //! Initial guess for a taut rod: straight along the force, with the pendulum's boundary layers at both ends.
 
 use super::interval::{RodUnderForce, STAGES, Scheme, Section};
-use super::mesh::{first, places};
+use super::mesh::{first_step, places};
 use super::{INTERVALS, Shape, TURNED, Tip};
 use crate::error::{Error, Result};
 use crate::math::se3::{
@@ -50,7 +50,7 @@ impl Layer {
 
     /// Layer at an end along the pull with the force on the arm `arm`: the layer bears the rest of that force's
     /// couple.
-    fn beside(arm: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Option<Self> {
+    fn under_force(arm: &Vector3<f64>, n: &Vector3<f64>, flexure: f64) -> Option<Self> {
         let across = n.cross(arm);
         let axis = across.try_normalize(1e-12 * n.norm() * arm.norm())?;
         let whole = across.norm().atan2(arm.dot(n));
@@ -74,7 +74,7 @@ impl Layer {
     }
 
     /// Remaining angle at the distance `way` from the end: the pendulum's separatrix.
-    fn left(&self, way: f64) -> f64 {
+    fn remaining_angle(&self, way: f64) -> f64 {
         4.0 * ((0.25 * self.angle).tan() * (-self.lam * way).exp()).atan()
     }
 
@@ -111,13 +111,24 @@ impl RodUnderForce<'_> {
         ))
     }
 
+    /// Places of the nodes with layers at both ends, and in between at most `longest` apart.
+    pub(super) fn layered_places(&self, tolerance: f64, longest: f64) -> Result<Vec<f64>> {
+        let (lam, _) = self.lam(0.0, &Vector6::zeros())?;
+        self.places(lam, tolerance, longest)
+    }
+
     /// Places of the nodes without layers, for sections that turn at the rate `lam`.
     pub(super) fn even_places(&self, lam: f64, tolerance: f64) -> Result<Vec<f64>> {
-        self.places(lam, tolerance, first(tolerance) / lam.max(1.0))
+        self.places(lam, tolerance, first_step(tolerance) / lam.max(1.0))
     }
 
     /// The rod integrated from the base wrench `b`, if the integration succeeds and ends near `tip`.
-    pub(super) fn followed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Option<Shape> {
+    pub(super) fn integrate_from_base(
+        &self,
+        b: &Wrench,
+        tip: &Tip,
+        tolerance: f64,
+    ) -> Option<Shape> {
         let places = self.even_places(self.lam(0.0, b).ok()?.0, tolerance).ok()?;
         let inner = &Scheme::get().nodes;
         let mut at = vec![0.0];
@@ -127,10 +138,10 @@ impl RodUnderForce<'_> {
         }
         let n = halves(b).1;
         let all = match self.weight {
-            None => told(&sections::<0>(self.law, b, FINE, &at).ok()?, b, &()),
+            None => frames_and_couples(&sections::<0>(self.law, b, FINE, &at).ok()?, b, &()),
             Some(weight) => {
                 let rod = (self.law, weight);
-                told(
+                frames_and_couples(
                     &loaded_sections::<0, LoadMoment<0>>(rod, b, FINE, &at).ok()?,
                     b,
                     weight,
@@ -166,7 +177,7 @@ impl RodUnderForce<'_> {
 
     /// Guess: straight along the force between the layers. Under a load along the rod the force turns, and the guess
     /// is a string.
-    pub(super) fn guessed(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Result<Shape> {
+    pub(super) fn guess_shape(&self, b: &Wrench, tip: &Tip, tolerance: f64) -> Result<Shape> {
         let (m0, n) = halves(b);
         let (pull, at_end) = (n.normalize(), self.force(1.0));
         let about = match tip {
@@ -193,7 +204,10 @@ impl RodUnderForce<'_> {
             Tip::Loaded { arm, .. } => {
                 let end = product(&exponential(&(pull * twisted)), &straight);
                 let end = product(&swung(1.0), &end);
-                (Layer::beside(&(frame(&end) * arm), &at_end, far), twisted)
+                (
+                    Layer::under_force(&(frame(&end) * arm), &at_end, far),
+                    twisted,
+                )
             }
             Tip::Turned(target) => {
                 let layer = Layer::new(&target.column(2).into_owned(), &at_end, far);
@@ -225,11 +239,11 @@ impl RodUnderForce<'_> {
             turn = product(&swung(s), &turn);
             let mut m = self.force(s).normalize() * couple;
             if let Some(layer) = &last {
-                let left = layer.left(1.0 - s);
+                let left = layer.remaining_angle(1.0 - s);
                 turn = product(&layer.turn(-left), &turn);
                 m -= layer.couple(left);
             }
-            let left = first.left(s);
+            let left = first.remaining_angle(s);
             turn = product(&first.turn(-left), &turn);
             m += first.couple(left);
             Section { turn, m }
@@ -255,7 +269,11 @@ impl RodUnderForce<'_> {
 }
 
 /// Frames and couples of sections.
-fn told<C: LoadState<0>>(found: &[LineState<0, C>], b: &Wrench, load: &C::Load) -> Vec<Section> {
+fn frames_and_couples<C: LoadState<0>>(
+    found: &[LineState<0, C>],
+    b: &Wrench,
+    load: &C::Load,
+) -> Vec<Section> {
     let section = |at: &LineState<0, C>| Section {
         turn: at.turn(),
         m: at.resultants(b, load).0,

@@ -52,6 +52,8 @@ pub(super) struct ChainSolution {
     pub sign: f64,
 }
 
+/// Pivots of the last equations below this part of the largest count as zero.
+const NEUTRAL: f64 = 1e-10;
 const WIDE: usize = 12 + ANSWERS;
 const LAST: usize = 9 + ANSWERS;
 
@@ -122,13 +124,13 @@ pub(super) fn chain(
     let mut last = [[0.0; LAST]; 9];
     for (i, row) in last.iter_mut().enumerate() {
         let (by, right): ([f64; 6], [f64; ANSWERS]) = match i {
-            0..3 => split(&carry[i]),
+            0..3 => split_row(&carry[i]),
             3..6 => (
                 std::array::from_fn(|j| end.by[(i - 3, j)]),
                 std::array::from_fn(|j| end.right[(i - 3, j)]),
             ),
             _ => {
-                let (by, right) = split(&way[i - 6]);
+                let (by, right) = split_row(&way[i - 6]);
                 (by.map(|x| k * x), right.map(|x| -k * x))
             }
         };
@@ -143,9 +145,22 @@ pub(super) fn chain(
             row[9 + REST] += hold.off[i - 6] / unit;
         }
     }
+    let whole = last;
     sign *= pivoted(&mut last, 9)?;
+    let pivots = (0..9).map(|i| last[i][i].abs());
+    let (least, most) = pivots.fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(x), b.max(x)));
     let mut found = SMatrix::<f64, 9, ANSWERS>::from_fn(|i, j| last[i][9 + j]);
-    back(&last, &mut found);
+    if least > NEUTRAL * most {
+        back_substitute(&last, &mut found);
+    } else {
+        // The rod may turn for nothing, as about a vertical clamp: of all solutions the shortest.
+        let matrix = SMatrix::<f64, 9, 9>::from_fn(|i, j| whole[i][j]);
+        let right = SMatrix::<f64, 9, ANSWERS>::from_fn(|i, j| whole[i][9 + j]);
+        let parts = matrix.svd(true, true);
+        found = parts
+            .solve(&right, NEUTRAL * parts.singular_values.amax())
+            .ok()?;
+    }
     let force: Forces = found.fixed_rows::<3>(6) * unit;
     let mut nodes = vec![found.fixed_rows::<6>(0).into_owned()];
     for rows in upper.iter().rev() {
@@ -155,7 +170,7 @@ pub(super) fn chain(
         for (i, row) in rows.iter().enumerate() {
             y[(i, REST)] += row[12 + REST];
         }
-        back(rows, &mut y);
+        back_substitute(rows, &mut y);
         nodes.push(y);
     }
     nodes.reverse();
@@ -163,7 +178,7 @@ pub(super) fn chain(
     finite.then_some(ChainSolution { nodes, force, sign })
 }
 
-fn split(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {
+fn split_row(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {
     (
         std::array::from_fn(|j| row[j]),
         std::array::from_fn(|j| row[6 + j]),
@@ -171,7 +186,10 @@ fn split(row: &[f64; 6 + ANSWERS]) -> ([f64; 6], [f64; ANSWERS]) {
 }
 
 /// Back substitution in place with the upper triangle of the first columns of `rows`.
-fn back<const W: usize, const R: usize>(rows: &[[f64; W]; R], y: &mut SMatrix<f64, R, ANSWERS>) {
+fn back_substitute<const W: usize, const R: usize>(
+    rows: &[[f64; W]; R],
+    y: &mut SMatrix<f64, R, ANSWERS>,
+) {
     for i in (0..R).rev() {
         for j in i + 1..R {
             let known = y.row(j) * rows[i][j];
@@ -213,7 +231,7 @@ fn pivoted<const W: usize, const R: usize>(
 }
 
 /// Change of an interval by its start and by the force: `by` has the columns of [`Condensed`].
-pub(super) fn follow<const K: usize>(
+pub(super) fn interval_change<const K: usize>(
     by: &SMatrix<f64, K, 10>,
     start: &Answers,
     force: &Forces,

@@ -15,7 +15,7 @@
 
 use super::interval::{RodUnderForce, STAGES, Scheme, Section, Slope};
 use crate::error::Result;
-use crate::math::se3::{Turn, conjugate, joined, product};
+use crate::math::se3::{Turn, conjugate, join, product};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3, Vector6};
 
 const SIZE: usize = 3 * STAGES;
@@ -120,7 +120,7 @@ impl RodUnderForce<'_> {
         let mut shears = found.slopes.iter().zip(&pull);
         let coupled = shears.any(|(slope, pull)| pull * slope.e[2] != zero);
         if coupled {
-            found.transfer = found.transferred();
+            found.transfer = found.inverse_stage_matrix();
         }
         Ok((found.transfer.is_some() || !coupled).then_some(found))
     }
@@ -171,7 +171,7 @@ impl RodUnderForce<'_> {
 
 impl Variations {
     /// Inverse matrix of the equations of the stages of mu, if shear and flexure are coupled.
-    fn transferred(&self) -> Option<DMatrix<f64>> {
+    fn inverse_stage_matrix(&self) -> Option<DMatrix<f64>> {
         let scheme = Scheme::get();
         let mut matrix = DMatrix::zeros(SIZE, SIZE);
         for i in 0..STAGES {
@@ -200,7 +200,7 @@ impl Variations {
     }
 
     /// Stages of mu by the terms of mu' without mu.
-    fn through(&self, i: usize, k: usize) -> Matrix3<f64> {
+    fn stages_by(&self, i: usize, k: usize) -> Matrix3<f64> {
         match &self.transfer {
             Some(whole) => whole.fixed_view::<3, 3>(3 * i, 3 * k).into_owned(),
             None => Matrix3::identity() * Scheme::get().integrate[i][k],
@@ -213,7 +213,7 @@ impl Variations {
     }
 
     /// Interval with its stages eliminated, with zero residual; None if the stages are singular.
-    pub fn condensed(&self) -> Option<Condensed> {
+    pub fn condense(&self) -> Option<Condensed> {
         let (scheme, h) = (Scheme::get(), self.h);
         let coupled = self.transfer.is_some();
         let pulls: [Matrix3<f64>; STAGES] = std::array::from_fn(|k| self.pull(k));
@@ -221,7 +221,7 @@ impl Variations {
         let mut couples = [Block::zeros(); STAGES];
         for (i, own) in couples.iter_mut().enumerate() {
             for k in 0..STAGES {
-                let by = self.through(i, k);
+                let by = self.stages_by(i, k);
                 let mut own_start = own.fixed_columns_mut::<3>(3);
                 own_start += by * scheme.rows[k];
                 let mut own_force = own.fixed_columns_mut::<3>(FORCE);
@@ -233,7 +233,7 @@ impl Variations {
             let gain = self.gain(i);
             for k in 0..STAGES {
                 let mut block = if coupled {
-                    -(gain * self.through(i, k) * pulls[k])
+                    -(gain * self.stages_by(i, k) * pulls[k])
                 } else {
                     -(gain * pulls[k]) * scheme.integrate[i][k]
                 };
@@ -260,7 +260,7 @@ impl Variations {
                 }
             }
         }
-        let stages = eliminated(&mut system)?;
+        let stages = eliminate(&mut system)?;
         let turns = std::array::from_fn(|i| {
             Block::from_fn(|a, b| match b {
                 REST => 0.0,
@@ -280,7 +280,7 @@ impl Variations {
             let pull = pulls[k] * found.turns[k];
             for (i, own) in found.couples.iter_mut().enumerate() {
                 *own += if coupled {
-                    self.through(i, k) * pull
+                    self.stages_by(i, k) * pull
                 } else {
                     pull * scheme.integrate[i][k]
                 };
@@ -309,11 +309,11 @@ impl Variations {
 
 impl Condensed {
     /// This interval with the residual `left`.
-    pub fn leaving(mut self, by: &Variations, left: &Residual) -> Self {
+    pub fn with_residual(mut self, by: &Variations, left: &Residual) -> Self {
         let scheme = Scheme::get();
         let through = |forces: &[Vector3<f64>; STAGES], i: usize| -> Vector3<f64> {
             let parts = forces.iter().enumerate();
-            parts.map(|(k, force)| by.through(i, k) * force).sum()
+            parts.map(|(k, force)| by.stages_by(i, k) * force).sum()
         };
         let bent: [Vector3<f64>; STAGES] = std::array::from_fn(|i| through(&left.bent, i));
         let mut turns = [0.0; SIZE];
@@ -330,7 +330,7 @@ impl Condensed {
             let couple = bent[i] + through(&pulls, i);
             self.turns[i].set_column(REST, &turns[i]);
             self.couples[i].set_column(REST, &couple);
-            end += joined(&turns[i], &couple) * scheme.end[i];
+            end += join(&turns[i], &couple) * scheme.end[i];
         }
         self.end.set_column(REST, &end);
         let way = (0..STAGES).map(|i| {
@@ -352,7 +352,7 @@ impl Condensed {
         stages: &mut [Section; STAGES],
     ) {
         for (i, stage) in stages.iter_mut().enumerate() {
-            let of = |block: &Block| -> Vector3<f64> { moved(block, start, force) * part };
+            let of = |block: &Block| -> Vector3<f64> { stage_change(block, start, force) * part };
             *stage = stage.varied(&of(&self.turns[i]), &(of(&self.couples[i]) * kappa));
             stage.turn *= 1.0 + part * self.lengths[i];
         }
@@ -360,7 +360,7 @@ impl Condensed {
 
     /// Largest turn and change of couple over kappa that [`Condensed::correct`] would make.
     pub fn change(&self, start: &Vector6<f64>, force: &Vector3<f64>) -> f64 {
-        let of = |block: &Block| moved(block, start, force).amax();
+        let of = |block: &Block| stage_change(block, start, force).amax();
         (0..STAGES).fold(0.0, |most: f64, i| {
             most.max(of(&self.turns[i])).max(of(&self.couples[i]))
         })
@@ -368,7 +368,7 @@ impl Condensed {
 }
 
 /// Change of a stage by the columns of `block`.
-fn moved(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
+fn stage_change(block: &Block, start: &Vector6<f64>, force: &Vector3<f64>) -> Vector3<f64> {
     let by_force = block.fixed_columns::<3>(FORCE) * force;
     block.fixed_columns::<6>(0) * start + by_force + block.column(REST)
 }
@@ -400,7 +400,7 @@ impl Factors {
 }
 
 /// Solves in place for the last columns, with partial pivoting; None if a pivot vanishes.
-fn eliminated<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
+fn eliminate<const W: usize>(system: &mut [[f64; W]; SIZE]) -> Option<Factors> {
     let mut exchanged = [0; SIZE];
     for k in 0..SIZE {
         let (mut best, mut largest) = (k, 0.0);

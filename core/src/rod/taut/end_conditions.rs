@@ -1,9 +1,9 @@
 //! Equilibria of taut rods with given end conditions: Newton's method for the force, three unknowns instead of six.
 
 use super::interval::RodUnderForce;
-use super::{Solved, Spring, Tip, solve_taut_rod};
+use super::{Shape, Solved, Spring, Tip, solve_taut_rod};
 use crate::error::{Error, Result};
-use crate::math::se3::{exponential, frame, halves, joined};
+use crate::math::se3::{exponential, frame, halves, join};
 use crate::rod::distributed_load::ScaledLoad;
 use crate::rod::equilibrium::{Equilibrium, Route};
 use crate::rod::scaled_law::ScaledLaw;
@@ -19,6 +19,9 @@ pub(in crate::rod) const TIGHT: f64 = 8.0;
 /// B).
 const PULLED: f64 = 12.0;
 const AGREES: f64 = 1e-5;
+/// Largest difference of a base wrench, over sqrt(F B) and F, from that of the equilibrium found last, which is then
+/// meant.
+const KEPT: f64 = 1e-9;
 /// Most Newton steps, and largest relative change of the force in one step.
 const STEPS: usize = 60;
 const CHANGE: f64 = 0.5;
@@ -31,7 +34,7 @@ const RANGE: (f64, f64) = (3.0, 1e6);
 
 impl Problem {
     /// The law and the load along the rod.
-    pub(in crate::rod) fn bearing(&self) -> (&ScaledLaw, Option<&ScaledLoad>) {
+    pub(in crate::rod) fn law_and_load(&self) -> (&ScaledLaw, Option<&ScaledLoad>) {
         (&self.rod.law, self.weight.as_ref())
     }
 
@@ -63,7 +66,7 @@ impl Problem {
     }
 
     /// The whole of the load along the rod.
-    pub(in crate::rod) fn borne(&self) -> Vector3<f64> {
+    pub(in crate::rod) fn total_load(&self) -> Vector3<f64> {
         let weight = self.weight.as_ref();
         weight.map_or_else(Vector3::zeros, ScaledLoad::total)
     }
@@ -88,11 +91,18 @@ impl Problem {
     /// The taut rod with a base wrench of the numerics; None if the rod is slack, or has another couple at the base.
     pub(in crate::rod) fn taut_at(&self, b: &Wrench) -> Option<Solved> {
         let (m, n) = halves(b);
+        if let Some(kept) = self.at_rest.last() {
+            let unit = kept.shape.n.norm().max(1.0);
+            let off = (kept.base_couple - m).norm() / unit.sqrt();
+            if off.max((kept.shape.n - n).norm() / unit) < KEPT {
+                return Some((*kept).clone());
+            }
+        }
         if !self.may_be_taut() || !(self.lam(&n) > PULLED) {
             return None;
         }
         let found = solve_taut_rod(
-            self.bearing(),
+            self.law_and_load(),
             b,
             (&self.tip(), &Spring::NONE),
             None,
@@ -111,7 +121,7 @@ impl Problem {
             .filter(|(held, _)| *held)
             .map(|(_, axis)| *axis)
             .collect();
-        let pulled = RodUnderForce::new(self.bearing(), found.shape.n);
+        let pulled = RodUnderForce::new(self.law_and_load(), found.shape.n);
         let alone = spring.alone(&found.by_force.position)?;
         pulled.index(&found.shape, &self.tip(), &alone, &axes)
     }
@@ -126,10 +136,10 @@ impl Problem {
     ) -> Result<Vec<RodSection>> {
         let n = found.shape.n;
         let borne = n + (found.position - spring.at) * spring.stiffness;
-        let pulled = RodUnderForce::new(self.bearing(), borne);
+        let pulled = RodUnderForce::new(self.law_and_load(), borne);
         let tip = self.tip();
         let sections = pulled.sections(&found.shape, (&tip, spring), at, self.tolerance)?;
-        let (sections, alone) = (sections.iter().zip(at), pulled.under(&n));
+        let (sections, alone) = (sections.iter().zip(at), pulled.with_force(&n));
         sections
             .map(|((section, r, energy), s)| {
                 let n = alone.force(s.clamp(0.0, 1.0));
@@ -139,7 +149,7 @@ impl Problem {
     }
 
     /// Force that stretches a straight rod with end layers to the held distance of its end, if that is taut.
-    fn stretched(&self) -> Option<Vector3<f64>> {
+    fn stretching_force(&self) -> Option<Vector3<f64>> {
         let place: Vector3<f64> = (0..3).map(|i| self.axes[i] * self.targets[i]).sum();
         let length = place.norm();
         let along = place.try_normalize(1e-9)?;
@@ -188,30 +198,36 @@ impl Problem {
         let (m, start) = match &guess {
             Some(b) => halves(b),
             // Each end bears half of the load along the rod.
-            None if held == [true; 3] => (Vector3::zeros(), self.stretched()? + self.borne() * 0.5),
+            None if held == [true; 3] => (
+                Vector3::zeros(),
+                self.stretching_force()? + self.total_load() * 0.5,
+            ),
             None => {
                 let loaded = (0..3).filter(|i| !held[*i]);
                 let force: Vector3<f64> = loaded.map(|i| self.axes[i] * self.targets[i]).sum();
-                (Vector3::zeros(), force + self.borne())
+                (Vector3::zeros(), force + self.total_load())
             }
         };
-        (self.lam(&start) > from).then(|| self.find_force(&m, start, (guess.is_some(), plane)))
+        (self.lam(&start) > from)
+            .then(|| self.find_force(&m, start, None, (guess.is_some(), plane)))
     }
 
-    fn find_force(
+    /// Newton's method for the force at the base, from `start` and the couple `m`, or from a shape.
+    pub(super) fn find_force(
         &self,
         m: &Vector3<f64>,
         start: Vector3<f64>,
+        shape: Option<Shape>,
         (from_guess, plane): (bool, Option<Plane>),
     ) -> Result<Equilibrium> {
-        let (held, tip, borne) = (self.is_held(), self.tip(), self.borne());
+        let (held, tip, borne) = (self.is_held(), self.tip(), self.total_load());
         let mut n = start;
         // Without a guess the couple at the base is meaningless.
-        let mut last = if from_guess {
-            None
+        let mut last = if from_guess || shape.is_some() {
+            shape
         } else {
-            let straight = RodUnderForce::new(self.bearing(), n);
-            Some(straight.guessed(&joined(m, &n), &tip, self.tolerance)?)
+            let straight = RodUnderForce::new(self.law_and_load(), n);
+            Some(straight.guess_shape(&join(m, &n), &tip, self.tolerance)?)
         };
         let mut route = Route {
             from_guess,
@@ -219,9 +235,9 @@ impl Problem {
         };
         let mut before = f64::INFINITY;
         for _ in 0..STEPS {
-            let b = joined(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
+            let b = join(&last.as_ref().map_or(*m, |shape| shape.nodes[0].m), &n);
             let found = solve_taut_rod(
-                self.bearing(),
+                self.law_and_load(),
                 &b,
                 (&tip, &Spring::NONE),
                 last.as_ref(),
@@ -248,14 +264,16 @@ impl Problem {
             let size = step.norm() / n.norm();
             // Iterate down to rounding, if no better is to be had.
             if size < FORCE_CONVERGED || (size < 1e-6 && size > 0.5 * before) {
-                let told = self.told(&found, off.norm(), route, plane)?;
+                self.remember(&found);
+                let told = self.told((&found, &Spring::NONE), off.norm(), route, plane)?;
                 if told.index > 0
                     && !from_guess
                     && plane.is_none()
                     && held == [false; 3]
                     && let Some(stable) = self.find_out_of_plane(&n)
                 {
-                    return self.told(&stable, off.norm(), route, plane);
+                    self.remember(&stable);
+                    return self.told((&stable, &Spring::NONE), off.norm(), route, plane);
                 }
                 return Ok(told);
             }
@@ -289,8 +307,8 @@ impl Problem {
                     .map_or_else(Vector3::zeros, |shape| shape.nodes[0].m);
                 let end = (&self.tip(), &Spring::NONE);
                 found = solve_taut_rod(
-                    self.bearing(),
-                    &joined(&m, &force),
+                    self.law_and_load(),
+                    &join(&m, &force),
                     end,
                     start.as_ref(),
                     self.tolerance,
@@ -303,22 +321,23 @@ impl Problem {
         axes.iter().find_map(led)
     }
 
-    fn told(
+    /// The equilibrium of a rod solved beside a spring, in the user's units.
+    pub(super) fn told(
         &self,
-        found: &Solved,
+        (found, spring): (&Solved, &Spring),
         residual: f64,
         route: Route,
         plane: Option<Plane>,
     ) -> Result<Equilibrium> {
         let n = found.shape.n;
         let lam = self.lam(&n);
-        if lam < TIGHT {
+        if lam < TIGHT && route.from_guess {
             return Err(Error::no_convergence(
                 "the guess is that of a taut rod, and leads to one that is slack; give a nearer guess",
             ));
         }
-        let b = joined(&found.base_couple, &n);
-        if plane.is_some_and(|plane| !plane.part(&b).1) {
+        let b = join(&found.base_couple, &n);
+        if plane.is_some_and(|plane| !plane.in_plane_part(&b).1) {
             return Err(Error::no_convergence(
                 "the equilibrium of a taut rod that was found is not in the plane; use solve.path = \"auto\"",
             ));
@@ -327,14 +346,14 @@ impl Problem {
             Some(_) => Path::Planar,
             None => Path::Spatial,
         };
-        let (last, tip) = (found.shape.at(1.0), n - self.borne());
+        let (last, tip) = (found.shape.at(1.0), n - self.total_load());
         let potential = (self.weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
         Ok(Equilibrium {
             base: self.rod.outward_wrench(&b),
             end: self
                 .rod
                 .outward_section(1.0, &last, &found.position, found.energy, &tip)?,
-            index: self.taut_index(found, &Spring::NONE)?,
+            index: self.taut_index(found, spring)?,
             potential: potential * self.rod.units().0,
             residual,
             route,

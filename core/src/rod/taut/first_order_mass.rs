@@ -11,7 +11,7 @@
 //! alone. The base wrench is not used. The stages of the collocation are the nodes of all integrals: as further
 //! components of the same differential equation these have the order of its nodes.
 
-use super::chain::{Answers, ChainSolution, ForceEquation, Forces, REST, chain, follow};
+use super::chain::{Answers, ChainSolution, ForceEquation, Forces, REST, chain, interval_change};
 use super::condensed::{Block, Condensed, Residual, Variations};
 use super::interval::{RodUnderForce, STAGES, Scheme};
 use super::turning_base::Turning;
@@ -88,12 +88,12 @@ impl<'a> LinearisedRod<'a> {
     }
 
     /// The intervals with their stages eliminated; None if one is singular.
-    pub fn condensed(&self) -> Option<Vec<Condensed>> {
-        self.intervals.iter().map(Variations::condensed).collect()
+    pub fn condense(&self) -> Option<Vec<Condensed>> {
+        self.intervals.iter().map(Variations::condense).collect()
     }
 
     /// Responses to unit rates of the end data, and to the residuals of the intervals; None if the rod is singular.
-    pub fn answered(&self, condensed: Vec<Condensed>) -> Option<LinearResponses> {
+    pub fn responses(&self, condensed: Vec<Condensed>) -> Option<LinearResponses> {
         let last = &self.shape.nodes[self.shape.nodes.len() - 1];
         let mut end = self.pulled.at_end(last, self.tip);
         end.right.column_mut(REST).fill(0.0);
@@ -114,7 +114,7 @@ impl<'a> LinearisedRod<'a> {
         start: &Columns,
     ) -> ([StageVariations; STAGES], Columns) {
         let (scheme, by, condensed) = (Scheme::get(), &self.intervals[k], &answered.condensed[k]);
-        let of = |block: &Block| follow(block, &answered.nodes[k], &answered.force);
+        let of = |block: &Block| interval_change(block, &answered.nodes[k], &answered.force);
         let slopes: [Columns; STAGES] = std::array::from_fn(|i| {
             let mut slope = of(&by.way_slope(i, condensed));
             let mut rest = slope.fixed_columns_mut::<1>(REST);
@@ -150,7 +150,7 @@ struct Motion<'a> {
 
 impl Motion<'_> {
     /// Stage `i` of interval `k`, at `r`, and the rate of r'.
-    fn moving(
+    fn stage_motion(
         &self,
         (k, i): (usize, usize),
         r: Vector3<f64>,
@@ -205,7 +205,7 @@ impl Motion<'_> {
             // The terms do not depend on places or on their rates.
             let (stages, _) = self.swept.stages(k, first, &left, &Columns::zeros());
             for (i, varied) in stages.iter().enumerate() {
-                let (at, slope) = self.moving((k, i), zero, varied, &first.force);
+                let (at, slope) = self.stage_motion((k, i), zero, varied, &first.force);
                 let s = self.swept.shape.places[k] + scheme.nodes[i] * by.h;
                 let [turned, moved] = self.sections.second(s, &at, &zero, &zero)?;
                 let bent = at.n.cross(&moved) + at.n_t.cross(&slope) * 2.0;
@@ -225,20 +225,22 @@ impl Motion<'_> {
         rotary: &Vector3<f64>,
         turns: bool,
     ) -> Result<Option<(InertiaIntegrals<9>, Second, Vector3<f64>)>> {
-        let mut condensed = self.swept.condensed().ok_or_else(neutral)?;
+        let mut condensed = self.swept.condense().ok_or_else(neutral_error)?;
         if turns {
-            let found = Turning::of(&self.swept, condensed).ok_or_else(neutral)?;
+            let found = Turning::of(&self.swept, condensed).ok_or_else(neutral_error)?;
             condensed = found.1;
             self.turning = Some(found.0);
         }
         let swept = &self.swept;
-        let first = swept.answered(condensed).ok_or_else(neutral)?;
+        let first = swept.responses(condensed).ok_or_else(neutral_error)?;
         let Some(left) = self.quadratic(&first) else {
             return Ok(None);
         };
         let condensed = first.condensed.into_iter().zip(&swept.intervals).zip(&left);
-        let condensed = condensed.map(|((condensed, by), left)| condensed.leaving(by, left));
-        let found = swept.answered(condensed.collect()).ok_or_else(neutral)?;
+        let condensed = condensed.map(|((condensed, by), left)| condensed.with_residual(by, left));
+        let found = swept
+            .responses(condensed.collect())
+            .ok_or_else(neutral_error)?;
         let (mut sums, mut start, mut place) =
             (InertiaIntegrals::new(), Vector3::zeros(), Columns::zeros());
         for (k, left) in left.iter().enumerate() {
@@ -246,7 +248,7 @@ impl Motion<'_> {
             let (places, end) = self.places(k, start);
             let (stages, reached) = self.swept.stages(k, &found, left, &place);
             for (i, (varied, r)) in stages.iter().zip(places).enumerate() {
-                let (at, _) = self.moving((k, i), r, varied, &found.force);
+                let (at, _) = self.stage_motion((k, i), r, varied, &found.force);
                 let tangent = self.tangent((k, i), varied, &r);
                 let second = second(&varied.turn, &varied.place);
                 let weight = h * Scheme::get().weights[i];
@@ -299,14 +301,14 @@ fn second(turn: &Columns, place: &Columns) -> Second {
     })
 }
 
-pub(super) fn neutral() -> Error {
+pub(super) fn neutral_error() -> Error {
     Error::ill_conditioned("the motion of a taut rod is undefined: it is neutral as it is held")
 }
 
 impl Rates {
     /// Equation of the force of a rod beside `spring`, with forces in units of `unit`; and the columns by these
     /// rates.
-    pub(super) fn held(
+    pub(super) fn force_equation(
         self,
         tip: &Tip,
         spring: &Spring,
@@ -348,11 +350,11 @@ impl Rod {
         (found, rates): (&Taut, Rates),
         motion: &RodRates,
     ) -> Result<SpaceRodInertia> {
-        let pulled = self.pulled(found, found.shape.n);
+        let pulled = self.under_force(found, found.shape.n);
         let unit = pulled.kappa * pulled.kappa;
-        let (hold, columns) = rates.held(&found.tip, &found.spring, unit);
-        let swept =
-            LinearisedRod::new(&pulled, (&found.shape, &found.tip), hold)?.ok_or_else(neutral)?;
+        let (hold, columns) = rates.force_equation(&found.tip, &found.spring, unit);
+        let swept = LinearisedRod::new(&pulled, (&found.shape, &found.tip), hold)?
+            .ok_or_else(neutral_error)?;
         let mut motion = Motion {
             swept,
             sections: SectionRates::of(self),
@@ -363,7 +365,7 @@ impl Rod {
         };
         let (sums, end, couple) = (motion
             .inertia(&mass.per_mass(self.length), found.by_turn.is_some())?)
-        .ok_or_else(|| self.refused(&self.inward(&found.base)))?;
+        .ok_or_else(|| self.motion_refused_error(&self.inward(&found.base)))?;
         Ok(self.generalized(&sums, mass.mass, &end, couple))
     }
 }

@@ -149,12 +149,12 @@ impl<'a> RodUnderForce<'a> {
     }
 
     /// This rod under another force n(0), with the unit of couples of the new force.
-    pub(super) fn bearing(&self, n: Vector3<f64>) -> Self {
+    pub(super) fn with_force_and_unit(&self, n: Vector3<f64>) -> Self {
         Self::new((self.law, self.weight), n)
     }
 
     /// This rod under another force n(0), with the same unit of couples.
-    pub(super) fn under(&self, n: &Vector3<f64>) -> Self {
+    pub(super) fn with_force(&self, n: &Vector3<f64>) -> Self {
         Self { n: *n, ..*self }
     }
 
@@ -162,7 +162,7 @@ impl<'a> RodUnderForce<'a> {
     pub(super) fn force(&self, s: f64) -> Vector3<f64> {
         match self.weight {
             None => self.n,
-            Some(weight) => self.n - weight.gathered(s),
+            Some(weight) => self.n - weight.integral_to(s),
         }
     }
 }
@@ -172,7 +172,7 @@ impl RodUnderForce<'_> {
     pub(super) fn inverse(&self, s: f64, local: &Vector6<f64>) -> Result<Response<'_>> {
         let inverse = self.law.inverse(s, local)?;
         Ok(match self.creeping {
-            Some(step) => step.after(s, inverse),
+            Some(step) => step.modify_response(s, inverse),
             None => inverse,
         })
     }
@@ -218,7 +218,7 @@ impl RodUnderForce<'_> {
     /// The error of the slope is the first Legendre mode beyond those of the stages, extrapolated from the last ones.
     /// Its effect at the node is the mode times the same mode of Green's function, which is no less than that of
     /// exp(z x), z = lam h.
-    pub fn passed(
+    pub fn integrate_interval(
         &self,
         (from, to): (f64, f64),
         stages: &[Section; STAGES],

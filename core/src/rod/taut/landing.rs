@@ -47,6 +47,8 @@ const TOLERANCE: f64 = 1e-7;
 const STEEPER: f64 = 1.5;
 /// Stiffness of the spring beside the landed end, over the string's.
 const BESIDE: f64 = 16.0;
+/// Least distance of the ends in the stiffness of the string.
+const NEAREST: f64 = 0.05;
 
 /// A shape on the way through the fast layer: the stored energy, and sections from the base to the end.
 pub type Fallen = (f64, Vec<Isometry3<f64>>);
@@ -93,7 +95,7 @@ impl Strains {
         }
     }
 
-    fn less(&self, other: &Self) -> Self {
+    fn difference(&self, other: &Self) -> Self {
         let all = self.stages.iter().zip(&other.stages);
         Self {
             places: self.places.clone(),
@@ -120,13 +122,13 @@ impl Strains {
     }
 
     fn distance(&self, other: &Self) -> f64 {
-        self.less(other).size()
+        self.difference(other).size()
     }
 }
 
 impl LayerStep {
     /// Response of the step's modified law, `inverse` being that of the law itself.
-    pub fn after<'a>(&self, s: f64, mut inverse: Response<'a>) -> Response<'a> {
+    pub fn modify_response<'a>(&self, s: f64, mut inverse: Response<'a>) -> Response<'a> {
         let part = self.step / (1.0 + self.step);
         inverse.strain = inverse.strain * part + self.before.at(s) / (1.0 + self.step);
         let compliance = inverse.compliance.into_owned().times(part);
@@ -137,7 +139,7 @@ impl LayerStep {
 
 impl Shape {
     /// This shape interpolated on another mesh.
-    fn on(&self, places: &[f64]) -> Self {
+    fn interpolated_on(&self, places: &[f64]) -> Self {
         let nodes = &Scheme::get().nodes;
         let at = |s: f64| {
             let mut section = self.at(s);
@@ -156,7 +158,7 @@ impl Shape {
     }
 
     /// Largest turn of a section between two shapes on the same mesh.
-    fn turned(&self, other: &Self) -> f64 {
+    fn largest_turn(&self, other: &Self) -> f64 {
         let turn = |a: &Section, b: &Section| {
             rotation_vector(&(frame(&a.turn) * frame(&b.turn).transpose())).norm()
         };
@@ -176,7 +178,7 @@ impl RodUnderForce<'_> {
             for ((x, at), strain) in nodes.iter().zip(sections).zip(&mut strains) {
                 let turn = frame(&at.turn);
                 let s = pair[0] + x * (pair[1] - pair[0]);
-                let n = self.under(&shape.n).force(s);
+                let n = self.with_force(&shape.n).force(s);
                 let (m, n) = (turn.tr_mul(&at.m), turn.tr_mul(&n));
                 let local = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
                 *strain = self.inverse(s, &local)?.strain;
@@ -207,7 +209,8 @@ impl RodUnderForce<'_> {
         // Sections turn by their strains, and shapes on the way may be steeper than the fold's.
         let turning = self.strains(shape)?.steepest();
         let places = self.even_places(STEEPER * lam.max(turning), TOLERANCE)?;
-        let [here, ahead, behind] = [shape, beside[0], beside[1]].map(|shape| shape.on(&places));
+        let [here, ahead, behind] =
+            [shape, beside[0], beside[1]].map(|shape| shape.interpolated_on(&places));
         let fold = self.strains(&here)?;
         let (ahead, behind) = (self.strains(&ahead)?, self.strains(&behind)?);
         let unit = lam / ahead.distance(&behind);
@@ -219,7 +222,7 @@ impl RodUnderForce<'_> {
                 // A shape that cannot be shown does not stop the landing.
                 let mut seen = |shape: &Shape, strains: &Strains| {
                     if shown {
-                        way.extend(self.passing(shape, strains));
+                        way.extend(self.fallen_shape(shape, strains));
                     }
                 };
                 let rested = self.flow(&here, (&fold, pushed), (tip, at), lam, &mut seen);
@@ -245,8 +248,8 @@ impl RodUnderForce<'_> {
         })
     }
 
-    /// Equilibrium near a shape.
-    fn rest(
+    /// Equilibrium near a shape, with the end held at `at` as `tip` says.
+    pub(super) fn rest(
         &self,
         shape: Shape,
         tip: &Tip,
@@ -257,15 +260,20 @@ impl RodUnderForce<'_> {
             stiffness: f64::INFINITY,
             at,
         };
-        let there = self.bearing(shape.n);
-        let shape = there.refined(shape, tip, &held, tolerance)?.shape;
+        let there = self.with_force_and_unit(shape.n);
+        let shape = there
+            .refine_until_accurate(shape, tip, &held, tolerance)?
+            .shape;
         // The force is now known, and beside a spring the equilibrium is the same.
         let spring = Spring {
-            stiffness: BESIDE * shape.n.norm() / at.norm(),
+            stiffness: BESIDE * shape.n.norm() / at.norm().max(NEAREST),
             at,
         };
-        let there = self.bearing(shape.n);
-        Ok((there.refined(shape, tip, &spring, tolerance)?, spring))
+        let there = self.with_force_and_unit(shape.n);
+        Ok((
+            there.refine_until_accurate(shape, tip, &spring, tolerance)?,
+            spring,
+        ))
     }
 
     fn is_stable(&self, shape: &Shape, tip: &Tip, at: Vector3<f64>) -> bool {
@@ -273,7 +281,7 @@ impl RodUnderForce<'_> {
             return false;
         };
         let axes = [0, 1, 2].map(|i| Vector3::ith(i, 1.0));
-        let there = self.bearing(found.shape.n);
+        let there = self.with_force_and_unit(found.shape.n);
         let compliance = spring.alone(&found.by_force.position);
         compliance.is_ok_and(|compliance| {
             let index = there.index(&found.shape, tip, &compliance, &axes);
@@ -282,7 +290,7 @@ impl RodUnderForce<'_> {
     }
 
     /// Shape with the given strains, in the directors of the clamp and units of the rod.
-    fn passing(&self, shape: &Shape, strains: &Strains) -> Option<Fallen> {
+    fn fallen_shape(&self, shape: &Shape, strains: &Strains) -> Option<Fallen> {
         let scheme = Scheme::get();
         let pose = |place: Vector3<f64>, at: &Section| {
             let directors = Rotation3::from_matrix_unchecked(frame(&(at.turn / at.turn.norm())));
@@ -342,13 +350,13 @@ impl RodUnderForce<'_> {
             };
             let mut next = shape.clone();
             let taken = creeping.newton(&mut next, tip, &held, TOLERANCE);
-            let turned = next.turned(&shape);
+            let turned = next.largest_turn(&shape);
             if !(matches!(taken, Ok(Some(_))) && turned <= TURN) {
                 h *= 0.4;
                 continue;
             }
             let after = creeping.strains(&next).ok()?;
-            let now = self.strains(&next).ok()?.less(&after);
+            let now = self.strains(&next).ok()?.difference(&after);
             // A step much longer than the time of growth would stay with an unstable equilibrium.
             let size = now.size();
             let change = rate.as_ref().map_or(0.0, |rate| {
@@ -367,7 +375,7 @@ impl RodUnderForce<'_> {
             if away > AWAY * start && (size < NEAR * lam || h >= LONGEST) {
                 let mut last = shape.clone();
                 if matches!(self.newton(&mut last, tip, &held, TOLERANCE), Ok(Some(_)))
-                    && last.turned(&shape) < SAME
+                    && last.largest_turn(&shape) < SAME
                     && (size < STILL * lam || self.is_stable(&last, tip, at))
                 {
                     way(&last, &self.strains(&last).ok()?);

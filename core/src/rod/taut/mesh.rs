@@ -15,10 +15,10 @@ const FIRST: f64 = 4.0;
 const ORDER: f64 = 2.0 * STAGES as f64 + 1.0;
 
 /// Length of the first interval at an end, times lam.
-pub(super) fn first(tolerance: f64) -> f64 {
+pub(super) fn first_step(tolerance: f64) -> f64 {
     let falling = |n: usize| (1..=n).map(|k| (k as f64).ln()).sum::<f64>();
     let constant = 2.0 * falling(STAGES) - falling(2 * STAGES) - falling(2 * STAGES + 1);
-    SAFETY * ((tolerance.ln() - constant) / ORDER).exp().min(FIRST)
+    (SAFETY * ((tolerance.ln() - constant) / ORDER).exp()).min(FIRST)
 }
 
 /// Places of the nodes of a rod with lam = `lam` whose law is smooth between `breaks`. The local error of Gauss'
@@ -30,7 +30,7 @@ pub(super) fn places(
     tolerance: f64,
     longest: f64,
 ) -> Vec<f64> {
-    let (first, order) = (first(tolerance), ORDER);
+    let (first, order) = (first_step(tolerance), ORDER);
     let (mut passed, mut layer) = (0.0, Vec::new());
     while passed < -tolerance.ln() + BEYOND && passed < 0.5 * lam {
         passed += first * (passed / order).exp();
@@ -59,4 +59,19 @@ pub(super) fn places(
         }
     }
     fine
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches a safety factor on the bound itself: the longest first step is `FIRST`, and only shorter ones have the
+    /// factor.
+    #[test]
+    fn the_bound_of_the_first_step_has_no_safety_factor() {
+        assert_eq!(first_step(1e-4), FIRST);
+        let ratio: f64 = first_step(1e-10) / first_step(1e-13);
+        assert!((ratio - 1e3_f64.powf(1.0 / ORDER)).abs() < 1e-12, "{ratio}");
+        assert!(first_step(1e-8) > SAFETY * FIRST, "{}", first_step(1e-8));
+    }
 }

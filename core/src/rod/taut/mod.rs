@@ -7,6 +7,7 @@
 //! r(1) and the energy are quadratures. The couple is an unknown of its own: m(0) - r x n would lose lam^2 times
 //! rounding.
 
+mod at_rest;
 mod boundary_layers;
 mod chain;
 mod condensed;
@@ -26,7 +27,8 @@ use super::scaled_law::ScaledLaw;
 use crate::error::{Error, Result};
 use crate::math::se3::{exponential, frame, halves, rotation_vector};
 use chain::{
-    ANSWERS, Answers, AtEnd, ChainSolution, ForceEquation, Forces, REST, chain, follow, rest,
+    ANSWERS, Answers, AtEnd, ChainSolution, ForceEquation, Forces, REST, chain, interval_change,
+    rest,
 };
 use condensed::Condensed;
 use interval::{RodUnderForce, STAGES, Scheme, correct};
@@ -232,14 +234,14 @@ pub(in crate::rod) fn solve_taut_rod(
     let tolerance = tolerance.clamp(FINEST, COARSEST);
     let (m, n) = halves(b);
     let pulled = RodUnderForce::new(rod, n);
-    let begun = |shape: Shape| pulled.refined(shape, tip, spring, tolerance);
+    let begun = |shape: Shape| pulled.refine_until_accurate(shape, tip, spring, tolerance);
     let near = |couple: &Vector3<f64>| (couple - m).norm() < NEAR * pulled.kappa;
     let beside = start.filter(|shape| near(&shape.nodes[0].m) && shape.serves(&n, tolerance));
     let ways: [&dyn Fn() -> Option<Solved>; 3] = [
         &|| begun(beside?.clone()).ok(),
         &|| {
             if pulled.kappa < FOLLOWED {
-                begun(pulled.followed(b, tip, tolerance)?).ok()
+                begun(pulled.integrate_from_base(b, tip, tolerance)?).ok()
             } else {
                 None
             }
@@ -254,7 +256,7 @@ pub(in crate::rod) fn solve_taut_rod(
             found => other = other.or(found),
         }
     }
-    match (pulled.guessed(b, tip, tolerance).and_then(begun), other) {
+    match (pulled.guess_shape(b, tip, tolerance).and_then(begun), other) {
         (Ok(found), _) if near(&found.base_couple) => Ok(found),
         (_, Some(other)) => Ok(other),
         (guessed, None) => guessed,
@@ -275,9 +277,9 @@ impl RodUnderForce<'_> {
         shape.tolerance = shape.tolerance.min(tolerance);
         let last = shape.nodes[shape.nodes.len() - 1];
         let (mut place, turn) = (Vector3::zeros(), frame(&last.turn));
-        let there = self.bearing(shape.n);
+        let there = self.with_force_and_unit(shape.n);
         for (k, stages) in shape.stages.iter().enumerate() {
-            let passed = there.passed((shape.places[k], shape.places[k + 1]), stages);
+            let passed = there.integrate_interval((shape.places[k], shape.places[k + 1]), stages);
             place += passed.ok()?.way;
         }
         let same = |before: &Shape, found: &Solved| {
@@ -304,8 +306,8 @@ impl RodUnderForce<'_> {
                 at: way(&place, &spring.at),
                 ..*spring
             };
-            let there = self.bearing(way(&start.n, &self.n));
-            match there.refined(shape.clone(), &tip, &spring, tolerance) {
+            let there = self.with_force_and_unit(way(&start.n, &self.n));
+            match there.refine_until_accurate(shape.clone(), &tip, &spring, tolerance) {
                 // A jump of the shape means another equilibrium.
                 Ok(found) if !same(&shape, &found) => step *= 0.5,
                 Ok(found) if part == 1.0 => return Some(found),
@@ -320,7 +322,13 @@ impl RodUnderForce<'_> {
     }
 
     /// Solution on meshes that are refined until the error is below the tolerance.
-    fn refined(&self, start: Shape, tip: &Tip, spring: &Spring, tolerance: f64) -> Result<Solved> {
+    fn refine_until_accurate(
+        &self,
+        start: Shape,
+        tip: &Tip,
+        spring: &Spring,
+        tolerance: f64,
+    ) -> Result<Solved> {
         let mut shape = start;
         if spring.stiffness == 0.0 {
             shape.n = self.n;
@@ -338,14 +346,14 @@ impl RodUnderForce<'_> {
                 continue;
             };
             coarse = 0;
-            let there = self.under(&shape.n);
+            let there = self.with_force(&shape.n);
             iterations += steps;
             let mut split = Vec::with_capacity(shape.stages.len());
             let (mut position, mut energy, mut work) = (Vector3::zeros(), 0.0, 0.0);
             let mut error = 0.0_f64;
             for (k, stages) in shape.stages.iter().enumerate() {
                 let (from, to) = (shape.places[k], shape.places[k + 1]);
-                let passed = there.passed((from, to), stages)?;
+                let passed = there.integrate_interval((from, to), stages)?;
                 work += (there.force(from) - there.force(to)).dot(&position) + passed.work;
                 position += passed.way;
                 energy += passed.energy;
@@ -354,7 +362,7 @@ impl RodUnderForce<'_> {
             }
             if !split.contains(&true) {
                 let reached = (position, energy, work);
-                return Ok(self.told(shape, correction, reached, error, iterations));
+                return Ok(self.solved_rod(shape, correction, reached, error, iterations));
             }
             if shape.stages.len() > INTERVALS {
                 break;
@@ -420,7 +428,7 @@ impl RodUnderForce<'_> {
 
     /// One Newton correction; None if the linearised rod is singular.
     fn correction(&self, shape: &Shape, tip: &Tip, spring: &Spring) -> Result<Option<Correction>> {
-        let there = self.under(&shape.n);
+        let there = self.with_force(&shape.n);
         let mut intervals = Vec::with_capacity(shape.stages.len());
         let mut place = Vector3::zeros();
         for (k, stages) in shape.stages.iter().enumerate() {
@@ -429,7 +437,7 @@ impl RodUnderForce<'_> {
             let by = there.variations(places, stages)?;
             let found = by.and_then(|by| {
                 let left = there.residual(&by, ends, stages);
-                Some(by.condensed()?.leaving(&by, &left))
+                Some(by.condense()?.with_residual(&by, &left))
             });
             let Some(found) = found else {
                 return Ok(None);
@@ -461,7 +469,7 @@ impl RodUnderForce<'_> {
         let moved = rest(&force);
         let mut size = moved.amax() / hold.unit;
         for (interval, start) in intervals.iter().zip(&nodes) {
-            way += follow(&interval.way, start, &force);
+            way += interval_change(&interval.way, start, &force);
             size = size
                 .max(interval.change(&rest(start), &moved))
                 .max(rest(start).amax());
@@ -506,7 +514,7 @@ impl RodUnderForce<'_> {
         end
     }
 
-    fn told(
+    fn solved_rod(
         &self,
         shape: Shape,
         correction: Correction,
@@ -564,19 +572,20 @@ impl RodUnderForce<'_> {
                 "the shape of a taut rod is not resolved; loosen the tolerance",
             ));
         }
-        let there = self.under(&fine.n);
+        let there = self.with_force(&fine.n);
         let mut found = Vec::with_capacity(at.len());
         let (mut k, mut way, mut energy) = (0, Vector3::zeros(), 0.0);
         for s in at {
             while k + 1 < fine.stages.len() && fine.places[k + 1] <= *s {
-                let passed = there.passed((fine.places[k], fine.places[k + 1]), &fine.stages[k])?;
+                let passed = there
+                    .integrate_interval((fine.places[k], fine.places[k + 1]), &fine.stages[k])?;
                 way += passed.way;
                 energy += passed.energy;
                 k += 1;
             }
             let (from, to) = (fine.places[k], s.clamp(fine.places[k], fine.places[k + 1]));
             let part = Scheme::get().nodes.map(|x| fine.at(from + x * (to - from)));
-            let passed = there.passed((from, to), &part)?;
+            let passed = there.integrate_interval((from, to), &part)?;
             let mut section = fine.at(to);
             section.turn /= section.turn.norm();
             found.push((section, way + passed.way, energy + passed.energy));

@@ -26,7 +26,7 @@ impl Spring {
     /// the stiffness `own`; `string` is the transverse stiffness of a string under this pull, force over length.
     /// Chosen with hysteresis: a stiff spring stays in use, through the neutral point under the force, until its
     /// regularity is nearly lost. With C = d r(1)/dn of the rod alone the stiffness stays away from -1/C.
-    pub fn better(give: &Matrix3<f64>, own: f64, string: f64) -> f64 {
+    pub fn best_stiffness(give: &Matrix3<f64>, own: f64, string: f64) -> f64 {
         let values = ((give + give.transpose()) * 0.5).symmetric_eigenvalues();
         // 1/c of the rod alone is less by the stiffness `own`.
         let regular = |k: f64| {
@@ -44,7 +44,7 @@ impl Spring {
         *found.unwrap_or(&springs[springs.len() - 1])
     }
 
-    /// Stiffnesses among which [`Spring::better`] chooses, the stiffest first.
+    /// Stiffnesses among which [`Spring::best_stiffness`] chooses, the stiffest first.
     pub(in crate::rod) fn choice(string: f64) -> [f64; SPRINGS.len()] {
         SPRINGS.map(|k| k * string)
     }

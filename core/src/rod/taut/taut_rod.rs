@@ -4,7 +4,7 @@ use super::interval::{RodUnderForce, Section};
 use super::turning_base::Turning;
 use super::{Derivatives, Fallen, Shape, Solved, Spring, Tip, solve_taut_rod};
 use crate::error::Result;
-use crate::math::se3::{frame, joined};
+use crate::math::se3::{frame, join};
 use crate::rod::distributed_load::ScaledLoad;
 use crate::rod::{DistributedLoad, Rod, RodSection, Wrench};
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -49,7 +49,7 @@ impl Taut {
     }
 
     /// Total force on rod and spring, as in [`Taut::spring`].
-    fn borne(&self) -> Vector3<f64> {
+    fn total_force(&self) -> Vector3<f64> {
         let stretch = self.place - self.spring.at;
         self.shape.n + stretch * self.spring.stiffness
     }
@@ -146,7 +146,7 @@ impl Rod {
         let end = self.outward_section(1.0, &last, &found.position, found.energy, &n)?;
         let potential = (weight.as_ref()).map_or(0.0, |weight| weight.potential(found.work));
         Ok(Taut {
-            base: joined(
+            base: join(
                 &(turn * found.base_couple * couple),
                 &(turn * found.shape.n * force),
             ),
@@ -168,7 +168,7 @@ impl Rod {
     }
 
     /// The collocation problem of the rod under the force `n`, with the load along it.
-    pub(super) fn pulled<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> RodUnderForce<'a> {
+    pub(super) fn under_force<'a>(&'a self, found: &'a Taut, n: Vector3<f64>) -> RodUnderForce<'a> {
         RodUnderForce::new((&self.law, found.weight.as_ref()), n)
     }
 
@@ -186,7 +186,7 @@ impl Rod {
         tolerance: f64,
         shown: bool,
     ) -> Result<(Vec<Fallen>, Taut)> {
-        let pulled = self.pulled(found, found.shape.n);
+        let pulled = self.under_force(found, found.shape.n);
         let beside = beside.map(|taut| &taut.shape);
         let held = (&found.tip, found.place);
         let (mut way, rested, spring) =
@@ -212,7 +212,7 @@ impl Rod {
         let (couple, force) = self.units();
         let turn = *self.clamp.rotation.to_rotation_matrix().matrix();
         let directors = frame(&at.turn);
-        let local = joined(&directors.tr_mul(&at.m), &directors.tr_mul(n));
+        let local = join(&directors.tr_mul(&at.m), &directors.tr_mul(n));
         let e = self.law.inverse(s, &local)?.strain;
         let l = self.length;
         Ok(RodSection {
@@ -231,7 +231,7 @@ impl Rod {
     /// # Errors
     /// As [`Rod::taut`].
     pub fn taut_shape(&self, found: &Taut, at: &[f64], tolerance: f64) -> Result<Vec<RodSection>> {
-        let pulled = self.pulled(found, found.borne());
+        let pulled = self.under_force(found, found.total_force());
         // Between its nodes a mesh has half the order: it is halved until the polynomials are as accurate.
         let places: Vec<f64> = at.iter().map(|s| s / self.length).collect();
         let sections = pulled.sections(
@@ -243,7 +243,7 @@ impl Rod {
         let sections = sections.iter().zip(&places);
         sections
             .map(|((section, r, energy), s)| {
-                let (s, pulled) = (s.clamp(0.0, 1.0), pulled.under(&found.shape.n));
+                let (s, pulled) = (s.clamp(0.0, 1.0), pulled.with_force(&found.shape.n));
                 self.outward_section(s, section, r, *energy, &pulled.force(s))
             })
             .collect()
@@ -264,7 +264,7 @@ impl Rod {
         found: &Taut,
         axes: &[Vector3<f64>],
     ) -> Result<usize> {
-        let pulled = self.pulled(found, found.shape.n);
+        let pulled = self.under_force(found, found.shape.n);
         pulled.index(
             &found.shape,
             &found.tip,

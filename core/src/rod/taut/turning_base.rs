@@ -10,7 +10,7 @@
 
 use super::chain::REST;
 use super::condensed::{Condensed, Residual, Variations};
-use super::first_order_mass::{Columns, LinearResponses, LinearisedRod, Rates, neutral};
+use super::first_order_mass::{Columns, LinearResponses, LinearisedRod, Rates, neutral_error};
 use super::interval::{RodUnderForce, STAGES};
 use super::{Derivatives, Shape, Spring, Tip};
 use crate::error::Result;
@@ -75,10 +75,10 @@ impl Turning {
         (tip, spring): (&Tip, &Spring),
     ) -> Result<Self> {
         let pulled = RodUnderForce::new((law, Some(weight)), shape.force());
-        let (hold, _) = Rates::Force.held(tip, spring, pulled.kappa * pulled.kappa);
-        let swept = LinearisedRod::new(&pulled, (shape, tip), hold)?.ok_or_else(neutral)?;
-        let condensed = swept.condensed().ok_or_else(neutral)?;
-        Ok(Self::of(&swept, condensed).ok_or_else(neutral)?.0)
+        let (hold, _) = Rates::Force.force_equation(tip, spring, pulled.kappa * pulled.kappa);
+        let swept = LinearisedRod::new(&pulled, (shape, tip), hold)?.ok_or_else(neutral_error)?;
+        let condensed = swept.condense().ok_or_else(neutral_error)?;
+        Ok(Self::of(&swept, condensed).ok_or_else(neutral_error)?.0)
     }
 
     /// Response of a linearised rod, with the condensed intervals returned; None if the rod is singular.
@@ -101,9 +101,10 @@ impl Turning {
                 .map(|by| by.load_turned(&axis, &swept.pulled.n))
                 .collect();
             let intervals = condensed.into_iter().zip(&swept.intervals).zip(&left);
-            let intervals = intervals.map(|((condensed, by), left)| condensed.leaving(by, left));
-            let answered = swept.answered(intervals.collect())?;
-            let place = found.told(i, swept, &answered, &left);
+            let intervals =
+                intervals.map(|((condensed, by), left)| condensed.with_residual(by, left));
+            let answered = swept.responses(intervals.collect())?;
+            let place = found.set_column(i, swept, &answered, &left);
             let (first, last) = (answered.nodes[0], answered.nodes[answered.nodes.len() - 1]);
             let couple =
                 |node: &super::chain::Answers| node.fixed_rows::<3>(3).column(REST) * kappa;
@@ -118,7 +119,7 @@ impl Turning {
     }
 
     /// Sets column `i` at the stages; returns the column of the place of the end.
-    fn told(
+    fn set_column(
         &mut self,
         i: usize,
         swept: &LinearisedRod<'_>,

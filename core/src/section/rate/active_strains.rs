@@ -1,6 +1,6 @@
 //! Free strains of a rate law, and checks of numbers given for them.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use crate::section::{Compliance, Resultant, Strain, StrainName};
 use nalgebra::{Matrix6, Vector6};
 
@@ -39,7 +39,7 @@ pub fn inverse_of_free(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Option<Matrix
 }
 
 /// The matrix with zero rows and columns at the rigid strains.
-pub(super) fn freed(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
+pub(super) fn clear_rigid(matrix: &Matrix6<f64>, rigid: [bool; 6]) -> Matrix6<f64> {
     matrix.map_with_location(|i, j, entry| if rigid[i] || rigid[j] { 0.0 } else { entry })
 }
 
@@ -49,15 +49,15 @@ pub(super) fn six([v1, v2, v3]: [bool; 3]) -> [bool; 6] {
 }
 
 /// The overstress without reactions, if it is finite.
-pub(super) fn driving(overstress: &Resultant, rigid: [bool; 6]) -> Result<Resultant> {
+pub(super) fn free_overstress(overstress: &Resultant, rigid: [bool; 6]) -> Result<Resultant> {
     let driving = Vector6::from_fn(|k, _| if rigid[k] { 0.0 } else { overstress[k] });
-    finite("overstress", &driving)?;
+    check_finite("overstress", driving.as_slice())?;
     Ok(driving)
 }
 
 /// Checks that rates satisfy the constraints.
 pub(super) fn check_constraints(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
-    finite("strain rates", rate)?;
+    check_finite("strain rates", rate.as_slice())?;
     for k in (0..6).filter(|k| rigid[*k]) {
         if rate[k] != 0.0 {
             return Err(Error::domain(format!(
@@ -66,26 +66,6 @@ pub(super) fn check_constraints(rate: &Strain, rigid: [bool; 6]) -> Result<()> {
                 rate[k]
             )));
         }
-    }
-    Ok(())
-}
-
-pub(super) fn finite(name: &str, values: &Vector6<f64>) -> Result<()> {
-    if values.iter().all(|x| x.is_finite()) {
-        return Ok(());
-    }
-    Err(Error::domain(format!(
-        "{name} {:?} must be finite",
-        values.as_slice()
-    )))
-}
-
-/// Checks that a named number is finite and > 0.
-pub(super) fn positive(name: &str, value: f64) -> Result<()> {
-    if !(0.0 < value && value.is_finite()) {
-        return Err(Error::domain(format!(
-            "{name} = {value} must be finite and > 0"
-        )));
     }
     Ok(())
 }

@@ -10,9 +10,9 @@
 //! q f grows with slope f (1 + p y^2)/(1 + y^2), y^2 = q^2/onset. The slope is positive for p > 0, so that D is the
 //! gradient of a strictly convex potential of e_t (2.33), and D.e_t/|e_t| grows as |e_t|^p (2.34).
 
-use super::active_strains::{check_constraints, driving, positive};
+use super::active_strains::{check_constraints, free_overstress};
 use super::{Rate, RateLaw, Viscosity, ViscosityAt};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_positive};
 use crate::section::{Resultant, Strain};
 use nalgebra::Matrix6;
 
@@ -51,7 +51,7 @@ impl Carreau {
     /// # Errors
     /// An onset or an exponent that is not finite and > 0.
     pub fn new(viscosity: Viscosity, onset: f64, exponent: f64) -> Result<Self> {
-        positive("onset", onset)?;
+        check_positive("onset", onset)?;
         Self::with(viscosity, Onset::Dissipation(onset), exponent)
     }
 
@@ -62,7 +62,7 @@ impl Carreau {
     /// # Errors
     /// A rate or an exponent that is not finite and > 0; a viscosity that holds a flexure rigid.
     pub fn from_flexure(viscosity: Viscosity, rate: f64, exponent: f64) -> Result<Self> {
-        positive("rate", rate)?;
+        check_positive("rate", rate)?;
         if let [true, ..] | [_, true, ..] = viscosity.rigid() {
             return Err(Error::domain(
                 "the viscosity holds u1 or u2 rigid, and a rate of flexure says where a power of the rate sets in: give viscosities of \
@@ -73,7 +73,7 @@ impl Carreau {
     }
 
     fn with(viscosity: Viscosity, onset: Onset, exponent: f64) -> Result<Self> {
-        positive("exponent", exponent)?;
+        check_positive("exponent", exponent)?;
         Ok(Self {
             viscosity,
             onset,
@@ -124,7 +124,7 @@ impl Carreau {
 
 impl RateLaw for Carreau {
     fn rate(&self, s: f64, _e: &Strain, overstress: &Resultant) -> Result<Rate> {
-        let driving = driving(overstress, self.viscosity.rigid())?;
+        let driving = free_overstress(overstress, self.viscosity.rigid())?;
         let viscosity = self.viscosity.at(s)?;
         let (inverse, onset) = (viscosity.inverse, self.onset.root(&viscosity));
         let newtonian = inverse * driving;

@@ -1,9 +1,9 @@
 //! A user's own dissipation potential, its derivatives by automatic differentiation.
 
-use super::active_strains::{check_constraints, driving, finite, six};
+use super::active_strains::{check_constraints, free_overstress, six};
 use super::{Rate, RateLaw};
-use crate::error::{Error, Result};
-use crate::section::jet::{jet, mixed};
+use crate::error::{Error, Result, check_finite};
+use crate::section::jet::{jet, mixed_derivatives};
 use crate::section::newton::{Convexity, Point, Potential, invert};
 use crate::section::{DualNum, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
@@ -70,8 +70,8 @@ impl<P: DissipationPotential> Dissipative<P> {
         Self(potential)
     }
 
-    fn admitted(&self, s: f64, e: &Strain) -> Result<()> {
-        finite("strains", e)?;
+    fn check_admissible(&self, s: f64, e: &Strain) -> Result<()> {
+        check_finite("strains", e.as_slice())?;
         if self.0.admissible(s, e) {
             return Ok(());
         }
@@ -133,7 +133,7 @@ impl<P: DissipationPotential> Here<'_, P> {
     }
 
     /// Checks that the potential has no slope at rest, D(e, 0) = 0.
-    fn still(&self) -> Result<()> {
+    fn check_rest(&self) -> Result<()> {
         let (slope, curvature) = self.inside(&Strain::zeros())?;
         let rigid = six(self.rigid());
         for k in (0..6).filter(|k| !rigid[*k]) {
@@ -181,15 +181,15 @@ impl<P: DissipationPotential> Potential for Here<'_, P> {
 
 impl<P: DissipationPotential> RateLaw for Dissipative<P> {
     fn rate(&self, s: f64, e: &Strain, overstress: &Resultant) -> Result<Rate> {
-        self.admitted(s, e)?;
-        let driving = driving(overstress, self.rigid())?;
+        self.check_admissible(s, e)?;
+        let driving = free_overstress(overstress, self.rigid())?;
         let here = Here {
             law: self,
             s,
             e,
             driving,
         };
-        here.still()?;
+        here.check_rest()?;
         let found = invert(&here, Strain::zeros(), &driving, |_| ()).map_err(|error| {
             error.context(format!(
                 "rates (here called strains) from the dissipation potential (here called stored energy) at s = {s}, \
@@ -198,7 +198,7 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
             ))
         })?;
         let by_overstress = found.compliance.matrix();
-        let mixed = mixed(|rate, e| self.0.potential(s, e, rate), &found.strain, e);
+        let mixed = mixed_derivatives(|rate, e| self.0.potential(s, e, rate), &found.strain, e);
         let by_strain = -by_overstress * mixed;
         if !by_strain.iter().all(|x| x.is_finite()) {
             return Err(Error::domain(format!(
@@ -214,7 +214,7 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
     }
 
     fn overstress(&self, s: f64, e: &Strain, rate: &Strain) -> Result<Resultant> {
-        self.admitted(s, e)?;
+        self.check_admissible(s, e)?;
         check_constraints(rate, self.rigid())?;
         let here = Here {
             law: self,
@@ -222,8 +222,8 @@ impl<P: DissipationPotential> RateLaw for Dissipative<P> {
             e,
             driving: Resultant::zeros(),
         };
-        here.still()?;
-        driving(&here.inside(rate)?.0, self.rigid())
+        here.check_rest()?;
+        free_overstress(&here.inside(rate)?.0, self.rigid())
     }
 
     fn is_linear(&self) -> bool {

@@ -19,9 +19,9 @@
 //! the integral of the overstress over time is finite, which is the argument of (7.14). (For that argument the bound
 //! (2.41) is to be read n3 <= +Omega delta_t + C for delta_t < 0: friction resists compression.)
 
-use super::active_strains::{check_constraints, driving, finite};
+use super::active_strains::{check_constraints, free_overstress};
 use super::{Rate, RateLaw, Viscosity};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, check_finite};
 use crate::section::{BarrierTerm, Resultant, Strain};
 use nalgebra::{Matrix6, Vector6};
 
@@ -67,8 +67,8 @@ impl FrictionBarrier {
     /// # Errors
     /// Strains at or beyond total compression, v3 <= V.
     pub fn depth(&self, e: &Strain) -> Result<f64> {
-        finite("strains", e)?;
-        let compressed = self.term.inside(e)?;
+        check_finite("strains", e.as_slice())?;
+        let compressed = self.term.checked_limit(e)?;
         Ok((e[5] - compressed) * (1.0 + compressed / e[5]))
     }
 
@@ -96,7 +96,7 @@ impl FrictionBarrier {
 
 impl RateLaw for FrictionBarrier {
     fn rate(&self, s: f64, e: &Strain, overstress: &Resultant) -> Result<Rate> {
-        let driving = driving(overstress, self.viscosity.rigid())?;
+        let driving = free_overstress(overstress, self.viscosity.rigid())?;
         let inverse = self.viscosity.at(s)?.inverse;
         let depth = self.at(e)?;
         let across = inverse * depth.slope;

@@ -62,7 +62,7 @@ impl StrainMatrix {
                 for k in (0..3).filter(|k| rigid[*k]) {
                     matrix[(3 + k, 3 + k)] = matrix[(0, 0)];
                 }
-                Viscosity::full(matrix)?.held(rigid)
+                Viscosity::full(matrix)?.with_rigid(rigid)
             }
         }
     }
@@ -73,7 +73,7 @@ impl Maxwell<StrainMatrix> {
     ///
     /// # Errors
     /// As [`Maxwell::new`]; a branch in proportion to a section whose stiffness varies along the rod.
-    pub fn beside(&self, law: &dyn SectionLaw) -> Result<Maxwell> {
+    pub fn branch_for(&self, law: &dyn SectionLaw) -> Result<Maxwell> {
         match (self.modulus.free(law.rigid()), &self.modulus) {
             (Some(modulus), _) => Maxwell::new(modulus, self.time),
             (None, StrainMatrix::Proportional(share)) if *share != 0.0 => {

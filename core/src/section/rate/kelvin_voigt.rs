@@ -1,6 +1,6 @@
 //! Kelvin-Voigt friction: D = H e_t.
 
-use super::active_strains::{check_constraints, driving};
+use super::active_strains::{check_constraints, free_overstress};
 use super::{Rate, RateLaw, Viscosity};
 use crate::error::Result;
 use crate::section::{Resultant, SectionLaw, Strain};
@@ -44,7 +44,7 @@ impl KelvinVoigt {
 
 impl RateLaw for KelvinVoigt {
     fn rate(&self, s: f64, _e: &Strain, overstress: &Resultant) -> Result<Rate> {
-        let driving = driving(overstress, self.0.rigid())?;
+        let driving = free_overstress(overstress, self.0.rigid())?;
         let inverse = self.0.at(s)?.inverse;
         Ok(Rate {
             rate: inverse * driving,

@@ -1,8 +1,7 @@
 //! Small viscosity: AMV (8.1).
 
-use super::active_strains::positive;
 use super::{Rate, RateLaw};
-use crate::error::Result;
+use crate::error::{Result, check_positive};
 use crate::section::{Resultant, Strain};
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -20,7 +19,7 @@ impl SmallViscosity {
     /// # Errors
     /// An eta that is not finite and > 0.
     pub fn new(law: Arc<dyn RateLaw>, eta: f64) -> Result<Self> {
-        positive("eta", eta)?;
+        check_positive("eta", eta)?;
         Ok(Self { law, eta })
     }
 }

@@ -1,8 +1,8 @@
 //! A viscoelastic section: stored energy, rate law, Maxwell branches.
 
 use super::RateLaw;
-use super::active_strains::{freed, inverse_of_free, positive, rigid_of};
-use crate::error::{Error, Result};
+use super::active_strains::{clear_rigid, inverse_of_free, rigid_of};
+use crate::error::{Error, Result, check_positive};
 use crate::section::{Resultant, SectionLaw, StrainName};
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ impl Maxwell {
     /// Entries that are not finite, a modulus that is not symmetric to rounding (it is then made symmetric) or has a
     /// negative eigenvalue; a time that is not finite and > 0.
     pub fn new(modulus: Matrix6<f64>, time: f64) -> Result<Self> {
-        positive("relaxation time", time)?;
+        check_positive("relaxation time", time)?;
         for i in 0..6 {
             for j in 0..6 {
                 let (entry, other) = (modulus[(i, j)], modulus[(j, i)]);
@@ -66,7 +66,7 @@ impl Maxwell {
     /// # Errors
     /// A share that is not finite and > 0; as [`Maxwell::new`] and [`SectionLaw::inverse`].
     pub fn proportional(law: &dyn SectionLaw, share: f64, time: f64) -> Result<Self> {
-        positive("share", share)?;
+        check_positive("share", share)?;
         Self::new(unloaded_tangent(law, 0.0)? * share, time)
     }
 }
@@ -170,7 +170,7 @@ impl Viscoelastic {
         let checked = Maxwell::new(branch.modulus, branch.time)
             .map_err(|e| e.context(format!("Maxwell branch {count}")))?;
         self.branches.push(Maxwell {
-            modulus: freed(&checked.modulus, self.rate.rigid()),
+            modulus: clear_rigid(&checked.modulus, self.rate.rigid()),
             ..checked
         });
         Ok(self)

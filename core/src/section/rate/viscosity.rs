@@ -1,7 +1,7 @@
 //! Viscosity matrices of a section: H in D = H e_t.
 
-use super::active_strains::{freed, inverse_of_free, positive, rigid_of, six};
-use crate::error::{Error, Result};
+use super::active_strains::{clear_rigid, inverse_of_free, rigid_of, six};
+use crate::error::{Error, Result, check_positive};
 use crate::section::{Linear, Resultant, SectionLaw, Varying};
 use nalgebra::Matrix6;
 use std::sync::Arc;
@@ -60,14 +60,14 @@ impl Viscosity {
     /// # Errors
     /// A viscosity that is not finite and > 0.
     pub fn diagonal(bending: [f64; 2], torsion: f64) -> Result<Self> {
-        positive("bending viscosity[0]", bending[0])?;
-        positive("bending viscosity[1]", bending[1])?;
-        positive("torsional viscosity", torsion)?;
+        check_positive("bending viscosity[0]", bending[0])?;
+        check_positive("bending viscosity[1]", bending[1])?;
+        check_positive("torsional viscosity", torsion)?;
         Self::constant(Linear::diagonal(bending, torsion)?)
     }
 
     /// Any symmetric positive definite H, rows and columns in the order u1 u2 u3 v1 v2 v3; nothing is rigid until
-    /// [`Viscosity::held`].
+    /// [`Viscosity::with_rigid`].
     ///
     /// # Errors
     /// Entries that are not finite, an H that is not symmetric to rounding or not positive definite.
@@ -82,8 +82,8 @@ impl Viscosity {
     /// # Errors
     /// As [`Viscosity::diagonal`]; a viscosity that is given along s or by an elastic law, which has its own.
     pub fn with_shear(self, shear: [f64; 2]) -> Result<Self> {
-        positive("shear viscosity[0]", shear[0])?;
-        positive("shear viscosity[1]", shear[1])?;
+        check_positive("shear viscosity[0]", shear[0])?;
+        check_positive("shear viscosity[1]", shear[1])?;
         Self::constant(self.linear("shear viscosities")?.with_shear(shear)?)
     }
 
@@ -92,7 +92,7 @@ impl Viscosity {
     /// # Errors
     /// As [`Viscosity::with_shear`].
     pub fn with_axial(self, axial: f64) -> Result<Self> {
-        positive("axial viscosity", axial)?;
+        check_positive("axial viscosity", axial)?;
         Self::constant(self.linear("an axial viscosity")?.with_axial(axial)?)
     }
 
@@ -100,7 +100,7 @@ impl Viscosity {
     ///
     /// # Errors
     /// As [`Viscosity::with_shear`].
-    pub fn held(self, marked: [bool; 3]) -> Result<Self> {
+    pub fn with_rigid(self, marked: [bool; 3]) -> Result<Self> {
         Self::constant(self.linear("what is rigid")?.rigid(marked)?)
     }
 
@@ -108,7 +108,7 @@ impl Viscosity {
     ///
     /// # Errors
     /// A law that is not defined at s = 0, or not positive definite there.
-    pub fn along(law: Varying) -> Result<Self> {
+    pub fn from_varying(law: Varying) -> Result<Self> {
         let rigid = six(law.at(0.0)?.is_rigid());
         Self::of(law.is_uniform(), Source::Along(law), rigid)
     }
@@ -119,7 +119,7 @@ impl Viscosity {
     /// # Errors
     /// A time that is not finite and > 0; as [`SectionLaw::inverse`].
     pub fn proportional(law: Arc<dyn SectionLaw>, time: f64) -> Result<Self> {
-        positive("time", time)?;
+        check_positive("time", time)?;
         let rigid = rigid_of(&law.inverse(0.0, &Resultant::zeros())?.compliance);
         Self::of(law.is_uniform(), Source::Proportional(law, time), rigid)
     }
@@ -228,7 +228,7 @@ impl Viscosity {
 
 fn read(law: &Linear) -> ViscosityAt {
     ViscosityAt {
-        matrix: freed(law.stiffness(), six(law.is_rigid())),
+        matrix: clear_rigid(law.stiffness(), six(law.is_rigid())),
         inverse: law.compliance().matrix(),
     }
 }

@@ -47,6 +47,12 @@ use crate::math::small_sort::sort_few;
 use nalgebra::DVector;
 use std::collections::VecDeque;
 
+/// Steps in a row after which a branch creeps, and their length, over that of the range of p, and over the longest
+/// step allowed.
+const CREEPING_STEPS: usize = 10;
+const CREEPING: f64 = 1e-6;
+const SHORT: f64 = 0.5;
+
 /// A branch being followed: iterate over it.
 pub struct Continuation<'a> {
     space: Space<'a>,
@@ -57,6 +63,8 @@ pub struct Continuation<'a> {
     step: f64,
     /// A length at which a step failed since the last success; steps do not grow beyond.
     ceiling: f64,
+    /// Steps in a row that are far shorter than the range.
+    creeping: usize,
     points: usize,
     counted: usize,
     queue: VecDeque<Item>,
@@ -181,6 +189,7 @@ impl<'a> Continuation<'a> {
             current: first.clone(),
             previous: None,
             ceiling: f64::INFINITY,
+            creeping: 0,
             points: 0,
             counted: 0,
             queue: VecDeque::new(),
@@ -280,7 +289,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// The step, shortened if the prediction itself turns by more than the largest angle.
-    fn foreseen(&self, h: f64) -> f64 {
+    fn limited_by_angle(&self, h: f64) -> f64 {
         let (_, normal) = self.predict(h);
         let angle = angle(&normal.unit(), &self.current.on.tangent);
         if angle > self.options.max_angle {
@@ -310,7 +319,7 @@ impl<'a> Continuation<'a> {
     /// The next accepted point, or the reason for the end; adapts the step.
     fn advance(&mut self) -> Result<Sample, Stop> {
         let options = self.options.clone();
-        let mut h = self.foreseen(self.step.min(self.ceiling));
+        let mut h = self.limited_by_angle(self.step.min(self.ceiling));
         let mut degenerate = 0;
         loop {
             let failure = match self.attempt(h) {
@@ -393,8 +402,26 @@ impl<'a> Continuation<'a> {
         }
     }
 
+    /// The end of a branch that creeps: ten steps in a row are shorter than a millionth of the range, though longer
+    /// ones are allowed.
+    fn creep(&mut self, step: f64) -> Option<Stop> {
+        let options = &self.options;
+        let range = (options.to - options.from).abs() * options.weight;
+        let is_short = step < CREEPING * range && step < SHORT * options.max_step;
+        self.creeping = if is_short { self.creeping + 1 } else { 0 };
+        (self.creeping >= CREEPING_STEPS).then(|| Stop::StepTooSmall {
+            p: self.current.on.place.p / options.weight,
+            arclength: self.current.arclength,
+            reason: format!(
+                "the branch creeps: {CREEPING_STEPS} steps in a row are shorter than {CREEPING:e} of the range; F may be noisier here than the \
+                 tolerance {:e}, or the unknowns lose their digits; a larger tolerance or other unknowns may help",
+                options.tolerance
+            ),
+        })
+    }
+
     /// The start again, if the branch passes it between two neighbours.
-    fn closing(&self, a: &Sample, b: &Sample) -> Option<Sample> {
+    fn closing_point(&self, a: &Sample, b: &Sample) -> Option<Sample> {
         let (home, normal) = self.start.pair();
         let side = |s: &Sample| normal.dot(&(&s.on.place - &home));
         let passed = side(a) < 0.0 && side(b) >= 0.0 && normal.dot(&b.on.tangent) > 0.0;
@@ -478,7 +505,7 @@ impl<'a> Continuation<'a> {
     }
 
     /// The end of the range of p at the present point, if the branch leads outward.
-    fn leaving(&self) -> Option<f64> {
+    fn range_end_ahead(&self) -> Option<f64> {
         let Corrected { place, tangent, .. } = &self.current.on;
         let p = place.p / self.options.weight;
         let (low, high) = (
@@ -494,7 +521,7 @@ impl<'a> Continuation<'a> {
     }
 
     fn proceed(&mut self) {
-        if let Some(end) = self.leaving() {
+        if let Some(end) = self.range_end_ahead() {
             return self.stop(self.stop_at(end));
         }
         if self.points >= self.options.max_points {
@@ -505,8 +532,8 @@ impl<'a> Continuation<'a> {
             Ok(b) => b,
             Err(stop) => return self.stop(stop),
         };
-        let mut stop = None;
-        if let Some(home) = self.closing(&a, &b) {
+        let mut stop = self.creep(b.arclength - a.arclength);
+        if let Some(home) = self.closing_point(&a, &b) {
             (b, stop) = (home, Some(Stop::Closed));
         }
         let specials = if self.options.special {

@@ -3,7 +3,8 @@
 #![allow(clippy::needless_range_loop)]
 
 use crate::math::Row;
-use crate::math::lanes8::{Eight, legendre};
+use crate::math::collocation_tables::{integral_table, legendre, mode_table};
+use crate::math::lanes8::Eight;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
@@ -52,57 +53,19 @@ const WEIGHTS: Row = [
 ];
 
 /// `MODES[j][k]`: contribution of the value at node j, 0 the first, to the coefficient of P_k.
-const MODES: [[f64; 9]; 9] = {
-    let mut modes = [[0.0; 9]; 9];
-    let mut j = 0;
-    while j < 9 {
-        let (place, weight) = if j == 0 {
-            (-1.0, FIRST)
-        } else {
-            (PLACES[j - 1], WEIGHTS[j - 1])
-        };
-        let p = legendre(place);
-        let mut k = 0;
-        while k < 9 {
-            // The rule gives 1/4 for the integral of P_8^2.
-            let size = if k == 8 { 4.0 } else { k as f64 + 0.5 };
-            modes[j][k] = size * weight * p[k];
-            k += 1;
-        }
-        j += 1;
-    }
-    modes
-};
+const MODES: [[f64; 9]; 9] = mode_table(&with_first(-1.0, PLACES), &with_first(FIRST, WEIGHTS));
 
-/// `INTEGRALS[j][i]` = a_ij of node j, 0 the first, by int_{-1}^x P_k = (P_{k+1} - P_{k-1})/(2k + 1), half of it on
-/// [0, 1].
-const INTEGRALS: [Row; 9] = {
-    let mut integrals = [[0.0; 8]; 9];
-    let mut j = 0;
-    while j < 9 {
-        let mut i = 0;
-        while i < 8 {
-            let x = PLACES[i];
-            let p = legendre(x);
-            let ninth = (17.0 * x * p[8] - 8.0 * p[7]) / 9.0;
-            let mut sum = MODES[j][0] * (1.0 + x);
-            let mut k = 1;
-            while k < 9 {
-                let next = if k == 8 { ninth } else { p[k + 1] };
-                sum += MODES[j][k] * (next - p[k - 1]) / (2 * k + 1) as f64;
-                k += 1;
-            }
-            integrals[j][i] = 0.5 * sum;
-            i += 1;
-        }
-        j += 1;
-    }
-    integrals
-};
+/// `INTEGRALS[j][i]` = a_ij of node j, 0 the first.
+const INTEGRALS: [Row; 9] = integral_table(&MODES, &PLACES);
+
+const fn with_first(first: f64, others: Row) -> [f64; 9] {
+    let [a, b, c, d, e, f, g, h] = others;
+    [first, a, b, c, d, e, f, g, h]
+}
 
 /// y + h a k at the nodes, for the given rows.
 #[inline(always)]
-pub(super) fn integrated<S: Simd>(
+pub(super) fn states_at_nodes<S: Simd>(
     simd: S,
     (from, start, slopes): (&Row, &Row, &Block),
     h: f64,
@@ -129,7 +92,7 @@ pub(super) fn integrated<S: Simd>(
 
 /// Sum over nodes and rows of the squared change of the slopes, each by its scale.
 #[inline(always)]
-pub(super) fn changed<S: Simd>(
+pub(super) fn squared_change<S: Simd>(
     simd: S,
     [before, now]: [&Block; 2],
     scales: &Row,

@@ -2,16 +2,15 @@
 
 use super::super::heavy::{heavy_law_in_space, unit_point_mass};
 use super::{AssemblySetup, GUESS_TOLERANCE, attachment, vector};
-use crate::assembly::{Configuration, HeavyBody, Joint};
+use crate::assembly::{Body, Configuration};
 use crate::error::{Error, Quantity, Result};
 use crate::full_mass::assembly::{HeavyAssembly, HeavyLink, Tie};
 use crate::full_mass::frames::Curve;
 use crate::full_mass::rod::{HeavyRod, RodDescription};
-use crate::motion::full_mass::{HeavyAssemblyStart, HeavyRun, RodStart};
+use crate::motion::full_mass::{HeavyRun, HeavyStart, RodStart};
 use crate::motion::{Nodes, Options};
 use crate::scene::{AssemblyScene, LoadAlong, Rod, Scales, Scene, Site};
 use crate::section::Strain;
-use crate::viscoelastic::grid::{FEWEST, Grid};
 use nalgebra::UnitQuaternion;
 
 /// The assembly with the full mass of its rods, those with a free end last; `None` if no mass counts in full.
@@ -19,7 +18,7 @@ pub(super) fn heavy(
     scene: &Scene,
     given: &AssemblyScene,
     scales: &Scales,
-    carriers: &[HeavyBody],
+    carriers: &[Body],
 ) -> Result<Option<HeavyAssembly>> {
     if !scene.rod.is_heavy() {
         return Ok(None);
@@ -57,10 +56,8 @@ pub(super) fn heavy(
                     .filter(|_| to.is_some())
                     .map(|d| scales.inward(Quantity::Length, d)),
             };
-            let breaks = given.breaks();
-            let grid = Grid::new(&breaks, &vec![FEWEST; breaks.len() + 1]);
             Ok(HeavyLink {
-                rod: HeavyRod::new(given, grid)?,
+                rod: HeavyRod::coarse(given)?,
                 from: tie(from)?,
                 to: to.map(tie).transpose()?,
             })
@@ -93,7 +90,7 @@ impl AssemblySetup {
         if let Some(nodes) = scene.rod.nodes {
             options.nodes = Nodes::Fixed(nodes);
         }
-        HeavyRun::of_assembly(heavy, &self.heavy_start(start)?, options)
+        HeavyRun::new(heavy, &self.heavy_start(start)?, options)
     }
 
     /// Start of heavy rods from a configuration of massless ones: heavy rods settle to equilibrium, except when
@@ -101,7 +98,7 @@ impl AssemblySetup {
     ///
     /// # Errors
     /// As [`AssemblySetup::shapes`].
-    pub fn heavy_start<'a>(&'a self, start: &'a Configuration) -> Result<HeavyAssemblyStart<'a>> {
+    pub fn heavy_start<'a>(&'a self, start: &'a Configuration) -> Result<HeavyStart<'a>> {
         let bases = self.shapes(0.0, start, 1)?;
         let rods = bases.iter().enumerate().map(|(k, sections)| RodStart {
             base: sections
@@ -113,8 +110,9 @@ impl AssemblySetup {
             }),
             relaxed: None,
             rate: Box::new(|_| Strain::zeros()),
+            velocity: None,
         });
-        Ok(HeavyAssemblyStart {
+        Ok(HeavyStart {
             bodies: start.bodies.clone(),
             rods: rods.collect(),
             settled: !self.unloaded,
@@ -137,7 +135,7 @@ impl AssemblySetup {
             .last()
             .map(|section| section.strain)
             .unwrap_or_default();
-        if self.reversed[k] && link.joint() != Joint::Pins {
+        if self.reversed[k] && !link.is_pinned() {
             strain[0] = -strain[0];
             strain[3] = -strain[3];
         }

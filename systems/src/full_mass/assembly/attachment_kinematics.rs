@@ -1,8 +1,8 @@
 //! Kinematics of attachments: pose, motion with the bodies, and derivatives.
 
 use super::{AttachedTo, HeavyAssembly};
-use crate::assembly::{Attachment, BodyMotion, HeavyBody};
-use crate::math::se3::{halves, joined, unit};
+use crate::assembly::{Attachment, Body, BodyMotion};
+use crate::math::se3::{halves, join, unit};
 use nalgebra::{
     DMatrix, DVector, Isometry3, Matrix3, Matrix6xX, UnitQuaternion, Vector3, Vector4, Vector6,
 };
@@ -47,7 +47,7 @@ pub(super) struct SeatLinear {
 
 impl BodyNow {
     /// A body from its numbers in a state.
-    pub fn new(carrier: &HeavyBody, numbers: &[f64]) -> Self {
+    pub fn new(carrier: &Body, numbers: &[f64]) -> Self {
         let place = carrier.read(numbers);
         let turnings = carrier.turnings();
         let mut own = Matrix6xX::zeros(carrier.freedoms());
@@ -66,7 +66,7 @@ impl BodyNow {
                 let [_, along, second] = groove.at(numbers[position.start]);
                 let speed = numbers[velocity.start];
                 own.fixed_view_mut::<3, 1>(3, turnings).copy_from(&along);
-                bias = joined(&Vector3::zeros(), &(second * speed * speed));
+                bias = join(&Vector3::zeros(), &(second * speed * speed));
                 bend = Some((second, speed));
             }
         }
@@ -112,8 +112,10 @@ impl HeavyAssembly {
             },
             AttachedTo::Support(support) => {
                 let frame = support.at(t);
-                let lever = joined(&Vector3::zeros(), &site.place.translation.vector);
-                let twist = frame.of_poses().absolute(&lever, &Vector6::zeros());
+                let lever = join(&Vector3::zeros(), &site.place.translation.vector);
+                let twist = frame
+                    .of_poses()
+                    .absolute_velocity(&lever, &Vector6::zeros());
                 Seat {
                     pose: frame.pose() * site.place,
                     twist,
@@ -133,8 +135,8 @@ impl HeavyAssembly {
                 let drawn = omega.cross(&omega.cross(&lever));
                 Seat {
                     pose: pose * site.place,
-                    twist: twist + joined(&Vector3::zeros(), &omega.cross(&lever)),
-                    bias: body.bias + joined(&Vector3::zeros(), &drawn),
+                    twist: twist + join(&Vector3::zeros(), &omega.cross(&lever)),
+                    bias: body.bias + join(&Vector3::zeros(), &drawn),
                     driven: Vector6::zeros(),
                     by,
                     on: Some((*number, lever)),

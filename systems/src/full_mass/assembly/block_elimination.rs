@@ -9,8 +9,9 @@
 use super::{BodyNow, HeavyAssembly, HeavyBalance, HeavyState};
 use crate::full_mass::maxwell_nodes::Memory;
 use crate::full_mass::rod::Derivatives;
-use crate::solve::system::Scalar;
-use nalgebra::{ComplexField, DMatrix, DVector, Dyn, LU};
+use crate::solve::lu::Lu;
+use crate::solve::system::{Factor, Scalar};
+use nalgebra::{ComplexField, DMatrix, DVector};
 use std::sync::Arc;
 
 /// Derivatives by displacements, by velocities, or by accelerations.
@@ -50,16 +51,16 @@ pub(super) struct BlockVector<T: ComplexField> {
 
 /// Factors of the block matrix.
 #[derive(Debug)]
-pub(super) struct Factored<T: ComplexField> {
+pub(super) struct Factored<T: Scalar> {
     rods: Vec<RodFactor<T>>,
     /// Schur complement: bodies and bases before the multipliers.
-    small: LU<T, Dyn, Dyn>,
+    small: Lu,
     scale: Vec<f64>,
 }
 
 #[derive(Debug)]
-struct RodFactor<T: ComplexField> {
-    lu: LU<T, Dyn, Dyn>,
+struct RodFactor<T: Scalar> {
+    lu: Lu,
     scale: Vec<f64>,
     /// A^-1 b: columns of bodies and bases, then of the multipliers.
     answer: DMatrix<T>,
@@ -86,7 +87,8 @@ impl HeavyAssembly {
             whole.push((mass, turned.end()));
         }
         let mut free = DMatrix::zeros(self.layout.free, self.layout.free);
-        for (number, (mass, body)) in self.masses.iter().zip(&at.bodies).enumerate() {
+        for (number, (carrier, body)) in self.carriers.iter().zip(&at.bodies).enumerate() {
+            let mass = carrier.mass();
             let crate::assembly::BodyMotion { pose, twist } = &body.place;
             let linear = mass.linear(at.t, pose, twist, &nalgebra::Vector6::zeros())?;
             let own = self.body_seat(number, body).by;
@@ -96,12 +98,14 @@ impl HeavyAssembly {
             whole.iter().map(|(mass, end)| (mass, end)).collect();
         let columns: Vec<_> = whole
             .iter()
-            .zip(&at.seats)
-            .map(|((mass, end), (from, to))| {
-                let m = mass.ncols() - 6;
-                let below = end.columns(m, 6) * &from.by;
-                let to = to.as_ref().map_or(0.0 * &below, |seat| seat.by.clone());
-                (mass.columns(m, 6) * &from.by, below - to)
+            .zip(self.links.iter().zip(&at.seats))
+            .map(|((mass, end), (link, (from, to)))| {
+                let m = link.rod.size();
+                let mut ends = through_base(end, m, &from.by);
+                if let Some(seat) = to {
+                    ends -= &seat.by;
+                }
+                (through_base(mass, m, &from.by), ends)
             })
             .collect();
         let level = self.level(at, &whole, &columns, free);
@@ -121,7 +125,8 @@ impl HeavyAssembly {
         let faster = DVector::from_column_slice(&unknowns[..self.layout.free]);
         let size = self.layout.free;
         let mut free = [0; 3].map(|_| DMatrix::zeros(size, size));
-        for (number, (mass, body)) in self.masses.iter().zip(&at.bodies).enumerate() {
+        for (number, (carrier, body)) in self.carriers.iter().zip(&at.bodies).enumerate() {
+            let mass = carrier.mass();
             let BodyNow { place, .. } = body;
             let wrench = &balance.wrenches[number];
             let linear = mass.linear(at.t, &place.pose, &place.twist, wrench)?;
@@ -141,14 +146,16 @@ impl HeavyAssembly {
         let mut columns: [Vec<_>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for (k, (link, (from, to))) in self.links.iter().zip(&at.seats).enumerate() {
             let d = link.rod.derivatives(at.t, &at.rods[k], &balance.rods[k])?;
-            let m = link.rod.size();
             let aside = self.seat_linear(from, &at.bodies, &faster);
+            let through =
+                |d: &DMatrix<f64>, by: &DMatrix<f64>| through_base(d, link.rod.size(), by);
             let along = |[place, rate, second]: [&DMatrix<f64>; 3]| {
-                let [place, rate, second] = [place, rate, second].map(|d| d.columns(m, 6));
                 [
-                    place * &from.by + rate * &aside.twist_by_place + second * &aside.by_place,
-                    rate * &from.by + second * &aside.by_velocity,
-                    second * &from.by,
+                    through(place, &from.by)
+                        + through(rate, &aside.twist_by_place)
+                        + through(second, &aside.by_place),
+                    through(rate, &from.by) + through(second, &aside.by_velocity),
+                    through(second, &from.by),
                 ]
             };
             let own = along([&d.by_strain, &d.by_rate, &d.mass]);
@@ -193,11 +200,13 @@ impl HeavyAssembly {
         let rods = all.map(|(((link, (from, _)), (d, end)), (own, ends))| {
             let m = link.rod.size();
             let rows = link.to.as_ref().map_or(0..0, super::Tie::rows);
-            free += from.by.tr_mul(&own.rows(m, 6));
+            let base = d.nrows() - m;
+            let by = from.by.rows(0, base);
+            free += by.tr_mul(&own.rows(m, base));
             RodBlocks {
                 own: d.view((0, 0), (m, m)).into_owned(),
                 own_by_free: own.rows(0, m).into_owned(),
-                free_by_own: from.by.tr_mul(&d.view((m, 0), (6, m))),
+                free_by_own: by.tr_mul(&d.view((m, 0), (base, m))),
                 end_by_own: end.view((rows.start, 0), (rows.len(), m)).into_owned(),
                 end_by_free: ends.rows(rows.start, rows.len()).into_owned(),
             }
@@ -218,8 +227,8 @@ impl HeavyAssembly {
         all.map(|((link, (from, to)), end)| {
             let m = link.rod.size();
             let rows = link.to.as_ref().map_or(0..0, super::Tie::rows);
-            let end = end.rows(rows.start, rows.len());
-            let mut free = -(end.columns(m, 6) * &from.by).transpose();
+            let end = end.rows(rows.start, rows.len()).into_owned();
+            let mut free = -through_base(&end, m, &from.by).transpose();
             if let Some(seat) = to {
                 free += seat.by.rows(rows.start, rows.len()).transpose();
             }
@@ -227,6 +236,13 @@ impl HeavyAssembly {
         })
         .collect()
     }
+}
+
+/// Derivatives by bodies and bases: those by the rod's base, the columns of `rod` behind its `size` strains, times the
+/// motion of the base. Zero for a base without columns, which does not move.
+pub(super) fn through_base(rod: &DMatrix<f64>, size: usize, base: &DMatrix<f64>) -> DMatrix<f64> {
+    let columns = rod.ncols() - size;
+    rod.columns(size, columns) * base.rows(0, columns)
 }
 
 /// out += m x.
@@ -312,9 +328,13 @@ impl Blocks {
                 }
             };
             scaled(&mut answer);
-            let lu = own.lu();
-            if !lu.solve_mut(&mut answer) {
-                return None;
+            let lu = Lu::new(&own)?;
+            for mut column in answer.column_iter_mut() {
+                let mut x = column.clone_owned();
+                if !lu.solve(&mut x) {
+                    return None;
+                }
+                column.copy_from(&x);
             }
             scaled(&mut answer);
             let mut below = DMatrix::<T>::zeros(free + ties, m);
@@ -357,10 +377,8 @@ impl Blocks {
         for (mut row, scale) in small.row_iter_mut().zip(&scale) {
             row *= T::from_real(*scale);
         }
-        let small = small.lu();
-        small
-            .is_invertible()
-            .then_some(Factored { rods, small, scale })
+        let small = Lu::new(&small)?;
+        Some(Factored { rods, small, scale })
     }
 
     /// Product of a level with displacements (or velocities, accelerations) of rods, bodies and bases: the balance of
@@ -392,20 +410,18 @@ impl Blocks {
 }
 
 impl Level {
-    /// Dense matrix, rods before bodies and bases, and the rows of the ends.
-    pub fn dense(&self) -> (DMatrix<f64>, DMatrix<f64>) {
+    /// Dense matrix, rods before bodies and bases.
+    pub fn dense(&self) -> DMatrix<f64> {
         let sizes = self.rods.iter().map(|part| part.own.nrows());
         let first: usize = sizes.sum();
         let free = self.free.nrows();
-        let ties: usize = self.rods.iter().map(|part| part.end_by_own.nrows()).sum();
         let mut whole = DMatrix::zeros(first + free, first + free);
-        let mut ends = DMatrix::zeros(ties, first + free);
         whole
             .view_mut((first, first), (free, free))
             .copy_from(&self.free);
-        let (mut at, mut row) = (0, 0);
+        let mut at = 0;
         for part in &self.rods {
-            let (m, c) = (part.own.nrows(), part.end_by_own.nrows());
+            let m = part.own.nrows();
             whole.view_mut((at, at), (m, m)).copy_from(&part.own);
             whole
                 .view_mut((at, first), (m, free))
@@ -413,19 +429,9 @@ impl Level {
             whole
                 .view_mut((first, at), (free, m))
                 .copy_from(&part.free_by_own);
-            ends.view_mut((row, at), (c, m)).copy_from(&part.end_by_own);
-            ends.view_mut((row, first), (c, free))
-                .copy_from(&part.end_by_free);
             at += m;
-            row += c;
         }
-        (whole, ends)
-    }
-
-    /// Derivatives of the end of a rod by its strains, and by bodies and bases.
-    pub fn end(&self, rod: usize) -> [&DMatrix<f64>; 2] {
-        let part = &self.rods[rod];
-        [&part.end_by_own, &part.end_by_free]
+        whole
     }
 }
 
@@ -438,7 +444,7 @@ impl<T: Scalar> Factored<T> {
             for (b, scale) in b_own.iter_mut().zip(&rod.scale) {
                 *b *= T::from_real(*scale);
             }
-            if !rod.lu.solve_mut(b_own) {
+            if !rod.lu.solve(b_own) {
                 return false;
             }
             for (b, scale) in b_own.iter_mut().zip(&rod.scale) {
@@ -455,7 +461,7 @@ impl<T: Scalar> Factored<T> {
         for (b, scale) in b.free.iter_mut().zip(&self.scale) {
             *b *= T::from_real(*scale);
         }
-        if !self.small.solve_mut(&mut b.free) {
+        if !self.small.solve(&mut b.free) {
             return false;
         }
         for (rod, b_own) in self.rods.iter().zip(&mut b.rods) {

@@ -1,4 +1,4 @@
-//! Assemblies of rods with mass between bodies, the ground and moving supports.
+//! Rods with mass, one or several, between bodies, the ground and moving supports.
 //!
 //! Bodies have their poses, rods their strains, counted from the attachment of the base; a base on a ball joint has
 //! a rotation of its own. A far end is tied to its attachment by a constraint, whose multiplier is the wrench at the
@@ -12,28 +12,35 @@
 //! linear in (z', q'', l): index 1. Here w_k are masses times accelerations minus loads of the pieces of a rod. S_k
 //! and P_k are the motions of its attachments per z, E_k those of its end per strain rate.
 //!
+//! A rod with a free end may carry a body of its own there: the last mass of the rod, without velocities or
+//! multipliers. A single rod on its clamp is an assembly of one such rod, seen from the clamp.
+//!
 //! * [`HeavyAssembly`]: bodies, rods, the balance above. [`HeavyLink`]: a rod with its ties.
 //! * `attachment_kinematics`: attachments, their motion and its derivatives.
 //! * `block_elimination`: derivatives of the balance, block by block, and their elimination rod by rod.
-//! * `system`: the differential equations. `statics`: equilibria and starts; ends brought back to their attachments.
+//! * `system`: the differential equations. `statics`: equilibria near a state; ends brought back to their attachments.
+//!   `downhill`: stable equilibria of rods with free ends. `following`: rates tangent to the equilibria.
 //!   `vibrations`: small motions about an equilibrium.
 
 mod attachment_kinematics;
 mod block_elimination;
+mod downhill;
+mod following;
 mod statics;
 mod system;
 mod vibrations;
 
-use super::mass::Mass;
 use super::rod::{Balance, HeavyRod, RodState, RodSupport};
-use super::system::INTEGRALS;
-use crate::assembly::{AttachedTo, Attachment, BodyMotion, HeavyBody, Joint, Mass as Matter, Tube};
+use crate::assembly::{AttachedTo, Attachment, Body, BodyMotion, Joint, Tube};
+use crate::body::EndMotion;
 use crate::error::{Error, Result};
-use crate::math::se3::{halves, joined};
+use crate::math::se3::{halves, join};
 use crate::viscoelastic::grid::Grid;
 use attachment_kinematics::{BodyNow, Seat};
+pub use downhill::EITHER_SIDE;
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3, Vector6};
 use std::ops::Range;
+pub use system::INTEGRALS;
 
 /// Tie of a rod's end: attachment and joint.
 #[derive(Debug, Clone)]
@@ -47,11 +54,11 @@ pub struct Tie {
 /// A rod with mass and its ties.
 #[derive(Debug, Clone)]
 pub struct HeavyLink {
-    /// The rod, without a body of its own.
+    /// The rod.
     pub rod: HeavyRod,
     /// Tie of the base, s = 0.
     pub from: Tie,
-    /// Tie of the end; None for a free end.
+    /// Tie of the end; None for a free end, which may carry a body of the rod's own.
     pub to: Option<Tie>,
 }
 
@@ -59,11 +66,10 @@ pub struct HeavyLink {
 #[derive(Debug, Clone)]
 pub struct HeavyAssembly {
     /// The bodies.
-    pub carriers: Vec<HeavyBody>,
+    pub carriers: Vec<Body>,
     /// The rods.
     pub links: Vec<HeavyLink>,
     names: Vec<String>,
-    masses: Vec<Mass>,
     layout: Layout,
 }
 
@@ -118,33 +124,56 @@ pub struct HeavyBalance {
 
 impl Tie {
     fn rows(&self) -> Range<usize> {
-        match self.joint {
-            Joint::Weld => 0..6,
-            Joint::Ball | Joint::Pins => 3..6,
-        }
+        self.joint.held()
     }
 
     fn turns(&self) -> bool {
-        self.joint != Joint::Weld
+        self.joint.turns()
+    }
+
+    /// True if the end moves by itself, or with a body.
+    fn moves(&self) -> bool {
+        self.turns() || matches!(self.on.on, AttachedTo::Body(_))
+    }
+}
+
+impl HeavyLink {
+    /// Ties of both ends.
+    fn ties(&self) -> impl Iterator<Item = &Tie> {
+        std::iter::once(&self.from).chain(&self.to)
     }
 }
 
 impl HeavyAssembly {
+    /// A single rod on its clamp, with its body, if any, at the free end.
+    ///
+    /// # Errors
+    /// None that is known of.
+    pub fn of_rod(rod: HeavyRod) -> Result<Self> {
+        let from = Tie {
+            on: Attachment::ground(Isometry3::identity()),
+            joint: Joint::Weld,
+        };
+        let to = None;
+        Self::new(Vec::new(), vec![HeavyLink { rod, from, to }])
+    }
+
     /// An assembly; bodies are numbered by their position in the list.
     ///
     /// # Errors
-    /// No body; a rod on a body that is not in the list, or welded to a point mass, or with both ends on one body.
-    pub fn new(carriers: Vec<HeavyBody>, links: Vec<HeavyLink>) -> Result<Self> {
-        if carriers.is_empty() {
-            return Err(Error::domain("an assembly has one body at least"));
+    /// Neither body nor rod; a rod on a body that is not in the list, or welded to a point mass, or with both ends on
+    /// one body; a rod with a body of its own on an end with a tie.
+    pub fn new(carriers: Vec<Body>, links: Vec<HeavyLink>) -> Result<Self> {
+        if carriers.is_empty() && links.is_empty() {
+            return Err(Error::domain("an assembly has one body or rod at least"));
         }
         for (k, link) in links.iter().enumerate() {
-            if link.rod.given.body.is_some() {
+            if link.rod.given.body.is_some() && link.to.is_some() {
                 return Err(Error::domain(format!(
-                    "rod {k} has a body of its own; those of an assembly are listed apart"
+                    "rod {k} has a body of its own at an end with a tie; list the body apart"
                 )));
             }
-            for tie in std::iter::once(&link.from).chain(&link.to) {
+            for tie in link.ties() {
                 let AttachedTo::Body(body) = tie.on.on else {
                     continue;
                 };
@@ -171,23 +200,18 @@ impl HeavyAssembly {
                 )));
             }
         }
-        let masses = carriers.iter().map(|carrier| match carrier.mass() {
-            Matter::Rigid(body) => Mass::Rigid((**body).clone()),
-            Matter::Point(body) => Mass::Point((**body).clone()),
-        });
-        let links = links.into_iter().map(|link| {
-            if link.from.turns() {
-                HeavyLink {
-                    rod: link.rod.on_hinge(),
-                    ..link
-                }
+        let links = links.into_iter().map(|link| HeavyLink {
+            rod: if link.from.turns() {
+                link.rod.on_hinge()
+            } else if link.from.moves() {
+                link.rod
             } else {
-                link
-            }
+                link.rod.clamped()
+            },
+            ..link
         });
         let links: Vec<HeavyLink> = links.collect();
         Ok(Self {
-            masses: masses.collect(),
             layout: Layout::new(&carriers, &links),
             carriers,
             links,
@@ -392,15 +416,17 @@ impl HeavyAssembly {
             }
             rods.push(balance);
         }
-        let mut wrenches = Vec::with_capacity(self.masses.len());
-        for ((mass, body), start) in self.masses.iter().zip(&at.bodies).zip(&layout.velocities) {
+        let mut wrenches = Vec::with_capacity(self.carriers.len());
+        for ((carrier, body), start) in self.carriers.iter().zip(&at.bodies).zip(&layout.velocities)
+        {
+            let mass = carrier.mass();
             let own = faster.rows(*start, body.own.ncols());
             let acceleration = &body.own * own + body.bias;
             let BodyMotion { pose, twist } = &body.place;
             let wrench = mass.wrench(at.t, pose, twist, &acceleration)?;
             let mut part = free.rows_mut(*start, body.own.ncols());
             part += body.own.tr_mul(&wrench);
-            let [power, loss] = mass.motion(at.t, pose, twist, &wrench);
+            let EndMotion { power, loss, .. } = mass.motion(at.t, pose, twist, &wrench);
             powers[1] += power;
             powers[2] += loss;
             wrenches.push(wrench);
@@ -421,7 +447,8 @@ impl HeavyAssembly {
     /// dissipation per length and time.
     pub fn energies(&self, at: &HeavyState) -> Option<([f64; 4], Vec<Vec<f64>>)> {
         let mut sums = [0.0; 4];
-        for (mass, body) in self.masses.iter().zip(&at.bodies) {
+        for (carrier, body) in self.carriers.iter().zip(&at.bodies) {
+            let mass = carrier.mass();
             let BodyMotion { pose, twist } = &body.place;
             sums[0] += mass.kinetic(at.t, pose, twist);
             sums[3] += mass.potential(at.t, pose);
@@ -429,7 +456,9 @@ impl HeavyAssembly {
         let mut lost = Vec::with_capacity(self.links.len());
         for (link, moving) in self.links.iter().zip(&at.rods) {
             let (energy, density) = link.rod.stored(moving)?;
-            sums[1] += link.rod.kinetic(at.t, moving)[1];
+            let [body, rod] = link.rod.kinetic(at.t, moving);
+            sums[0] += body;
+            sums[1] += rod;
             sums[2] += energy;
             sums[3] += link.rod.potential(at.t, moving);
             lost.push(density);
@@ -450,25 +479,21 @@ impl HeavyAssembly {
 
     /// Centrelines of the rods with a contact diameter in a state.
     pub fn tubes<'a>(&'a self, at: &'a HeavyState) -> Vec<Tube<'a>> {
-        let body = |tie: &Tie| match tie.on.on {
-            AttachedTo::Body(body) => Some(body),
-            _ => None,
-        };
         let rods = self.links.iter().zip(&at.rods).enumerate();
         let tubes = rods.filter_map(|(k, (link, moving))| {
-            let held = std::iter::once(&link.from).chain(&link.to);
-            link.rod.tube(moving, k, held.map(body).collect())
+            let held = link.ties().map(|tie| &tie.on.on);
+            link.rod.tube(moving, k, held.collect())
         });
         tubes.collect()
     }
 
-    /// Forces of the grooves on the bodies, None for a body without groove: required wrench less that of the rods.
+    /// Forces of the grooves on the bodies in a balance, None for a body without groove: required wrench less that of
+    /// the rods.
     pub fn groove_forces(
         &self,
-        at: &HeavyState,
+        balance: &HeavyBalance,
         unknowns: &[f64],
-    ) -> Option<Vec<Option<Vector3<f64>>>> {
-        let balance = self.balance(at, unknowns)?;
+    ) -> Vec<Option<Vector3<f64>>> {
         let mut forces: Vec<Vector3<f64>> = balance.wrenches.iter().map(|w| halves(w).1).collect();
         for (k, (link, rod)) in self.links.iter().zip(&balance.rods).enumerate() {
             if let AttachedTo::Body(body) = link.from.on.on {
@@ -480,21 +505,54 @@ impl HeavyAssembly {
         }
         let bodies = self.carriers.iter().zip(forces);
         let forces = bodies.map(|(carrier, force)| carrier.groove().map(|_| force));
-        Some(forces.collect())
+        forces.collect()
     }
 
-    /// First time after `t` at which a load or the motion of a support is not smooth.
+    /// First time after `t` at which a load, or the motion of a clamp or a support, is not smooth.
     pub fn next_break(&self, t: f64) -> f64 {
         let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
-        let ties = self
-            .links
-            .iter()
-            .flat_map(|link| std::iter::once(&link.from).chain(&link.to));
-        let supports = ties.map(|tie| match &tie.on.on {
+        let rods = self.links.iter().map(|link| link.rod.next_break(t));
+        let supports = self.ties().map(|tie| match &tie.on.on {
             AttachedTo::Support(support) => support.next_break(t),
             _ => f64::INFINITY,
         });
-        bodies.chain(supports).fold(f64::INFINITY, f64::min)
+        (bodies.chain(rods).chain(supports)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Ties of all rods.
+    fn ties(&self) -> impl Iterator<Item = &Tie> {
+        self.links.iter().flat_map(HeavyLink::ties)
+    }
+
+    /// Number of strains, and of velocities of bodies and bases.
+    fn freedoms(&self) -> usize {
+        self.unknowns() - self.multipliers()
+    }
+
+    /// Number of multipliers.
+    pub fn multipliers(&self) -> usize {
+        self.layout.wrenches.iter().map(Range::len).sum()
+    }
+
+    /// All bodies: listed bodies first, then bodies of rods.
+    pub fn bodies(&self) -> Vec<Body> {
+        let own = self
+            .links
+            .iter()
+            .filter_map(|link| link.rod.given.body.clone());
+        self.carriers
+            .iter()
+            .cloned()
+            .chain(own.map(Body::new))
+            .collect()
+    }
+
+    /// Places of all bodies, as [`HeavyAssembly::bodies`].
+    pub fn places_of_bodies(&self, at: &HeavyState) -> Vec<BodyMotion> {
+        let rods = self.links.iter().zip(&at.rods);
+        let own = rods.filter(|(link, _)| link.rod.given.body.is_some());
+        let own = own.map(|(_, rod)| rod.end());
+        at.places().into_iter().chain(own).collect()
     }
 }
 
@@ -516,12 +574,12 @@ impl HeavyState {
         let end = self.rods[k].shape.end();
         let turn = (seat.pose.rotation * end.rotation.inverse()).scaled_axis();
         let shift = seat.pose.translation.vector - end.translation.vector;
-        Some([joined(&turn, &shift), seat.twist - self.rods[k].flow.end()])
+        Some([join(&turn, &shift), seat.twist - self.rods[k].flow.end()])
     }
 }
 
 impl Layout {
-    fn new(carriers: &[HeavyBody], links: &[HeavyLink]) -> Self {
+    fn new(carriers: &[Body], links: &[HeavyLink]) -> Self {
         let mut next = 0;
         let mut range = |size: usize| {
             next += size;

@@ -1,4 +1,4 @@
-//! Differential equations of an assembly of rods with mass, for explicit and implicit steps.
+//! Differential equations of rods with mass, for explicit and implicit steps.
 //!
 //! State: the bodies; quaternion and spin of each free base; strains q, their rates w, the dashpots of Maxwell
 //! branches; time, energy lost to friction, work, loss to drag. Then come accelerations z', q'' and multipliers l,
@@ -6,16 +6,22 @@
 //! ```text
 //! places' = z,   z' = z',   q' = w,   w' = q'',   0 = G(places, z, q, w, z', q'', l, t).
 //! ```
+//! Passes along the rods evaluate the balance G. Newton's iteration alone needs the mass matrix G_a:
+//! sigma^2 G_a + sigma G_w + G_q. The stiff parts (rates k^2/sqrt(eps), friction k^4/eps at mode k) are of the size of
+//! the stiffness of the rods.
 
 use super::block_elimination::{BlockVector, Factored, LevelCombination, Shared};
-use super::{HeavyAssembly, HeavyBalance, HeavyState, INTEGRALS};
-use crate::assembly::HeavyBody;
+use super::{HeavyAssembly, HeavyBalance, HeavyState};
+use crate::assembly::Body;
 use crate::full_mass::maxwell_nodes::Memory;
 use crate::math::se3::{spin, unit};
 use crate::solve::system::{Factor, Linearised, Scalar, System};
-use nalgebra::{ComplexField, DVector, Matrix4x3, Vector3, Vector4};
+use nalgebra::{DVector, Matrix4x3, Vector3, Vector4};
 use std::ops::Range;
 use std::sync::Arc;
+
+/// Number of integrals over time in a state: time itself, energy dissipated, work, loss to drag.
+pub const INTEGRALS: usize = 4;
 
 /// Map between the numbers of a state and displacements and velocities.
 #[derive(Debug, Clone)]
@@ -60,7 +66,7 @@ impl HeavyAssembly {
         for ((carrier, range), z) in bodies.zip(&layout.velocities) {
             let [turn, position, spinning, velocity] =
                 carrier.slots().map(|slots| slots.start + range.start);
-            let turnings = HeavyBody::turnings(carrier);
+            let turnings = Body::turnings(carrier);
             let after = z + turnings..z + carrier.freedoms();
             if carrier.turns() {
                 places.turns.push((turn, *z, quaternion(turn)));
@@ -96,7 +102,18 @@ impl HeavyAssembly {
     /// Accelerations and multipliers that balance a state; None if the ends constrain each other in more ways than
     /// the rods have freedoms.
     pub fn accelerations(&self, at: &HeavyState) -> Option<DVector<f64>> {
-        Some(self.solved(at)?.0)
+        if !self.is_open() {
+            return Some(self.solved(at)?.0);
+        }
+        // Rods with free ends on the ground do not feel each other.
+        let mut found = self.balance(at, &vec![0.0; self.layout.unknowns])?.residual;
+        for ((link, rod), range) in self.links.iter().zip(&at.rods).zip(&self.layout.second) {
+            let (mass, _) = link.rod.mass_matrix(at.t, rod)?;
+            let mut own = found.rows_mut(range.start, range.len());
+            mass.cholesky()?.solve_mut(&mut own);
+            own.neg_mut();
+        }
+        Some(found)
     }
 
     /// Splits a vector of accelerations and multipliers, or of residuals, by rod, and by bodies with the multipliers.
@@ -222,7 +239,7 @@ impl System for HeavyAssembly {
         let part = |i: usize| (error[i] / (1.0 + from[i].abs().max(to[i].abs()))).powi(2);
         let layout = &self.layout;
         let bodies = self.places_slots();
-        let mut sum = bodies.clone().map(part).sum::<f64>() / bodies.len() as f64;
+        let mut sum = bodies.clone().map(part).sum::<f64>() / bodies.len().max(1) as f64;
         for (k, link) in self.links.iter().enumerate() {
             let count = link.rod.given.law.active().len();
             let [q, w] = [&layout.strains[k], &layout.rates[k]].map(|range| range.start);
@@ -241,7 +258,7 @@ impl System for HeavyAssembly {
     }
 }
 
-/// Jacobian of an assembly of rods with mass.
+/// Jacobian of rods with mass.
 #[derive(Debug)]
 pub struct HeavyAssemblyLinear {
     blocks: Shared,
@@ -252,7 +269,7 @@ pub struct HeavyAssemblyLinear {
 
 /// Factors of sigma^2 G_a + sigma G_w + G_q with the multipliers.
 #[derive(Debug)]
-pub struct HeavyAssemblyFactor<T: ComplexField> {
+pub struct HeavyAssemblyFactor<T: Scalar> {
     blocks: Shared,
     places: StateMap,
     memory: Arc<[Memory]>,
@@ -411,6 +428,8 @@ impl<T: Scalar> Factor<T> for HeavyAssemblyFactor<T> {
     /// Let x be the displacements, and b_a the right of the balance. Eliminating dx = (dv + b_x)/sigma and
     /// da = sigma dv - b_v leaves: (sigma^2 G_a + sigma G_v + G_x) dv/sigma + G_l dl = -b_a - G_x b_x/sigma + G_a
     /// b_v. Maxwell branches add to this (`memory`).
+    ///
+    /// A solution for dx would lose digits of dv: the smallest eigenvalues of G_a are near rounding, and b_x dominates.
     fn solve(&self, b: &mut DVector<T>) -> bool {
         let (places, sigma) = (&self.places, self.sigma);
         let over = T::one() / sigma;

@@ -1,12 +1,11 @@
-//! Small motions of an assembly with heavy rods about an equilibrium: vibrations, eigenvalues with friction, shapes.
+//! Small motions of rods with mass about an equilibrium: vibrations, eigenvalues with friction, shapes.
 
-use super::HeavyAssembly;
-use super::block_elimination::BlockVector;
 use super::statics::{DEPENDENT, rigid};
-use crate::assembly::{AttachedTo, Attachment};
+use super::{HeavyAssembly, HeavyState};
+use crate::assembly::{AttachedTo, Attachment, Body};
 use crate::error::{Error, Result};
 use crate::full_mass::damped_modes::decaying;
-use crate::full_mass::statics::{ALL, Vibration, held_or_neutral, slowest};
+use crate::full_mass::vibration::{ALL, Vibration, held_or_neutral, slowest};
 use nalgebra::{Complex, DMatrix, DVector, Vector6};
 
 /// Friction on a neutral motion, relative to the largest on the slow ones, below which it is rounding.
@@ -14,17 +13,28 @@ const UNFELT: f64 = 1e-9;
 const SLOW: usize = 24;
 
 impl HeavyAssembly {
-    /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases, and the rows of the ends.
-    pub(super) fn small(&self, y: &DVector<f64>) -> Result<([DMatrix<f64>; 3], DMatrix<f64>)> {
-        let outside = || Error::domain("the strains are outside the domain of a section law");
+    /// Stiffness, damping and mass of a state at rest in strains, then bodies and bases.
+    pub(super) fn small(&self, y: &DVector<f64>) -> Result<[DMatrix<f64>; 3]> {
         let at = self.at(&self.still(y)).ok_or_else(outside)?;
-        let unknowns = self.accelerations(&at).ok_or_else(rigid)?;
-        let balance = self.balance(&at, unknowns.as_slice()).ok_or_else(outside)?;
+        self.small_at(&at, &self.at_rest(&at).ok_or_else(rigid)?)
+    }
+
+    /// [`HeavyAssembly::small`] of a state at rest with these accelerations and wrenches.
+    pub(super) fn small_at(
+        &self,
+        at: &HeavyState,
+        unknowns: &DVector<f64>,
+    ) -> Result<[DMatrix<f64>; 3]> {
+        let balance = self.balance(at, unknowns.as_slice()).ok_or_else(outside)?;
         let blocks = self
-            .blocks(&at, &balance, unknowns.as_slice())
+            .blocks(at, &balance, unknowns.as_slice())
             .ok_or_else(outside)?;
-        let ends = blocks.level(2).dense().1;
-        Ok(([0, 1, 2].map(|j| blocks.level(j).dense().0), ends))
+        Ok([0, 1, 2].map(|j| blocks.level(j).dense()))
+    }
+
+    /// True if all loads at time 0 have a potential.
+    pub fn is_conservative(&self) -> bool {
+        self.bodies().iter().all(|body| body.is_conservative(0.0))
     }
 
     /// 1/sqrt(weight) for each strain, and 1 for bodies and bases.
@@ -35,11 +45,14 @@ impl HeavyAssembly {
         DVector::from_vec(scale)
     }
 
-    /// The assembly with all supports fixed at their poses of time `t`.
+    /// The assembly with all clamps and supports fixed at their poses of time `t`.
     #[must_use]
     pub fn standing_at(&self, t: f64) -> Self {
         let mut standing = self.clone();
+        let stand = |body: &Body| body.clone().standing_at(t);
+        standing.carriers = self.carriers.iter().map(stand).collect();
         for link in &mut standing.links {
+            link.rod = link.rod.standing_at(t);
             for tie in std::iter::once(&mut link.from).chain(&mut link.to) {
                 if let AttachedTo::Support(support) = &tie.on.on {
                     tie.on = Attachment::ground(support.pose(t) * tie.on.place);
@@ -55,8 +68,7 @@ impl HeavyAssembly {
     /// # Errors
     /// Strains outside the law's domain; a mass matrix that is singular to rounding.
     pub fn vibrations(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Vibration>> {
-        let (matrices, ends) = self.small(y)?;
-        self.within(&matrices, &ends, count)
+        self.within(y, &self.small(y)?, count)
     }
 
     /// Eigenvalues s of the `count` slowest motions exp(s t) about the equilibrium `y`, Im s >= 0, ordered by Im s:
@@ -65,9 +77,8 @@ impl HeavyAssembly {
     /// # Errors
     /// As [`HeavyAssembly::vibrations`]; eigenvalues that are not found.
     pub fn decaying(&self, y: &DVector<f64>, count: usize) -> Result<Vec<Complex<f64>>> {
-        let (matrices, ends) = self.small(y)?;
-        let conservative = self.carriers.iter().all(|body| body.is_conservative(0.0));
-        let mut modes = self.within(&matrices, &ends, ALL)?;
+        let matrices = self.small(y)?;
+        let mut modes = self.within(y, &matrices, ALL)?;
         let [stiffness, damping, _] = &matrices;
         // The friction of the fastest vibrations is larger by orders of magnitude.
         let slow = modes.iter().take(SLOW);
@@ -80,16 +91,18 @@ impl HeavyAssembly {
             branches.extend(link.rod.memory.branches_from(first));
             first += link.rod.size();
         }
-        let matrices = ([stiffness, damping], conservative);
+        let matrices = ([stiffness, damping], self.is_conservative());
         decaying(&modes, matrices, &branches, count)
     }
 
+    /// Slowest vibrations about `y` with all ends on the attachments.
     fn within(
         &self,
+        y: &DVector<f64>,
         matrices: &[DMatrix<f64>; 3],
-        ends: &DMatrix<f64>,
         count: usize,
     ) -> Result<Vec<Vibration>> {
+        let ends = self.ends(&self.at(y).ok_or_else(rigid)?);
         let scale = self.scale();
         let size = scale.len();
         let scaled =
@@ -118,18 +131,25 @@ impl HeavyAssembly {
         Ok(whole.collect())
     }
 
+    /// Largest residual of the balance of a state at rest: of rods per part of their length, of bodies and bases; None
+    /// outside the domain of a law.
+    pub fn unbalanced(&self, y: &DVector<f64>) -> Option<f64> {
+        let at = self.at(&self.still(y))?;
+        let balance = self.balance(&at, self.at_rest(&at)?.as_slice())?;
+        let scale = self.scale();
+        let left = self.by_rods(&balance.residual);
+        Some(left.component_mul(&scale).component_mul(&scale).amax())
+    }
+
     /// Largest static amplitude, in these vibrations of mass 1, of a state at rest: that at which their stiffness
     /// balances the residual force.
     ///
     /// # Errors
     /// As [`HeavyAssembly::vibrations`].
     pub fn strained(&self, y: &DVector<f64>, modes: &[Vibration]) -> Result<f64> {
-        let ([.., mass], _) = self.small(y)?;
+        let [.., mass] = self.small(y)?;
         let at = self.at(&self.still(y)).ok_or_else(rigid)?;
-        let found = self.sides(&self.accelerations(&at).ok_or_else(rigid)?);
-        let rods = found.rods.iter().flat_map(|rod| rod.iter());
-        let all = rods.chain(found.free.iter().take(self.layout.free));
-        let push = mass * DVector::from_iterator(modes[0].shape.len(), all.copied());
+        let push = mass * self.by_rods(&self.accelerations(&at).ok_or_else(rigid)?);
         let elastic = modes.iter().filter(|mode| mode.square != 0.0);
         let parts = elastic.map(|mode| (mode.shape.dot(&push) / mode.square).abs());
         Ok(parts.fold(0.0, f64::max))
@@ -138,31 +158,20 @@ impl HeavyAssembly {
     /// The state displaced by `part` of a vibration.
     pub fn displaced(&self, y: &DVector<f64>, shape: &DVector<f64>, part: f64) -> DVector<f64> {
         let mut y = self.still(y);
-        let mut at = 0;
-        let rods = self.links.iter().map(|link| {
-            at += link.rod.size();
-            shape
-                .rows(at - link.rod.size(), link.rod.size())
-                .into_owned()
-        });
-        let rods: Vec<DVector<f64>> = rods.collect();
-        let change = BlockVector {
-            free: shape.rows(at, self.layout.free).into_owned(),
-            rods,
-        };
-        self.displace(&mut y, &change, part);
+        self.displace(&mut y, &self.change(shape), part);
         y
     }
 
-    /// Twists (angular first) of the bodies in a vibration about a state; None if the state has no shape.
+    /// Twists (angular first) of all bodies in a vibration about a state, as [`HeavyAssembly::bodies`]; None if the
+    /// state has no shape.
     pub fn twists(&self, y: &DVector<f64>, shape: &DVector<f64>) -> Option<Vec<Vector6<f64>>> {
-        let at = self.at(y)?;
-        let first = shape.len() - self.layout.free;
-        let bodies = at.bodies.iter().zip(&self.layout.velocities);
-        let twists = bodies.map(|(body, start)| {
-            let own = shape.rows(first + start, body.own.ncols());
-            Vector6::from_iterator((&body.own * own).iter().copied())
-        });
-        Some(twists.collect())
+        let mut moving = self.still(y);
+        self.accelerate(&mut moving, &self.change(shape));
+        let places = self.places_of_bodies(&self.at(&moving)?);
+        Some(places.iter().map(|place| place.twist).collect())
     }
+}
+
+fn outside() -> Error {
+    Error::domain("the strains are outside the domain of a section law")
 }

@@ -5,7 +5,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Closed interval [lo, hi].
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Interval {
+pub(super) struct Interval {
     pub lo: f64,
     pub hi: f64,
 }

@@ -1,9 +1,10 @@
-//! Static equilibrium of an assembly.
+//! Assemblies at rest: static equilibrium, and the effect of the rods' mass there.
 
 use crate::error::Result;
 use crate::math::se3::halves;
 use crate::motion::RodCurve;
 use crate::scene::{AssemblySetup, Scene, Units};
+use crate::study::neglected_mass::{MassEffect, RodsAtRest};
 use crate::study::space::upward;
 use crate::study::{Cell, Column, Solid, Table};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3, Vector6};
@@ -185,4 +186,17 @@ pub(super) fn pose_json(pose: &Isometry3<f64>) -> Value {
         "position": pose.translation.vector.as_slice(),
         "quaternion": upward(&pose.rotation),
     })
+}
+
+/// Effect of the mass of the rods at the equilibrium under the loads at t = 0. `None` where no mass is known or all
+/// of it is followed, and where no equilibrium is found.
+///
+/// # Errors
+/// Errors of the setup.
+pub fn small_mass(scene: &Scene) -> Result<Option<MassEffect>> {
+    let setup = AssemblySetup::new(scene).map_err(|e| scene.in_own_units(e))?;
+    if setup.is_heavy() {
+        return Ok(None);
+    }
+    Ok(RodsAtRest::assembly(scene, &setup).map(|resting| resting.mass))
 }

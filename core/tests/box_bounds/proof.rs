@@ -7,17 +7,17 @@
 //! does not show the bounds is halved.
 
 mod enclosure;
+mod interval;
 mod series;
 
 use super::{
     Column, FAR, LINEAR, LOG_X, LOG_Y, Local, MOVED, PASSING, QUARTER, bound_terms, chart_point,
 };
-
 use crate::elastica::chart::Integrals;
 use crate::elastica::folds::{MIN_FOLD_LAM, QUARTERS};
 use crate::elastica::inversion::{LOADED, MAX_P_BEYOND_LAM};
-use crate::math::interval::Interval;
 use enclosure::{Enclosure, Place};
+use interval::Interval;
 use series::{Jet, Pendulum};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

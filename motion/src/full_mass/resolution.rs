@@ -1,10 +1,9 @@
-//! Common interface of the models with massive rods: one rod with its body, or an assembly.
+//! Resolution of a state of rods with mass by their nodes.
 
-use crate::{Options, State};
+use crate::Options;
 use nalgebra::DVector;
-use snaprod_systems::assembly::{Contact, Nearness};
+use snaprod_systems::full_mass::assembly::HeavyAssembly;
 use snaprod_systems::full_mass::rod::{HeavyRod, RodState};
-use snaprod_systems::solve::system::AnySystem;
 use snaprod_systems::viscoelastic::grid::more;
 use snaprod_systems::viscoelastic::kinematics::Local;
 use snaprod_systems::viscoelastic::resolution::{Demand, Nodes, ROUNDING, demand};
@@ -15,51 +14,6 @@ const ROOT: f64 = 0.1;
 /// Ratio of the bounds of strain rates and strains: rates of passing waves are rougher, and enter the motion
 /// by less than one over this ratio.
 const RATE_BOUND_RATIO: f64 = 10.0;
-
-/// Massive rods at given nodes, with their bodies.
-pub(super) trait MassiveRods {
-    /// The equations.
-    fn system(&self) -> &dyn AnySystem;
-
-    /// Index of time in a state vector; energy dissipated, work and loss to drag follow.
-    fn time(&self) -> usize;
-
-    /// The sample of a state; None outside the domain of a law. `implicit`: the state vector contains accelerations.
-    fn sample(&self, y: &DVector<f64>, implicit: bool) -> Option<Box<dyn State>>;
-
-    /// The rods of a state.
-    fn rods(&self, y: &DVector<f64>) -> Option<Vec<(&HeavyRod, RodState)>>;
-
-    /// Model and state with `counts` nodes on the elements of all rods in a row.
-    fn regridded(&self, y: &DVector<f64>, counts: &[usize]) -> Option<ModelAndState>;
-
-    /// Projection of the state to the constraints; `None` if the state is within `bound` of the constraints.
-    fn project_constraints(&self, _y: &DVector<f64>, _bound: f64) -> Option<DVector<f64>> {
-        None
-    }
-
-    /// For every body in a groove with ends: its number, its parameter and rate, and the parameters of the ends.
-    fn along_grooves(&self, _y: &DVector<f64>) -> Vec<(usize, [f64; 2], [f64; 2])> {
-        Vec::new()
-    }
-
-    /// Distances of rods with a contact diameter to themselves and to each other; None without such rods.
-    fn nearness(&self, y: &DVector<f64>) -> Option<Nearness>;
-
-    /// Name of a rod in messages.
-    fn rod_name(&self, _rod: usize) -> String {
-        "the rod".to_owned()
-    }
-
-    /// The contact next to `near` in a state; None if it is lost.
-    fn contact(&self, y: &DVector<f64>, near: &Contact) -> Option<Contact>;
-
-    /// The first time after `t` at which a load or the motion of a support is not smooth.
-    fn next_break(&self, t: f64) -> f64;
-}
-
-/// A model with a state.
-pub(super) type ModelAndState = (Box<dyn MassiveRods>, DVector<f64>);
 
 /// Resolution of a state by the nodes of all rods.
 pub(super) struct NodeResolution {
@@ -74,17 +28,17 @@ pub(super) struct NodeResolution {
 }
 
 impl NodeResolution {
-    /// Judges a state of a model; None if the strains give no shape.
-    pub fn new(model: &dyn MassiveRods, y: &DVector<f64>, options: &Options) -> Option<Self> {
+    /// Judges a state; None if the strains give no shape.
+    pub fn new(model: &HeavyAssembly, y: &DVector<f64>, options: &Options) -> Option<Self> {
         let mut tails = [0.0_f64; 2];
         let (mut more, mut excess) = (false, 0.0_f64);
         let mut nodes = 0;
         let mut counts = Vec::new();
         let mut thinned = Vec::new();
-        for (rod, moving) in model.rods(y)? {
-            let grid = &rod.sections.grid;
+        for (link, moving) in model.links.iter().zip(&model.at(y)?.rods) {
+            let grid = &link.rod.sections.grid;
             nodes = nodes.max(grid.len());
-            let (tail, over, demand) = judged(rod, &moving, options);
+            let (tail, over, demand) = judged(&link.rod, moving, options);
             excess = excess.max(over);
             for (worst, tail) in tails.iter_mut().zip(tail) {
                 *worst = worst.max(tail);

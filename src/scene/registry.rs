@@ -1,0 +1,556 @@
+//! The registry: every number of a scene with its path, its quantity, its range and a reference to its place.
+
+use super::parameter::*;
+use super::{
+    AssemblyBody, AssemblyScene, Body, Clamp, ClampMotion, Component, Damping, Diagonal, End,
+    Extent, Force, FrictionLaw, History, InitialShape, Joint, Load, LoadAlong, Loads, Maxwell,
+    Orientation, Pulse, Ramp, RelaxedAt, Rod, Scene, SceneKind, Section, Sine, Site, Start,
+    Stiffness, StrainField, StrainMatrix, StrainRate, Translation,
+};
+use crate::error::Quantity;
+use crate::section::Along;
+
+/// A number of a scene.
+pub(super) struct Number<'a> {
+    pub path: Parameter,
+    pub of: Quantity,
+    pub range: Range,
+    pub slot: &'a mut f64,
+}
+
+/// Range of a number in the library's units: overflow and underflow are excluded.
+#[derive(Clone, Copy, Default)]
+pub(super) enum Range {
+    /// Every number.
+    #[default]
+    Any,
+    /// The square is finite: energies and powers contain squares.
+    Square,
+    /// The number, > 0 in the scene, is a normal float.
+    Normal,
+    /// The number is a normal float, and its square is finite.
+    NormalSquare,
+}
+
+use Range::{Any, Normal, NormalSquare, Square};
+
+impl Range {
+    /// True if the range contains x.
+    pub fn holds(self, x: f64) -> bool {
+        let (square, normal) = ((x * x).is_finite(), x.is_normal());
+        match self {
+            Any => true,
+            Square => square,
+            Normal => normal,
+            NormalSquare => square && normal,
+        }
+    }
+}
+
+/// What the loads of a scene of one rod act on.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Loaded {
+    /// The body, in a motion.
+    Body,
+    /// The rod, at rest. Gravity needs its mass.
+    Rod { has_mass: bool },
+}
+
+/// List of numbers of a scene. New ones are added to a table, with a range.
+#[derive(Default)]
+pub(super) struct Registry<'a> {
+    pub numbers: Vec<Number<'a>>,
+    table: &'static str,
+    /// Index of the table among several.
+    k: usize,
+    range: Range,
+}
+
+impl Scene {
+    /// Numbers of the scene: inputs of [`Scene::dimensionless`], and parameters of branches.
+    pub(super) fn numbers(&mut self) -> Vec<Number<'_>> {
+        let mut all = Registry::default();
+        let loads = &mut self.loads;
+        match &mut self.kind {
+            SceneKind::Bar(_) => {}
+            SceneKind::Assembly(assembly) => {
+                all.vary(&GRAVITY, each(&mut loads.gravity));
+                all.assembly(assembly);
+            }
+            SceneKind::Rod => {
+                let has_mass = self.rod.mass().is_some();
+                let on = match &self.end {
+                    Some(_) => Loaded::Rod { has_mass },
+                    None => Loaded::Body,
+                };
+                if let Some(end) = &mut self.end {
+                    all.end(end);
+                }
+                all.clamp(&mut self.clamp);
+                all.rod(&mut self.rod, &loads.distributed);
+                if let Some(body) = &mut self.body {
+                    all.body(body);
+                }
+                all.start(&mut self.start);
+                all.loads(loads, on);
+            }
+        }
+        if let Some(run) = &mut self.run {
+            all.at("run", 0, Normal);
+            all.add("duration", Quantity::Time, [&mut run.duration]);
+        }
+        all.numbers
+    }
+}
+
+/// Quantities of a load in time and of its rate.
+const FORCE: [Quantity; 2] = [Quantity::Force, Quantity::ForceRate];
+const COUPLE: [Quantity; 2] = [Quantity::Couple, Quantity::CoupleRate];
+
+/// Numbers with their indices.
+fn each<const N: usize>(values: &mut [f64; N]) -> impl Iterator<Item = (usize, &mut f64)> {
+    values.iter_mut().enumerate()
+}
+
+/// Numbers uniform along the rod, with indices.
+fn uniform<'a>(
+    values: impl IntoIterator<Item = &'a mut Along>,
+) -> impl Iterator<Item = (usize, &'a mut f64)> {
+    let each = values.into_iter().enumerate();
+    each.filter_map(|(i, along)| Some((i, along.constant_mut()?)))
+}
+
+/// The angle of an orientation that is given by axis and angle.
+fn angle(orientation: &mut Orientation) -> Option<(usize, &mut f64)> {
+    match orientation {
+        Orientation::Rotation(rotation) => Some((0, &mut rotation.angle)),
+        _ => None,
+    }
+}
+
+impl<'a> Registry<'a> {
+    /// Sets the table and the range of the numbers that follow.
+    fn at(&mut self, table: &'static str, k: usize, range: Range) {
+        (self.table, self.k, self.range) = (table, k, range);
+    }
+
+    fn push(&mut self, (field, i): (&'static str, usize), of: Quantity, slot: &'a mut f64) {
+        self.numbers.push(Number {
+            path: Parameter::new((self.table, self.k), (field, i)),
+            of,
+            range: self.range,
+            slot,
+        });
+    }
+
+    /// Adds the numbers of a field.
+    fn add(
+        &mut self,
+        field: &'static str,
+        of: Quantity,
+        slots: impl IntoIterator<Item = &'a mut f64>,
+    ) {
+        for (i, slot) in slots.into_iter().enumerate() {
+            self.push((field, i), of, slot);
+        }
+    }
+
+    /// Adds parameters of branches, with the indices of components.
+    fn vary(&mut self, of: &Variable, slots: impl IntoIterator<Item = (usize, &'a mut f64)>) {
+        let range = match of.role {
+            Role::Ends | Role::Along => Square,
+            Role::Rod | Role::Rest => Any,
+        };
+        let k = if of.table.ends_with("[]") { self.k } else { 0 };
+        self.at(of.table, k, range);
+        for (i, slot) in slots {
+            self.push((of.field, i), of.of, slot);
+        }
+    }
+
+    fn end(&mut self, end: &'a mut End) {
+        // A load factor without loads is no number of the scene.
+        let is_loaded = end.force.iter().chain(&end.couple).any(|x| *x != 0.0);
+        let free = end.position.map(|component| component == Component::Free);
+        self.vary(&END_FORCE, each(&mut end.force).filter(|(i, _)| free[*i]));
+        if end.orientation.is_none() {
+            self.vary(&END_COUPLE, each(&mut end.couple));
+        }
+        if is_loaded {
+            self.vary(&END_LOAD, [(0, &mut end.load)]);
+        }
+        let held = end.position.iter_mut().enumerate();
+        let held = held.filter_map(|(i, component)| match component {
+            Component::Held(x) => Some((i, x)),
+            Component::Free => None,
+        });
+        self.vary(&END_POSITION, held);
+        self.vary(&END_ANGLE, end.orientation.as_mut().and_then(angle));
+    }
+
+    /// Adds the numbers of the clamp.
+    pub fn clamp(&mut self, clamp: &'a mut Clamp) {
+        self.vary(&CLAMP_POSITION, each(&mut clamp.position));
+        self.vary(&CLAMP_ANGLE, angle(&mut clamp.orientation));
+        if let Some(motion) = &mut clamp.motion {
+            self.motion(motion);
+        }
+    }
+
+    /// Adds the numbers of the motion of a clamp.
+    pub fn motion(&mut self, motion: &'a mut ClampMotion) {
+        self.at("clamp.motion.translate", 0, Any);
+        match &mut motion.translate {
+            None => {}
+            Some(Translation::Sine { sine, .. }) => self.sine(Quantity::Length, sine),
+            Some(Translation::Table(rows)) => {
+                for row in rows {
+                    let (time, place) = row.split_at_mut(1);
+                    self.add("time", Quantity::Time, time);
+                    self.add("place[]", Quantity::Length, place);
+                }
+            }
+        }
+        if let Some(turn) = &mut motion.turn {
+            self.at("clamp.motion.turn", 0, Any);
+            let angle = [Quantity::Ratio, Quantity::AngularVelocity];
+            self.history(angle, &mut turn.angle);
+        }
+    }
+
+    /// Adds the numbers of a time history of one quantity, whose rate has the other quantity.
+    fn history(&mut self, [size, rate]: [Quantity; 2], f: &'a mut History) {
+        let time = Quantity::Time;
+        match f {
+            History::Constant(x) => self.add("constant", size, [x]),
+            History::Rate { rate: x } => self.add("rate", rate, [x]),
+            History::Sine(sine) => self.sine(size, sine),
+            History::Ramp(Ramp {
+                from,
+                to,
+                start,
+                until,
+            }) => {
+                self.add("ramp.from", size, [from]);
+                self.add("ramp.to", size, [to]);
+                self.add("ramp.start", time, [start]);
+                self.add("ramp.until", time, [until]);
+            }
+            History::Pulse(Pulse {
+                at,
+                width,
+                amplitude,
+            }) => {
+                self.add("pulse.at", time, [at]);
+                self.add("pulse.amplitude", size, [amplitude]);
+                self.at(self.table, self.k, Normal);
+                self.add("pulse.width", time, [width]);
+            }
+            History::Block(block) => {
+                self.add("block.size", size, [&mut block.size]);
+                self.add("block.start", time, [&mut block.start]);
+                self.add("block.until", time, [&mut block.until]);
+            }
+            History::Table(rows) => {
+                for [t, x] in rows {
+                    self.add("table.time", time, [t]);
+                    self.add("table.size", size, [x]);
+                }
+            }
+            History::Custom(_) => {}
+        }
+    }
+
+    fn sine(&mut self, size: Quantity, sine: &'a mut Sine) {
+        self.add("amplitude", size, [&mut sine.amplitude]);
+        self.add("frequency", Quantity::Rate, [&mut sine.frequency]);
+    }
+
+    /// Adds the numbers of a rod under a load along its length.
+    fn rod(&mut self, rod: &'a mut Rod, load: &LoadAlong) {
+        let linear = match &mut rod.section {
+            Section::Diagonal(linear) => Some(linear),
+            Section::Barrier(law) => Some(&mut law.linear),
+            _ => None,
+        };
+        // Tables hold arclengths up to the length, so the length cannot vary alone.
+        let is_table = |along: &Along| !along.nodes().is_empty();
+        let section = linear.as_deref();
+        let in_section = |law: &Diagonal| law.stiffnesses().any(|(_, along)| is_table(along));
+        if !(matches!(load, LoadAlong::Table { .. })
+            || section.is_some_and(in_section)
+            || rod.rest.all().any(is_table))
+        {
+            self.vary(&LENGTH, [(0, &mut rod.length)]);
+        }
+        if let Some(law) = linear {
+            self.vary(&BENDING, uniform(&mut law.bending));
+            self.vary(&TORSION, uniform([&mut law.torsion]));
+            if let Stiffness::Elastic(shear) = &mut law.shear {
+                self.vary(&SHEAR, uniform(shear));
+            }
+            if let Stiffness::Elastic(axial) = &mut law.axial {
+                self.vary(&AXIAL, uniform([axial]));
+            }
+        }
+        self.vary(&CURVATURE, uniform(&mut rod.rest.curvature));
+        self.vary(&TWIST, uniform([&mut rod.rest.twist]));
+        if let Some(damping) = &mut rod.damping {
+            self.damping(damping);
+        }
+        for (k, Maxwell { modulus, time }) in rod.relaxation.iter_mut().enumerate() {
+            self.at("rod.relaxation[]", k, Square);
+            let factor = Quantity::Ratio;
+            self.matrix("stiffness[]", Quantity::Stiffness, factor, modulus);
+            self.at("rod.relaxation[]", k, Normal);
+            self.add("time", Quantity::Time, [time]);
+        }
+    }
+
+    fn damping(&mut self, Damping { viscosity, law }: &'a mut Damping) {
+        let range = match viscosity {
+            StrainMatrix::Bending(_) | StrainMatrix::Proportional(_) => NormalSquare,
+            StrainMatrix::Diagonal(_) | StrainMatrix::Full(_) => Square,
+        };
+        self.at("rod.damping", 0, range);
+        let factor = Quantity::Time;
+        self.matrix("viscosity[]", Quantity::Viscosity, factor, viscosity);
+        match law {
+            FrictionLaw::Linear => {}
+            FrictionLaw::Power(power) => {
+                self.at("rod.damping", 0, Normal);
+                self.add("rate", Quantity::CurvatureRate, [&mut power.rate]);
+            }
+            FrictionLaw::Barrier(barrier) => {
+                let strength = Quantity::Viscosity(5, 5);
+                self.at("rod.damping.barrier", 0, Normal);
+                self.add("strength", strength, [&mut barrier.strength]);
+                self.add("half_widths[]", Quantity::Length, &mut barrier.half_widths);
+            }
+        }
+    }
+
+    /// Adds a matrix over the strains: the quantities are those of an entry, and of a factor of the section law.
+    fn matrix(
+        &mut self,
+        field: &'static str,
+        entry: fn(usize, usize) -> Quantity,
+        factor: Quantity,
+        matrix: &'a mut StrainMatrix,
+    ) {
+        match matrix {
+            StrainMatrix::Bending(x) => self.add(field, entry(0, 0), [x]),
+            StrainMatrix::Proportional(x) => self.add("proportional", factor, [x]),
+            StrainMatrix::Diagonal(all) => {
+                each(all).for_each(|(i, x)| self.push((field, i), entry(i, i), x));
+            }
+            StrainMatrix::Full(rows) => {
+                let all = rows.as_flattened_mut().iter_mut().enumerate();
+                all.for_each(|(k, x)| self.push((field, k), entry(k / 6, k % 6), x));
+            }
+        }
+    }
+
+    /// Adds the numbers of the body of one rod. The mass is the unit, and left out.
+    pub fn body(&mut self, body: &'a mut Body) {
+        if let Joint::Weld {
+            offset,
+            inertia,
+            rotor,
+        } = &mut body.joint
+        {
+            self.at("body", 0, Square);
+            self.extent(offset, inertia, rotor);
+        }
+    }
+
+    fn extent(
+        &mut self,
+        offset: &'a mut [f64; 3],
+        inertia: &'a mut [[f64; 3]; 3],
+        rotor: &'a mut [f64; 3],
+    ) {
+        self.add("offset.xyz", Quantity::Length, offset);
+        self.add("rotor.xyz", Quantity::RotationalDrag, rotor);
+        for (k, x) in inertia.as_flattened_mut().iter_mut().enumerate() {
+            let is_diagonal = k % 4 == 0;
+            self.range = if is_diagonal { NormalSquare } else { Square };
+            self.push(("inertia[]", k), Quantity::Inertia, x);
+        }
+    }
+
+    /// Adds the numbers of the start.
+    pub fn start(&mut self, start: &'a mut Start) {
+        self.at("start", 0, Square);
+        self.add("velocity.xyz", Quantity::Velocity, &mut start.velocity);
+        let spin = &mut start.angular_velocity;
+        self.add("angular_velocity.xyz", Quantity::AngularVelocity, spin);
+        match &mut start.place {
+            InitialShape::Kappa { .. }
+            | InitialShape::P { .. }
+            | InitialShape::Rest { .. }
+            | InitialShape::Settled { .. } => {}
+            InitialShape::Position { position, .. } => {
+                self.add("position.xyz", Quantity::Length, position);
+            }
+            InitialShape::Curvature { curvature } => {
+                self.add("curvature[]", Quantity::Curvature, curvature);
+            }
+            InitialShape::Strain { strain } => {
+                self.strains("start.strain", Quantity::of_strain, strain);
+            }
+            InitialShape::Equilibrium { equilibrium } => {
+                self.at("start.equilibrium", 0, Square);
+                self.add("force.xyz", Quantity::Force, &mut equilibrium.force);
+                self.add("couple.xyz", Quantity::Couple, &mut equilibrium.couple);
+            }
+            InitialShape::Pose { pose } => {
+                self.at("start.pose", 0, Square);
+                self.add("position.xyz", Quantity::Length, &mut pose.position);
+            }
+        }
+        match &mut start.relaxed {
+            RelaxedAt::Start | RelaxedAt::Unloaded => {}
+            RelaxedAt::Curvature(curvature) => {
+                self.at("start", 0, Square);
+                self.add("relaxed[]", Quantity::Curvature, curvature);
+            }
+            RelaxedAt::Strain(strain) => {
+                self.strains("start.relaxed", Quantity::of_strain, strain);
+            }
+        }
+        match &mut start.rate {
+            None => {}
+            Some(StrainRate::Curvature(rate)) => {
+                self.at("start", 0, Square);
+                self.add("curvature_rate[]", Quantity::CurvatureRate, rate);
+            }
+            Some(StrainRate::Strain(rate)) => {
+                let of = [Quantity::CurvatureRate, Quantity::Rate];
+                self.strains("start.strain_rate", |i| of[i / 3], rate);
+            }
+        }
+    }
+
+    /// Adds the coefficients of a field of strains, or of their rates.
+    fn strains(
+        &mut self,
+        table: &'static str,
+        of: impl Fn(usize) -> Quantity,
+        field: &'a mut StrainField,
+    ) {
+        const NAMES: [&str; 6] = ["u1[]", "u2[]", "u3[]", "v1[]", "v2[]", "v3[]"];
+        self.at(table, 0, Square);
+        for (i, polynomial) in field.0.iter_mut().enumerate() {
+            self.add(NAMES[i], of(i), polynomial.iter_mut().flatten());
+        }
+    }
+
+    /// Adds the numbers of the loads of one rod, or of one body of an assembly.
+    pub fn loads(&mut self, loads: &'a mut Loads, on: Loaded) {
+        let is_loaded = loads.gravity != [0.0; 3] || !loads.distributed.is_zero();
+        if on != (Loaded::Rod { has_mass: false }) {
+            self.vary(&GRAVITY, each(&mut loads.gravity));
+        }
+        let of = Quantity::Distributed;
+        match &mut loads.distributed {
+            LoadAlong::Constant(force) => self.vary(&DISTRIBUTED, each(force)),
+            LoadAlong::Polynomial { polynomial } => {
+                self.at("loads.distributed", 0, Square);
+                self.add("polynomial[]", of, polynomial.as_flattened_mut());
+            }
+            LoadAlong::Table { table } => {
+                self.at("loads.distributed", 0, Square);
+                for [s, force @ ..] in table {
+                    self.add("table.s", Quantity::Length, [s]);
+                    self.add("table.force.xyz", of, force);
+                }
+            }
+        }
+        // A load factor without loads is no number of the scene.
+        if on != Loaded::Body && is_loaded {
+            self.vary(&LOADS_LOAD, [(0, &mut loads.load)]);
+        }
+        self.at("loads", 0, Square);
+        self.add("dead.xyz", Quantity::Force, &mut loads.dead);
+        self.add("drag", Quantity::Drag, [&mut loads.drag]);
+        let drag = &mut loads.rotational_drag;
+        self.add("rotational_drag", Quantity::RotationalDrag, [drag]);
+        self.in_time(("loads.force[]", |i| i), FORCE, &mut loads.force);
+        match &mut loads.couple {
+            Load::Constant(couple) => {
+                self.at("loads", 0, Square);
+                self.add("couple.xyz", Quantity::Couple, couple);
+            }
+            Load::InTime(parts) => self.in_time(("loads.couple[]", |i| i), COUPLE, parts),
+        }
+    }
+
+    /// Adds loads in time, a table each, of one quantity and its rate.
+    fn in_time(
+        &mut self,
+        (table, index): (&'static str, impl Fn(usize) -> usize),
+        of: [Quantity; 2],
+        parts: &'a mut [Force],
+    ) {
+        for (i, part) in parts.iter_mut().enumerate() {
+            self.at(table, index(i), Square);
+            self.history(of, &mut part.size);
+        }
+    }
+
+    /// Adds the numbers of body k of an assembly, without its mass.
+    pub fn assembly_body(&mut self, k: usize, body: &'a mut AssemblyBody) {
+        self.k = k;
+        match &mut body.force {
+            Load::Constant(force) => self.vary(&BODY_FORCE, each(force)),
+            Load::InTime(parts) => self.in_time(("body[].force", |_| k), FORCE, parts),
+        }
+        match &mut body.couple {
+            // A point mass takes no couple.
+            Load::Constant(_) if body.extent.is_none() => {}
+            Load::Constant(couple) => self.vary(&BODY_COUPLE, each(couple)),
+            Load::InTime(parts) => self.in_time(("body[].couple", |_| k), COUPLE, parts),
+        }
+        self.at("body[]", k, Square);
+        let (v, w) = (&mut body.velocity, &mut body.angular_velocity);
+        self.add("velocity.xyz", Quantity::Velocity, v);
+        self.add("angular_velocity.xyz", Quantity::AngularVelocity, w);
+        self.add("drag", Quantity::Drag, [&mut body.drag]);
+        let drag = &mut body.rotational_drag;
+        self.add("rotational_drag", Quantity::RotationalDrag, [drag]);
+        if let Some(guess) = &mut body.guess {
+            self.add("guess.position.xyz", Quantity::Length, &mut guess.position);
+        }
+        if let Some(extent) = &mut body.extent {
+            let Extent {
+                offset,
+                inertia,
+                rotor,
+            } = extent;
+            self.extent(offset, inertia, rotor);
+        }
+    }
+
+    /// Adds the numbers of the bodies of an assembly, and of places on the ground.
+    fn assembly(&mut self, assembly: &'a mut AssemblyScene) {
+        for (k, body) in assembly.bodies.iter_mut().enumerate() {
+            self.assembly_body(k, body);
+        }
+        for (k, rod) in assembly.rods.iter_mut().enumerate() {
+            self.k = k;
+            let [from, to] = [&mut rod.from, &mut rod.to].map(on_ground);
+            self.vary(&FROM_POSITION, from.0.into_iter().flat_map(each));
+            self.vary(&TO_POSITION, to.0.into_iter().flat_map(each));
+            self.vary(&FROM_ANGLE, from.1.and_then(angle));
+            self.vary(&TO_ANGLE, to.1.and_then(angle));
+        }
+    }
+}
+
+/// Position and orientation of an attachment on the ground; none of one on a body.
+fn on_ground(site: &mut Site) -> (Option<&mut [f64; 3]>, Option<&mut Orientation>) {
+    let is_on_ground = site.body.is_none();
+    let place = is_on_ground.then_some((&mut site.position, &mut site.orientation));
+    place.unzip()
+}

@@ -1,0 +1,271 @@
+//! An assembly as data: bodies, rods, names, and the counts of unknowns.
+
+use super::body::Body;
+use super::free_end::FreeRod;
+use super::rod_element::{LightRod, Link, RodChart};
+use crate::body::Support;
+use crate::error::{Error, Result};
+use crate::rod::SectionMass;
+use std::sync::Arc;
+
+/// Bodies and the rods between them.
+#[derive(Debug, Clone)]
+pub struct Assembly {
+    pub(super) carriers: Vec<Body>,
+    pub(super) links: Vec<Link>,
+    pub(super) free: Vec<FreeRod>,
+    /// Names of the rods for messages: one each, or empty.
+    names: Vec<String>,
+}
+
+impl Assembly {
+    /// An assembly of bodies and rods, both numbered by their position in the lists.
+    ///
+    /// # Errors
+    /// No body; a rod that ends on a body that is not in the list, on the body that it begins on, or on a point mass
+    /// that it is welded to; a body that no rod reaches.
+    pub fn new(carriers: Vec<Body>, links: Vec<Link>) -> Result<Self> {
+        if carriers.is_empty() {
+            return Err(Error::domain("an assembly has one body at least"));
+        }
+        for (k, link) in links.iter().enumerate() {
+            for (site, joint) in [&link.from, &link.to].into_iter().zip(link.joints()) {
+                let Some(body) = site.carried_by() else {
+                    continue;
+                };
+                let carrier = carriers.get(body).ok_or_else(|| {
+                    Error::domain(format!(
+                        "rod {k} is attached to body {body}; there are {}",
+                        carriers.len()
+                    ))
+                })?;
+                let aside = site.place.translation.vector.norm() != 0.0;
+                if !carrier.turns() && (!joint.turns() || aside) {
+                    return Err(Error::domain(format!(
+                        "rod {k} is attached to the point mass {body}: only an end on a ball joint at the point itself can be; \
+                         give the body an inertia, or use a ball joint"
+                    )));
+                }
+            }
+            if let Some(body) = link.from.carried_by()
+                && link.to.carried_by() == Some(body)
+            {
+                return Err(Error::domain(format!(
+                    "rod {k} begins and ends on body {body}"
+                )));
+            }
+        }
+        let reached = |body: usize| {
+            links.iter().any(|link| {
+                let mut sites = [&link.from, &link.to].into_iter();
+                sites.any(|site| site.carried_by() == Some(body))
+            })
+        };
+        if let Some(body) = (0..carriers.len()).find(|body| !reached(*body)) {
+            return Err(Error::domain(format!("no rod reaches body {body}")));
+        }
+        Ok(Self {
+            carriers,
+            links,
+            free: Vec::new(),
+            names: Vec::new(),
+        })
+    }
+
+    /// Names the rods, in order, for messages; by default messages use their numbers.
+    #[must_use]
+    pub fn with_names(mut self, rods: Vec<String>) -> Self {
+        self.names = rods;
+        self
+    }
+
+    /// Name of a rod, if the rods have names.
+    pub fn name_of_rod(&self, rod: usize) -> Option<&str> {
+        self.names.get(rod).map(String::as_str)
+    }
+
+    /// Label of a rod in messages.
+    pub fn rod_name(&self, rod: usize) -> String {
+        match (self.names.get(rod), self.links.len()) {
+            (Some(name), _) => format!("rod {name:?}"),
+            (None, 1) => "the rod".to_owned(),
+            (None, _) => format!("rod {rod}"),
+        }
+    }
+
+    /// The bodies.
+    pub fn carriers(&self) -> &[Body] {
+        &self.carriers
+    }
+
+    /// The rods.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// A copy for observers of a motion. Their solutions of taut rods do not become the start of the motion's next
+    /// search, which would move the motion within its tolerance.
+    #[must_use]
+    pub fn observer_copy(self: &Arc<Self>) -> Arc<Self> {
+        if self
+            .links
+            .iter()
+            .any(|link| link.last_taut.last().is_some())
+        {
+            Arc::new(Self::clone(self))
+        } else {
+            self.clone()
+        }
+    }
+
+    /// Sets the chart of rod `k` ([`Link::set_chart`]).
+    pub fn set_chart(&mut self, k: usize, chart: RodChart) {
+        self.links[k].set_chart(chart);
+    }
+
+    /// First time after `t` at which a load or the motion of a support is not smooth; infinite if none is left.
+    pub fn next_break(&self, t: f64) -> f64 {
+        let bodies = self.carriers.iter().map(|carrier| carrier.next_break(t));
+        let supports = self.links.iter().map(|link| link.next_break(t));
+        bodies.chain(supports).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if the loads at time `t`, held as they are then, have a potential.
+    pub fn is_conservative(&self, t: f64) -> bool {
+        self.carriers.iter().all(|body| body.is_conservative(t))
+    }
+
+    /// True if a load at time `t` turns with its body.
+    pub fn is_followed(&self, t: f64) -> bool {
+        self.carriers.iter().any(|body| body.is_followed(t))
+    }
+
+    /// Index of the first velocity of each body in the vector of all velocities, and the total count.
+    pub fn freedoms(&self) -> (Vec<usize>, usize) {
+        let mut total = 0;
+        let starts = self.carriers.iter().map(|carrier| {
+            total += carrier.freedoms();
+            total - carrier.freedoms()
+        });
+        (starts.collect(), total)
+    }
+
+    /// Number of unknowns of statics: one per velocity of the bodies, and six chart components per rod.
+    pub(super) fn unknowns(&self) -> usize {
+        let bodies: usize = self.carriers.iter().map(Body::freedoms).sum();
+        bodies + 6 * self.links.len()
+    }
+
+    /// Mean length of the rods, and largest of their couple units B/L.
+    pub(super) fn scales(&self) -> (f64, f64) {
+        let links = self.links().iter();
+        let length: f64 = links.clone().map(|link| link.rod().length()).sum();
+        let couple = links.map(|link| link.units()[0]).fold(0.0, f64::max);
+        (length / self.links().len() as f64, couple)
+    }
+
+    /// Indices of the rotational velocities among those of all bodies.
+    pub(super) fn rotations(&self) -> Vec<usize> {
+        let (starts, _) = self.freedoms();
+        let rigid = starts
+            .iter()
+            .zip(self.carriers())
+            .filter(|(_, carrier)| carrier.turns());
+        rigid.flat_map(|(start, _)| *start..start + 3).collect()
+    }
+
+    /// The assembly with rods that have a free end ([`Assembly::shapes`] returns them after the others).
+    ///
+    /// # Errors
+    /// A rod on a body that is not in the list, or on a point mass, about which it could turn freely.
+    pub fn with_free(mut self, free: Vec<FreeRod>) -> Result<Self> {
+        for (k, rod) in free.iter().enumerate() {
+            let Some(body) = rod.from.carried_by() else {
+                continue;
+            };
+            let carrier = self.carriers.get(body).ok_or_else(|| {
+                Error::domain(format!(
+                    "free rod {k} is attached to body {body}; there are {}",
+                    self.carriers.len()
+                ))
+            })?;
+            if !carrier.turns() {
+                return Err(Error::domain(format!(
+                    "free rod {k} is attached to the point mass {body}, about which it could turn as it likes; give the body an inertia"
+                )));
+            }
+        }
+        self.free = free;
+        Ok(self)
+    }
+
+    /// The rods that have a free end.
+    pub fn free(&self) -> &[FreeRod] {
+        &self.free
+    }
+
+    /// True if some rod has a contact diameter.
+    pub fn looks_for_contacts(&self) -> bool {
+        self.links.iter().any(|link| link.diameter().is_some())
+    }
+
+    /// Gives rods a mass that is treated to first order, one entry for each rod.
+    ///
+    /// # Errors
+    /// A mass or inertia that is not finite and positive; a rod under a load along it, or between two ball joints,
+    /// that is seen from a clamp that turns.
+    pub fn with_light_rods(mut self, light: Vec<Option<LightRod>>) -> Result<Self> {
+        let clamp_turns = self.clamp().is_some_and(Support::turns);
+        for (k, light) in light.iter().enumerate() {
+            let Some(light) = light else { continue };
+            let name = self.rod_name(k);
+            let refuse = |why: &str| {
+                Err(Error::domain(format!(
+                    "the mass of {name} is not followed to first order: {why}; write inertia = \"none\""
+                )))
+            };
+            let SectionMass { mass, rotary } = &light.sections;
+            let Some(link) = self.links.get(k) else {
+                return refuse("there is no such rod");
+            };
+            if !(*mass > 0.0 && mass.is_finite() && rotary.iter().all(|j| *j >= 0.0)) {
+                return refuse("its mass must be > 0, the inertia of its sections >= 0");
+            }
+            let turns = link.distributed().is_some() || link.is_pinned();
+            if clamp_turns && turns {
+                return refuse(
+                    "it bears a load along it, or spins between two ball joints, and the clamp from which it is seen turns (attach it to a support)",
+                );
+            }
+        }
+        for (link, light) in self.links.iter_mut().zip(light) {
+            link.mass = light;
+            link.clamp_turns = clamp_turns;
+        }
+        Ok(self)
+    }
+
+    /// Rods whose mass is treated to first order, by number.
+    pub fn light_rods(&self) -> impl Iterator<Item = (usize, &LightRod)> {
+        let all = self.links.iter().enumerate();
+        all.filter_map(|(k, link)| Some((k, link.mass()?)))
+    }
+
+    /// True if the motion includes the inertia of a rod now.
+    pub fn feels_rods(&self) -> bool {
+        self.links.iter().any(Link::is_followed)
+    }
+
+    /// Switches the inertia of rod `k` on or off.
+    pub fn set_inertia(&mut self, k: usize, followed: bool) {
+        if let Some(mass) = self.links.get_mut(k).and_then(|link| link.mass.as_mut()) {
+            mass.followed = followed;
+        }
+    }
+
+    /// Clamp from which the bodies are seen, if any.
+    pub(super) fn clamp(&self) -> Option<&Support<3>> {
+        let mut bodies = self.carriers.iter();
+        bodies.find_map(|body| body.mass().support())
+    }
+}

@@ -1,0 +1,191 @@
+//! Heavy flexible rods at rest: the stable state to which a rod falls, against multiple shooting
+//! (`tools/ref_heavy_rods.py`) and against the catenary.
+
+use crate::support::{assert_close, json, list, number, rows};
+use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+use serde_json::Value;
+use snaprod::rod::{DistributedLoad, EndConditions, Problem, Rod};
+use snaprod::section::Linear;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Tolerance of the library, and of the comparison relative to the larger of a value and 1.
+const TOLERANCE: f64 = 1e-10;
+const AGREES: f64 = 2e-9;
+
+/// Directors whose d3 lies in the plane of x and z at an angle from x towards z.
+fn leaning(angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::y_axis(), FRAC_PI_2 - angle)
+}
+
+fn isotropic(compliance: f64) -> Linear {
+    let law = Linear::diagonal([1.0, 1.0], 0.8).unwrap();
+    if compliance > 0.0 {
+        law.with_axial(1.0 / compliance).unwrap()
+    } else {
+        law
+    }
+}
+
+/// A rod on a clamp at the origin under a constant load along the rod.
+fn problem(
+    law: Linear,
+    clamp: UnitQuaternion<f64>,
+    end: EndConditions,
+    load: Vector3<f64>,
+) -> Problem {
+    let rod = Rod::new(1.0, law).unwrap();
+    let rod = rod.with_clamp(Vector3::zeros(), clamp);
+    let load = DistributedLoad::constant(load).unwrap();
+    Problem::new(rod, end, TOLERANCE)
+        .unwrap()
+        .with_distributed(&load)
+}
+
+fn planar(case: &Value) -> Problem {
+    let angles = list(&case["angles"]);
+    let end = match case["held"].as_array() {
+        Some(at) => EndConditions::pose(
+            Vector3::new(at[0].as_f64().unwrap(), 0.0, at[1].as_f64().unwrap()),
+            leaning(angles[1]),
+        ),
+        None => EndConditions::load(Vector3::zeros(), Vector3::zeros()),
+    };
+    let law = isotropic(number(case, "compliance"));
+    let load = Vector3::z() * -number(case, "weight");
+    problem(law, leaning(angles[0]), end, load)
+}
+
+fn helix(case: &Value) -> Problem {
+    let [rest, turn, gravity] = ["rest", "turn", "gravity"].map(|key| list(&case[key]));
+    let law = Linear::diagonal([1.0, 1.0], number(case, "torsion")).unwrap();
+    let law = law.with_rest([rest[0], rest[1]], rest[2]).unwrap();
+    let turn = Quaternion::new(turn[0], turn[1], turn[2], turn[3]);
+    let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+    let load = Vector3::from_column_slice(&gravity) * number(case, "weight");
+    problem(law, UnitQuaternion::new_normalize(turn), free, load)
+}
+
+/// Catches a descent that ends at an unstable state, loses a load or a held end, and a collocation that is not that of
+/// the rod: sags, hoses that hang over their clamp, helices, from no guess.
+#[test]
+fn a_heavy_rod_falls_to_its_stable_state() {
+    let data = json("rod_heavy.json");
+    for case in rows(&data, "cases", 10) {
+        assert!(number(case, "uncertainty") < 1e-11, "{case}");
+        let is_helix = case.get("gravity").is_some();
+        let problem = if is_helix { helix(case) } else { planar(case) };
+        let found = problem
+            .solve(None)
+            .unwrap_or_else(|why| panic!("{why}: {case}"));
+        assert_eq!(found.index, 0, "{case}");
+        let sections = problem.shape(&found.base, 3).unwrap();
+        // A hose on an upright clamp hangs to any side: it is turned into the plane.
+        let to_side = if case["held"].is_null() && !is_helix {
+            found.end.position.y.atan2(found.end.position.x)
+        } else {
+            0.0
+        };
+        let turned = |v: Vector3<f64>| Rotation3::from_axis_angle(&Vector3::z_axis(), -to_side) * v;
+        let (m, n) = (
+            turned(found.base.fixed_rows::<3>(0).into_owned()),
+            turned(found.base.fixed_rows::<3>(3).into_owned()),
+        );
+        let (end, middle) = (turned(found.end.position), turned(sections[1].position));
+        let mut pairs = vec![("energy", vec![found.end.energy], list(&case["energy"]))];
+        if is_helix {
+            pairs.push((
+                "base_couple",
+                m.iter().copied().collect(),
+                list(&case["base_couple"]),
+            ));
+            pairs.push(("end", end.iter().copied().collect(), list(&case["end"])));
+            pairs.push((
+                "middle",
+                middle.iter().copied().collect(),
+                list(&case["middle"]),
+            ));
+        } else {
+            // A positive planar couple turns x towards z.
+            pairs.push(("base_couple", vec![-m.y], list(&case["base_couple"])));
+            pairs.push(("base_force", vec![n.x, n.z], list(&case["base_force"])));
+            pairs.push(("end", vec![end.x, end.z], list(&case["end"])));
+            pairs.push(("middle", vec![middle.x, middle.z], list(&case["middle"])));
+            pairs.push(("potential", vec![found.potential], list(&case["potential"])));
+            pairs.push(("plane", vec![m.x, m.z, end.y, middle.y], vec![0.0; 4]));
+        }
+        for (name, got, want) in pairs {
+            assert_eq!(got.len(), want.len());
+            for (got, want) in got.iter().zip(&want) {
+                assert_close(*got, *want, AGREES, 1.0, &format!("{name} of {case}"));
+            }
+        }
+    }
+}
+
+/// Catches a chain too coarse for the bend at the clamp: hoses of any weight hang over the side to which they lean, at
+/// the couple 2 sqrt(f L) sin(phi/2) of a layer that turns by phi.
+#[test]
+fn hoses_of_any_weight_hang_over() {
+    for weight in [12e3, 1e6] {
+        let free = EndConditions::load(Vector3::zeros(), Vector3::zeros());
+        let load = Vector3::z() * -weight;
+        let found = problem(isotropic(0.0), leaning(FRAC_PI_2 + 0.1), free, load);
+        let found = found
+            .solve(None)
+            .unwrap_or_else(|why| panic!("{why}: {weight}"));
+        assert_eq!(found.index, 0, "{weight}");
+        assert!(
+            found.end.position.x < 0.0 && found.end.position.z < -0.97,
+            "{weight}"
+        );
+        let layer = 2.0 * weight.sqrt() * (0.5 * (PI - 0.1)).sin();
+        assert_close(
+            found.base[1],
+            -layer,
+            0.6 / weight.sqrt(),
+            1.0,
+            "base couple",
+        );
+    }
+}
+
+/// Horizontal force over the load per length of a catenary of length 1 that spans `x` and rises by `z`.
+fn catenary(x: f64, z: f64) -> f64 {
+    // sqrt(1 - z^2) = 2 a sinh(x/(2 a)), by bisection.
+    let goal = (1.0 - z * z).sqrt();
+    let (mut low, mut high) = (1e-3, 1e3);
+    for _ in 0..200 {
+        let a: f64 = 0.5 * (low + high);
+        if 2.0 * a * (x / (2.0 * a)).sinh() > goal {
+            low = a;
+        } else {
+            high = a;
+        }
+    }
+    low
+}
+
+/// Catches a wrong layer at a clamp: as the bending stiffness goes to 0 the horizontal force tends to the catenary's,
+/// to first order in 1/lam, whether the other end has a clamp or a ball joint.
+#[test]
+fn heavy_rods_tend_to_the_catenary() {
+    let (x, z) = (0.6, 0.2);
+    let string = catenary(x, z);
+    let place = Vector3::new(x, 0.0, z);
+    for end in [
+        EndConditions::pose(place, leaning(0.0)),
+        EndConditions::ball(place),
+    ] {
+        let off = [300.0, 1000.0].map(|lam: f64| {
+            let load = Vector3::z() * -lam.powi(2);
+            let found = problem(isotropic(0.0), leaning(0.0), end, load)
+                .solve(None)
+                .unwrap();
+            assert_eq!(found.index, 0);
+            string - found.base[3] / lam.powi(2)
+        });
+        assert!(off[1] > 0.0, "{off:?}");
+        let measured = (off[0] / off[1]).ln() / (1000.0_f64 / 300.0).ln();
+        assert_close(measured, 1.0, 0.1, 1.0, "order in 1/lam");
+    }
+}
