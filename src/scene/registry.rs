@@ -47,7 +47,7 @@ impl Range {
     }
 }
 
-/// What the loads of a scene of one rod act on.
+/// Bearer of the loads in a scene of one rod.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Loaded {
     /// The body, in a motion.

@@ -5,7 +5,7 @@
 //! ```text
 //! E = sum_k (h W(u_k, v_k) - G_k . h R v_k) - F . R_n a + (K/2) sum (x - held place)^2 + (T/2) (held turn)^2,
 //! ```
-//! with G_k the dead load beyond the middle of interval k, F and a the force on the end and its arm, K and T the
+//! G_k is the dead load beyond the middle of interval k, F the force on the end, a the arm of the force. K and T are
 //! stiffnesses of springs that stand for a held end. Only neighbours are coupled, but for the springs of the place:
 //! the Hessian is block tridiagonal plus a matrix of rank 3, and a Newton step costs a time linear in n. Steps are
 //! regularised until the Hessian is positive definite, and E falls in every step (a trust region by Levenberg's
@@ -109,8 +109,8 @@ struct Step {
 }
 
 impl Problem {
-    /// The chain at rest in a stable equilibrium that the unloaded rod falls to. `None` for loads without a
-    /// potential, and if no such equilibrium is found.
+    /// The chain at rest in a stable equilibrium to which the unloaded rod falls. `None` for loads without a potential,
+    /// and if the descent does not converge.
     pub(super) fn descended(&self) -> Option<Chain> {
         if self.end.follower || (self.orientation.is_none() && self.couple != Vector3::zeros()) {
             return None;
@@ -210,7 +210,7 @@ impl Chain {
         next
     }
 
-    /// True if an interval turns so far that the chain is refined at once, and may be refined.
+    /// True if an interval turns by more than [`SHARP`] and the chain has room for more intervals.
     fn is_sharp(&self) -> bool {
         let n = self.v.len();
         n <= MOST && (0..n).any(|k| self.turning(k).norm() > SHARP)

@@ -92,8 +92,8 @@ impl Problem {
         }
     }
 
-    /// True if the load along the rod bends the rod so far that continuation from the unloaded rod may fail: lam, the
-    /// mean of sqrt(|n| L^2/B), is beyond [`TIGHT`].
+    /// True if the load along the rod bends the rod so far that continuation from the unloaded rod may fail:
+    /// sqrt(f L^3/B), with the whole load f L and the softer flexure, is beyond [`TIGHT`].
     fn is_heavy(&self) -> bool {
         let Some(weight) = &self.weight else {
             return false;

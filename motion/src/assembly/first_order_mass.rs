@@ -186,7 +186,7 @@ impl AssemblyRun {
         self.weigh()
     }
 
-    /// Rods whose mass acts on the motion. With `among`, only rods listed there count.
+    /// Numbers of the rods with mass in the motion; `among` restricts the choice to listed rods.
     pub(super) fn felt(&self, among: Option<&[(usize, f64)]>) -> Vec<usize> {
         let told = |k: &usize| among.is_none_or(|rods| rods.iter().any(|(rod, _)| rod == k));
         let felt = self

@@ -55,7 +55,7 @@ pub(super) struct Coordinates {
 }
 
 impl Coordinates {
-    /// Those of a point in the plane.
+    /// Components of a point in the plane.
     pub fn in_plane() -> Self {
         Self {
             names: ["dx", "dy"].map(String::from).to_vec(),
@@ -63,7 +63,7 @@ impl Coordinates {
         }
     }
 
-    /// Those of bodies in space, prefixed by the name or number of the body if there are several.
+    /// Components of bodies in space. A prefix names the body if there are several bodies.
     pub fn in_space(bodies: &[Body]) -> Self {
         let several = bodies.len() > 1;
         let of = |(number, body): (usize, &Body)| {

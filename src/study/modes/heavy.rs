@@ -32,7 +32,7 @@ const CONVERGED: f64 = 1e-9;
 enum Rest {
     /// The one near the start under the loads.
     Settled,
-    /// The start, if it is an equilibrium, stable or not; otherwise the settled one.
+    /// The start if in equilibrium, stable or not; otherwise the settled state.
     StartOrSettled,
     /// The start: unloaded rods of a free assembly.
     Unloaded,
